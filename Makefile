@@ -1,0 +1,71 @@
+# `make run` converts the sample, `make test` is the whole gate. Nothing but Python 3.10 or later and make is needed:
+# everything else goes into .venv. Choose the interpreter with PYTHON=python3.12.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+
+SAMPLE := data/samples/andorra_ordino
+RESULT := build/andorra_ordino.xodr
+
+.DEFAULT_GOAL := help
+.PHONY: help run test lint format clean distclean
+
+help:
+	@echo 'make run        convert the sample in $(SAMPLE) to $(RESULT)'
+	@echo 'make test       everything that must hold: linters, types, tests, real readers of OpenDRIVE'
+	@echo 'make lint       linters and types alone'
+	@echo 'make format     put the code into shape'
+	@echo 'make clean      remove what was built; make distclean: and $(VENV)'
+
+run: $(VENV)/.run
+	@mkdir -p $(dir $(RESULT))
+	$(BIN)/osm2xodr convert $(SAMPLE)/area.osm --dem $(SAMPLE)/dem.tif --name 'Ordino, Andorra' \
+		--overwrite -o $(RESULT)
+	@echo
+	@echo 'The road network is in $(RESULT). To look at it:'
+	@echo '  esmini       odrviewer --odr $(RESULT)'
+	@echo '  browser      drop the file onto odrviewer.io'
+	@echo '  CARLA        PythonAPI/util/config.py --xodr-path $(abspath $(RESULT))'
+	@echo '  SUMO         netconvert --opendrive $(RESULT) -o build/andorra_ordino.net.xml && netedit build/andorra_ordino.net.xml'
+	@echo '  RoadRunner   File > Import > OpenDRIVE'
+	@echo 'Of an area of your own: $(BIN)/osm2xodr convert AREA.osm --dem DEM.tif -o OUT.xodr'
+
+test: lint
+	$(BIN)/python -m pytest -n 2
+
+lint: $(VENV)/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	@if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 13))'; \
+	then echo '$(BIN)/mypy'; $(BIN)/mypy; \
+	else echo 'types are NOT checked: ASAM'"'"'s checker, and the numpy that it needs, end with Python 3.12'; fi
+
+format: $(VENV)/.test
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:
+	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf $(VENV)
+
+# The stamps say what was installed into .venv; a change of pyproject.toml installs anew.
+$(VENV)/.run: pyproject.toml | $(BIN)/python
+	$(PIP) install --quiet --editable .
+	@touch $@
+
+$(VENV)/.test: pyproject.toml | $(BIN)/python
+	$(PIP) install --quiet --editable '.[test]'
+	@touch $@ $(VENV)/.run
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { \
+		echo 'osm2xodr needs Python 3.10 or later, and $(PYTHON) is not; name another one: make PYTHON=python3.12' >&2; \
+		exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+		echo '$(PYTHON) cannot make virtual environments; on Debian and Ubuntu: apt install python3-venv' >&2; \
+		exit 1; }

@@ -1,0 +1,111 @@
+"""Results on their way out: to files that are there as a whole or not at all, or to standard output.
+
+Imports nothing heavy: the command line reads it before it knows what to do.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import OutputError
+from osm2xodr.report import report
+from osm2xodr.xodrWriter import WriteOptions, atomic_output, settle, write_xodr
+
+if TYPE_CHECKING:
+    from osm2xodr.pipeline import Conversion
+
+STANDARD_OUTPUT: Final = Path("-")
+
+
+class _Counting:
+    """A binary stream that counts what goes through."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+        self.size = 0
+
+    def write(self, data: bytes) -> int:
+        """Write all of `data`."""
+        self._stream.write(data)
+        self.size += len(data)
+        return len(data)
+
+
+def deliver(
+    conversion: Conversion,
+    diagnostics: Diagnostics,
+    target: Path,
+    options: WriteOptions,
+    report_target: Path | None,
+    inputs: Mapping[str, Any],
+) -> int:
+    """Write the road network, and the report if there is to be one; both or none.
+
+    Parameters
+    ----------
+    conversion, diagnostics
+        What was made.
+    target, options
+        Where the road network goes, and how it is written.
+    report_target, inputs
+        Where the report goes, if anywhere, and what it says about the input.
+
+    Returns
+    -------
+    int
+        Size of the road network, bytes.
+
+    Raises
+    ------
+    OutputError
+        If either cannot be written.
+    BrokenPipeError
+        If nobody reads standard output to its end.
+    """
+    with _stream_to(target) as stream:
+        counting = _Counting(stream)
+        write_xodr(conversion.road_map, counting, options, diagnostics)
+        if report_target is not None:
+            # Only when the document is safe, but before its file gets its name: both are there in the end, or none.
+            settle(stream)
+            output = {"file": str(target), "bytes": counting.size, "xodr_version": options.version}
+            text = report(inputs, conversion.elevation_models, conversion.statistics, diagnostics, output)
+            with _stream_to(report_target) as reports:
+                reports.write(text)
+    return counting.size
+
+
+@contextlib.contextmanager
+def _stream_to(path: Path) -> Iterator[BinaryIO]:
+    """Give a stream to a file or to standard output."""
+    if path != STANDARD_OUTPUT:
+        with atomic_output(path) as stream:
+            yield stream
+        return
+    try:
+        yield sys.stdout.buffer
+        sys.stdout.buffer.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        silence_standard_output()
+        raise OutputError(f"cannot write standard output: {(error.strerror or str(error)).lower()}") from error
+
+
+def silence_standard_output() -> None:
+    """Let what is still buffered go nowhere, lest the interpreter stumbles over it when it ends."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+def label(path: Path) -> str:
+    """Name an output for people."""
+    return "standard output" if path == STANDARD_OUTPUT else str(path)

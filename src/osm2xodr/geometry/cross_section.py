@@ -1,0 +1,81 @@
+"""Lanes from left to right become OpenDRIVE's lanes, counted outwards from a centre."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
+
+
+@dataclass(frozen=True, slots=True)
+class CrossSection:
+    """All lanes of a street at one place.
+
+    Parameters
+    ----------
+    left, right
+        Lanes left and right of the centre, from the centre outwards: ids 1, 2, … and -1, -2, …
+    centre
+        t of the centre (OpenDRIVE's lane offset), m.
+    left_edge, right_edge
+        t of the carriageway's edges, m.
+    """
+
+    left: tuple[LaneSpec, ...]
+    right: tuple[LaneSpec, ...]
+    centre: float
+    left_edge: float
+    right_edge: float
+
+
+@dataclass(frozen=True, slots=True)
+class EndLane:
+    """One lane where its street ends.
+
+    Parameters
+    ----------
+    id
+        OpenDRIVE's lane id.
+    t
+        Position of its middle off the street's reference line, left of the street's own direction, m.
+    spec
+        What it is.
+    """
+
+    id: int
+    t: float
+    spec: LaneSpec
+
+
+def cross_section(attributes: StreetAttributes, rule: Rule) -> CrossSection:
+    """Lay out a street's lanes about the OSM line.
+
+    Lanes that run along the street lie right of the centre with right-hand traffic and left of it with left-hand
+    traffic; lanes for both directions go with them, next to the centre.
+    """
+    lanes = attributes.lanes_ltr
+    total = sum(lane.width for lane in lanes)
+    left_edge = attributes.middle_offset + total / 2
+    if rule is Rule.RIGHT_HAND:
+        on_left = sum(lane.direction is Direction.BACKWARD for lane in lanes)
+    else:
+        on_left = sum(lane.direction is not Direction.BACKWARD for lane in lanes)
+    left, right = lanes[:on_left], lanes[on_left:]
+    return CrossSection(left[::-1], right, left_edge - sum(lane.width for lane in left), left_edge, left_edge - total)
+
+
+def end_lanes(section: CrossSection, rule: Rule, along: bool) -> tuple[EndLane, ...]:
+    """Return the lanes whose traffic runs along the street (or against it), left to right as their drivers see them.
+
+    Lanes for both directions are left out: nothing leads from them into a junction.
+    """
+    wanted = Direction.FORWARD if along else Direction.BACKWARD
+    found: list[EndLane] = []
+    for side, lanes in ((1, section.left), (-1, section.right)):
+        t = section.centre
+        for number, lane in enumerate(lanes, start=1):
+            if lane.direction is wanted:
+                found.append(EndLane(side * number, t + side * lane.width / 2, lane))
+            t += side * lane.width
+    found.sort(key=lambda lane: -lane.t if along else lane.t)
+    return tuple(found)

@@ -1,0 +1,110 @@
+"""Curves of lines and arcs, and piecewise cubics, evaluated over whole networks at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from osm2xodr.model import Cubic, CubicProfile, FloatArray, IntArray, PlanView
+
+
+def arc_step(curvature: FloatArray, ds: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return u, v and the turn of a curve of constant curvature after ds, in the frame of its start tangent.
+
+    The chord is written with sinc, so that lines need no case of their own:
+    u + iv = ds · sinc(k·ds/2) · exp(i·k·ds/2).
+    """
+    turn = curvature * ds
+    half = 0.5 * turn
+    chord = ds * np.sinc(half / np.pi)
+    return chord * np.cos(half), chord * np.sin(half), turn
+
+
+def lengths(plan: PlanView) -> FloatArray:
+    """Return the length of each curve, (curves,), m."""
+    last = np.maximum(plan.start[1:] - 1, 0)
+    has = plan.start[1:] > plan.start[:-1]
+    out: FloatArray = np.where(has, plan.s[last] + plan.length[last], 0.0) if len(plan.s) else np.zeros(len(has))
+    return out
+
+
+def smallest_radius(plan: PlanView) -> FloatArray:
+    """Return the smallest radius of each curve, (curves,), m; infinity for lines."""
+    out = np.full(len(plan.start) - 1, np.inf)
+    owner = np.repeat(np.arange(len(out)), np.diff(plan.start))
+    bent = plan.curvature != 0
+    np.minimum.at(out, owner[bent], 1 / np.abs(plan.curvature[bent]))
+    return out
+
+
+def find_record(start: IntArray, record_s: FloatArray, curve: IntArray, s: FloatArray) -> IntArray:
+    """Return the index of the record that holds at s of a curve, both (n,).
+
+    Positions before a curve's first record belong to the first, those beyond its end to the last.
+    """
+    lo = start[curve].astype(np.int64)
+    hi = start[curve + 1].astype(np.int64) - 1
+    # A bisection over all queries at once: curves are short, so a few rounds do.
+    for _ in range(max(1, int(np.ceil(np.log2(max(2, int((hi - lo).max(initial=0)) + 1))))) + 1):
+        mid = (lo + hi + 1) // 2
+        right = record_s[np.maximum(mid, 0)] <= s
+        lo = np.where(right, mid, lo)
+        hi = np.where(right, hi, np.maximum(mid - 1, lo))
+    return lo
+
+
+def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return x, y and heading at s of curves, all (n,), m and rad. The heading is not wrapped."""
+    k = find_record(plan.start, plan.s, curve, s)
+    u, v, turn = arc_step(plan.curvature[k], s - plan.s[k])
+    cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
+    return plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn
+
+
+def cubic_value(profile: CubicProfile, curve: IntArray, s: FloatArray, default: float = 0.0) -> FloatArray:
+    """Return the value of piecewise cubics at s of curves, (n,); `default` for curves without records."""
+    out = np.full(len(s), default)
+    has = profile.start[curve + 1] > profile.start[curve]
+    if has.any():
+        k = find_record(profile.start, profile.s, curve[has], s[has])
+        ds = s[has] - profile.s[k]
+        out[has] = profile.a[k] + ds * (profile.b[k] + ds * (profile.c[k] + ds * profile.d[k]))
+    return out
+
+
+def cubic_slope(profile: CubicProfile, curve: IntArray, s: FloatArray) -> FloatArray:
+    """Return the derivative of piecewise cubics at s of curves, (n,); 0 for curves without records."""
+    out = np.zeros(len(s))
+    has = profile.start[curve + 1] > profile.start[curve]
+    if has.any():
+        k = find_record(profile.start, profile.s, curve[has], s[has])
+        ds = s[has] - profile.s[k]
+        out[has] = profile.b[k] + ds * (2 * profile.c[k] + 3 * ds * profile.d[k])
+    return out
+
+
+def joined_plan_views(first: PlanView, second: PlanView) -> PlanView:
+    """Return the curves of both tables in one, the second's after the first's."""
+    return PlanView(
+        np.concatenate([first.start, second.start[1:] + first.start[-1]]),
+        *(
+            np.concatenate([getattr(first, name), getattr(second, name)])
+            for name in ("s", "x", "y", "hdg", "length", "curvature")
+        ),
+    )
+
+
+def joined_profiles(first: CubicProfile, second: CubicProfile) -> CubicProfile:
+    """Return the curves of both tables in one, the second's after the first's."""
+    return CubicProfile(
+        np.concatenate([first.start, second.start[1:] + first.start[-1]]),
+        *(np.concatenate([getattr(first, name), getattr(second, name)]) for name in ("s", "a", "b", "c", "d")),
+    )
+
+
+def profile_of(curves: Sequence[Sequence[Cubic]]) -> CubicProfile:
+    """Return a table of the cubics of many curves."""
+    start = np.concatenate([[0], np.cumsum([len(cubics) for cubics in curves])]).astype(np.int64)
+    flat = np.array([(c.s, c.a, c.b, c.c, c.d) for cubics in curves for c in cubics]).reshape(-1, 5)
+    return CubicProfile(start, *(np.ascontiguousarray(column) for column in flat.T))

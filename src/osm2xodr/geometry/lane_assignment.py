@@ -1,0 +1,285 @@
+"""Which lane leads to which lane through a junction.
+
+Lanes count from 0 at the left, as their drivers see them; turns are angles in radians, positive to the left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from osm2xodr.model import LaneSpec, LaneType
+
+# The turn that each value of turn:lanes stands for, by the pictures on the OSM wiki page Key:turn.
+_ANGLE = {
+    "reverse": 180.0,
+    "sharp_left": 135.0,
+    "left": 90.0,
+    "slight_left": 35.0,
+    "through": 0.0,
+    "slight_right": -35.0,
+    "right": -90.0,
+    "sharp_right": -135.0,
+}
+_LEFT = frozenset({"left", "slight_left", "sharp_left"})
+_RIGHT = frozenset({"right", "slight_right", "sharp_right"})
+_STRAIGHT = math.radians(50.0)
+_SIDEWAYS = math.radians(10.0)
+_MERGING = math.radians(35.0)
+
+
+@dataclass(frozen=True, slots=True)
+class LaneMovement:
+    """A movement between two arms, as lanes see it.
+
+    Parameters
+    ----------
+    entry, exit
+        Keys of the arms (any integers).
+    turn
+        Change of heading, left positive, rad.
+    lateral
+        For each entry lane, where its middle lies left of the exit's reference line when looking along the exit,
+        m; tells which exit lane lies ahead.
+    """
+
+    entry: int
+    exit: int
+    turn: float
+    lateral: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ArmLanes:
+    """Lanes of one arm in one direction of travel, left to right; `t` in the drivers' frame (left positive), m."""
+
+    specs: tuple[LaneSpec, ...]
+    t: tuple[float, ...]
+
+
+LaneLink = tuple[int, int, int]
+"""(index of the movement, entry lane, exit lane)."""
+
+
+def assign_lanes(
+    movements: Sequence[LaneMovement], entries: dict[int, ArmLanes], exits: dict[int, ArmLanes], near_side_left: bool
+) -> list[LaneLink]:
+    """Assign lanes to all movements of one junction.
+
+    Every movement gets a lane, every lane of an entry that has movements one movement, every lane of an exit that
+    is reached at all one lane that feeds it.
+
+    Parameters
+    ----------
+    movements
+        All movements of the junction.
+    entries, exits
+        Lanes by arm.
+    near_side_left
+        Whether traffic drives on the left, so that lanes come and go at the left edge.
+    """
+    served: dict[int, list[int]] = {}
+    for entry in sorted({item.entry for item in movements}):
+        leaving = sorted(
+            (k for k, item in enumerate(movements) if item.entry == entry), key=lambda k: -movements[k].turn
+        )
+        capacity = [len(exits[movements[k].exit].specs) for k in leaving]
+        turns = [movements[k].turn for k in leaving]
+        for k, lanes in zip(
+            leaving, lanes_per_movement(entries[entry].specs, turns, capacity, near_side_left), strict=True
+        ):
+            served[k] = lanes
+    links: list[LaneLink] = []
+    for exit_ in sorted({item.exit for item in movements}):
+        arriving = [k for k, item in enumerate(movements) if item.exit == exit_]
+        links += _into_exit(arriving, movements, served, exits[exit_], near_side_left)
+    return sorted(links)
+
+
+def _usable(specs: Sequence[LaneSpec]) -> list[int]:
+    """Return the lanes that cars drive on; all of them where there is no such lane."""
+    found = [k for k, spec in enumerate(specs) if spec.type is LaneType.DRIVING]
+    return found or list(range(len(specs)))
+
+
+def lanes_per_movement(
+    specs: Sequence[LaneSpec], turns: Sequence[float], capacity: Sequence[int], near_side_left: bool = False
+) -> list[list[int]]:
+    """Return for each movement, sorted from left to right, the entry lanes that serve it.
+
+    Parameters
+    ----------
+    specs
+        The entry's lanes, left to right.
+    turns, capacity
+        Of each movement: change of heading, rad, and number of lanes of its exit.
+    near_side_left
+        Whether traffic drives on the left.
+    """
+    usable = _usable(specs)
+    if len(turns) == 1:
+        return [usable]
+    marked = [specs[k].turns & _ANGLE.keys() for k in usable]
+    chosen = _by_marks(marked, turns, near_side_left) if any(marked) else _by_habit(len(usable), turns, capacity)
+    return [[usable[k] for k in lanes] for lanes in chosen]
+
+
+def _by_marks(marked: Sequence[frozenset[str]], turns: Sequence[float], near_side_left: bool) -> list[list[int]]:
+    """Follow turn:lanes; what it forgets is added where it disturbs the order of lanes least."""
+    straight = min(range(len(turns)), key=lambda m: abs(turns[m]))
+    chosen: list[set[int]] = [set() for _ in turns]
+    for lane, values in enumerate(marked):
+        for value in sorted(values) or ["through"]:
+            chosen[_meant(value, turns, straight, near_side_left)].add(lane)
+    for m, lanes in enumerate(chosen):
+        if not lanes:
+            left = [max(found) for found in chosen[:m] if found]
+            right = [min(found) for found in chosen[m + 1 :] if found]
+            lanes.add(max(left) if left else min(right))
+    return [sorted(lanes) for lanes in chosen]
+
+
+def _meant(value: str, turns: Sequence[float], straight: int, near_side_left: bool) -> int:
+    """Return the movement that a value of turn:lanes means; one turns back across the far side."""
+    if value == "through":
+        return straight
+    left = value in _LEFT or (value == "reverse" and not near_side_left)
+    sign = 1.0 if left else -1.0
+    target = sign * abs(math.radians(_ANGLE[value]))
+    beyond_straight = sign * turns[straight] > _SIDEWAYS
+    found = [
+        m
+        for m, turn in enumerate(turns)
+        if sign * turn > _SIDEWAYS and (beyond_straight or (m < straight if left else m > straight))
+    ]
+    return min(found, key=lambda m: abs(turns[m] - target)) if found else 0 if left else len(turns) - 1
+
+
+def _by_habit(n: int, turns: Sequence[float], capacity: Sequence[int]) -> list[list[int]]:
+    """Deal out n unmarked lanes: turns from the outer lanes, straight on from all."""
+    everything = list(range(n))
+    ahead = [m for m, turn in enumerate(turns) if abs(turn) < _STRAIGHT]
+    if len(ahead) >= 2 and n >= 2:
+        return _fork(n, turns, capacity, ahead)
+    if ahead:
+        straight = min(ahead, key=lambda m: abs(turns[m]))
+        return [[0] if m < straight else everything if m == straight else [n - 1] for m in range(len(turns))]
+    left = [m for m, turn in enumerate(turns) if turn > 0]
+    if not left or len(left) == len(turns):
+        return _fork(n, turns, capacity, list(range(len(turns))))
+    lefts, rights = everything[: (n + 1) // 2], everything[n // 2 :]
+    return [lefts if turn > 0 else rights for turn in turns]
+
+
+def _fork(n: int, turns: Sequence[float], capacity: Sequence[int], ahead: Sequence[int]) -> list[list[int]]:
+    """Deal out lanes where the street splits: the left branch takes from the left, the right one from the right."""
+    first, last = ahead[0], ahead[-1]
+    from_left, from_right = min(n, max(capacity[first], 1)), min(n, max(capacity[last], 1))
+    if from_left + from_right < n and len(ahead) == 2:
+        if from_left >= from_right:
+            from_left = n - from_right
+        else:
+            from_right = n - from_left
+    out: list[list[int]] = []
+    for m in range(len(turns)):
+        if m < first:
+            out.append([0])
+        elif m > last:
+            out.append([n - 1])
+        elif m == first:
+            out.append(list(range(from_left)))
+        elif m == last:
+            out.append(list(range(n - from_right, n)))
+        else:
+            out.append(list(range(n)))
+    return out
+
+
+def _into_exit(
+    arriving: Sequence[int],
+    movements: Sequence[LaneMovement],
+    served: dict[int, list[int]],
+    exit_lanes: ArmLanes,
+    near_side_left: bool,
+) -> list[LaneLink]:
+    """Choose the exit lanes of all movements into one exit, and feed the lanes that nothing leads to."""
+    usable = _usable(exit_lanes.specs)
+    n = len(usable)
+    blocks = _merge_offsets([k for k in arriving if abs(movements[k].turn) < _MERGING], movements, served, n)
+    links: list[LaneLink] = []
+    for k in arriving:
+        lanes = served[k]
+        offset = blocks[k] if k in blocks else _offset(movements[k], lanes, exit_lanes, usable, near_side_left)
+        links += [(k, lane, usable[min(max(r + offset, 0), n - 1)]) for r, lane in enumerate(lanes)]
+    fed = {lane for _, _, lane in links}
+    hungry = [lane for lane in usable if lane not in fed]
+    if hungry:
+        main = min(
+            arriving, key=lambda k: (abs(movements[k].turn) > _STRAIGHT, -len(served[k]), abs(movements[k].turn))
+        )
+        targets = sorted((to, lane) for k, lane, to in links if k == main)
+        for lane in hungry:
+            nearest = min(targets, key=lambda pair: (abs(pair[0] - lane), pair))
+            links.append((main, nearest[1], lane))
+    return links
+
+
+def _merge_offsets(
+    merging: Sequence[int], movements: Sequence[LaneMovement], served: dict[int, list[int]], n: int
+) -> dict[int, int]:
+    """Where several arms run straight into one exit, give each its own lanes from left to right."""
+    if len(merging) < 2:
+        return {}
+    side_by_side = sorted(merging, key=lambda k: -_mean([movements[k].lateral[lane] for lane in served[k]]))
+    counts = [len(served[k]) for k in side_by_side]
+    out: dict[int, int] = {}
+    taken = 0
+    for place, (k, count) in enumerate(zip(side_by_side, counts, strict=True)):
+        to_come = sum(counts[place + 1 :])
+        if sum(counts) <= n:
+            out[k] = n - count - to_come if place == len(counts) - 1 else taken
+        else:
+            out[k] = 0 if place == 0 else n - count if place == len(counts) - 1 else min(taken, n - count)
+        taken += count
+    return out
+
+
+def _offset(
+    movement: LaneMovement, lanes: Sequence[int], exit_lanes: ArmLanes, usable: Sequence[int], near_side_left: bool
+) -> int:
+    """Return by how much exit lanes count higher than entry lanes: 0 keeps left, n - k keeps right."""
+    slack = len(usable) - len(lanes)
+    if slack == 0:
+        return 0
+    if movement.turn > _STRAIGHT:
+        return 0
+    if movement.turn < -_STRAIGHT:
+        return slack
+    pockets = [_pocket(exit_lanes.specs[lane], _LEFT, not near_side_left) for lane in usable]
+    if slack > 0 and pockets[0] and not all(pockets):
+        return min(slack, pockets.index(False))
+    pockets = [_pocket(exit_lanes.specs[lane], _RIGHT, near_side_left) for lane in reversed(usable)]
+    if slack > 0 and pockets[0] and not all(pockets):
+        return slack - min(slack, pockets.index(False))
+    candidates = range(min(slack, 0), max(slack, 0) + 1)
+
+    def shift(offset: int) -> float:
+        total = 0.0
+        for r, lane in enumerate(lanes):
+            to = usable[min(max(r + offset, 0), len(usable) - 1)]
+            total += abs(movement.lateral[lane] - exit_lanes.t[to])
+        return round(total, 2)
+
+    prefer_high = near_side_left == (slack > 0)
+    return min(candidates, key=lambda offset: (shift(offset), -offset if prefer_high else offset))
+
+
+def _pocket(spec: LaneSpec, turns: frozenset[str], turns_back: bool) -> bool:
+    """Whether a lane is for turns to one side alone."""
+    own = spec.turns & _ANGLE.keys()
+    return bool(own) and own <= (turns | {"reverse"} if turns_back else turns)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)

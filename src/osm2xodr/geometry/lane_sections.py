@@ -1,0 +1,340 @@
+"""Lane sections of roads outside junctions: lanes, widths with tapers, links, marks, and the lane offset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from osm2xodr import defaults
+from osm2xodr.geometry.cross_section import CrossSection
+from osm2xodr.geometry.lane_matching import match_lanes
+from osm2xodr.model import (
+    Cubic,
+    Direction,
+    Lane,
+    LaneSection,
+    LaneSpec,
+    LaneType,
+    RoadMark,
+    RoadType,
+    Rule,
+    StreetAttributes,
+)
+
+_FAST = ("motorway", "motorway_link", "trunk", "trunk_link")
+_UNMARKED = ("residential", "living_street", "service", "track")
+_NO_MARK = RoadMark("none", width=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Part of a road on which the cross-section stays the same.
+
+    Parameters
+    ----------
+    start, end
+        s on the road, m.
+    attributes, section
+        What holds there.
+    """
+
+    start: float
+    end: float
+    attributes: StreetAttributes
+    section: CrossSection
+
+
+@dataclass(frozen=True, slots=True)
+class LaneLayout:
+    """Everything that a road says about its lanes.
+
+    Parameters
+    ----------
+    sections
+        Lane sections; lanes at the road's ends have no links beyond it yet.
+    offset
+        Lane offset over the road's s.
+    types
+        Road type and speed.
+    """
+
+    sections: tuple[LaneSection, ...]
+    offset: tuple[Cubic, ...]
+    types: tuple[RoadType, ...]
+
+
+def stretches(
+    pieces: Sequence[tuple[float, StreetAttributes, CrossSection]], begin: float, end: float
+) -> list[Stretch]:
+    """Cut the pieces of a street to the part from s = begin to s = end, which becomes a road.
+
+    Pieces whose lanes are the same become one stretch; a stretch that is too short for a lane section of its own
+    joins the longer of its neighbours.
+
+    Parameters
+    ----------
+    pieces
+        (s on the street from which it holds, attributes, cross-section), in ascending s.
+    """
+    found: list[Stretch] = []
+    for k, (s, attributes, section) in enumerate(pieces):
+        lower = max(s, begin) if k else begin
+        upper = min(pieces[k + 1][0] if k + 1 < len(pieces) else end, end)
+        if upper <= lower:
+            continue
+        last = found[-1] if found else None
+        if last is not None and _same_lanes(last.section, section) and _same_speed(last.attributes, attributes):
+            # The later attributes hold the turns that count at the end, the lanes are the same.
+            found[-1] = Stretch(last.start, upper - begin, attributes, section)
+        else:
+            found.append(Stretch(lower - begin, upper - begin, attributes, section))
+    if not found:
+        s, attributes, section = max((p for p in pieces if p[0] <= begin), default=pieces[0], key=lambda p: p[0])
+        return [Stretch(0.0, end - begin, attributes, section)]
+    return _without_short(found)
+
+
+def _without_short(found: list[Stretch]) -> list[Stretch]:
+    """Mend stretches that are too short for tapers.
+
+    At a road's end, where pockets for turning lanes are, they grow; elsewhere a neighbour takes them over, unless
+    traffic runs otherwise there.
+    """
+    found = _grown_at_ends(found)
+    kept: set[float] = set()
+    while len(found) > 1:
+        k = min(
+            (i for i in range(len(found)) if found[i].start not in kept),
+            key=lambda i: found[i].end - found[i].start,
+            default=-1,
+        )
+        if k < 0 or found[k].end - found[k].start >= defaults.SHORTEST_LANE_SECTION:
+            break
+        item = found[k]
+        tiny = item.end - item.start < defaults.SHORTEST_ROAD
+        heirs = [
+            i
+            for i in (k - 1, k + 1)
+            if 0 <= i < len(found) and (tiny or _directions(found[i].section) == _directions(item.section))
+        ]
+        if not heirs:
+            kept.add(item.start)
+            continue
+        heir = found[max(heirs, key=lambda i: found[i].end - found[i].start)]
+        lo = min(k, found.index(heir))
+        merged = Stretch(found[lo].start, found[lo + 1].end, heir.attributes, heir.section)
+        found[lo : lo + 2] = [merged]
+    return found
+
+
+def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
+    if len(found) < 2:
+        return found
+    first, second = found[:2]
+    missing = defaults.SHORTEST_LANE_SECTION - (first.end - first.start)
+    if 0 < missing < (second.end - second.start) / 2:
+        found[:2] = [replace(first, end=first.end + missing), replace(second, start=second.start + missing)]
+    before, last = found[-2:]
+    missing = defaults.SHORTEST_LANE_SECTION - (last.end - last.start)
+    if 0 < missing < (before.end - before.start) / 2:
+        found[-2:] = [replace(before, end=before.end - missing), replace(last, start=last.start - missing)]
+    return found
+
+
+def _directions(section: CrossSection) -> set[Direction]:
+    return {lane.direction for lane in (*section.left, *section.right)}
+
+
+def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
+    def shape(lanes: tuple[LaneSpec, ...]) -> list[tuple[LaneType, Direction, float]]:
+        return [(lane.type, lane.direction, lane.width) for lane in lanes]
+
+    return (
+        one.centre == other.centre and shape(one.left) == shape(other.left) and shape(one.right) == shape(other.right)
+    )
+
+
+def _same_speed(one: StreetAttributes, other: StreetAttributes) -> bool:
+    return (one.speed_forward, one.speed_backward) == (other.speed_forward, other.speed_backward)
+
+
+def lay_out_lanes(road: Sequence[Stretch], rule: Rule) -> LaneLayout:
+    """Build the lane sections of a road from its stretches.
+
+    A lane that opens does so from width 0 after the border of two sections, one that ends does so before it; lane
+    offset and widths follow the same cubic, so that every edge between them does too.
+    """
+    links = [match_lanes(a.section, b.section, rule) for a, b in pairwise(road)]
+    sections: list[LaneSection] = []
+    offset: list[Cubic] = []
+    types: list[RoadType] = []
+    at_border: dict[int, float] = dict(_widths(road[0].section))
+    offset_at_border = road[0].section.centre
+    for k, stretch in enumerate(road):
+        ahead = links[k] if k + 1 < len(road) else None
+        widths = _widths(stretch.section)
+        length = stretch.end - stretch.start
+        most = defaults.TAPER_LENGTH_MOTORWAY if stretch.attributes.highway in _FAST else defaults.TAPER_LENGTH
+        taper = min(most, defaults.TAPER_SHARE * length)
+        ending = set() if ahead is None else {lane for lane in widths if lane not in ahead}
+        offset_after = _offset_without(stretch.section, ending)
+        begins = {lane: at_border.get(lane, 0.0) for lane in widths}
+        behind = {to: lane for lane, to in links[k - 1].items()} if k else None
+        lanes = _lanes(stretch, rule, length, taper, begins, ending, behind, ahead)
+        sections.append(LaneSection(stretch.start, lanes))
+        offset += [
+            Cubic(stretch.start + c.s, c.a, c.b, c.c, c.d)
+            for c in tapered(length, taper, offset_at_border, stretch.section.centre, offset_after)
+        ]
+        types.append(RoadType(stretch.start, _road_type(stretch.attributes), _road_speed(stretch.attributes)))
+        if ahead is not None:
+            at_border = {to: widths[lane] for lane, to in ahead.items()}
+            offset_at_border = offset_after
+    return LaneLayout(tuple(sections), _without_repeats(offset), _without_equal_types(types))
+
+
+def _widths(section: CrossSection) -> dict[int, float]:
+    """Return width by lane id, leftmost first."""
+    left = {number: lane.width for number, lane in enumerate(section.left, start=1)}
+    right = {-number: lane.width for number, lane in enumerate(section.right, start=1)}
+    return {**dict(reversed(left.items())), **right}
+
+
+def _offset_without(section: CrossSection, ending: set[int]) -> float:
+    """Return the centre's t once the lanes that end are gone and the rest lies about the same middle."""
+    if not ending:
+        return section.centre
+    widths = {lane: 0.0 if lane in ending else width for lane, width in _widths(section).items()}
+    left = sum(width for lane, width in widths.items() if lane > 0)
+    middle = (section.left_edge + section.right_edge) / 2
+    return middle + sum(widths.values()) / 2 - left
+
+
+def smooth_step(s: float, length: float, start: float, end: float) -> Cubic:
+    """Return the cubic from one value to another over a length with no slope at either end."""
+    rise = end - start
+    return Cubic(s, start, 0.0, 3 * rise / length**2, -2 * rise / length**3)
+
+
+def tapered(length: float, taper: float, start: float, middle: float, end: float) -> tuple[Cubic, ...]:
+    """Return cubics that go from `start` to `middle` in a taper, stay, and go to `end` in another."""
+    out: list[Cubic] = []
+    stays_from = 0.0
+    if abs(middle - start) > 1e-9:
+        out.append(smooth_step(0.0, taper, start, middle))
+        stays_from = taper
+    out.append(Cubic(stays_from, middle))
+    if abs(end - middle) > 1e-9:
+        out.append(smooth_step(length - taper, taper, middle, end))
+    return tuple(out)
+
+
+def _lanes(
+    stretch: Stretch,
+    rule: Rule,
+    length: float,
+    taper: float,
+    begins: dict[int, float],
+    ending: set[int],
+    behind: dict[int, int] | None,
+    ahead: dict[int, int] | None,
+) -> tuple[Lane, ...]:
+    """Return all lanes of a section, leftmost first, with the centre lane among them."""
+    section = stretch.section
+    out: list[Lane] = []
+    for number, spec in [*reversed(list(enumerate(section.left, start=1)))]:
+        out.append(_lane(number, spec, stretch, length, taper, begins, ending, behind, ahead))
+    out.append(Lane(0, LaneType.NONE, (), road_mark=_centre_mark(stretch, rule)))
+    for number, spec in enumerate(section.right, start=1):
+        out.append(_lane(-number, spec, stretch, length, taper, begins, ending, behind, ahead))
+    return tuple(out)
+
+
+def _lane(
+    lane_id: int,
+    spec: LaneSpec,
+    stretch: Stretch,
+    length: float,
+    taper: float,
+    begins: dict[int, float],
+    ending: set[int],
+    behind: dict[int, int] | None,
+    ahead: dict[int, int] | None,
+) -> Lane:
+    attributes = stretch.attributes
+    own_speed = attributes.speed_backward if spec.direction is Direction.BACKWARD else attributes.speed_forward
+    return Lane(
+        id=lane_id,
+        type=LaneType.BIDIRECTIONAL if spec.direction is Direction.BOTH else spec.type,
+        widths=tapered(length, taper, begins[lane_id], spec.width, 0.0 if lane_id in ending else spec.width),
+        predecessor=None if behind is None else behind.get(lane_id),
+        successor=None if ahead is None else ahead.get(lane_id),
+        road_mark=_outer_mark(lane_id, stretch),
+        speed=own_speed if own_speed != _road_speed(attributes) else None,
+    )
+
+
+def _outer_mark(lane_id: int, stretch: Stretch) -> RoadMark:
+    """Return the mark between a lane and the next one outwards, or the edge of the carriageway."""
+    lanes = stretch.section.left if lane_id > 0 else stretch.section.right
+    wide = stretch.attributes.highway in _FAST
+    width = defaults.MARK_WIDTH_WIDE if wide else defaults.MARK_WIDTH
+    if abs(lane_id) == len(lanes):
+        if stretch.attributes.highway in _UNMARKED:
+            return _NO_MARK
+        return RoadMark("solid", width=width)
+    if lanes[abs(lane_id) - 1].direction is not lanes[abs(lane_id)].direction:
+        return RoadMark("solid broken", width=width, lane_change="both")
+    return RoadMark("broken", width=width, lane_change="both")
+
+
+def _centre_mark(stretch: Stretch, rule: Rule) -> RoadMark:
+    """Return the mark on the centre line, which is an edge where all lanes lie on one side of it."""
+    section, highway = stretch.section, stretch.attributes.highway
+    width = defaults.MARK_WIDTH_WIDE if highway in _FAST else defaults.MARK_WIDTH
+    if not section.left or not section.right:
+        return _NO_MARK if highway in _UNMARKED else RoadMark("solid", width=width)
+    if highway in _UNMARKED or section.left_edge - section.right_edge < defaults.CENTRE_LINE_FROM:
+        return RoadMark("none", width=0.0, lane_change="both")
+    if len(section.left) + len(section.right) > 2:
+        return RoadMark("solid", width=width)
+    return RoadMark("broken", width=width, lane_change="both")
+
+
+def _road_speed(attributes: StreetAttributes) -> float | None:
+    if attributes.speed_forward is not None:
+        return attributes.speed_forward
+    return attributes.speed_backward
+
+
+def _road_type(attributes: StreetAttributes) -> str:
+    """Return OpenDRIVE's road type for a highway value and speed."""
+    if attributes.highway in ("motorway", "motorway_link"):
+        return "motorway"
+    if attributes.highway == "living_street":
+        return "lowSpeed"
+    speed = _road_speed(attributes)
+    fast = speed is not None and speed > defaults.RURAL_SPEED
+    if attributes.highway in ("trunk", "trunk_link"):
+        return "rural" if fast or speed is None else "townExpressway"
+    return "rural" if fast or attributes.highway == "track" else "town"
+
+
+def _without_equal_types(types: list[RoadType]) -> tuple[RoadType, ...]:
+    return tuple(
+        item
+        for k, item in enumerate(types)
+        if k == 0 or (item.type, item.speed) != (types[k - 1].type, types[k - 1].speed)
+    )
+
+
+def _without_repeats(cubics: list[Cubic]) -> tuple[Cubic, ...]:
+    """Leave out records that say what the one before says: neighbouring constants of the same value."""
+    out: list[Cubic] = []
+    for item in cubics:
+        flat = item.b == item.c == item.d == 0.0
+        if out and flat and out[-1].b == out[-1].c == out[-1].d == 0.0 and abs(out[-1].a - item.a) < 1e-9:
+            continue
+        out.append(item)
+    return tuple(out)

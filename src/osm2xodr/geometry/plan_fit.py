@@ -1,0 +1,270 @@
+"""Polylines of OSM become smooth curves of lines and arcs: all streets at once.
+
+Every vertex of a simplified polyline gets a fillet. A fillet alone lies inside of every corner, so vertices are
+first moved outwards by half of what the fillet cuts off: the curve then runs as far outside of the vertices as
+inside of the segments, as the road that the nodes were set on does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.geometry.curves import arc_step, find_record
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+_SPIKE = np.deg2rad(170.0)
+_LEFTOVER_LINE = 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedPolylines:
+    """Curves through many polylines.
+
+    Parameters
+    ----------
+    plan_view
+        One curve per polyline.
+    station : (points,)
+        s of every point of the polylines on its curve, m.
+    spikes : (spikes,)
+        Indices of points that were left out because the polyline turns back on itself there.
+    """
+
+    plan_view: PlanView
+    station: FloatArray
+    spikes: IntArray
+
+
+def fit_polylines(
+    points: FloatArray,
+    start: IntArray,
+    corner_radius: FloatArray,
+    closed: BoolArray | None = None,
+    fixed: BoolArray | None = None,
+) -> FittedPolylines:
+    """Fit a curve of lines and arcs with continuous heading to each polyline.
+
+    Parameters
+    ----------
+    points : (points, 2)
+        Local x, y of all polylines in a row, m; no two in a row at the same place.
+    start : (polylines + 1,)
+        Index of each polyline's first point; each has at least two.
+    corner_radius : (polylines,)
+        Radius wished for at corners, m.
+    closed : (polylines,)
+        Polylines whose ends meet on a straight, so that heading continues from end to start.
+    fixed : (points,)
+        Points that are neither left out nor moved.
+    """
+    polyline = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    keep, spikes = _simplify(points, polyline, np.zeros(len(points), bool) if fixed is None else fixed)
+    kept = np.flatnonzero(keep)
+    owner = polyline[kept]
+    interior = np.zeros(len(kept), bool)
+    interior[1:-1] = (owner[1:-1] == owner[:-2]) & (owner[1:-1] == owner[2:])
+    anchored = np.zeros(len(kept), bool) if fixed is None else fixed[kept]
+    if closed is not None:
+        first = np.concatenate([[True], owner[1:] != owner[:-1]])
+        last = np.concatenate([owner[1:] != owner[:-1], [True]])
+        anchored[1:] |= first[:-1] & closed[owner[1:]]
+        anchored[:-1] |= last[1:] & closed[owner[:-1]]
+    moved, tangent, turn = _displaced_fillets(points[kept], interior, anchored, corner_radius[owner])
+    plan, kept_station = _records(moved, tangent, turn, owner, len(start) - 1)
+    chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    station = np.interp(chainage, chainage[kept], kept_station)
+    # An end of one polyline and the start of the next have chainages of their own, but may coincide in place.
+    station[kept] = kept_station
+    return FittedPolylines(plan, station, spikes)
+
+
+def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple[BoolArray, IntArray]:
+    """Say which points are needed to stay within the tolerance, and which were spikes.
+
+    Passes over all polylines take out the least important point of each neighbourhood. What a segment already
+    passed over counts towards what it may still pass over, so the tolerance holds.
+    """
+    keep = np.ones(len(points), bool)
+    passed_over = np.zeros(len(points))
+    spikes: list[IntArray] = []
+    while True:
+        k = np.flatnonzero(keep)
+        if len(k) < 3:
+            break
+        before, here, after = k[:-2], k[1:-1], k[2:]
+        interior = (polyline[before] == polyline[here]) & (polyline[here] == polyline[after]) & ~fixed[here]
+        # What would leave two points at one place must stay.
+        interior &= np.hypot(*(points[after] - points[before]).T) > 1e-6
+        a, b, c = points[before], points[here], points[after]
+        first, second, chord = b - a, c - b, c - a
+        len_first, len_second = np.hypot(*first.T), np.hypot(*second.T)
+        cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+        dot = (first * second).sum(1)
+        turn = np.abs(np.arctan2(cross, dot))
+        along = (first * chord).sum(1) / np.maximum((chord * chord).sum(1), 1e-12)
+        off = np.hypot(*(first - np.clip(along, 0, 1)[:, None] * chord).T)
+        error = off + np.maximum(passed_over[before], passed_over[here])
+        spike = turn > _SPIKE
+        crowded = np.minimum(len_first, len_second) < defaults.SHORTEST_SEGMENT
+        wanted = interior & (spike | crowded | (error <= defaults.SIMPLIFY_TOLERANCE))
+        cost = np.where(wanted, np.where(spike, -1.0, off), np.inf)
+        left = np.concatenate([[np.inf], cost[:-1]])
+        right = np.concatenate([cost[1:], [np.inf]])
+        drop = wanted & (cost < left) & (cost <= right)
+        if not drop.any():
+            break
+        spikes.append(here[drop & spike])
+        passed_over[before[drop]] = error[drop]
+        keep[here[drop]] = False
+    return keep, np.sort(np.concatenate(spikes)) if spikes else np.zeros(0, np.int64)
+
+
+def _corner_cut(turn: FloatArray, corner_radius: FloatArray) -> FloatArray:
+    """Return how far the curve may cut each corner, m."""
+    wish = corner_radius * (1.0 / np.maximum(np.cos(turn / 2), 0.05) - 1.0)
+    most = np.interp(turn, np.deg2rad([90.0, 150.0]), [defaults.CORNER_CUT_MAX, defaults.CORNER_CUT_HAIRPIN])
+    cut: FloatArray = np.where(turn > np.deg2rad(25.0), np.clip(wish, defaults.CORNER_CUT, most), defaults.CORNER_CUT)
+    return cut
+
+
+def _displaced_fillets(
+    original: FloatArray, interior: BoolArray, anchored: BoolArray, corner_radius: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return moved vertices (n, 2), tangent lengths of their fillets (n,), m, and their turns (n,), rad."""
+    moved = original.copy()
+    tangent = np.zeros(len(original))
+    turn = np.zeros(len(original))
+    for _ in range(4):
+        step = np.diff(moved, axis=0)
+        length = np.hypot(*step.T)
+        unit = step / np.maximum(length, 1e-12)[:, None]
+        turn = _turns(unit, interior)
+        size = np.abs(turn)
+        quarter = np.tan(size / 4)
+        wish = np.minimum(
+            _corner_cut(size, corner_radius) / np.maximum(quarter, 1e-9),
+            defaults.LARGEST_RADIUS * np.tan(np.minimum(size, 3.1) / 2),
+        )
+        tangent = _share(np.where(interior, wish, 0.0), length, interior)
+        bisector = np.zeros_like(moved)
+        bisector[1:-1] = unit[:-1] - unit[1:]
+        bisector /= np.maximum(np.hypot(*bisector.T), 1e-12)[:, None]
+        out = np.where(interior & ~anchored, np.minimum(0.5 * tangent * quarter, 0.5 * defaults.CORNER_CUT_MAX), 0.0)
+        last_moved = moved
+        moved = original + out[:, None] * bisector
+    # The last tangents belong to the vertices that they were computed for.
+    return last_moved, tangent, turn
+
+
+def _turns(unit: FloatArray, interior: BoolArray) -> FloatArray:
+    """Return the signed turn at each vertex, rad, 0 at ends."""
+    turn = np.zeros(len(interior))
+    cross = unit[:-1, 0] * unit[1:, 1] - unit[:-1, 1] * unit[1:, 0]
+    turn[1:-1] = np.arctan2(cross, (unit[:-1] * unit[1:]).sum(1))
+    turn[~interior] = 0.0
+    return turn
+
+
+def _share(wish: FloatArray, length: FloatArray, interior: BoolArray) -> FloatArray:
+    """Give each vertex as much of its two segments as it wishes and its neighbours leave."""
+    room = length - np.minimum(_LEFTOVER_LINE, 0.2 * length)
+    before = np.concatenate([[0.0], room])
+    after = np.concatenate([room, [0.0]])
+    free_before = np.concatenate([[True], ~interior[:-1]])
+    free_after = np.concatenate([~interior[1:], [True]])
+    tangent = np.minimum(
+        wish, np.minimum(np.where(free_before, before, before / 2), np.where(free_after, after, after / 2))
+    )
+    for _ in range(3):
+        left = np.concatenate([[0.0], tangent[:-1]])
+        right = np.concatenate([tangent[1:], [0.0]])
+        grown = np.minimum(wish, np.minimum(before - left, after - right))
+        grown = np.where(interior, np.maximum(grown, tangent), 0.0)
+        over = np.minimum(1.0, room / np.maximum(grown[:-1] + grown[1:], 1e-12))
+        scale = np.minimum(np.concatenate([[1.0], over]), np.concatenate([over, [1.0]]))
+        tangent = grown * scale
+    out: FloatArray = np.where(interior, tangent, 0.0)
+    return out
+
+
+def _records(
+    vertex: FloatArray, tangent: FloatArray, turn: FloatArray, owner: IntArray, curves: int
+) -> tuple[PlanView, FloatArray]:
+    """Write out lines and arcs; also return s of each vertex (of its arc's middle)."""
+    step = np.diff(vertex, axis=0)
+    length = np.hypot(*step.T)
+    same = owner[1:] == owner[:-1]
+    unit = step / np.maximum(length, 1e-12)[:, None]
+    hdg = np.arctan2(unit[:, 1], unit[:, 0])
+    n = len(vertex)
+    # Two slots per vertex: the line that leads to it from the one before, then its arc.
+    shape = (n, 2)
+    rx, ry, rh, rl, rk = (np.zeros(shape) for _ in range(5))
+    line_start = vertex[:-1] + tangent[:-1, None] * unit
+    rx[1:, 0], ry[1:, 0], rh[1:, 0] = line_start[:, 0], line_start[:, 1], hdg
+    rl[1:, 0] = np.where(same, length - tangent[:-1] - tangent[1:], 0.0)
+    bend = np.abs(turn) > 1e-9
+    radius = tangent / np.tan(np.where(bend, np.abs(turn), 1.0) / 2)
+    arc_start = vertex[1:] - tangent[1:, None] * unit
+    rx[1:, 1], ry[1:, 1], rh[1:, 1] = arc_start[:, 0], arc_start[:, 1], hdg
+    rl[:, 1] = np.where(bend, radius * np.abs(turn), 0.0)
+    rk[:, 1] = np.where(bend, np.sign(turn) / np.maximum(radius, 1e-9), 0.0)
+    flat_length = rl.ravel()
+    end_s = np.cumsum(flat_length)
+    first_of = np.concatenate([[True], ~same])
+    base = np.repeat((end_s[0::2] - flat_length[0::2])[first_of], np.diff(np.append(np.flatnonzero(first_of), n)))
+    s = end_s - flat_length - np.repeat(base, 2)
+    station = s[1::2] + 0.5 * flat_length[1::2]
+    used = flat_length > 1e-9
+    curve = np.repeat(owner, 2)[used]
+    per_curve = np.bincount(curve, minlength=curves)
+    start = np.concatenate([[0], np.cumsum(per_curve)]).astype(np.int64)
+    # Sums over all curves leave rounding errors: each curve starts at 0 all the same.
+    record_s = np.where(np.diff(curve, prepend=-1) > 0, 0.0, s[used])
+    plan = PlanView(
+        start, record_s, rx.ravel()[used], ry.ravel()[used], rh.ravel()[used], flat_length[used], rk.ravel()[used]
+    )
+    return plan, station
+
+
+def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[int] | IntArray) -> PlanView:
+    """Return the part from s = lo to s = hi of curves; all (parts,). The same curve may be cut several times.
+
+    The parts' s starts at 0. A cut closer than 1 cm to the border of two records is moved there by `snap_cuts`
+    beforehand if slivers are to be avoided.
+    """
+    which = np.asarray(curve, np.int64)
+    count = plan.start[which + 1] - plan.start[which]
+    part = np.repeat(np.arange(len(which)), count)
+    offset = np.arange(len(part)) - np.repeat(np.concatenate([[0], np.cumsum(count)[:-1]]), count)
+    k = plan.start[which][part] + offset
+    begin = np.maximum(plan.s[k], lo[part])
+    end = np.minimum(plan.s[k] + plan.length[k], hi[part])
+    used = end - begin > 1e-9
+    # What is cut off as too short to count must not leave the first record with an s above 0.
+    k, part, begin, end = k[used], part[used], begin[used], end[used]
+    u, v, turn = arc_step(plan.curvature[k], begin - plan.s[k])
+    cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
+    start = np.concatenate([[0], np.cumsum(np.bincount(part, minlength=len(which)))]).astype(np.int64)
+    return PlanView(
+        start,
+        np.where(np.diff(part, prepend=-1) > 0, 0.0, begin - lo[part]),
+        plan.x[k] + cos * u - sin * v,
+        plan.y[k] + sin * u + cos * v,
+        plan.hdg[k] + turn,
+        end - begin,
+        plan.curvature[k].copy(),
+    )
+
+
+def snap_cuts(plan: PlanView, curve: IntArray, s: FloatArray, within: float = 0.01) -> FloatArray:
+    """Move positions closer than `within` to the border of two records onto it, so that cuts leave no slivers."""
+    k = find_record(plan.start, plan.s, curve, s)
+    lower, upper = plan.s[k], plan.s[k] + plan.length[k]
+    snapped = np.where(s - lower < within, lower, s)
+    out: FloatArray = np.where(upper - s < within, upper, snapped)
+    return out

@@ -1,0 +1,111 @@
+"""From heights and grades at knots to the records that are written."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from osm2xodr.defaults import PROFILE_SLOPE_TOLERANCE, PROFILE_TOLERANCE
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
+
+
+def hermite_records(start: IntArray, s: FloatArray, value: FloatArray, slope: FloatArray) -> CubicProfile:
+    """Return the cubics through values and slopes at the knots of many curves.
+
+    Parameters
+    ----------
+    start : (curves + 1,)
+        Index of each curve's first knot; every curve has at least two.
+    s, value, slope : (knots,)
+        Where the knots lie, and what holds there.
+    """
+    last = np.zeros(len(s), bool)
+    last[start[1:] - 1] = True
+    a = np.flatnonzero(~last)
+    b = a + 1
+    h = s[b] - s[a]
+    secant = (value[b] - value[a]) / h
+    c = (3 * secant - 2 * slope[a] - slope[b]) / h
+    d = (slope[a] + slope[b] - 2 * secant) / (h * h)
+    first = start - np.arange(len(start))
+    return CubicProfile(first.astype(np.int64), s[a].copy(), value[a].copy(), slope[a].copy(), c, d)
+
+
+def thin_knots(
+    start: IntArray,
+    s: FloatArray,
+    value: FloatArray,
+    slope: FloatArray,
+    value_tolerance: float = PROFILE_TOLERANCE,
+    slope_tolerance: float = PROFILE_SLOPE_TOLERANCE,
+) -> BoolArray:
+    """Return which knots to keep so that the cubics between them still fit all knots.
+
+    What is kept is kept exactly, so that value and slope stay continuous there. Pairs of neighbouring cubics are
+    joined round by round, so that the cost is linear in the number of knots.
+    """
+    curve = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    keep = np.ones(len(s), bool)
+    fixed = np.zeros(len(s), bool)
+    fixed[start[:-1]] = fixed[start[1:] - 1] = True
+    for _ in range(int(np.ceil(np.log2(max(2, len(s)))))):
+        kept = np.flatnonzero(keep)
+        first = np.searchsorted(kept, start[:-1])
+        place = np.arange(len(kept)) - first[curve[kept]]
+        candidate = (place % 2 == 1) & ~fixed[kept]
+        if not candidate.any():
+            break
+        trial = kept[~candidate]
+        misfit = _misfit(trial, s, value, slope, value_tolerance, slope_tolerance)
+        # A candidate goes if no knot between its two neighbours is missed by the cubic that spans them.
+        ends = np.searchsorted(trial, kept[candidate]) - 1
+        good = ~misfit[ends]
+        if not good.any():
+            break
+        keep[kept[candidate][good]] = False
+    return keep
+
+
+def _misfit(
+    trial: IntArray,
+    s: FloatArray,
+    value: FloatArray,
+    slope: FloatArray,
+    value_tolerance: float,
+    slope_tolerance: float,
+) -> BoolArray:
+    """Return for each interval between trial knots whether its cubic misses a knot within."""
+    interval = np.clip(np.searchsorted(trial, np.arange(len(s)), side="right") - 1, 0, len(trial) - 2)
+    a, b = trial[interval], trial[interval + 1]
+    h = np.maximum(s[b] - s[a], 1e-12)
+    u = np.clip((s - s[a]) / h, 0.0, 1.0)
+    u2, u3 = u * u, u * u * u
+    blend = 3 * u2 - 2 * u3
+    z = value[a] * (1 - blend) + value[b] * blend + h * (slope[a] * (u - 2 * u2 + u3) + slope[b] * (u3 - u2))
+    g = 6 * (u - u2) * (value[b] - value[a]) / h + slope[a] * (1 - 4 * u + 3 * u2) + slope[b] * (3 * u2 - 2 * u)
+    bad = (np.abs(z - value) > value_tolerance) | (np.abs(g - slope) > slope_tolerance)
+    out = np.zeros(len(trial), bool)
+    out[interval[bad]] = True
+    return out
+
+
+def thin_records(
+    start: IntArray,
+    s: FloatArray,
+    value: FloatArray,
+    slope: FloatArray,
+    value_tolerance: float = PROFILE_TOLERANCE,
+    slope_tolerance: float = PROFILE_SLOPE_TOLERANCE,
+) -> CubicProfile:
+    """Return few cubics that fit all knots of many curves and are continuous in value and slope."""
+    keep = thin_knots(start, s, value, slope, value_tolerance, slope_tolerance)
+    counts = np.add.reduceat(keep, start[:-1]) if len(start) > 1 else np.zeros(0, np.int64)
+    kept_start = np.r_[0, np.cumsum(counts)].astype(np.int64)
+    return hermite_records(kept_start, s[keep], value[keep], slope[keep])
+
+
+def only_curves(profile: CubicProfile, wanted: BoolArray) -> CubicProfile:
+    """Return the profile with the records of the wanted curves only, (curves,); the others are left with none."""
+    count = np.diff(profile.start)
+    keep = np.repeat(wanted, count)
+    start = np.r_[0, np.cumsum(np.where(wanted, count, 0))].astype(np.int64)
+    return CubicProfile(start, profile.s[keep], profile.a[keep], profile.b[keep], profile.c[keep], profile.d[keep])

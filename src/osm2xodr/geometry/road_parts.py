@@ -1,0 +1,142 @@
+"""Which part of which street becomes a road, and what its lanes are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.geometry.clusters import JunctionLayout
+from osm2xodr.geometry.curves import lengths
+from osm2xodr.geometry.lane_sections import LaneLayout, Stretch, lay_out_lanes, stretches
+from osm2xodr.geometry.movements import Movement
+from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts
+from osm2xodr.geometry.straight_ends import out_of_bends
+from osm2xodr.geometry.streets import FittedStreets, Piece
+from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadParts:
+    """The roads outside junctions. Road end number 2 k is the start of road k, 2 k + 1 its end.
+
+    Parameters
+    ----------
+    plan_view
+        One curve per road.
+    length : (roads,)
+        m.
+    street : (roads,)
+        The street each is part of.
+    begin : (roads,)
+        s on the street where the road begins, m.
+    road_end : (street ends,)
+        Road end that each street end became, -1 for none.
+    end_junction : (roads, 2)
+        Junction at either end, -1 for none.
+    end_link : (roads, 2)
+        Road end that touches directly, -1 for none.
+    stretches, lanes
+        Of each road.
+    """
+
+    plan_view: PlanView
+    length: FloatArray
+    street: IntArray
+    begin: FloatArray
+    road_end: IntArray
+    end_junction: IntArray
+    end_link: IntArray
+    stretches: tuple[tuple[Stretch, ...], ...]
+    lanes: tuple[LaneLayout, ...]
+
+
+def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) -> JunctionLayout:
+    """Take out junctions that nobody can drive through: their arms are dead ends and keep their length."""
+    used = np.zeros(len(layout.arms), bool)
+    used[[item.junction for item in movements]] = True
+    idle = (layout.junction >= 0) & ~np.append(used, False)[layout.junction]
+    return replace(layout, junction=np.where(idle, -1, layout.junction), trim=np.where(idle, 0.0, layout.trim))
+
+
+def cut_roads(network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout) -> RoadParts:
+    """Cut streets to roads at their junctions.
+
+    A closed ring, and a street that leaves a junction and comes back to it, become two roads that touch: no road may
+    be its own successor, and readers take a road with one junction at both ends for a way through it.
+    """
+    length = lengths(fitted.plan_view)
+    begin = layout.trim[0::2]
+    end = length - layout.trim[1::2]
+    first, last = layout.junction[0::2], layout.junction[1::2]
+    halved = np.array([street.start < 0 for street in network.streets], bool) | ((first >= 0) & (first == last))
+    whole = np.flatnonzero(~layout.inner & ~halved)
+    halves = np.flatnonzero(~layout.inner & halved)
+    street = np.concatenate([whole, np.repeat(halves, 2)])
+    aside = np.array([_aside(fitted.pieces[k]) for k in halves.tolist()])
+    middle = out_of_bends(fitted.plan_view, halves, (begin[halves] + end[halves]) / 2, aside, length)
+    middle = np.clip(middle, begin[halves] + 0.25 * (end - begin)[halves], end[halves] - 0.25 * (end - begin)[halves])
+    lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
+    hi = np.concatenate([end[whole], np.column_stack([middle, end[halves]]).ravel()])
+    lo = snap_cuts(fitted.plan_view, street, lo)
+    hi = snap_cuts(fitted.plan_view, street, hi)
+    plan = cut_curves(fitted.plan_view, lo, hi, street)
+    roads = len(street)
+    front = np.concatenate([np.arange(len(whole)), np.arange(len(whole), roads, 2)])
+    back = np.concatenate([np.arange(len(whole)), np.arange(len(whole) + 1, roads, 2)])
+    numbered = np.concatenate([whole, halves])
+    road_end = np.full(2 * len(network.streets), -1, np.int64)
+    road_end[2 * numbered] = 2 * front
+    road_end[2 * numbered + 1] = 2 * back + 1
+    end_junction = np.full((roads, 2), -1, np.int64)
+    end_junction[front, 0] = first[numbered]
+    end_junction[back, 1] = last[numbered]
+    end_link = np.full((roads, 2), -1, np.int64)
+    before, after = front[len(whole) :], back[len(whole) :]
+    end_link[before, 1] = 2 * after
+    end_link[after, 0] = 2 * before + 1
+    ring = first[halves] < 0
+    end_link[before[ring], 0] = 2 * after[ring] + 1
+    end_link[after[ring], 1] = 2 * before[ring]
+    pieces = _lane_pieces(fitted, length)
+    road_stretches = tuple(
+        tuple(stretches(pieces[k], a, b)) for k, a, b in zip(street.tolist(), lo.tolist(), hi.tolist(), strict=True)
+    )
+    return RoadParts(
+        plan_view=plan,
+        length=lengths(plan),
+        street=street,
+        begin=lo,
+        road_end=road_end,
+        end_junction=end_junction,
+        end_link=end_link,
+        stretches=road_stretches,
+        lanes=tuple(lay_out_lanes(item, network.rule) for item in road_stretches),
+    )
+
+
+def _aside(pieces: Sequence[Piece]) -> float:
+    """Return how far the middle of the outermost lane lies from the reference line at most, m."""
+    return max(max(max(c.left_edge, -c.right_edge) for _, _, c in pieces) - defaults.HALF_LANE, 0.0)
+
+
+def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> list[tuple[Piece, ...]]:
+    """Return the pieces of all streets with their borders moved out of tight bends, where lanes may change."""
+    inner = [(k, i) for k, pieces in enumerate(fitted.pieces) for i in range(1, len(pieces))]
+    if not inner:
+        return list(fitted.pieces)
+    curve = np.array([k for k, _ in inner], np.int64)
+    s = np.array([fitted.pieces[k][i][0] for k, i in inner])
+    aside = np.array([_aside(fitted.pieces[k][i - 1 : i + 1]) for k, i in inner])
+    moved = out_of_bends(fitted.plan_view, curve, s, aside, length)
+    at = dict(zip(inner, moved.tolist(), strict=True))
+    out: list[tuple[Piece, ...]] = []
+    for k, pieces in enumerate(fitted.pieces):
+        starts = [pieces[0][0], *(at[k, i] for i in range(1, len(pieces)))]
+        ordered = bool((np.diff(starts) > 0).all()) if len(starts) > 1 else True
+        out.append(
+            tuple((start, a, c) for start, (_, a, c) in zip(starts, pieces, strict=True)) if ordered else pieces
+        )
+    return out

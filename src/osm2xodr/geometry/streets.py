@@ -1,0 +1,89 @@
+"""Streets get their curves and cross-sections: what the rest of the geometry works on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.cross_section import CrossSection, cross_section, end_lanes
+from osm2xodr.geometry.plan_fit import fit_polylines
+from osm2xodr.model import PlanView, Rule, Street, StreetAttributes, StreetNetwork
+
+Piece = tuple[float, StreetAttributes, CrossSection]
+"""(s on the street's curve from which it holds, attributes, cross-section)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedStreets:
+    """The streets' curves.
+
+    Parameters
+    ----------
+    plan_view
+        One curve per street.
+    pieces
+        Of each street, in ascending s.
+    """
+
+    plan_view: PlanView
+    pieces: tuple[tuple[Piece, ...], ...]
+
+
+def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStreets:
+    """Fit a curve to every street and say where on it its attributes change."""
+    lines = [_opened(street) if street.start < 0 else (street.points, street.pieces) for street in network.streets]
+    start = np.concatenate([[0], np.cumsum([len(points) for points, _ in lines])]).astype(np.int64)
+    radius = np.array(
+        [defaults.CORNER_RADIUS.get(pieces[0][1].highway, defaults.CORNER_RADIUS_OTHER) for _, pieces in lines]
+    )
+    closed = np.array([street.start < 0 for street in network.streets], bool)
+    fitted = fit_polylines(np.concatenate([points for points, _ in lines]), start, radius, closed)
+    for index in fitted.spikes.tolist():
+        street = network.streets[int(np.searchsorted(start, index, side="right")) - 1]
+        diagnostics.repaired(
+            "spike",
+            f"way/{street.pieces[0][1].osm_way_id}",
+            "the line turns straight back on itself at a node, which was left out",
+        )
+    sections: dict[int, CrossSection] = {}
+    pieces = tuple(
+        tuple(
+            (float(fitted.station[start[k] + index]), attributes, _section(attributes, network.rule, sections))
+            for index, attributes in line_pieces
+        )
+        for k, (_, line_pieces) in enumerate(lines)
+    )
+    return FittedStreets(fitted.plan_view, pieces)
+
+
+def _section(attributes: StreetAttributes, rule: Rule, known: dict[int, CrossSection]) -> CrossSection:
+    """Return the cross-section, computed once for each set of attributes."""
+    key = id(attributes)
+    if key not in known:
+        known[key] = cross_section(attributes, rule)
+    return known[key]
+
+
+def _opened(street: Street) -> tuple[np.ndarray, tuple[tuple[int, StreetAttributes], ...]]:  # type: ignore[type-arg]
+    """Cut a closed ring in the middle of its longest segment, so that its curve starts and ends on a straight."""
+    points = street.points
+    longest = int(np.hypot(*np.diff(points, axis=0).T).argmax())
+    middle = (points[longest] + points[longest + 1]) / 2
+    opened = np.concatenate([[middle], points[longest + 1 : -1], points[: longest + 1], [middle]])
+    holding = [attributes for index, attributes in street.pieces if index <= longest][-1]
+    shift = len(points) - 1 - longest
+    later = [(index - longest, attributes) for index, attributes in street.pieces if index > longest]
+    earlier = [(index + shift, attributes) for index, attributes in street.pieces if index <= longest]
+    return opened, ((0, holding), *later, *earlier)
+
+
+def outer_lanes(fitted: FittedStreets, rule: Rule, street: int, along: bool) -> tuple[float, float]:
+    """Return t of the middles of the outermost lanes of one direction, right and left as their drivers see them."""
+    lanes = end_lanes(fitted.pieces[street][0 if along else -1][2], rule, along)
+    if not lanes:
+        return -np.inf, np.inf
+    sign = 1.0 if along else -1.0
+    return sign * lanes[-1].t, sign * lanes[0].t

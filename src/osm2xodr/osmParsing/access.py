@@ -1,0 +1,107 @@
+"""Which ways cars may use, and which way along them. Pure functions of a way's tags."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from osm2xodr.osmParsing.options import WaySelection
+
+Tags = Mapping[str, str]
+
+# OSM wiki, Key:access: the most specific key that is present decides.
+CAR_KEYS: Final = ("motorcar", "motor_vehicle", "vehicle", "access")
+# Values that leave nothing for the public to drive.
+CLOSED_VALUES: Final = frozenset({"no", "private", "agricultural", "forestry", "delivery", "permit"})
+
+_FORWARD: Final = frozenset({"yes", "true", "1"})
+_BACKWARD: Final = frozenset({"-1", "reverse"})
+_TWO_WAY: Final = frozenset({"no", "false", "0"})
+# OSM wiki, Key:oneway: both directions in turn.
+_IN_TURN: Final = frozenset({"reversible", "alternating"})
+_ROUND: Final = frozenset({"roundabout", "circular"})
+_ONEWAY_HIGHWAYS: Final = frozenset({"motorway", "motorway_link"})
+
+# Tags that close one direction of a road to cars only.
+_ONEWAY_FOR_CARS: Final = ("oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle")
+_DIRECTIONS: Final = tuple(f"{key}:{way}" for key in CAR_KEYS for way in ("forward", "backward"))
+
+ACCESS_TAGS: Final = ("area", "service", "oneway", "junction", *CAR_KEYS, *_ONEWAY_FOR_CARS, *_DIRECTIONS)
+
+
+def closing_tag(tags: Tags) -> str | None:
+    """Return the tag that closes a way to cars, as ``key=value``; None where none does."""
+    for key in CAR_KEYS:
+        value = tags.get(key)
+        if value is not None:
+            # Several values: closed if each of them is.
+            parts = value.split(";") if ";" in value else (value,)
+            return f"{key}={value}" if all(part.strip() in CLOSED_VALUES for part in parts) else None
+    return None
+
+
+def is_roundabout(tags: Tags) -> bool:
+    """Whether a way is part of a roundabout."""
+    return tags.get("junction") in _ROUND
+
+
+def oneway(tags: Tags) -> tuple[int, bool]:
+    """Return the direction of traffic along a way's order of nodes.
+
+    Returns
+    -------
+    int
+        1 forward, -1 backward, 0 both ways.
+    bool
+        False where the tag says something else (as ``reversible``), so that the direction is a guess.
+    """
+    value = tags.get("oneway")
+    if value in _FORWARD:
+        return 1, True
+    if value in _BACKWARD:
+        return -1, True
+    if value in _TWO_WAY:
+        return 0, True
+    implied = int(is_roundabout(tags) or tags.get("highway") in _ONEWAY_HIGHWAYS)
+    if value in _IN_TURN and "lanes:forward" in tags and "lanes:backward" in tags:
+        implied = 0
+    return implied, value is None
+
+
+def closed_direction(tags: Tags) -> str | None:
+    """Return the tag that closes one direction of a two-way road to cars, as ``key=value``; None where none does.
+
+    It is not part of `oneway`: the road stays open to others both ways, and is written as such.
+    """
+    for key in _ONEWAY_FOR_CARS:
+        if tags.get(key) in _FORWARD or tags.get(key) in _BACKWARD:
+            return f"{key}={tags[key]}"
+    for key in _DIRECTIONS:
+        if tags.get(key) in CLOSED_VALUES:
+            return f"{key}={tags[key]}"
+    return None
+
+
+def is_in_turn(tags: Tags) -> bool:
+    """Whether traffic has both directions in turn."""
+    return tags.get("oneway") in _IN_TURN
+
+
+def left_out(tags: Tags, selection: WaySelection, include_private: bool) -> tuple[str, str] | None:
+    """Say why a way does not become a street although its ``highway`` is asked for.
+
+    Returns
+    -------
+    tuple of str or None
+        A code and a few words; None if it becomes one.
+    """
+    if tags.get("area") == "yes":
+        return "area", "is an area, not a road, and is left out"
+    service = tags.get("service")
+    if service in selection.services_out and tags.get("highway") == "service":
+        return "way-selection", f"service={service} is not among the ways asked for"
+    if not include_private:
+        closed = closing_tag(tags)
+        if closed is not None:
+            return "closed", f"{closed} closes it to cars, it is left out"
+    return None

@@ -1,0 +1,193 @@
+"""A way's tags become its lanes from left to right, with widths, and the place of the OSM line among them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Final
+
+from osm2xodr.defaults import (
+    CARRIAGEWAY_WIDTH_MAX,
+    CARRIAGEWAY_WIDTH_MIN,
+    LANE_WIDTH,
+    LANE_WIDTH_BICYCLE,
+    LANE_WIDTH_BUS,
+    LANE_WIDTH_MAX,
+    LANE_WIDTH_MIN,
+    LANE_WIDTH_OTHER,
+)
+from osm2xodr.diagnostics import Kind
+from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
+from osm2xodr.osmParsing.lane_counts import COUNT_TAGS, LaneGroups, lane_groups
+from osm2xodr.osmParsing.lane_lists import LIST_TAGS, MOTOR_LANES, TURN_TAGS, Findings, Slot
+from osm2xodr.osmParsing.values import parse_length
+
+_WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
+_PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
+# All tags that this module and those below it look at, without ``highway``.
+LANE_TAGS: Final = (*COUNT_TAGS, *_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *LIST_TAGS)
+
+_PLACEMENT: Final = re.compile(r"(left_of|middle_of|right_of):(-?\d+)")
+# Two tags that place the line within this of each other agree, m.
+_PLACEMENTS_AGREE: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class CrossSection:
+    """Lanes across a way, seen along its order of nodes.
+
+    Parameters
+    ----------
+    lanes_ltr
+        From left to right.
+    middle_offset
+        t of the carriageway's middle off the OSM line, left positive, m.
+    findings
+        What was guessed, mended or ignored: kind, code, words.
+    """
+
+    lanes_ltr: tuple[LaneSpec, ...]
+    middle_offset: float
+    findings: tuple[tuple[Kind, str, str], ...]
+
+
+def cross_section(
+    tags: Mapping[str, str], direction: int, rule: Rule, default_lane_width: float | None = None
+) -> CrossSection:
+    """Lay out a way's lanes.
+
+    Parameters
+    ----------
+    tags
+        Of the way: ``highway`` and those of `LANE_TAGS` that it has.
+    direction
+        1 or -1 if it is one-way along or against its order of nodes, else 0.
+    rule
+        The side that traffic drives on: which side of a two-way road its forward lanes are on.
+    default_lane_width
+        Width of lanes for cars that OSM gives none for, m; None takes one by the class of the road.
+    """
+    findings: Findings = []
+    groups = lane_groups(tags, direction, findings)
+    # Seen along the way, lanes against it stand the other way round than their drivers see them.
+    forward = [(slot, Direction.FORWARD) for slot in groups.forward]
+    backward = [(slot, Direction.BACKWARD) for slot in reversed(groups.backward)]
+    between = [(slot, Direction.BOTH) for slot in groups.both_ways]
+    lanes = backward + between + forward if rule is Rule.RIGHT_HAND else forward + between + backward
+    widths = _widths([slot for slot, _ in lanes], groups, tags, default_lane_width, findings)
+    lanes_ltr = tuple(
+        LaneSpec(slot.type, runs, width, slot.turns) for (slot, runs), width in zip(lanes, widths, strict=True)
+    )
+    offset = _middle_offset(lanes_ltr, tags, direction, findings)
+    return CrossSection(lanes_ltr, offset, tuple(findings))
+
+
+# ---------------------------------------------------------------- widths
+
+
+def _widths(
+    slots: Sequence[Slot],
+    groups: LaneGroups,
+    tags: Mapping[str, str],
+    default_lane_width: float | None,
+    findings: Findings,
+) -> list[float]:
+    """Return the width of each lane: its own if tagged, else its share of the carriageway, else one by class."""
+    usual = _usual_width(tags["highway"], groups.shared, default_lane_width)
+    widths = [slot.width or _beside_width(slot.type, usual) for slot in slots]
+    open_lanes = [place for place, slot in enumerate(slots) if not slot.width and slot.type in MOTOR_LANES]
+    if not open_lanes:
+        return widths
+    carriageway = _carriageway_width(tags, findings)
+    if carriageway is None:
+        if default_lane_width is None:
+            findings.append((Kind.GUESSED, "lane-width", f"no width given, lanes of {usual:g} m assumed"))
+        return widths
+    taken = sum(widths) - sum(widths[place] for place in open_lanes)
+    share = (carriageway - taken) / len(open_lanes)
+    width = min(max(share, LANE_WIDTH_MIN), LANE_WIDTH_MAX)
+    if abs(width - share) > 1e-9:
+        words = f"{carriageway:g} m of width would make lanes of {share:.2f} m, {width:g} m taken"
+        findings.append((Kind.REPAIRED, "lane-width", words))
+    for place in open_lanes:
+        widths[place] = width
+    return widths
+
+
+def _usual_width(highway: str, shared: bool, default_lane_width: float | None) -> float:
+    width = default_lane_width or LANE_WIDTH.get(highway, LANE_WIDTH_OTHER)
+    return max(width / 2.0, LANE_WIDTH_MIN) if shared else width
+
+
+def _beside_width(kind: LaneType, usual: float) -> float:
+    """Return the width of a lane by what it is for."""
+    if kind is LaneType.BUS:
+        return max(usual, LANE_WIDTH_BUS)
+    return usual if kind in MOTOR_LANES else LANE_WIDTH_BICYCLE
+
+
+def _carriageway_width(tags: Mapping[str, str], findings: Findings) -> float | None:
+    for key in _WIDTH_TAGS:
+        text = tags.get(key)
+        if text is None:
+            continue
+        width = parse_length(text)
+        if width is not None and CARRIAGEWAY_WIDTH_MIN <= width <= CARRIAGEWAY_WIDTH_MAX:
+            return width
+        findings.append((Kind.DROPPED, "width", f"{key}={text} is no width of a road and is ignored"))
+    return None
+
+
+# ---------------------------------------------------------------- placement
+
+
+def _middle_offset(
+    lanes_ltr: Sequence[LaneSpec], tags: Mapping[str, str], direction: int, findings: Findings
+) -> float:
+    """Return how far left of the OSM line the carriageway's middle is, m (OSM wiki, Key:placement)."""
+    if not any(key in tags for key in _PLACEMENT_TAGS):
+        return 0.0
+    keys: list[tuple[str, Direction]] = []
+    if direction >= 0:
+        keys.append(("placement:forward", Direction.FORWARD))
+    if direction <= 0:
+        keys.append(("placement:backward", Direction.BACKWARD))
+    if direction:
+        keys.insert(0, ("placement", Direction(direction)))
+    elif tags.get("placement", "transition") != "transition":
+        findings.append((Kind.DROPPED, "placement", "placement of a two-way road names no direction, ignored"))
+    found = [
+        place
+        for key, runs in keys
+        if key in tags and (place := _line_place(tags[key], lanes_ltr, runs, findings)) is not None
+    ]
+    if not found:
+        return 0.0
+    if abs(found[-1] - found[0]) > _PLACEMENTS_AGREE:
+        findings.append((Kind.REPAIRED, "placement", "placement of the two directions differs, the first is taken"))
+    return found[0] - sum(lane.width for lane in lanes_ltr) / 2.0
+
+
+def _line_place(text: str, lanes_ltr: Sequence[LaneSpec], runs: Direction, findings: Findings) -> float | None:
+    """Return how far right of the carriageway's left edge the OSM line is, m; None if the value does not say."""
+    if text == "transition":
+        return None
+    edges = list(accumulate((lane.width for lane in lanes_ltr), initial=0.0))
+    # Edges of the lanes of the direction, from left to right as its drivers see them.
+    own = [(edges[place], edges[place + 1]) for place, lane in enumerate(lanes_ltr) if lane.direction is runs]
+    if runs is Direction.BACKWARD:
+        own = [(right, left) for left, right in reversed(own)]
+    found = _PLACEMENT.fullmatch(text.strip())
+    if found and own:
+        side, lane_number = found[1], int(found[2])
+        if side == "left_of" and lane_number == len(own) + 1:
+            return own[-1][1]  # left of a lane that begins or has ended here
+        if side == "right_of" and lane_number == 0:
+            return own[0][0]
+        if 1 <= lane_number <= len(own):
+            left, right = own[lane_number - 1]
+            return {"left_of": left, "right_of": right, "middle_of": (left + right) / 2.0}[side]
+    findings.append((Kind.DROPPED, "placement", f"placement {text} does not fit {len(own)} lanes and is ignored"))
+    return None

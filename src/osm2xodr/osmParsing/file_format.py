@@ -1,0 +1,180 @@
+"""Tells by a file's content whether and how it holds OSM data, before any parser sees it.
+
+XML with a document type declaration is refused here: OSM's own files have none, and entities and external
+references, which can blow up or fetch other files, can only be declared in one.
+"""
+
+from __future__ import annotations
+
+import bz2
+import codecs
+import gzip
+import re
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Final, cast
+from xml.parsers import expat
+
+from osm2xodr.errors import InputError
+
+_HEAD: Final = 4096
+# A prolog longer than this is not OSM's.
+_PROLOG_MAX: Final = 1 << 20
+
+_MISC: Final = re.compile(r"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
+_ROOT: Final = re.compile(r"<([A-Za-z_][^\s/>]*)([^>]*)>")
+_DELETED: Final = re.compile(rb"action\s*=\s*[\"']delete")
+# What users hand in by mistake, told by the first bytes.
+_OTHERS: Final = (
+    ((b"II*\0", b"MM\0*", b"II+\0"), "a TIFF raster"),
+    ((b"PK\3\4",), "a zip archive"),
+    ((b"{", b"["), "JSON"),
+    ((b"\x89PNG", b"\xff\xd8\xff"), "a picture"),
+    ((b"\xfd7zXZ", b"\x28\xb5\x2f\xfd", b"7z\xbc\xaf"), "compressed in a way that is not supported"),
+    ((b"\xff\xe0\4o5m",), "in the format o5m"),
+)
+_EXPECTED: Final = "give OSM data as .osm, .osm.gz, .osm.bz2 or .osm.pbf"
+_DAMAGED: Final = (OSError, EOFError, zlib.error)
+
+
+@dataclass(frozen=True, slots=True)
+class OsmFile:
+    """A file that looks like OSM data.
+
+    Parameters
+    ----------
+    path
+        Where it is.
+    format
+        ``pbf``, ``osm``, ``osm.gz`` or ``osm.bz2``, as libosmium names them.
+    deleted
+        (``node``, ``way`` or ``relation``, id) of what an editor has marked as deleted.
+    """
+
+    path: Path
+    format: str
+    deleted: frozenset[tuple[str, int]] = frozenset()
+
+
+def open_osm_file(path: Path) -> OsmFile:
+    """Find out how a file holds OSM data.
+
+    Raises
+    ------
+    InputError
+        The file is not there, cannot be read, is not OSM data, or is XML with a document type declaration.
+    """
+    head = _read_head(path)
+    if b"OSMHeader" in head[:64]:
+        return OsmFile(path, "pbf")
+    kind = "osm.gz" if head.startswith(b"\x1f\x8b") else "osm.bz2" if head.startswith(b"BZh") else "osm"
+    if kind == "osm" and not _starts_like_xml(head):
+        what = next((what for starts, what in _OTHERS if head.startswith(starts)), None)
+        raise InputError(f"{path} is {what or 'no OSM data'}; {_EXPECTED}")
+    try:
+        with _decompressed(path, kind) as stream:
+            root = _check_prolog(path, stream)
+        deleted = frozenset[tuple[str, int]]()
+        # Only editors mark; other generators of a file that is slow to decompress can be believed.
+        editor = "generator" not in root or "JOSM" in root
+        if (editor or kind != "osm.bz2") and _mentions_deleted(path, kind):
+            deleted = _deleted(path, kind)
+    except _DAMAGED as error:
+        raise InputError(f"{path} is damaged or incomplete ({error}); download or export it again") from error
+    return OsmFile(path, kind, deleted)
+
+
+def _read_head(path: Path) -> bytes:
+    if not path.exists():
+        raise InputError(f"{path} does not exist; check the path of the OSM file")
+    if not path.is_file():
+        what = "a directory" if path.is_dir() else "no regular file"
+        raise InputError(f"{path} is {what}; {_EXPECTED}")
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}); check its permissions") from error
+    if not head:
+        raise InputError(f"{path} is empty; download or export it again")
+    return head
+
+
+def _starts_like_xml(head: bytes) -> bool:
+    return _text(head).lstrip("\ufeff \t\r\n").startswith("<")
+
+
+def _text(raw: bytes) -> str:
+    """Decode the start of an XML file as far as its markup goes (XML 1.0, appendix F)."""
+    if raw.startswith(codecs.BOM_UTF8):
+        raw = raw[len(codecs.BOM_UTF8) :]
+    elif raw.startswith((codecs.BOM_UTF16_LE, b"<\0")):
+        return raw.decode("utf-16-le", "replace")
+    elif raw.startswith((codecs.BOM_UTF16_BE, b"\0<")):
+        return raw.decode("utf-16-be", "replace")
+    return raw.decode("latin-1")
+
+
+def _decompressed(path: Path, kind: str) -> BinaryIO:
+    if kind == "osm.gz":
+        return cast("BinaryIO", gzip.open(path, "rb"))
+    if kind == "osm.bz2":
+        return cast("BinaryIO", bz2.open(path, "rb"))
+    return path.open("rb")
+
+
+def _check_prolog(path: Path, stream: BinaryIO) -> str:
+    """Refuse what is not OSM's XML by what stands before its content; return the attributes of its root."""
+    raw = b""
+    while len(raw) < _PROLOG_MAX:
+        more = stream.read(_HEAD)
+        raw += more
+        text = _text(raw).lstrip("\ufeff")
+        at = 0
+        while found := _MISC.match(text, at):
+            at = found.end()
+        if text.startswith("<!DOCTYPE", at):
+            raise InputError(
+                f"{path} is XML with a document type declaration, which can hold entities and external references "
+                "and is refused; export the area again without it"
+            )
+        root = _ROOT.match(text, at)
+        if root:
+            if root[1] != "osm":
+                raise InputError(f"{path} is XML of another kind (<{root[1]}>, not <osm>); {_EXPECTED}")
+            return root[2]
+        if not more:
+            break
+    raise InputError(f"{path} is no OSM data or incomplete; {_EXPECTED}")
+
+
+def _mentions_deleted(path: Path, kind: str) -> bool:
+    last = b""
+    with _decompressed(path, kind) as stream:
+        while chunk := stream.read(1 << 20):
+            # `in` is many times faster than the pattern, which is only tried where it can match.
+            if (b"delete" in chunk or b"delete" in last + chunk[:64]) and _DELETED.search(last + chunk):
+                return True
+            last = chunk[-64:]
+    return False
+
+
+def _deleted(path: Path, kind: str) -> frozenset[tuple[str, int]]:
+    """Collect what is marked ``action="delete"``, as JOSM does; broken XML is the real parser's to report."""
+    found: set[tuple[str, int]] = set()
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        if attributes.get("action") == "delete":
+            number = attributes.get("id", "")
+            if number.lstrip("-").isdigit():
+                found.add((name, int(number)))
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = start
+    with _decompressed(path, kind) as stream:
+        try:
+            parser.ParseFile(stream)
+        except expat.ExpatError:
+            return frozenset()
+    return frozenset(found)

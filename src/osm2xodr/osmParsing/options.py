@@ -1,0 +1,105 @@
+"""What the user may choose about what is read. Imports nothing heavy: the command line reads it first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+from osm2xodr.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
+from osm2xodr.model import Rule
+
+_MAJOR: Final = frozenset(
+    f"{name}{link}" for name in ("motorway", "trunk", "primary", "secondary", "tertiary") for link in ("", "_link")
+)
+_DRIVABLE: Final = _MAJOR | {"unclassified", "residential", "living_street", "service"}
+_ALL: Final = _DRIVABLE | {"track", "road"}
+
+# Every value of ``highway`` that can be asked for: roads that cars fit on.
+HIGHWAYS: Final = _ALL | {"busway", "pedestrian", "raceway"}
+
+
+@dataclass(frozen=True, slots=True)
+class WaySelection:
+    """Which ways become streets.
+
+    Parameters
+    ----------
+    highways
+        Values of ``highway`` that are carried.
+    services_out
+        Values of ``service`` that are left out all the same.
+    """
+
+    highways: frozenset[str]
+    services_out: frozenset[str] = frozenset()
+
+
+DRIVABLE: Final = WaySelection(
+    _DRIVABLE, frozenset({"driveway", "parking_aisle", "drive-through", "emergency_access"})
+)
+PRESETS: Final[Mapping[str, WaySelection]] = MappingProxyType(
+    {"major": WaySelection(_MAJOR), "drivable": DRIVABLE, "all": WaySelection(_ALL)}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ParseOptions:
+    """What the user may choose about what is read.
+
+    Parameters
+    ----------
+    ways
+        Which ways become streets.
+    include_private
+        Whether to carry ways that are closed to the public.
+    rule
+        The side that traffic drives on; None finds it out from the country and from OSM.
+    default_lane_width
+        Width of lanes that OSM gives no width for, m; None takes one by the class of the road.
+
+    Raises
+    ------
+    ValueError
+        The lane width is no width of a lane.
+    """
+
+    ways: WaySelection = DRIVABLE
+    include_private: bool = False
+    rule: Rule | None = None
+    default_lane_width: float | None = None
+
+    def __post_init__(self) -> None:
+        width = self.default_lane_width
+        if width is not None and not (math.isfinite(width) and LANE_WIDTH_MIN <= width <= LANE_WIDTH_MAX):
+            raise ValueError(
+                f"a lane cannot be {width:g} m wide, give a width from {LANE_WIDTH_MIN:g} to {LANE_WIDTH_MAX:g} m"
+            )
+
+
+def parse_ways_option(text: str) -> WaySelection:
+    """Read ``--ways``: presets and values of ``highway``, separated by commas.
+
+    ``service`` named by itself means service roads of every kind.
+
+    Raises
+    ------
+    ValueError
+        A name is neither, or there is none.
+    """
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    unknown = [name for name in names if name not in PRESETS and name not in HIGHWAYS]
+    if unknown or not names:
+        problem = f"{unknown[0]!r} is no kind of way that cars drive on" if unknown else "no kind of way is named"
+        raise ValueError(f"{problem}; choose from {', '.join(PRESETS)} or a list of {', '.join(sorted(HIGHWAYS))}")
+    highways: frozenset[str] = frozenset()
+    services_out: frozenset[str] = frozenset()
+    every_service = False
+    for name in names:
+        chosen = PRESETS.get(name, WaySelection(frozenset({name})))
+        highways |= chosen.highways
+        services_out |= chosen.services_out
+        every_service |= "service" in chosen.highways and not chosen.services_out
+    return WaySelection(highways, frozenset() if every_service else services_out)

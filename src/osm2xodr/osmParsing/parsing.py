@@ -1,0 +1,165 @@
+"""The steps of stage 1 in order: file, ways, nodes, frame, side of the road, tags, streets."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from osm2xodr import projection
+from osm2xodr.defaults import FRAME_REACH, LATITUDE_MAX_DEG
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
+from osm2xodr.model import FloatArray, IntArray, LocalFrame, Rule, StreetNetwork
+from osm2xodr.osmParsing.access import left_out, oneway
+from osm2xodr.osmParsing.country import find_place
+from osm2xodr.osmParsing.file_format import OsmFile, open_osm_file
+from osm2xodr.osmParsing.network import make_streets, tags_on_streets
+from osm2xodr.osmParsing.options import ParseOptions
+from osm2xodr.osmParsing.pieces import cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
+from osm2xodr.osmParsing.reader import RawNodes, RawWay, count_contents, read_nodes, read_ways
+from osm2xodr.osmParsing.restrictions import read_restrictions
+from osm2xodr.osmParsing.tags import WAY_TAGS, way_attributes
+
+# Values of ``highway`` for roads that are not there yet; reported, because maps show them.
+_UNBUILT: Final = frozenset({"construction", "proposed"})
+
+
+def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
+    """Do what `osm2xodr.osmParsing.parse_osm` says."""
+    file = open_osm_file(path)
+    found, relations = read_ways(file, options.ways.highways | _UNBUILT, WAY_TAGS)
+    ways = _carried(found, options, diagnostics)
+    if not ways:
+        raise InputError(_nothing_to_drive_on(file, found, options))
+    nodes = read_nodes(file, np.unique(np.fromiter((ref for way in ways for ref in way.refs), np.int64)))
+    lines = make_lines(ways, nodes, diagnostics)
+    if not len(lines.node):
+        raise InputError(f"{path} has ways but not the nodes that they are made of; export the area with its nodes")
+    frame, points = _local(path, nodes, np.unique(lines.node), diagnostics)
+    lines, same_node = join_same_places(lines, points, nodes, diagnostics)
+    lines = cut_gaps(lines, points, ways, diagnostics)
+    pieces = cut_at_shared_nodes(lines, points, ways, diagnostics)
+    if not len(pieces.first):
+        raise InputError(f"{path} has no way of any length to drive on; check the area that it covers")
+    carried = [ways[index] for index in np.unique(pieces.way).tolist()]
+    country, rule = _side(frame, carried, options, diagnostics)
+    attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics)
+    streets, intersections = make_streets(pieces, nodes, points, attributes, directions)
+    rows = np.unique(np.concatenate([street.node_ids for street in streets]))
+    return StreetNetwork(
+        frame=frame,
+        rule=rule,
+        country=country,
+        streets=streets,
+        intersections=intersections,
+        restrictions=read_restrictions(relations, carried, same_node, diagnostics),
+        node_tags=tags_on_streets(rows, nodes, same_node),
+        bounds_deg=_bounds(nodes, np.searchsorted(nodes.ids, rows)),
+    )
+
+
+def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagnostics) -> list[RawWay]:
+    """Choose the ways that become streets, and say which do not although users might expect them."""
+    ways: list[RawWay] = []
+    not_asked_for: Counter[str] = Counter()
+    for way in found:
+        if way.tags["highway"] in _UNBUILT:
+            what = way.tags["highway"]
+            diagnostics.dropped("not-built", f"way/{way.id}", f"highway={what} is not there yet and is left out")
+            continue
+        reason = left_out(way.tags, options.ways, options.include_private)
+        if reason is None:
+            ways.append(way)
+        elif reason[0] == "way-selection":
+            not_asked_for[reason[1]] += 1
+        else:
+            diagnostics.dropped(reason[0], f"way/{way.id}", reason[1])
+    for words, count in sorted(not_asked_for.items()):
+        diagnostics.note("way-selection", "", f"{count} ways are left out: {words}")
+    return ways
+
+
+def _nothing_to_drive_on(file: OsmFile, found: Sequence[RawWay], options: ParseOptions) -> str:
+    """Say why there is no street, in one sentence."""
+    nodes, highways = count_contents(file)
+    if not nodes and not highways:
+        return f"{file.path} has no nodes and no ways; check the area that it covers"
+    if not highways:
+        return f"{file.path} has no ways with highway=*; export the area with its roads"
+    reasons = Counter(
+        reason[0] for way in found if (reason := left_out(way.tags, options.ways, options.include_private))
+    )
+    remedies = ["--ways all reads more kinds of ways"]
+    if reasons["closed"] and not options.include_private:
+        remedies.append(f"--include-private reads the {reasons['closed']} that are closed to cars")
+    return (
+        f"{file.path} has no way to drive on, all {highways} ways with highway=* are left out; {', '.join(remedies)}"
+    )
+
+
+def _local(path: Path, nodes: RawNodes, carried: IntArray, diagnostics: Diagnostics) -> tuple[LocalFrame, FloatArray]:
+    """Make the frame in the middle of the carried nodes and project all nodes."""
+    west, south, east, north = _bounds(nodes, carried)
+    if max(abs(south), abs(north)) > LATITUDE_MAX_DEG:
+        raise InputError(
+            f"{path} reaches to latitude {max(south, north, key=abs):.2f}, but the local projection is of use up to "
+            f"{LATITUDE_MAX_DEG:g} degrees; choose an area off the poles"
+        )
+    lon = (west + east) / 2.0
+    frame = projection.make_frame((south + north) / 2.0, lon - 360.0 if lon > 180.0 else lon)
+    x, y = projection.to_local(frame, nodes.lon_deg, nodes.lat_deg)
+    reach = float(np.hypot(x[carried], y[carried]).max())
+    if reach > FRAME_REACH:
+        diagnostics.note(
+            "extent", "", f"roads lie up to {reach / 1e3:.0f} km from the origin, where lengths are no longer exact"
+        )
+    return frame, np.column_stack([x, y])
+
+
+def _bounds(nodes: RawNodes, chosen: IntArray) -> tuple[float, float, float, float]:
+    """Return west, south, east, north of nodes, degrees; east is above 180 where they lie on both sides of it."""
+    lon, lat = nodes.lon_deg[chosen], nodes.lat_deg[chosen]
+    if lon.max() - lon.min() > 180.0:
+        lon = np.where(lon < 0.0, lon + 360.0, lon)
+    return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+
+
+def _side(
+    frame: LocalFrame, ways: Sequence[RawWay], options: ParseOptions, diagnostics: Diagnostics
+) -> tuple[str, Rule]:
+    """Find the country, and the side of the road: as asked for, else as most streets are tagged, else the country's.
+
+    ``driving_side`` on single ways marks exceptions (OSM wiki, Key:driving_side), so it speaks for all streets only
+    where most of the two-way ones have it.
+    """
+    place = find_place(frame.lat_0_deg, frame.lon_0_deg)
+    rules = {"left": Rule.LEFT_HAND, "right": Rule.RIGHT_HAND}
+    tagged = [(way, rules[side]) for way in ways if (side := way.tags.get("driving_side", "")) in rules]
+    two_way = sum(oneway(way.tags)[0] == 0 for way in ways) if tagged else 0
+    most, number = Counter(rule for _, rule in tagged).most_common(1)[0] if tagged else (Rule.RIGHT_HAND, 0)
+    if options.rule is not None:
+        rule = options.rule
+    elif 2 * number > two_way:
+        rule = most
+    elif place.drives_left is not None:
+        rule = Rule.LEFT_HAND if place.drives_left else Rule.RIGHT_HAND
+        if not place.country:
+            diagnostics.guessed("driving-side", "", f"out at sea, {_hand(rule)} traffic as in the nearest country")
+    else:
+        rule = Rule.RIGHT_HAND
+        diagnostics.guessed("driving-side", "", "no country is near, right-hand traffic assumed")
+    for way, other in tagged:
+        if other is not rule:
+            words = (
+                f"{_hand(other)} traffic on this way only is not kept, it gets {_hand(rule)} traffic as all others"
+            )
+            diagnostics.dropped("driving-side", f"way/{way.id}", words)
+    return place.country, rule
+
+
+def _hand(rule: Rule) -> str:
+    return "left-hand" if rule is Rule.LEFT_HAND else "right-hand"

@@ -1,0 +1,217 @@
+"""Reads ways, nodes and relations of OSM files. The only module that knows osmium.
+
+A file is read twice, so that the order of its elements does not matter: first ways and relations, then the nodes
+that are needed. Of elements that occur several times the newest version counts, the last one among equals.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import osmium
+
+from osm2xodr.errors import InputError
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.osmParsing.file_format import OsmFile
+
+RELATION_TYPES: Final = (
+    "restriction",
+    "restriction:motorcar",
+    "restriction:motor_vehicle",
+    "restriction:vehicle",
+)
+# libosmium keeps positions as whole numbers; positions that are missing or impossible are outside of the Earth.
+_UNITS_PER_DEGREE: Final = 1e7
+_CAUSE_MAX: Final = 200
+_MEMBER_TYPES: Final = {"n": "node", "w": "way", "r": "relation"}
+
+
+@dataclass(frozen=True, slots=True)
+class RawWay:
+    """A way as it stands in the file; `refs` are ids of nodes, `tags` those that were asked for."""
+
+    id: int
+    refs: Sequence[int]
+    tags: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class RawMember:
+    """A member of a relation; `type` is ``node``, ``way`` or ``relation``."""
+
+    type: str
+    ref: int
+    role: str
+
+
+@dataclass(frozen=True, slots=True)
+class RawRelation:
+    """A relation as it stands in the file."""
+
+    id: int
+    members: tuple[RawMember, ...]
+    tags: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawNodes:
+    """Positions of nodes that are in the file, in ascending id.
+
+    Parameters
+    ----------
+    ids, lon_deg, lat_deg : (n,)
+        Ids and positions, degrees, WGS 84.
+    tags
+        Tags of those that have some, by id, in ascending id.
+    """
+
+    ids: IntArray
+    lon_deg: FloatArray
+    lat_deg: FloatArray
+    tags: Mapping[int, Mapping[str, str]]
+
+
+def read_ways(file: OsmFile, highways: frozenset[str], keys: Sequence[str]) -> tuple[list[RawWay], list[RawRelation]]:
+    """Read the ways with given values of ``highway`` and the relations that restrict turns, in ascending id.
+
+    Parameters
+    ----------
+    file
+        Where from.
+    highways
+        Which ways.
+    keys
+        Which of their tags, the most frequent first.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or incomplete.
+    """
+    only_ways = osmium.filter.TagFilter(*(("highway", value) for value in sorted(highways)))
+    only_ways.enable_for(osmium.osm.WAY)
+    only_restrictions = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
+    only_restrictions.enable_for(osmium.osm.RELATION)
+    ways: dict[int, tuple[int, RawWay | None]] = {}
+    relations: dict[int, tuple[int, RawRelation | None]] = {}
+    with _readable(file):
+        found = osmium.FileProcessor(_handle(file), osmium.osm.WAY | osmium.osm.RELATION)
+        item: Any
+        for item in found.with_filter(only_ways).with_filter(only_restrictions):
+            number, version = item.id, item.version
+            if item.is_way():
+                if number not in ways or version >= ways[number][0]:
+                    gone = item.deleted or ("way", number) in file.deleted
+                    ways[number] = version, None if gone else _way(item, keys)
+            elif number not in relations or version >= relations[number][0]:
+                gone = item.deleted or ("relation", number) in file.deleted
+                relations[number] = version, None if gone else _relation(item)
+    kept_ways = [way for _, (_, way) in sorted(ways.items()) if way is not None]
+    kept_relations = [relation for _, (_, relation) in sorted(relations.items()) if relation is not None]
+    return kept_ways, kept_relations
+
+
+def read_nodes(file: OsmFile, ids: IntArray) -> RawNodes:
+    """Read the nodes with given ids (ascending, each once); those without a valid position count as absent.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or incomplete.
+    """
+    wanted = set(ids.tolist())
+    wanted -= {number for kind, number in file.deleted if kind == "node"}
+    tags: dict[int, dict[str, str]] = {}
+    # Positions are collected in C++; of nodes that occur several times the last one stays. Negative ids are not kept.
+    nodes = osmium.FileProcessor(_handle(file), osmium.osm.NODE).with_locations("sparse_mem_map")
+    table: Any = nodes.node_location_storage
+    negative: dict[int, tuple[int, int]] = {}
+    if not any(number < 0 for number in wanted):
+        nodes.with_filter(osmium.filter.EmptyTagFilter())
+    node: Any
+    with _readable(file):
+        for node in nodes:
+            number = node.id
+            if number in wanted:
+                tags[number] = {tag.k: tag.v for tag in node.tags}
+                if number < 0:
+                    negative[number] = node.location.x, node.location.y
+    present: list[int] = []
+    places: list[tuple[int, int]] = []
+    for number in sorted(wanted):
+        if number < 0:
+            if number in negative:
+                present.append(number)
+                places.append(negative[number])
+            continue
+        try:
+            location = table.get(number)
+        except KeyError:
+            continue
+        present.append(number)
+        places.append((location.x, location.y))
+    lon_lat = np.array(places, np.int64).reshape(-1, 2) / _UNITS_PER_DEGREE
+    valid = (np.abs(lon_lat) <= (180.0, 90.0)).all(axis=1)
+    kept = np.array(present, np.int64)[valid]
+    return RawNodes(
+        kept,
+        np.ascontiguousarray(lon_lat[valid, 0]),
+        np.ascontiguousarray(lon_lat[valid, 1]),
+        {number: tags[number] for number in kept.tolist() if tags.get(number)},
+    )
+
+
+def count_contents(file: OsmFile) -> tuple[int, int]:
+    """Count the nodes, and the ways that have a ``highway`` of whatever kind: for messages when nothing is found."""
+    with _readable(file):
+        only_tagged = osmium.filter.KeyFilter("highway")
+        ways = sum(1 for _ in osmium.FileProcessor(_handle(file), osmium.osm.WAY).with_filter(only_tagged))
+        nodes = sum(1 for _ in osmium.FileProcessor(_handle(file), osmium.osm.NODE))
+    return nodes, ways
+
+
+def _handle(file: OsmFile) -> Any:
+    # Absolute, because libosmium takes names such as "http:x" for addresses to fetch.
+    return osmium.io.File(os.path.abspath(file.path), file.format)
+
+
+@contextmanager
+def _readable(file: OsmFile) -> Iterator[None]:
+    """Turn what osmium throws about a file's content into one sentence."""
+    try:
+        yield
+    except (RuntimeError, ValueError, OSError, osmium.InvalidLocationError) as error:
+        # The cause may quote the damaged content: one line of it, and only what can be printed.
+        quoted = "".join(letter if letter.isprintable() else " " for letter in str(error))
+        cause = " ".join(quoted.split())[:_CAUSE_MAX].rstrip(". ") or type(error).__name__
+        raise InputError(
+            f"{file.path} cannot be read as OSM data ({cause}); it may be damaged or incomplete, "
+            "download or export it again"
+        ) from error
+
+
+def _way(item: Any, keys: Sequence[str]) -> RawWay:
+    tags = item.tags
+    found: dict[str, str] = {}
+    # Looking up single tags is many times faster than walking through them.
+    get, left = tags.get, len(tags)
+    for key in keys:
+        value = get(key)
+        if value is not None:
+            found[key] = value
+            left -= 1
+            if not left:
+                break
+    return RawWay(item.id, [node.ref for node in item.nodes], found)
+
+
+def _relation(item: Any) -> RawRelation:
+    members = tuple(
+        RawMember(_MEMBER_TYPES.get(member.type, member.type), member.ref, member.role) for member in item.members
+    )
+    return RawRelation(item.id, members, {tag.k: tag.v for tag in item.tags})

@@ -1,0 +1,184 @@
+"""The tags of ways become the attributes of streets. Pure functions; what they find goes to the diagnostics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Final
+
+from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, Structure
+from osm2xodr.osmParsing.access import ACCESS_TAGS, closed_direction, is_in_turn, is_roundabout, oneway
+from osm2xodr.osmParsing.cross_sections import LANE_TAGS, CrossSection, cross_section
+from osm2xodr.osmParsing.lane_lists import Findings
+from osm2xodr.osmParsing.reader import RawWay
+from osm2xodr.osmParsing.values import parse_grade, parse_layer, parse_speed
+
+_OTHER_TAGS: Final = (
+    "highway",
+    "name",
+    "ref",
+    "maxspeed",
+    "maxspeed:forward",
+    "maxspeed:backward",
+    "bridge",
+    "tunnel",
+    "layer",
+    "incline",
+    "driving_side",
+)
+# Tags of ways that are read, the most frequent ones of 17 700 roads first. The reader stops looking when it has found
+# all that a way has, which is soon if it also looks for frequent tags that mean nothing here.
+_FREQUENT: Final = (
+    *("highway", "name", "maxspeed", "surface", "oneway", "lanes", "ref", "lit", "smoothness", "service", "sidewalk"),
+    *("access", "bicycle", "cycleway", "source", "foot", "layer", "bridge", "turn:lanes", "lanes:forward"),
+    *("motor_vehicle", "lanes:backward", "placement", "maxspeed:backward", "tunnel", "maxspeed:forward", "incline"),
+)
+WAY_TAGS: Final = tuple(dict.fromkeys((*_FREQUENT, *ACCESS_TAGS, *_OTHER_TAGS, *LANE_TAGS)))
+
+_LANE_TAGS: Final = frozenset(LANE_TAGS)
+# Values of ``tunnel`` that leave the road on the ground: passages through houses, galleries, and drains below it.
+_GROUND_TUNNELS: Final = frozenset({"no", "building_passage", "avalanche_protector", "culvert", "flooded"})
+
+
+def way_attributes(
+    ways: Sequence[RawWay], rule: Rule, default_lane_width: float | None, diagnostics: Diagnostics
+) -> tuple[list[StreetAttributes], list[int]]:
+    """Read the tags of ways.
+
+    Parameters
+    ----------
+    ways
+        What to read.
+    rule
+        The side that traffic drives on.
+    default_lane_width
+        Width of lanes that OSM gives none for, m; None takes one by the class of the road.
+    diagnostics
+        Gets what is guessed, mended or ignored.
+
+    Returns
+    -------
+    attributes : list of StreetAttributes
+        Of each way, seen along its order of nodes.
+    directions : list of int
+        1 or -1 where it is one-way along or against its order of nodes, else 0.
+    """
+    # Most ways of a city have one of a few sets of tags about lanes.
+    known: dict[tuple[object, ...], CrossSection] = {}
+    attributes: list[StreetAttributes] = []
+    directions: list[int] = []
+    for way in ways:
+        tags = way.tags
+        direction, certain = oneway(tags)
+        lane_tags = {key: value for key, value in tags.items() if key in _LANE_TAGS}
+        key = (tags["highway"], direction, *lane_tags.items())
+        section = known.get(key)
+        if section is None:
+            lane_tags["highway"] = tags["highway"]
+            section = cross_section(lane_tags, direction, rule, default_lane_width)
+            known[key] = section
+        findings = list(section.findings)
+        if not certain:
+            findings.append(_unsure_direction(tags, direction))
+        closed = closed_direction(tags) if direction == 0 else None
+        if closed:
+            findings.append((Kind.NOTE, "oneway", f"{closed} closes one direction to cars, which is kept open"))
+        attributes.append(_attributes(way, section, findings))
+        directions.append(direction)
+        if findings:
+            osm_id = f"way/{way.id}"
+            for kind, code, words in findings:
+                diagnostics.add(kind, code, osm_id, words)
+    return attributes, directions
+
+
+def turned_round(attributes: StreetAttributes) -> StreetAttributes:
+    """Return a way's attributes as they are seen against the direction that they are given for."""
+    return replace(
+        attributes,
+        reversed=not attributes.reversed,
+        lanes_ltr=_mirrored(attributes.lanes_ltr),
+        middle_offset=-attributes.middle_offset if attributes.middle_offset else 0.0,
+        speed_forward=attributes.speed_backward,
+        speed_backward=attributes.speed_forward,
+        grade=-attributes.grade if attributes.grade else attributes.grade,
+    )
+
+
+@lru_cache(maxsize=4096)
+def _mirrored(lanes_ltr: tuple[LaneSpec, ...]) -> tuple[LaneSpec, ...]:
+    return tuple(replace(lane, direction=Direction(-lane.direction)) for lane in reversed(lanes_ltr))
+
+
+def _unsure_direction(tags: Mapping[str, str], direction: int) -> tuple[Kind, str, str]:
+    taken = "two-way" if direction == 0 else "one-way along its nodes"
+    if is_in_turn(tags):
+        return Kind.GUESSED, "oneway", f"oneway={tags['oneway']} has no fixed direction, taken as {taken}"
+    return Kind.DROPPED, "oneway", f"oneway={tags['oneway']} is not known and is ignored, taken as {taken}"
+
+
+def _attributes(way: RawWay, section: CrossSection, findings: Findings) -> StreetAttributes:
+    tags = way.tags
+    both = _speed(tags, "maxspeed", findings)
+    forward = _speed(tags, "maxspeed:forward", findings)
+    backward = _speed(tags, "maxspeed:backward", findings)
+    structure = _structure(tags)
+    return StreetAttributes(
+        osm_way_id=way.id,
+        reversed=False,
+        highway=tags["highway"],
+        name=tags.get("name", ""),
+        ref=tags.get("ref", ""),
+        lanes_ltr=section.lanes_ltr,
+        middle_offset=section.middle_offset,
+        speed_forward=both if forward is None else forward,
+        speed_backward=both if backward is None else backward,
+        structure=structure,
+        layer=_layer(tags, structure, findings),
+        grade=_grade(tags, findings),
+        roundabout=is_roundabout(tags),
+    )
+
+
+_speed_of = lru_cache(maxsize=1024)(parse_speed)
+
+
+def _speed(tags: Mapping[str, str], key: str, findings: Findings) -> float | None:
+    text = tags.get(key)
+    if text is None:
+        return None
+    speed = _speed_of(text)
+    if speed is None:
+        findings.append((Kind.DROPPED, "speed", f"{key}={text} names no fixed speed and is ignored"))
+    return speed
+
+
+def _structure(tags: Mapping[str, str]) -> Structure:
+    if tags.get("bridge", "no") != "no":
+        return Structure.BRIDGE
+    return Structure.GROUND if tags.get("tunnel", "no") in _GROUND_TUNNELS else Structure.TUNNEL
+
+
+def _layer(tags: Mapping[str, str], structure: Structure, findings: Findings) -> int:
+    text = tags.get("layer")
+    if text is not None:
+        layer = parse_layer(text)
+        if layer is None:
+            findings.append((Kind.DROPPED, "layer", f"layer={text} is no layer and is ignored"))
+        else:
+            if ";" in text:
+                findings.append((Kind.GUESSED, "layer", f"layer={text} taken for {layer}"))
+            return layer
+    return {Structure.GROUND: 0, Structure.BRIDGE: 1, Structure.TUNNEL: -1}[structure]
+
+
+def _grade(tags: Mapping[str, str], findings: Findings) -> float | None:
+    text = tags.get("incline")
+    if text is None or text in {"up", "down", "yes", "no"}:
+        return None
+    grade = parse_grade(text)
+    if grade is None:
+        findings.append((Kind.DROPPED, "incline", f"incline={text} is no grade of a road and is ignored"))
+    return grade

@@ -1,0 +1,90 @@
+"""The conversion: what the stages do, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import build_roads
+from osm2xodr.model import RoadMap, Surface
+from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.statistics import Statistics, summarize
+from osm2xodr.street_points import points_along
+from osm2xodr.surface import DemSummary, FlatSurface, SurfaceOptions, read_surface
+
+
+@dataclass(frozen=True, slots=True)
+class ConvertOptions:
+    """What is converted, and how.
+
+    Parameters
+    ----------
+    area
+        OSM file.
+    dems
+        Elevation models; none for a flat world at height 0.
+    parse, surface
+        How they are read.
+    """
+
+    area: Path
+    dems: tuple[Path, ...] = ()
+    parse: ParseOptions = field(default_factory=ParseOptions)
+    surface: SurfaceOptions = field(default_factory=SurfaceOptions)
+
+
+@dataclass(frozen=True, slots=True)
+class Conversion:
+    """A road network, and what is worth saying about it.
+
+    Parameters
+    ----------
+    road_map
+        What is to be written.
+    statistics
+        Its figures.
+    elevation_models
+        What the elevation models are and what was used of them, in the order given.
+    """
+
+    road_map: RoadMap
+    statistics: Statistics
+    elevation_models: tuple[DemSummary, ...]
+
+
+def convert(
+    options: ConvertOptions, diagnostics: Diagnostics, on_stage: Callable[[str], None] = lambda stage: None
+) -> Conversion:
+    """Turn an OSM file and elevation models into an OpenDRIVE road network.
+
+    Parameters
+    ----------
+    options
+        What is converted, and how.
+    diagnostics
+        Receives what was guessed, dropped and repaired.
+    on_stage
+        Called with the name of each stage as it begins.
+
+    Raises
+    ------
+    Osm2xodrError
+        If it cannot be done, with a sentence that says why and what to do.
+    """
+    on_stage(f"reading {options.area}")
+    network = parse_osm(options.area, options.parse, diagnostics)
+    surface: Surface = FlatSurface()
+    coverage: float | None = None
+    elevation_models: tuple[DemSummary, ...] = ()
+    if options.dems:
+        on_stage("reading the elevation model")
+        x, y = points_along(network.streets)
+        measured = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
+        surface, coverage, elevation_models = measured, measured.coverage, measured.dems
+    else:
+        diagnostics.note("flat", "", "no elevation model was given: all ground is at height 0; give one with --dem")
+    on_stage("building roads")
+    road_map = build_roads(network, surface, diagnostics)
+    return Conversion(road_map, summarize(road_map, coverage), elevation_models)

@@ -1,0 +1,55 @@
+"""The local frame: a transverse Mercator projection centred on the data.
+
+A local projection with scale 1 keeps lengths true to 1 ppm within 10 km and coordinates small, which readers
+with single-precision coordinates need; CARLA 0.9.16 understands no other kind of georeference.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from pyproj import Transformer
+
+from osm2xodr.model import LocalFrame
+
+WGS84 = "EPSG:4326"
+
+
+def make_frame(lat_0_deg: float, lon_0_deg: float) -> LocalFrame:
+    """Make the local frame with its origin at a place, rounded to what the georeference states.
+
+    Parameters
+    ----------
+    lat_0_deg, lon_0_deg
+        Origin, degrees, WGS 84. Rounded to 5 decimals (about 1 m), so that the written text is the exact frame.
+    """
+    lat, lon = round(lat_0_deg, 5), round(lon_0_deg, 5)
+    proj = (
+        f"+proj=tmerc +lat_0={lat:.5f} +lon_0={lon:.5f} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +vunits=m +no_defs"
+    )
+    return LocalFrame(proj, lat, lon)
+
+
+def to_local(
+    frame: LocalFrame, lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Project longitude and latitude (degrees, WGS 84) to local x (east) and y (north), m."""
+    x, y = Transformer.from_crs(WGS84, frame.proj, always_xy=True).transform(
+        np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64)
+    )
+    return np.asarray(x, np.float64), np.asarray(y, np.float64)
+
+
+def to_geographic(
+    frame: LocalFrame, x: npt.ArrayLike, y: npt.ArrayLike
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Take local x, y (m) back to longitude and latitude (degrees, WGS 84)."""
+    lon, lat = Transformer.from_crs(frame.proj, WGS84, always_xy=True).transform(
+        np.asarray(x, np.float64), np.asarray(y, np.float64)
+    )
+    return np.asarray(lon, np.float64), np.asarray(lat, np.float64)
+
+
+def transformer_to(frame: LocalFrame, crs: object) -> Transformer:
+    """Return the transformation from local x, y (m) to x, y of another CRS, in its own units."""
+    return Transformer.from_crs(frame.proj, crs, always_xy=True)

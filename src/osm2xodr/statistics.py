@@ -1,0 +1,86 @@
+"""Figures of a road network."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from osm2xodr.model import CubicProfile, FloatArray, RoadMap
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """Figures of a road network.
+
+    Parameters
+    ----------
+    roads, connecting_roads, junctions
+        Numbers of roads outside of junctions, of roads through them, of junctions.
+    road_length, connecting_length
+        Lengths of reference lines, m.
+    lowest, highest
+        Heights of reference lines, m.
+    dem_coverage
+        Share of the streets whose height is measured; None without an elevation model.
+    further
+        What the geometry stage counted.
+    """
+
+    roads: int
+    connecting_roads: int
+    junctions: int
+    road_length: float
+    connecting_length: float
+    lowest: float
+    highest: float
+    dem_coverage: float | None
+    further: Mapping[str, float] = field(default_factory=dict)
+
+
+def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:
+    """Count and measure a road network."""
+    plan = road_map.plan_view
+    last = plan.start[1:] - 1
+    lengths: FloatArray = plan.s[last] + plan.length[last]
+    inside = np.array([road.junction is not None for road in road_map.roads], dtype=np.bool_)
+    lowest, highest = profile_range(road_map.elevation, lengths)
+    return Statistics(
+        int(np.count_nonzero(~inside)),
+        int(np.count_nonzero(inside)),
+        len(road_map.junctions),
+        float(lengths[~inside].sum()),
+        float(lengths[inside].sum()),
+        lowest,
+        highest,
+        dem_coverage,
+        dict(road_map.statistics),
+    )
+
+
+def profile_range(profile: CubicProfile, lengths: FloatArray) -> tuple[float, float]:
+    """Return the least and the greatest value of piecewise cubics.
+
+    Parameters
+    ----------
+    profile
+        At least one record.
+    lengths : (curves,)
+        Where the last record of each curve ends, m.
+    """
+    end = np.append(profile.s[1:], 0.0)
+    filled = np.diff(profile.start) > 0
+    end[profile.start[1:][filled] - 1] = lengths[filled]
+    span = np.maximum(end - profile.s, 0.0)
+    # Where the slope b + 2 c ds + 3 d ds^2 is 0, by the form of the quadratic formula that no small d upsets.
+    root = np.sqrt(np.maximum(profile.c**2 - 3.0 * profile.b * profile.d, 0.0))
+    q = -(profile.c + np.copysign(root, profile.c))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        extremes = [q / (3.0 * profile.d), profile.b / q]
+    values = []
+    for ds in (np.zeros_like(span), span, *extremes):
+        inside = np.clip(np.nan_to_num(ds, nan=0.0, posinf=0.0, neginf=0.0), 0.0, span)
+        values.append(profile.a + inside * (profile.b + inside * (profile.c + inside * profile.d)))
+    every = np.concatenate(values)
+    return float(every.min()), float(every.max())

@@ -1,0 +1,120 @@
+"""Where the cells of a raster are, seen from the local frame.
+
+Columns and rows are fractional and count from the centre of the first cell: cell (row, col) has its centre at
+(row, col), its footprint reaches half a cell around it. Rasters are never resampled; positions are taken to them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pyproj import CRS, Transformer
+
+from osm2xodr.model import FloatArray
+
+Affine = tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GridFrame:
+    """Where the cells of a raster, or of a window of it, are.
+
+    Parameters
+    ----------
+    crs
+        Horizontal CRS of the raster.
+    to_crs
+        From local x, y (m) to x, y of the CRS in its own units.
+    affine
+        a, b, c, d, e, f with x = a col + b row + c and y = d col + e row + f of cell *corners*, as GDAL has them
+        (but in the order of rows of a matrix). Any rotation, shear and direction of rows is fine.
+    rows, cols
+        Size.
+    """
+
+    crs: CRS
+    to_crs: Transformer
+    affine: Affine
+    rows: int
+    cols: int
+
+    def crs_positions(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return x, y of the CRS at local x, y; infinite where the projection has no answer."""
+        return _transform(self.to_crs, x, y, "FORWARD")
+
+    def cells_at(self, px: FloatArray, py: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return fractional col, row at x, y of the CRS; NaN or infinite where these are."""
+        a, b, c, d, e, f = self.affine
+        det = a * e - b * d
+        with np.errstate(invalid="ignore"):
+            dx, dy = self._unwrapped(px) - c, py - f
+            return (e * dx - b * dy) / det - 0.5, (a * dy - d * dx) / det - 0.5
+
+    def cells(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return fractional col, row at local x, y."""
+        return self.cells_at(*self.crs_positions(x, y))
+
+    def positions(self, col: FloatArray, row: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return local x, y at fractional col, row."""
+        a, b, c, d, e, f = self.affine
+        u, v = np.asarray(col, np.float64) + 0.5, np.asarray(row, np.float64) + 0.5
+        return _transform(self.to_crs, a * u + b * v + c, d * u + e * v + f, "INVERSE")
+
+    def steps(self) -> tuple[float, float]:
+        """Return the length of one column and of one row at the middle of the grid, m."""
+        col, row = 0.5 * (self.cols - 1), 0.5 * (self.rows - 1)
+        x, y = self.positions(np.array([col - 0.5, col + 0.5, col, col]), np.array([row, row, row - 0.5, row + 0.5]))
+        return float(np.hypot(x[1] - x[0], y[1] - y[0])), float(np.hypot(x[3] - x[2], y[3] - y[2]))
+
+    def rim(self, per_side: int = 17) -> tuple[FloatArray, FloatArray]:
+        """Return col, row of points all along the outer edge of the grid's cells."""
+        t = np.linspace(-0.5, 0.5, per_side)
+        low, high = np.full(per_side, -0.5), np.full(per_side, 0.5)
+        col = 0.5 * (self.cols - 1) + self.cols * np.concatenate([t, high, t, low])
+        row = 0.5 * (self.rows - 1) + self.rows * np.concatenate([low, t, high, t])
+        return col, row
+
+    def window(self, first_col: int, first_row: int, cols: int, rows: int, block: int = 1) -> GridFrame:
+        """Return the frame of a window of the grid, its cells joined to blocks of block x block."""
+        a, b, c, d, e, f = self.affine
+        corner_x = a * first_col + b * first_row + c
+        corner_y = d * first_col + e * first_row + f
+        affine = (a * block, b * block, corner_x, d * block, e * block, corner_y)
+        return replace(self, affine=affine, rows=rows // block, cols=cols // block)
+
+    def offset_in(self, other: GridFrame) -> tuple[int, int] | None:
+        """Return first col, row of this grid among the cells of another, None if they have no common grid."""
+        mine, theirs = np.array(self.affine), np.array(other.affine)
+        size = np.abs(theirs[[0, 1, 3, 4]]).max()
+        # A thousandth of a cell, over the whole grid, is far below what a height can tell.
+        stretch = np.abs(mine - theirs)[[0, 1, 3, 4]].max() / size * max(self.rows, self.cols, other.rows, other.cols)
+        if self.crs != other.crs or stretch > 1e-3:
+            return None
+        col, row = other.cells_at(np.array([self.affine[2]]), np.array([self.affine[5]]))
+        first_col, first_row = float(col[0]) + 0.5, float(row[0]) + 0.5
+        if max(abs(first_col - round(first_col)), abs(first_row - round(first_row))) > 1e-3:
+            return None
+        return round(first_col), round(first_row)
+
+    def _unwrapped(self, px: FloatArray) -> FloatArray:
+        """Take longitudes to the turn of the globe in which the raster counts (0 to 360, or over 180 degrees)."""
+        if not self.crs.is_geographic:
+            return px
+        turn = 2.0 * np.pi / self.crs.axis_info[0].unit_conversion_factor
+        a, b, c = self.affine[:3]
+        middle = c + 0.5 * (a * self.cols + b * self.rows)
+        return np.asarray(px + turn * np.round((middle - px) / turn), np.float64)
+
+
+def _transform(
+    transformer: Transformer, x: FloatArray, y: FloatArray, direction: str
+) -> tuple[FloatArray, FloatArray]:
+    """Transform positions (n,)."""
+    # pyproj takes an array of one for a scalar, which NumPy is about to refuse.
+    alone = len(x) == 1
+    px, py = transformer.transform(
+        np.repeat(x, 2) if alone else x, np.repeat(y, 2) if alone else y, direction=direction
+    )
+    px, py = np.asarray(px, np.float64), np.asarray(py, np.float64)
+    return (px[:1], py[:1]) if alone else (px, py)

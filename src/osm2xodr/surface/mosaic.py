@@ -1,0 +1,295 @@
+"""From elevation models' files to layers: which windows are read, which come first, and which are one grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pyproj import CRS, Transformer
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import FloatArray, IntArray, LocalFrame
+from osm2xodr.projection import WGS84, transformer_to
+from osm2xodr.surface.dem import DemSource, describe_dem, read_heights
+from osm2xodr.surface.grid import GridFrame
+from osm2xodr.surface.interpolation import Cells, empty_cells
+from osm2xodr.surface.noise import estimate_sigma, quantum_of, usual_sigma
+from osm2xodr.surface.sampling import Layer, Trend
+from osm2xodr.surface.trend import fit_polynomial, term_count
+
+# Cells of all layers that the trend is fitted to: a polynomial of 21 terms at most needs no more.
+_TREND_CELLS = 20_000
+# More cells than this are kept in single precision, which tells heights to less than a millimetre.
+_DOUBLE_CELLS_MAX = 2**24
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DemWindow:
+    """The part of an elevation model around the roads.
+
+    Parameters
+    ----------
+    source
+        The model.
+    frame
+        Where the window's cells are.
+    z : (rows, cols)
+        Heights, m; NaN in voids.
+    share
+        Share of the road points in whose cell there is a height.
+    block
+        How many cells of the model, in either direction, one cell of the window is the mean of.
+    """
+
+    source: DemSource
+    frame: GridFrame
+    z: Cells
+    share: float
+    block: int
+
+
+def describe_all(
+    paths: Sequence[Path], frame: LocalFrame, diagnostics: Diagnostics
+) -> list[tuple[DemSource, GridFrame]]:
+    """Read what the files say about themselves, and where their cells are."""
+    transformers: dict[CRS, Transformer] = {}
+    out = []
+    for path in paths:
+        source = describe_dem(path, diagnostics)
+        if source.crs not in transformers:
+            transformers[source.crs] = transformer_to(frame, source.crs)
+        cells = GridFrame(source.crs, transformers[source.crs], source.affine, source.rows, source.cols)
+        out.append((source, cells))
+    return out
+
+
+def bounds_deg(source: DemSource, cells: GridFrame) -> tuple[float, float, float, float]:
+    """Return west, south, east, north of an elevation model, degrees, WGS 84."""
+    col, row = cells.rim()
+    a, b, c, d, e, f = cells.affine
+    u, v = col + 0.5, row + 0.5
+    lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
+    return float(np.min(lon)), float(np.min(lat)), float(np.max(lon)), float(np.max(lat))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Plan:
+    """What is to be read of an elevation model: cells from `first` up to `end` (col, row), for roads at col, row."""
+
+    source: DemSource
+    cells: GridFrame
+    first: IntArray
+    end: IntArray
+    col: FloatArray
+    row: FloatArray
+    cell_size: float
+
+
+def read_windows(
+    described: Sequence[tuple[DemSource, GridFrame]],
+    x: FloatArray,
+    y: FloatArray,
+    cells_max: int,
+    diagnostics: Diagnostics,
+) -> list[DemWindow | None]:
+    """Read of each elevation model what lies around local positions; None where it reaches none of them.
+
+    Not more than `cells_max` cells are kept of all together; the finest are averaged where there are more.
+    """
+    in_crs: dict[CRS, tuple[FloatArray, FloatArray]] = {}
+    plans: list[_Plan | None] = []
+    for source, cells in described:
+        if source.crs not in in_crs:
+            in_crs[source.crs] = cells.crs_positions(x, y)
+        col, row = cells.cells_at(*in_crs[source.crs])
+        with np.errstate(invalid="ignore"):
+            on = (col >= -0.5) & (col <= cells.cols - 0.5) & (row >= -0.5) & (row <= cells.rows - 0.5)
+        plans.append(_plan(source, cells, col[on], row[on]) if on.any() else None)
+    blocks = _blocks([plan for plan in plans if plan is not None], cells_max)
+    single = sum(_count(plan, blocks[id(plan)]) for plan in plans if plan is not None) > _DOUBLE_CELLS_MAX
+    return [None if plan is None else _read(plan, blocks[id(plan)], single, len(x), diagnostics) for plan in plans]
+
+
+def _plan(source: DemSource, cells: GridFrame, col: FloatArray, row: FloatArray) -> _Plan:
+    """Plan to read the window around fractional cells that lie on an elevation model."""
+    low = np.maximum([np.floor(col.min()), np.floor(row.min())], 0.0).astype(np.int64)
+    high = np.minimum([np.ceil(col.max()), np.ceil(row.max())], [cells.cols - 1, cells.rows - 1]).astype(np.int64)
+    core = cells.window(int(low[0]), int(low[1]), int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
+    margin = np.maximum(defaults.DEM_MARGIN_CELLS, np.ceil(defaults.DEM_MARGIN / np.array(core.steps())))
+    first = np.maximum(low - margin.astype(np.int64), 0)
+    end = np.minimum(high + margin.astype(np.int64) + 1, [cells.cols, cells.rows])
+    return _Plan(source, cells, first, end, col, row, _cell_size(core))
+
+
+def _count(plan: _Plan, block: int) -> int:
+    """Return the number of cells of a window in blocks."""
+    return int(np.prod(-(-plan.end // block) - plan.first // block))
+
+
+def _blocks(plans: Sequence[_Plan], cells_max: int) -> dict[int, int]:
+    """Return how many cells to join in either direction, by the id of the plan: none coarser than need be."""
+    finest = min((plan.cell_size for plan in plans), default=1.0)
+    for times in range(1, 10_000):
+        blocks = {
+            id(plan): min(
+                times if plan.cell_size < 1.05 * finest else max(1, int(times * finest / plan.cell_size)),
+                plan.cells.rows,
+                plan.cells.cols,
+            )
+            for plan in plans
+        }
+        if sum(_count(plan, blocks[id(plan)]) for plan in plans) <= cells_max:
+            break
+    return blocks
+
+
+def _read(plan: _Plan, block: int, single: bool, points: int, diagnostics: Diagnostics) -> DemWindow:
+    """Read a window."""
+    # Blocks count from the model's first cell, so that tiles of one model stay on one grid; only whole ones count.
+    whole = np.array([plan.cells.cols, plan.cells.rows]) // block
+    first_col, first_row = (np.minimum(plan.first // block, whole - 1) * block).tolist()
+    end_col, end_row = (np.minimum(-(-plan.end // block), whole) * block).tolist()
+    cols, rows = end_col - first_col, end_row - first_row
+    frame = plan.cells.window(first_col, first_row, cols, rows, block)
+    z = read_heights(plan.source, frame, first_col, first_row, block, single, diagnostics)
+    col = np.clip((plan.col + 0.5 - first_col) / block, 0, frame.cols - 1).astype(np.int64)
+    row = np.clip((plan.row + 0.5 - first_row) / block, 0, frame.rows - 1).astype(np.int64)
+    return DemWindow(plan.source, frame, z, int(np.isfinite(z[row, col]).sum()) / points, block)
+
+
+def by_priority(windows: Sequence[DemWindow]) -> list[DemWindow]:
+    """Put finer elevation models first and keep the given order among those alike (within 10 %)."""
+    by_size = sorted(windows, key=lambda window: _cell_size(window.frame))
+    out: list[DemWindow] = []
+    while by_size:
+        finest = _cell_size(by_size[0].frame)
+        alike = [window for window in by_size if _cell_size(window.frame) <= 1.1 * finest]
+        by_size = by_size[len(alike) :]
+        out.extend(window for window in windows if any(window is other for other in alike))
+    return out
+
+
+def make_layers(windows: Sequence[DemWindow], cells_max: int, diagnostics: Diagnostics) -> list[Layer]:
+    """Make layers of windows in the order of their priority; tiles of one model become one layer."""
+    grids: list[tuple[GridFrame, Cells, float]] = []
+    waiting = list(windows)
+    while waiting:
+        frame, z, taken = _join(waiting, cells_max, diagnostics)
+        unit = abs(waiting[0].source.metres * waiting[0].source.scale) if waiting[0].block == 1 else 0.0
+        grids.append((frame, z, quantum_of(z, unit) if unit else 0.0))
+        waiting = [window for window in waiting if not any(window is other for other in taken)]
+    layers = []
+    for index, (frame, z, quantum) in enumerate(grids):
+        ramp = defaults.EDGE_RAMP
+        if index + 1 < len(grids):
+            coarse = max(_cell_size(frame), _cell_size(grids[index + 1][0]))
+            ramp = max(defaults.SEAM_RAMP, defaults.SEAM_RAMP_CELLS * coarse)
+        layers.append(Layer(frame, z, estimate_sigma(z, frame.steps(), quantum), ramp))
+    return layers
+
+
+def fit_trend(layers: Sequence[Layer], order: int) -> Trend:
+    """Fit the polynomial trend to the measured cells of all layers, each counting by its area.
+
+    The order is lowered where there are fewer than two cells per term.
+    """
+    parts = [_sample_cells(layer, _TREND_CELLS // len(layers)) for layer in layers]
+    x, y, z, area = (np.concatenate(values) for values in zip(*parts, strict=True))
+    while order > 0 and len(z) < 2 * term_count(order):
+        order -= 1
+    polynomial = fit_polynomial(x, y, z, order, area)
+    cell = max(max(layer.frame.steps()) for layer in layers)
+    box = float(x.min()) - cell, float(y.min()) - cell, float(x.max()) + cell, float(y.max()) + cell
+    room = 0.5 * float(np.ptp(z))
+    return Trend(polynomial, box, float(z.min()) - room, float(z.max()) + room)
+
+
+def _sample_cells(layer: Layer, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return local x, y, height and area of about `count` measured cells, evenly spread."""
+    known = np.isfinite(layer.z)
+    stride = max(1, int(np.ceil(np.sqrt(np.count_nonzero(known) / max(count, 1)))))
+    start = stride // 2
+    row, col = np.nonzero(known[start::stride, start::stride])
+    if not len(row):
+        start, stride = 0, 1
+        row, col = np.nonzero(known)
+    row, col = row * stride + start, col * stride + start
+    x, y = layer.frame.positions(col.astype(np.float64), row.astype(np.float64))
+    return x, y, layer.z[row, col].astype(np.float64), np.full(len(x), (_cell_size(layer.frame) * stride) ** 2)
+
+
+def _cell_size(frame: GridFrame) -> float:
+    """Return the geometric mean of the lengths of a column and a row, m."""
+    return float(np.sqrt(np.prod(frame.steps())))
+
+
+def _join(
+    windows: Sequence[DemWindow], cells_max: int, diagnostics: Diagnostics
+) -> tuple[GridFrame, Cells, list[DemWindow]]:
+    """Join the first window with all others on its grid that agree with it where they meet."""
+    anchor = windows[0]
+    placed = [(window, window.frame.offset_in(anchor.frame)) for window in windows]
+    members = [(window, place) for window, place in placed if place is not None]
+    (first_col, first_row), (cols, rows) = _span(members)
+    # Tiles that lie far apart are not worth a grid that is mostly empty.
+    if len(members) == 1 or cols * rows > 2 * cells_max:
+        return anchor.frame, anchor.z, [anchor]
+    z = empty_cells(rows, cols, anchor.z.dtype == np.float32)
+    taken = []
+    for window, place in members:
+        col, row = place[0] - first_col, place[1] - first_row
+        if _agrees(z, col, row, window.z, defaults.DEM_SAME_SHARE * usual_sigma(_cell_size(anchor.frame))):
+            part = z[row : row + window.frame.rows, col : col + window.frame.cols]
+            part[...] = np.where(np.isfinite(part), part, window.z)
+            taken.append((window, place))
+        else:
+            diagnostics.note(
+                "dem-step",
+                "",
+                f"{window.source.path}: the elevation model does not agree with {anchor.source.path} where they "
+                "meet; the step was spread over some distance.",
+            )
+    (col, row), (cols, rows) = _span(taken)
+    z = z[row - first_row : row - first_row + rows, col - first_col : col - first_col + cols].copy()
+    return anchor.frame.window(col, row, cols, rows), z, [window for window, _ in taken]
+
+
+def _span(placed: Sequence[tuple[DemWindow, tuple[int, int]]]) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return first col, row and number of cols, rows that windows take up together."""
+    first_col, first_row = min(col for _, (col, _) in placed), min(row for _, (_, row) in placed)
+    end_col = max(col + window.frame.cols for window, (col, _) in placed)
+    end_row = max(row + window.frame.rows for window, (_, row) in placed)
+    return (first_col, first_row), (end_col - first_col, end_row - first_row)
+
+
+def _agrees(z: Cells, col: int, row: int, tile: Cells, tolerance: float) -> bool:
+    """Whether a tile fits what is there: nine of ten cells that both have, else the step from edge to edge."""
+    there = z[row : row + tile.shape[0], col : col + tile.shape[1]]
+    both = np.isfinite(there) & np.isfinite(tile)
+    if both.any():
+        return float(np.percentile(np.abs(there[both] - tile[both]), 90)) <= tolerance
+    steps = _steps_across(z, col, row, tile)
+    return not len(steps) or abs(float(np.median(steps))) <= tolerance
+
+
+def _steps_across(z: Cells, col: int, row: int, tile: Cells) -> FloatArray:
+    """Return by how much a tile is higher than what it abuts on, both extrapolated to the seam, m."""
+    rows, cols = tile.shape
+    beside, across = z[row : row + rows], z[:, col : col + cols].T
+    pairs = (
+        (beside[:, max(col - 2, 0) : col][:, ::-1], tile[:, :2]),
+        (beside[:, col + cols : col + cols + 2], tile[:, ::-1][:, :2]),
+        (across[:, max(row - 2, 0) : row][:, ::-1], tile.T[:, :2]),
+        (across[:, row + rows : row + rows + 2], tile.T[:, ::-1][:, :2]),
+    )
+    steps = [
+        1.5 * inner[:, 0] - 0.5 * inner[:, 1] - 1.5 * outer[:, 0] + 0.5 * outer[:, 1]
+        for outer, inner in pairs
+        if outer.shape[1] == 2 and inner.shape[1] == 2
+    ]
+    found = np.concatenate(steps).astype(np.float64) if steps else np.zeros(0)
+    out: FloatArray = found[np.isfinite(found)]
+    return out

@@ -1,0 +1,186 @@
+"""The surface that elevation models make together: layers of grids, one over the other, over the polynomial trend.
+
+The height at a place is that of the first layer whose cells surround it. Voids of a layer are filled from the layers
+below with the residual at the void's rim spread over it. Beyond a layer's outermost cells the layers below hold, plus
+the layer's residual at its nearest edge, which fades over the ramp. Both ways heights have no step at any seam, and
+inside a layer's cells they are its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.surface.grid import GridFrame
+from osm2xodr.surface.interpolation import Cells, Interpolator, all_corners, make_interpolator, nearest_known
+from osm2xodr.surface.trend import PolynomialTrend
+from osm2xodr.surface.voids import fill_voids
+
+# Positions handled at a time: their arrays stay in the processor's cache.
+_CHUNK = 2**17
+# Share of a cell by which the projection may be off.
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layer:
+    """One grid of heights.
+
+    Parameters
+    ----------
+    frame
+        Where its cells are.
+    z : (rows, cols)
+        Heights, m; NaN in voids.
+    sigma
+        Standard error of its heights, m.
+    ramp
+        Length over which its residual fades beyond its outermost cells, m.
+    """
+
+    frame: GridFrame
+    z: Cells
+    sigma: float
+    ramp: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _FilledLayer:
+    """A layer whose voids are filled, ready to be asked."""
+
+    layer: Layer
+    known: BoolArray | None
+    interpolate: Interpolator
+    steps: tuple[float, float]
+    bounds: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trend:
+    """The polynomial trend, kept from running away beyond the heights it was fitted to.
+
+    Parameters
+    ----------
+    polynomial
+        The trend.
+    box
+        West, south, east, north, local m: beyond, the trend stays as it is at the nearest point of the box.
+    lowest, highest
+        Heights that it is kept within, m.
+    """
+
+    polynomial: PolynomialTrend
+    box: tuple[float, float, float, float]
+    lowest: float
+    highest: float
+
+    def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return z (n,), m, at local x, y."""
+        west, south, east, north = self.box
+        z = self.polynomial.heights(np.clip(x, west, east), np.clip(y, south, north))
+        out: FloatArray = np.clip(z, self.lowest, self.highest)
+        return out
+
+
+class LayeredSurface:
+    """Layers over a trend.
+
+    Parameters
+    ----------
+    layers
+        First the one that counts first.
+    trend
+        What holds where no layer does.
+    method
+        As of `make_interpolator`, or ``"polynomial"`` for the heights of the trend alone.
+    """
+
+    def __init__(self, layers: Sequence[Layer], trend: Trend, method: str) -> None:
+        self.trend = trend
+        self.method = method
+        self._filled: list[_FilledLayer] = []
+        # From the lowest up: a layer's voids are filled from those below it.
+        for layer in reversed(layers):
+            self._filled.insert(0, self._fill(layer))
+
+    def sample(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return z (n,), m, at local x, y and the index of the layer that measured it, -1 where none did."""
+        x, y = np.asarray(x, np.float64).reshape(-1), np.asarray(y, np.float64).reshape(-1)
+        z, source = np.empty(len(x)), np.empty(len(x), np.int64)
+        for first in range(0, len(x), _CHUNK):
+            part = slice(first, first + _CHUNK)
+            z[part], source[part] = self._compose(0, x[part], y[part])
+            if self.method == "polynomial":
+                z[part] = self.trend.heights(x[part], y[part])
+        return z, source
+
+    def _fill(self, layer: Layer) -> _FilledLayer:
+        """Fill the voids of a layer that goes on top of those there are, and make it ready."""
+        known = np.isfinite(layer.z)
+        steps = layer.frame.steps()
+        z = layer.z
+
+        def below(col: FloatArray, row: FloatArray) -> FloatArray:
+            return self._compose(0, *layer.frame.positions(col, row))[0]
+
+        all_known = bool(known.all())
+        if not all_known:
+            # Over other layers the residual dies down as beyond the edge; over the bare trend it is all there is.
+            z = fill_voids(z, below, steps, layer.ramp if self._filled else np.inf)
+        x, y = layer.frame.positions(*layer.frame.rim())
+        reach = layer.ramp + max(steps)
+        bounds = float(x.min()) - reach, float(y.min()) - reach, float(x.max()) + reach, float(y.max()) + reach
+        # The polynomial's heights need no interpolation, but where cells are must be known all the same.
+        method = "bilinear" if self.method == "polynomial" else self.method
+        return _FilledLayer(layer, None if all_known else known, make_interpolator(z, method), steps, bounds)
+
+    def _compose(self, index: int, x: FloatArray, y: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return heights of the layers from an index on, and the layer that measured each, -1 for none."""
+        if index == len(self._filled):
+            return self.trend.heights(x, y), np.full(len(x), -1, np.int64)
+        item = self._filled[index]
+        west, south, east, north = item.bounds
+        near = (x > west) & (x < east) & (y > south) & (y < north)
+        z, source = np.empty(len(x)), np.empty(len(x), np.int64)
+        if not near.all():
+            z[~near], source[~near] = self._compose(index + 1, x[~near], y[~near])
+        if near.any():
+            z[near], source[near] = self._near(index, x[near], y[near])
+        return z, source
+
+    def _near(self, index: int, x: FloatArray, y: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return heights and measuring layers at positions on or near a layer."""
+        item, frame = self._filled[index], self._filled[index].layer.frame
+        col, row = frame.cells(x, y)
+        # A surface of steps reaches to the footprint's edge, a continuous one to the centres of the outermost cells.
+        half = 0.5 if self.method == "nearest" else 0.0
+        edge_col = np.clip(col, -half, frame.cols - 1.0 + half)
+        edge_row = np.clip(row, -half, frame.rows - 1.0 + half)
+        z = item.interpolate(edge_col, edge_row)
+        reach = 0.5 - half + _ROUNDING
+        measured = (np.abs(col - edge_col) <= reach) & (np.abs(row - edge_row) <= reach)
+        if item.known is not None:
+            known = nearest_known if self.method == "nearest" else all_corners
+            measured &= known(item.known, edge_col, edge_row)
+        source = np.where(measured, index, -1)
+        outside = (col != edge_col) | (row != edge_row)
+        if outside.any():
+            away = np.hypot((col - edge_col) * item.steps[0], (row - edge_row) * item.steps[1])[outside]
+            low, low_source = self._compose(index + 1, x[outside], y[outside])
+            at_edge = self._compose(index + 1, *frame.positions(edge_col[outside], edge_row[outside]))[0]
+            z[outside] = low + (z[outside] - at_edge) * _fading((away - 0.5 * max(item.steps)) / item.layer.ramp)
+            source[outside] = np.where(measured[outside], index, low_source)
+        inner_void = ~measured & ~outside
+        if inner_void.any() and index + 1 < len(self._filled):
+            source[inner_void] = self._compose(index + 1, x[inner_void], y[inner_void])[1]
+        return z, source
+
+
+def _fading(t: FloatArray) -> FloatArray:
+    """Fall smoothly from 1 up to t = 0 to 0 from t = 1 on (smoothstep, level at both ends)."""
+    rest = np.clip(1.0 - t, 0.0, 1.0)
+    out: FloatArray = rest * rest * (3.0 - 2.0 * rest)
+    return out

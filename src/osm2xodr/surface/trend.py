@@ -1,0 +1,146 @@
+"""The polynomial trend of heights: a linear least-squares problem in scaled coordinates.
+
+z(x, y) = sum of c_ij T_i(u) T_j(v) over i + j <= order, with Chebyshev polynomials T and u, v the coordinates scaled
+to [-1, 1]. In powers of unscaled coordinates the same problem has a condition number beyond 1e20, in this basis one
+of about ten, so that it is solved exactly and at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.model import FloatArray, IntArray
+
+_CHUNK = 2**16
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PolynomialTrend:
+    """A polynomial of total degree `order` in x and y.
+
+    Parameters
+    ----------
+    order
+        Largest i + j of its terms.
+    coefficients : (order + 1, order + 1)
+        c_ij of T_i(u) T_j(v), m; 0 where i + j > order.
+    centre, half_range
+        u = (x - centre[0]) / half_range[0], v likewise, m.
+    rms, max_residual
+        Of the points it was fitted to, m.
+    """
+
+    order: int
+    coefficients: FloatArray
+    centre: tuple[float, float]
+    half_range: tuple[float, float]
+    rms: float
+    max_residual: float
+
+    def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return z (n,), m, at x, y (n,), m. Far from the fitted points polynomials grow without bound."""
+        x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
+        i, j = _terms(self.order)
+        out = np.empty(len(x))
+        for first in range(0, len(x), _CHUNK):
+            part = slice(first, first + _CHUNK)
+            basis = _basis(*_scaled(x[part], y[part], self.centre, self.half_range), i, j)
+            out[part] = basis @ self.coefficients[i, j]
+        return out
+
+
+def term_count(order: int) -> int:
+    """Return the number of terms of a polynomial of a total degree in two variables."""
+    return (order + 1) * (order + 2) // 2
+
+
+def fit_polynomial(
+    x: FloatArray, y: FloatArray, z: FloatArray, order: int = 4, weights: FloatArray | None = None
+) -> PolynomialTrend:
+    """Fit the polynomial of a total degree to heights by linear least squares.
+
+    Parameters
+    ----------
+    x, y, z : (n,)
+        Finite positions and heights, m, in any metric frame; n at least the number of terms,
+        (order + 1) (order + 2) / 2.
+    order
+        Total degree, 0 or more.
+    weights : (n,), optional
+        Weights of the squared residuals, 0 or more; equal by default.
+
+    Raises
+    ------
+    ValueError
+        Too few points, negative order, or values that are not finite.
+
+    Notes
+    -----
+    The normal matrix is never formed: an orthogonal (QR) factorisation is updated with a chunk of points at a time,
+    so that memory stays bounded for whole tiles. Where the points do not determine all terms (all on one line), the
+    smallest coefficients are taken.
+    """
+    x, y, z = (np.asarray(value, np.float64).reshape(-1) for value in (x, y, z))
+    root = np.ones(len(z)) if weights is None else np.sqrt(np.asarray(weights, np.float64).reshape(-1))
+    if order < 0 or len(z) < term_count(order):
+        raise ValueError(f"a polynomial of degree {order} needs {term_count(max(order, 0))} points, not {len(z)}")
+    if not all(np.isfinite(value).all() for value in (x, y, z, root)):
+        raise ValueError("positions, heights and weights must be finite to fit a polynomial to them")
+    centre, half_range = _box(x, y)
+    i, j = _terms(order)
+    mean = float(z.mean())
+    factor = np.zeros((0, len(i) + 1))
+    for first in range(0, len(z), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        basis = _basis(*_scaled(x[part], y[part], centre, half_range), i, j)
+        rows = np.column_stack([basis, z[part] - mean]) * root[part, None]
+        factor = np.linalg.qr(np.vstack([factor, rows]))[1]
+    solution = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=1e-12)[0]
+    coefficients = np.zeros((order + 1, order + 1))
+    coefficients[i, j] = solution
+    coefficients[0, 0] += mean
+    coefficients.flags.writeable = False
+    bare = PolynomialTrend(order, coefficients, centre, half_range, 0.0, 0.0)
+    residual = bare.heights(x, y) - z
+    weighted = float(np.sqrt(np.sum((root * residual) ** 2) / max(float(np.sum(root**2)), np.finfo(float).tiny)))
+    return PolynomialTrend(order, coefficients, centre, half_range, weighted, float(np.abs(residual).max()))
+
+
+def _box(x: FloatArray, y: FloatArray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return middle and half extent of points; half extents of nothing become 1 m."""
+    low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
+    centre, half = 0.5 * (low + high), 0.5 * (high - low)
+    half[half <= 0.0] = 1.0
+    return (float(centre[0]), float(centre[1])), (float(half[0]), float(half[1]))
+
+
+def _scaled(
+    x: FloatArray, y: FloatArray, centre: tuple[float, float], half_range: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Return u, v of x, y."""
+    return (x - centre[0]) / half_range[0], (y - centre[1]) / half_range[1]
+
+
+def _terms(order: int) -> tuple[IntArray, IntArray]:
+    """Return i and j of all terms."""
+    i, j = np.indices((order + 1, order + 1)).reshape(2, -1)
+    keep = i + j <= order
+    return i[keep], j[keep]
+
+
+def _basis(u: FloatArray, v: FloatArray, i: IntArray, j: IntArray) -> FloatArray:
+    """Return all terms at u, v, (n, terms)."""
+    out: FloatArray = _chebyshev(u, int(i.max()))[:, i] * _chebyshev(v, int(j.max()))[:, j]
+    return out
+
+
+def _chebyshev(u: FloatArray, order: int) -> FloatArray:
+    """Return T_0 to T_order at u, (n, order + 1), by their recurrence T_k = 2 u T_k-1 - T_k-2."""
+    out = np.ones((len(u), order + 1))
+    if order > 0:
+        out[:, 1] = u
+    for k in range(2, order + 1):
+        out[:, k] = 2.0 * u * out[:, k - 1] - out[:, k - 2]
+    return out

@@ -1,0 +1,80 @@
+"""Checks that a virtual raster (VRT) refers to nothing but local files before GDAL opens what it names."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from osm2xodr.errors import InputError
+
+# GDAL's virtual file systems, addresses with a scheme, and data sets that are written out as text instead of named.
+_ELSEWHERE = re.compile(r"(^|[^\w.-])/vsi\w+/|[a-z][a-z0-9+.-]+://", re.IGNORECASE)
+_NOT_A_FILE = re.compile(r"^\s*<|^[a-z0-9_]{2,}:", re.IGNORECASE)
+_NAMES = frozenset({"sourcefilename", "sourcedataset"})
+_DEEPEST = 8
+
+
+def is_virtual(path: Path) -> bool:
+    """Whether a file is a virtual raster, whatever its name."""
+    with path.open("rb") as stream:
+        return b"<vrtdataset" in stream.read(2048).lower()
+
+
+def check_virtual(path: Path, depth: int = 0) -> None:
+    """Refuse a virtual raster that refers to anything but local rasters.
+
+    Raises
+    ------
+    InputError
+        It is no XML, has a document type or entities, reaches into the network or an archive, or nests too deep.
+    """
+    if depth > _DEEPEST:
+        raise InputError(
+            f"{path}: virtual rasters refer to each other more than {_DEEPEST} deep; give the DEMs themselves"
+        )
+    root = _read(path)
+    for element in root.iter():
+        for text in (element.text or "", element.tail or "", *element.attrib.values()):
+            if _ELSEWHERE.search(text):
+                raise _refusal(path, text.strip())
+        if element.tag.casefold() in _NAMES:
+            name = (element.text or "").strip()
+            if _NOT_A_FILE.search(name):
+                raise _refusal(path, name)
+            relative = {key.casefold(): value for key, value in element.attrib.items()}.get("relativetovrt", "0")
+            _check_source(path, Path(name) if relative.strip() == "0" else path.parent / name, depth)
+
+
+def _check_source(path: Path, source: Path, depth: int) -> None:
+    """Refuse a source that is itself a description of something else; GDAL will say it if it is absent."""
+    if not source.is_file():
+        return
+    if is_virtual(source):
+        check_virtual(source, depth + 1)
+        return
+    with source.open("rb") as stream:
+        if stream.read(64).lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"<", b"{")):
+            raise _refusal(path, str(source))
+
+
+def _refusal(path: Path, name: str) -> InputError:
+    """Say that a virtual raster refers to something that is not read."""
+    return InputError(
+        f"{path}: the virtual raster refers to '{name[:200]}', but only local rasters are read; download it first"
+    )
+
+
+def _read(path: Path) -> ET.Element:
+    """Parse a virtual raster that has neither document type nor entities."""
+    text = path.read_bytes()
+    if b"<!doctype" in text.lower() or b"<!entity" in text.lower():
+        raise InputError(
+            f"{path}: the virtual raster has a document type or entities, which are not read; remove them"
+        )
+    try:
+        return ET.fromstring(text)
+    except ET.ParseError as error:
+        raise InputError(
+            f"{path}: the virtual raster is not well-formed XML ({error}); make it anew with gdalbuildvrt"
+        ) from None

@@ -1,0 +1,45 @@
+"""Stage 4: a `RoadMap` becomes an ASAM OpenDRIVE file. It computes but text and bounds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from osm2xodr.xodrWriter.options import VERSIONS, WriteOptions
+from osm2xodr.xodrWriter.output import ByteSink, atomic_output, check_target, settle
+
+if TYPE_CHECKING:
+    from osm2xodr.diagnostics import Diagnostics
+    from osm2xodr.model import RoadMap
+
+__all__ = ["VERSIONS", "ByteSink", "WriteOptions", "atomic_output", "check_target", "settle", "write_xodr"]
+
+
+def write_xodr(road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagnostics: Diagnostics) -> None:
+    """Write a road network as OpenDRIVE to a binary stream.
+
+    The same road map and options give the same bytes. Text is made and written in blocks of roads, so that the
+    document never stands in memory as a whole.
+
+    Parameters
+    ----------
+    road_map
+        What to write.
+    stream
+        Takes the document, UTF-8.
+    options
+        Version of OpenDRIVE, and what the header says.
+    diagnostics
+        Takes what the chosen version cannot say.
+
+    Raises
+    ------
+    OutputError
+        If the road map has what no OpenDRIVE file may have: values that are not finite, roads without length,
+        ids used twice. The geometry stage never makes such a map.
+    OSError
+        From the stream.
+    """
+    # Here, so that the command line starts without numpy.
+    from osm2xodr.xodrWriter.document import write_document
+
+    write_document(road_map, stream, options, diagnostics)

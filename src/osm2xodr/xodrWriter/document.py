@@ -1,0 +1,95 @@
+"""The document as a whole: header, roads, junctions, as bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import CubicProfile, FloatArray, RoadMap, Rule
+from osm2xodr.xodrWriter.bounds import plan_view_bounds
+from osm2xodr.xodrWriter.check import check_road_map
+from osm2xodr.xodrWriter.elements import RoadTables, RoadWriter, junction_text
+from osm2xodr.xodrWriter.formatting import attribute, number
+from osm2xodr.xodrWriter.options import WriteOptions
+from osm2xodr.xodrWriter.output import ByteSink
+from osm2xodr.xodrWriter.tables import cubic_texts, plan_view_texts, says_nothing
+from osm2xodr.xodrWriter.words import Words
+
+# Roads (or junctions) whose text is made at a time: a few megabytes.
+_BLOCK: Final = 1000
+
+_ATTRIBUTION: Final = "© OpenStreetMap contributors, Open Database License 1.0 (ODbL)"
+_LICENSE: Final = '    <license name="Open Data Commons Open Database License v1.0" spdxid="ODbL-1.0"/>\n'
+
+
+def write_document(road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagnostics: Diagnostics) -> None:
+    """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
+    lengths = check_road_map(road_map)
+    words = Words(options.dialect)
+    rule = road_map.rule.value if options.dialect.has_rule else None
+    stream.write(_header(road_map, options).encode())
+    for block in _roads(road_map, lengths, rule, words):
+        stream.write(block.encode())
+    for first in range(0, len(road_map.junctions), _BLOCK):
+        stream.write("".join(map(junction_text, road_map.junctions[first : first + _BLOCK])).encode())
+    stream.write(b"</OpenDRIVE>\n")
+    _note_what_is_lost(road_map, options, words, diagnostics)
+
+
+def _header(road_map: RoadMap, options: WriteOptions) -> str:
+    """Everything before the first road."""
+    dialect = options.dialect
+    west, south, east, north = plan_view_bounds(road_map.plan_view)
+    date = f' date="{attribute(options.date)}"' if options.date else ""
+    # One line, and nothing before or after the text: readers split it at blanks.
+    reference = f"    <geoReference><![CDATA[{road_map.frame.proj}]]></geoReference>\n"
+    license_ = _LICENSE if options.osm_data and dialect.has_license else ""
+    user_data = f'    <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
+    if options.osm_data:
+        user_data += f'    <userData code="attribution" value="{_ATTRIBUTION}"/>\n'
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        "<OpenDRIVE>\n"
+        f'  <header revMajor="1" revMinor="{dialect.rev_minor}" name="{attribute(options.name)}" version="1.00"{date}'
+        f' north="{number(north)}" south="{number(south)}" east="{number(east)}" west="{number(west)}"'
+        ' vendor="osm2xodr">\n'
+        f"{reference}{license_}{user_data}"
+        "  </header>\n"
+    )
+
+
+def _roads(road_map: RoadMap, lengths: FloatArray, rule: str | None, words: Words) -> Iterator[str]:
+    """Yield the text of all roads in blocks."""
+    writer = RoadWriter(rule, words)
+    for first in range(0, len(road_map.roads), _BLOCK):
+        last = min(first + _BLOCK, len(road_map.roads))
+        tables = map(
+            RoadTables,
+            lengths[first:last].tolist(),
+            plan_view_texts(road_map.plan_view, first, last),
+            cubic_texts(road_map.elevation, "elevation", first, last),
+            _where_it_matters(road_map.superelevation, "superelevation", first, last),
+            _where_it_matters(road_map.lane_offset, "laneOffset", first, last),
+        )
+        roads = road_map.roads[first:last]
+        yield "".join([writer.road(road, table) for road, table in zip(roads, tables, strict=True)])
+
+
+def _where_it_matters(profile: CubicProfile, element: str, first: int, last: int) -> list[str]:
+    """Make the records of profiles that are 0 where there are none, and leave out those that are 0 throughout."""
+    texts = cubic_texts(profile, element, first, last)
+    return ["" if zero else text for text, zero in zip(texts, says_nothing(profile, first, last), strict=True)]
+
+
+def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, diagnostics: Diagnostics) -> None:
+    """Say what the chosen version cannot express."""
+    if road_map.rule is Rule.LEFT_HAND and not options.dialect.has_rule:
+        diagnostics.note(
+            "left-hand-lost",
+            "",
+            f"OpenDRIVE {options.version} cannot say that traffic drives on the left: readers will take it to drive"
+            " on the right; write 1.6 or later",
+        )
+    for word, other in sorted(words.replaced):
+        diagnostics.note("word-lost", "", f"OpenDRIVE {options.version} has no {word!r}: written as {other!r}")

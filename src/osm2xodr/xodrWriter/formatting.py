@@ -1,0 +1,48 @@
+"""Numbers and words as XML text."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from osm2xodr.errors import OutputError
+
+# 12 significant digits: 10 nm at 1 km, 0.1 um at 99 km, 1e-11 rad in headings. Coefficients keep a relative error of
+# 5e-13, so that a cubic of any length is off by less than 1e-9 of its rise, and grades likewise.
+NUMBER: Final = "%.12g"
+
+# What XML 1.0 does not allow in a document (production 2, Char), and white space that would not survive in an
+# attribute.
+_ILLEGAL: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_SPACE: Final = re.compile(r"[\t\n\r]+")
+
+
+def number(value: float) -> str:
+    """Write one number as the tables do; never as ``-0``.
+
+    Raises
+    ------
+    OutputError
+        If it is not finite.
+    """
+    if not math.isfinite(value):
+        msg = "a lane or speed limit has a number that is not finite; this is a defect of osm2xodr, please report it"
+        raise OutputError(msg)
+    return NUMBER % (value + 0.0)
+
+
+@lru_cache(maxsize=10_000)
+def attribute(text: str) -> str:
+    """Make a text fit for an attribute in double quotes: escaped, and without what XML does not allow."""
+    clean = _SPACE.sub(" ", _ILLEGAL.sub("", text))
+    return clean.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
+
+
+def snapped(values: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:
+    """Return values with those smaller than `noise` set to 0, and without negative zeros."""
+    return np.where(np.abs(values) < noise, 0.0, values) + 0.0

@@ -1,0 +1,87 @@
+"""Lane sections as XML."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark
+from osm2xodr.xodrWriter.formatting import number
+from osm2xodr.xodrWriter.speeds import lane_speed_attributes
+from osm2xodr.xodrWriter.words import Words
+
+_Head: TypeAlias = tuple[int, LaneType, int | None, int | None]
+
+
+class LaneWriter:
+    """Makes the text of lane sections; remembers the parts of lanes, of which whole cities have but a few.
+
+    Parameters
+    ----------
+    words
+        Those of the version to write.
+    """
+
+    def __init__(self, words: Words) -> None:
+        self._words = words
+        self._heads: dict[_Head, str] = {}
+        self._widths: dict[tuple[Cubic, ...], str] = {}
+        self._marks: dict[RoadMark, str] = {}
+
+    def section(self, section: LaneSection) -> str:
+        """Return a ``<laneSection>``: left lanes, centre, right lanes, each from left to right."""
+        texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
+        for lane in section.lanes:
+            texts[(lane.id > 0) - (lane.id < 0)].append(self._lane(lane))
+        left, center, right = map("".join, texts.values())
+        return (
+            f'      <laneSection s="{number(section.s)}">\n'
+            + (f"        <left>\n{left}        </left>\n" if left else "")
+            + f"        <center>\n{center}        </center>\n"
+            + (f"        <right>\n{right}        </right>\n" if right else "")
+            + "      </laneSection>\n"
+        )
+
+    def _lane(self, lane: Lane) -> str:
+        """Make one lane, its parts in the order of the schema."""
+        key = (lane.id, lane.type, lane.predecessor, lane.successor)
+        head = self._heads.get(key) or self._head(key)
+        widths = self._widths.get(lane.widths)
+        if widths is None:
+            widths = self._width(lane.widths)
+        mark = "" if lane.road_mark is None else self._marks.get(lane.road_mark) or self._mark(lane.road_mark)
+        speed = ""
+        if lane.speed is not None:
+            speed = f'            <speed sOffset="0" {lane_speed_attributes(lane.speed)}/>\n'
+        return f"{head}{widths}{mark}{speed}          </lane>\n"
+
+    def _head(self, key: _Head) -> str:
+        """Make and remember the start of a lane and its links."""
+        number_, kind, predecessor, successor = key
+        text = f'          <lane id="{number_}" type="{self._words.lane_type(kind.value)}" level="false">\n'
+        if predecessor is not None or successor is not None:
+            before = "" if predecessor is None else f'<predecessor id="{predecessor}"/>'
+            after = "" if successor is None else f'<successor id="{successor}"/>'
+            text += f"            <link>{before}{after}</link>\n"
+        self._heads[key] = text
+        return text
+
+    def _width(self, widths: tuple[Cubic, ...]) -> str:
+        """Make and remember the ``<width>`` elements of a lane."""
+        text = "".join(
+            f'            <width sOffset="{number(w.s)}" a="{number(w.a)}" b="{number(w.b)}"'
+            f' c="{number(w.c)}" d="{number(w.d)}"/>\n'
+            for w in widths
+        )
+        self._widths[widths] = text
+        return text
+
+    def _mark(self, mark: RoadMark) -> str:
+        """Make and remember a ``<roadMark>``."""
+        kind, color = self._words.mark_type(mark.type), self._words.mark_color(mark.color)
+        change = self._words.lane_change(mark.lane_change)
+        text = (
+            f'            <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"'
+            f' width="{number(mark.width)}" laneChange="{change}"/>\n'
+        )
+        self._marks[mark] = text
+        return text

@@ -1,0 +1,102 @@
+"""What the user may choose about the written file, and what the versions of OpenDRIVE differ in.
+
+Imports nothing heavy: the command line reads it before it knows what to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """What one version of OpenDRIVE has and has not, as far as it matters here.
+
+    Parameters
+    ----------
+    rev_minor
+        ``header@revMinor``.
+    has_rule, has_license
+        Whether roads have ``rule``, and the header ``<license>``.
+    lane_types, road_types, mark_types, mark_colors
+        Words of the model that the version lacks, and the nearest that it has.
+    """
+
+    rev_minor: int
+    has_rule: bool = True
+    has_license: bool = False
+    lane_types: Mapping[str, str] = field(default_factory=dict)
+    road_types: Mapping[str, str] = field(default_factory=dict)
+    mark_types: Mapping[str, str] = field(default_factory=dict)
+    mark_colors: Mapping[str, str] = field(default_factory=dict)
+
+
+# The versions that can be written, oldest first. The differences are those of the XML schemas of ASAM.
+DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
+    {
+        "1.4": Dialect(
+            rev_minor=4,
+            has_rule=False,
+            # 1.4 has no lanes for buses and taxis; ``restricted`` is its word for lanes that are not for all.
+            lane_types=MappingProxyType({"bus": "restricted", "taxi": "restricted"}),
+            road_types=MappingProxyType(
+                dict.fromkeys(
+                    (
+                        "townExpressway",
+                        "townCollector",
+                        "townArterial",
+                        "townPrivate",
+                        "townLocal",
+                        "townPlayStreet",
+                    ),
+                    "town",
+                )
+            ),
+            mark_types=MappingProxyType({"edge": "none"}),
+            mark_colors=MappingProxyType({"orange": "standard", "violet": "standard"}),
+        ),
+        "1.6": Dialect(rev_minor=6, mark_colors=MappingProxyType({"violet": "standard"})),
+        "1.7": Dialect(rev_minor=7),
+        "1.8": Dialect(rev_minor=8, has_license=True),
+    }
+)
+VERSIONS: Final = tuple(DIALECTS)
+
+
+@dataclass(frozen=True, slots=True)
+class WriteOptions:
+    """How to write.
+
+    Parameters
+    ----------
+    version
+        Version of OpenDRIVE, one of `VERSIONS`.
+    name
+        Name of the road network in the header.
+    date
+        Date in the header, ISO 8601; empty leaves it out. Never the time of writing, so that the same input gives
+        the same bytes.
+    tool_version
+        Version of the converter, for the header.
+    osm_data
+        Whether the data are OpenStreetMap's, whose licence asks to be named.
+    """
+
+    version: str = "1.7"
+    name: str = ""
+    date: str = ""
+    tool_version: str = ""
+    osm_data: bool = True
+
+    def __post_init__(self) -> None:
+        if self.version not in DIALECTS:
+            msg = f"OpenDRIVE {self.version} cannot be written; choose one of {', '.join(VERSIONS)}"
+            raise ValueError(msg)
+
+    @property
+    def dialect(self) -> Dialect:
+        """What the chosen version has."""
+        return DIALECTS[self.version]

@@ -1,0 +1,108 @@
+"""Which nodes become one junction, and how far it reaches along its arms."""
+
+from __future__ import annotations
+
+import pytest
+from street_cases import Case, Stages
+
+from osm2xodr import defaults
+
+
+def two_ts(apart: float, tags: str = "", between: str = "") -> Case:
+    """Make two Ts at both ends of way 5, with arms to the south and to the north."""
+    nodes = {"w": (-90.0, 0.0), "a": (0.0, 0.0), "b": (apart, 0.0), "e": (apart + 90.0, 0.0)}
+    nodes |= {"s": (0.0, -90.0), "n": (apart, 90.0)}
+    ways = {1: ("w a", tags), 2: ("b e", tags), 3: ("s a", tags), 4: ("b n", tags), 5: ("a b", between or tags)}
+    return Case(nodes, ways)
+
+
+def trims(stages: Stages) -> dict[tuple[int, int], float]:
+    """Return what each street gives at its start (0) and at its end (1), by way."""
+    trim = stages.layout.trim.tolist()
+    return {(stages.way(end), end % 2): trim[end] for end in range(len(trim))}
+
+
+def test_a_node_of_two_streets_is_no_junction() -> None:
+    case = Case({"a": (0.0, 0.0), "b": (50.0, 0.0), "c": (90.0, 10.0)}, {1: ("a b", ""), 2: ("b c", "oneway=yes")})
+    stages = case.stages()
+    assert stages.layout.arms == ()
+    assert not stages.layout.trim.any()
+
+
+def test_a_crossing_gives_every_arm_half_the_other_street_and_a_kerb() -> None:
+    nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -80.0), "n": (0.0, 80.0)}
+    ways = {1: ("w o", "width=7"), 2: ("o e", "width=7"), 3: ("s o", "width=5"), 4: ("o n", "width=5")}
+    stages = Case(nodes, ways).stages()
+    found = trims(stages)
+    clear = 0.3 + defaults.ARM_CLEARANCE + defaults.KERB_RADIUS_OTHER
+    assert (found[(1, 1)], found[(2, 0)]) == pytest.approx((2.5 + clear, 2.5 + clear), abs=0.05)
+    assert (found[(3, 1)], found[(4, 0)]) == pytest.approx((3.5 + clear, 3.5 + clear), abs=0.05)
+    assert (found[(1, 0)], found[(2, 1)], found[(3, 0)], found[(4, 1)]) == (0.0, 0.0, 0.0, 0.0)
+    assert stages.layout.nodes == ((int(stages.ends.node[stages.end(1, 1)]),),)
+
+
+# A street of 6 m takes 3.8 m of a street that crosses it (3 m, 0.3 m gap, 0.5 m clearance); 3 m must be left.
+@pytest.mark.parametrize(("apart", "junctions"), [(4.0, 1), (8.0, 1), (10.4, 1), (10.8, 2), (30.0, 2)])
+def test_nodes_join_where_the_street_between_them_has_no_room(apart: float, junctions: int) -> None:
+    layout = two_ts(apart).stages().layout
+    assert len(layout.arms) == junctions
+    assert int(layout.inner.sum()) == (1 if junctions == 1 else 0)
+    assert sum(len(nodes) for nodes in layout.nodes) == 2
+    assert sorted(len(arms) for arms in layout.arms) == ([4] if junctions == 1 else [3, 3])
+
+
+def test_wide_streets_join_farther_apart() -> None:
+    assert len(two_ts(17.0, "lanes=4").stages().layout.arms) == 2
+    assert len(two_ts(15.0, "lanes=4").stages().layout.arms) == 1
+
+
+def test_a_bridge_between_two_junctions_stays_a_road() -> None:
+    layout = two_ts(8.0, "", "bridge=yes layer=1").stages().layout
+    assert len(layout.arms) == 2
+    assert not layout.inner.any()
+
+
+def test_what_is_left_between_two_junctions_is_shared() -> None:
+    """Bare needs come first: kerbs give way until a road of 1 m is left."""
+    stages = two_ts(11.5).stages()
+    found = trims(stages)
+    assert found[(5, 0)] + found[(5, 1)] <= 11.5 - defaults.SHORTEST_ROAD + 1e-6
+    assert min(found[(5, 0)], found[(5, 1)]) >= 3.7
+    assert not stages.layout.squeezed.any()
+    far = trims(two_ts(60.0).stages())
+    assert far[(5, 0)] == pytest.approx(far[(5, 1)], abs=0.02)
+    assert far[(5, 0)] == pytest.approx(8.8, abs=0.05)
+
+
+def test_no_junction_grows_without_end() -> None:
+    """A row of Ts 8 m apart would be one junction of 150 m if there were no limit."""
+    count = 20
+    nodes = {"w": (-90.0, 0.0), "e": (8.0 * count + 90.0, 0.0)}
+    ways = {1: ("w p0", "")}
+    for k in range(count):
+        nodes |= {f"p{k}": (8.0 * k, 0.0), f"s{k}": (8.0 * k, -60.0)}
+        ways[10 + k] = (f"p{k} s{k}", "")
+        ways[50 + k] = (f"p{k} p{k + 1}" if k + 1 < count else f"p{k} e", "")
+    stages = Case(nodes, ways).stages()
+    for members in stages.layout.nodes:
+        x = [stages.network.intersections[node].x for node in members]
+        assert max(x) - min(x) <= defaults.JUNCTION_EXTENT
+    assert len(stages.layout.nodes) >= 3
+    length = stages.ends.length[0::2]
+    left = length - stages.layout.trim[0::2] - stages.layout.trim[1::2]
+    assert (left[~stages.layout.inner] > 0).all()
+
+
+def test_every_end_belongs_to_the_junction_that_lists_it() -> None:
+    layout = two_ts(30.0).stages().layout
+    for number, arms in enumerate(layout.arms):
+        assert list(arms) == sorted(arms)
+        assert {int(layout.junction[end]) for end in arms} == {number}
+    listed = {end for arms in layout.arms for end in arms}
+    assert all(int(layout.junction[end]) == -1 for end in range(len(layout.junction)) if end not in listed)
+
+
+def test_the_order_of_ways_does_not_matter() -> None:
+    case = two_ts(8.0)
+    other = Case(case.nodes, dict(reversed(list(case.ways.items()))))
+    assert trims(case.stages()) == trims(other.stages())

@@ -1,0 +1,121 @@
+"""Junctions made by hand: every lane link that OSM allows, no other, exactly where the lanes are, on either side."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from junction_cases import CASES, Expected
+from road_measures import RoadMeasures, assert_sound, smallest_radius_of
+from street_cases import Case, built_links, mirrored_links
+
+from osm2xodr import defaults
+from osm2xodr.model import Rule
+
+# Where a two-way street forks into one-way ones, the way back round the gore has no more room than this, m.
+TIGHTEST = {"fork": 2.5}
+EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+EVERY = pytest.mark.parametrize("expected", CASES.values(), ids=CASES)
+
+
+@EITHER
+@EVERY
+def test_lanes_lead_where_they_must(expected: Expected, rule: Rule) -> None:
+    right = rule is Rule.RIGHT_HAND
+    roads = (expected.case if right else expected.case.mirrored()).build(rule)
+    wanted = expected.links if right else mirrored_links(expected.links)
+    assert built_links(roads) == sorted(wanted)
+    assert len(roads.junctions) == expected.junctions
+
+
+@EITHER
+@EVERY
+def test_lanes_lie_where_they_lead(expected: Expected, rule: Rule) -> None:
+    case = expected.case if rule is Rule.RIGHT_HAND else expected.case.mirrored()
+    assert_sound(case.build(rule))
+
+
+@EITHER
+@pytest.mark.parametrize("name", CASES)
+def test_turns_have_room(name: str, rule: Rule) -> None:
+    expected = CASES[name]
+    roads = (expected.case if rule is Rule.RIGHT_HAND else expected.case.mirrored()).build(rule)
+    measures = RoadMeasures(roads)
+    for k, road in enumerate(roads.roads):
+        assert measures.length(road) >= (defaults.SHORTEST_ROAD if road.junction is None else 0.5) - 1e-6
+        if road.junction is not None:
+            radius = smallest_radius_of(roads.plan_view, k)
+            assert radius >= TIGHTEST.get(name, defaults.CONNECTING_RADIUS) - 1e-6
+            # No fold: the inner edge still has a radius.
+            widest = max(abs(a - b) for a, b in measures.edges(road, 0, 0.0).values())
+            assert radius > widest / 2
+            assert measures.length(road) < 150.0
+
+
+@EITHER
+def test_ids_are_unique_and_links_mutual(rule: Rule) -> None:
+    for expected in CASES.values():
+        roads = (expected.case if rule is Rule.RIGHT_HAND else expected.case.mirrored()).build(rule)
+        ids = [road.id for road in roads.roads] + [junction.id for junction in roads.junctions]
+        assert len(set(ids)) == len(ids)
+        assert min(ids) > 0
+        for junction in roads.junctions:
+            assert [item.id for item in junction.connections] == list(range(len(junction.connections)))
+
+
+def test_a_right_turn_at_a_square_crossing_has_the_radius_of_its_kerb_and_lane() -> None:
+    """Arms end 3.8 m (3 m of the other street, 0.8 m clear) and a kerb of 5 m from the middle of the crossing."""
+    roads = CASES["x"].case.build()
+    trim = 3.0 + 0.8 + 5.0
+    lane = 1.5
+    radii = {}
+    for k, road in enumerate(roads.roads):
+        if road.junction is not None and road.predecessor is not None and road.successor is not None:
+            radii[(road.predecessor.id, road.successor.id)] = smallest_radius_of(roads.plan_view, k)
+    assert sorted(radii.values())[:4] == pytest.approx([trim - lane] * 4, abs=0.05)
+    assert sorted(radii.values())[4:8] == pytest.approx([trim + lane] * 4, abs=0.05)
+    assert sorted(radii.values())[8] > 1000.0
+
+
+def test_a_ring_without_streets_is_two_roads_in_a_circle() -> None:
+    roads = CASES["isolated_ring"].case.build()
+    measures = RoadMeasures(roads)
+    first, second = (road for road in roads.roads if road.osm_way_ids == (1,))
+    for one, other in ((first, second), (second, first)):
+        assert one.successor is not None
+        assert one.predecessor is not None
+        assert (one.successor.id, one.successor.at_start) == (other.id, True)
+        assert (one.predecessor.id, one.predecessor.at_start) == (other.id, False)
+        end, begin = measures.pose(one, measures.length(one)), measures.pose(other, 0.0)
+        assert end.gap(begin) < 1e-6
+        assert end.turn(begin) < 1e-6
+        assert [(lane.id, lane.predecessor, lane.successor) for lane in one.lane_sections[0].lanes if lane.id] == [
+            (1, 1, 1),
+            (-1, -1, -1),
+        ]
+    assert measures.length(first) + measures.length(second) == pytest.approx(2 * math.pi * 30.0, rel=0.02)
+
+
+def test_a_file_of_nothing_but_a_ring() -> None:
+    roads = Case({"a": (0.0, 0.0), "b": (50.0, 0.0), "c": (20.0, 40.0)}, {1: ("a b c a", "")}).build()
+    assert_sound(roads)
+    assert [road.osm_way_ids for road in roads.roads] == [(1,), (1,)]
+
+
+def test_a_bridge_crosses_without_a_junction() -> None:
+    roads = CASES["bridge"].case.build()
+    assert [(road.predecessor, road.successor) for road in roads.roads] == [(None, None)] * 2
+    measures = RoadMeasures(roads)
+    assert [measures.length(road) for road in roads.roads] == pytest.approx([160.0, 160.0], abs=0.05)
+
+
+@pytest.mark.parametrize(("name", "radius"), [("roundabout", 18.0), ("roundabout_two_lanes", 22.0)])
+def test_the_ring_of_a_roundabout_is_round(name: str, radius: float) -> None:
+    roads = CASES[name].case.build()
+    measures = RoadMeasures(roads)
+    ring = [road for road in roads.roads if road.osm_way_ids and road.osm_way_ids[0] >= 11]
+    assert len(ring) == 4
+    for road in ring:
+        for share in (0.0, 0.25, 0.5, 0.75, 1.0):
+            pose = measures.pose(road, share * measures.length(road))
+            assert math.hypot(pose.x, pose.y) == pytest.approx(radius, abs=0.6)

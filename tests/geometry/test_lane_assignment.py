@@ -1,0 +1,199 @@
+"""Which lane leads where through a junction: turn:lanes, unmarked lanes, forks and merges.
+
+Lanes are written from left to right as their drivers see them: ``l|t;r`` is a lane for left turns and one for
+straight on and right turns. Links are (movement, entry lane, exit lane).
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from osm2xodr.geometry.lane_assignment import ArmLanes, LaneLink, LaneMovement, assign_lanes, lanes_per_movement
+from osm2xodr.model import Direction, LaneSpec, LaneType
+
+_WORDS = {
+    "l": "left",
+    "t": "through",
+    "r": "right",
+    "sl": "slight_left",
+    "sr": "slight_right",
+    "u": "reverse",
+    "hl": "sharp_left",
+    "hr": "sharp_right",
+    "ml": "merge_to_left",
+    "mr": "merge_to_right",
+}
+WIDTH = 3.0
+
+
+def specs(text: str) -> tuple[LaneSpec, ...]:
+    """Read lanes; ``b`` is a bus lane, ``c`` a cycle lane, ``-`` one without a mark."""
+    found = []
+    for lane in text.split("|"):
+        kind = {"b": LaneType.BUS, "c": LaneType.BIKING}.get(lane, LaneType.DRIVING)
+        turns = frozenset(_WORDS[word] for word in lane.split(";") if word in _WORDS)
+        found.append(LaneSpec(kind, Direction.FORWARD, WIDTH, turns))
+    return tuple(found)
+
+
+def arm(text: str) -> ArmLanes:
+    """Return lanes around the reference line."""
+    lanes = specs(text)
+    return ArmLanes(lanes, tuple(WIDTH * ((len(lanes) - 1) / 2 - k) for k in range(len(lanes))))
+
+
+def crossing(entry: str, exits: dict[float, str], *, left_hand: bool = False) -> list[LaneLink]:
+    """Assign the lanes of one entry to exits by their turn in degrees, all centred on their streets."""
+    lanes = arm(entry)
+    movements = [LaneMovement(0, k, math.radians(turn), lanes.t) for k, turn in enumerate(exits)]
+    return assign_lanes(movements, {0: lanes}, {k: arm(text) for k, text in enumerate(exits.values())}, left_hand)
+
+
+def links(text: str) -> list[LaneLink]:
+    """Read ``movement:lane>lane`` words."""
+    found = []
+    for word in text.split():
+        movement, rest = word.split(":")
+        source, target = rest.split(">")
+        found.append((int(movement), int(source), int(target)))
+    return sorted(found)
+
+
+@pytest.mark.parametrize(
+    ("entry", "turns", "lanes"),
+    [
+        ("-", (90, 0, -90), [[0], [0], [0]]),
+        ("-|-", (90, 0, -90), [[0], [0, 1], [1]]),
+        ("-|-|-", (90, 0, -90), [[0], [0, 1, 2], [2]]),
+        ("-|-", (90, -90), [[0], [1]]),
+        ("-|-|-", (90, -90), [[0, 1], [1, 2]]),
+        ("-|-", (0, -90), [[0, 1], [1]]),
+        ("-|-", (90, 0), [[0], [0, 1]]),
+        ("-|-|-", (5,), [[0, 1, 2]]),
+        ("l|t|r", (90, 0, -90), [[0], [1], [2]]),
+        ("l|t|t;r", (90, 0, -90), [[0], [1, 2], [2]]),
+        ("l|l|t", (90, 0), [[0, 1], [2]]),
+        ("l|t", (90, 0, -90), [[0], [1], [1]]),
+        ("t|r", (90, 0, -90), [[0], [0], [1]]),
+        ("l;t|-", (90, 0, -90), [[0], [0, 1], [1]]),
+        ("l;t;r", (90, 0, -90), [[0], [0], [0]]),
+        ("sl|t", (30, 0), [[0], [1]]),
+        ("t|sr", (0, -20), [[0], [1]]),
+        ("l|sl|t", (90, 40, 0), [[0], [1], [2]]),
+        ("t|sr|r", (0, -40, -100), [[0], [1], [2]]),
+        ("u|l|t", (175, 90, 0), [[0], [1], [2]]),
+        ("u;l|t", (90, 0), [[0], [1]]),
+        ("t|t|b", (0, -90), [[0, 1], [1]]),
+        ("l|b|r", (90, -90), [[0], [2]]),
+        ("c|l|r", (90, -90), [[1], [2]]),
+        ("b|b", (90, -90), [[0], [1]]),
+    ],
+)
+def test_lanes_per_movement(entry: str, turns: tuple[float, ...], lanes: list[list[int]]) -> None:
+    found = lanes_per_movement(specs(entry), [math.radians(turn) for turn in turns], [1] * len(turns))
+    assert found == lanes
+
+
+@pytest.mark.parametrize(
+    ("entry", "exits", "expected"),
+    [
+        ("-", {90.0: "-", 0.0: "-", -90.0: "-"}, "0:0>0 1:0>0 2:0>0"),
+        ("-|-", {90.0: "-|-", 0.0: "-|-", -90.0: "-|-"}, "0:0>0 0:0>1 1:0>0 1:1>1 2:1>1 2:1>0"),
+        ("l|l|t", {90.0: "-|-", 0.0: "-"}, "0:0>0 0:1>1 1:2>0"),
+        ("l|l|t", {90.0: "-|-|-", 0.0: "-"}, "0:0>0 0:1>1 0:1>2 1:2>0"),
+        ("t|r|r", {0.0: "-", -90.0: "-|-|-"}, "0:0>0 1:1>1 1:2>2 1:1>0"),
+        ("t|t|r", {0.0: "-|-", -90.0: "-"}, "0:0>0 0:1>1 1:2>0"),
+        ("-|-", {90.0: "-|-|-"}, "0:0>0 0:1>1 0:1>2"),
+        ("-|-", {-90.0: "-|-|-"}, "0:0>1 0:1>2 0:0>0"),
+        ("-|-|-", {90.0: "-|-"}, "0:0>0 0:1>1 0:2>1"),
+    ],
+)
+def test_links_of_one_entry(entry: str, exits: dict[float, str], expected: str) -> None:
+    assert crossing(entry, exits) == links(expected)
+
+
+@pytest.mark.parametrize(("left_hand", "expected"), [(False, "0:0>0 0:1>1 0:1>2"), (True, "0:0>0 0:0>1 0:1>2")])
+def test_a_lane_comes_at_the_near_side_where_nothing_else_is_known(left_hand: bool, expected: str) -> None:
+    """Both lanes lie half a lane off either way, so the side of the road that one drives on decides."""
+    assert crossing("-|-", {0.0: "-|-|-"}, left_hand=left_hand) == links(expected)
+
+
+def test_a_lane_leads_to_the_one_ahead_of_it() -> None:
+    lanes = arm("-")
+    for t, expected in ((4.0, 0), (0.4, 1), (-3.5, 2)):
+        movement = LaneMovement(0, 1, 0.0, (t,))
+        found = assign_lanes([movement], {0: lanes}, {1: arm("-|-|-")}, False)
+        assert (0, 0, expected) in found
+        assert {to for _, _, to in found} == {0, 1, 2}
+
+
+def test_two_arms_that_merge_get_lanes_of_their_own() -> None:
+    movements = [LaneMovement(0, 9, 0.0, (6.0, 3.0)), LaneMovement(1, 9, math.radians(10.0), (-3.0,))]
+    entries = {0: arm("-|-"), 1: arm("-")}
+    assert assign_lanes(movements, entries, {9: arm("-|-|-")}, False) == links("0:0>0 0:1>1 1:0>2")
+    assert assign_lanes(movements, entries, {9: arm("-|-")}, False) == links("0:0>0 0:1>1 1:0>1")
+
+
+def test_a_street_that_splits_keeps_its_lanes_side_by_side() -> None:
+    assert crossing("-|-|-", {8.0: "-|-", -12.0: "-"}) == links("0:0>0 0:1>1 1:2>0")
+    assert crossing("-|-", {8.0: "-|-", -12.0: "-"}) == links("0:0>0 0:1>1 1:1>0")
+    assert crossing("-|-|-|-", {8.0: "-|-", -12.0: "-|-"}) == links("0:0>0 0:1>1 1:2>0 1:3>1")
+
+
+def test_lanes_for_bicycles_are_left_alone() -> None:
+    assert crossing("-|c", {0.0: "-|c"}) == links("0:0>0")
+
+
+_MARKS = ("-", "l", "t", "r", "l;t", "t;r", "sl", "sr", "l;r", "u", "b", "c", "ml", "mr")
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.lists(st.sampled_from(_MARKS), min_size=1, max_size=5),
+    st.lists(st.floats(-170.0, 170.0), min_size=1, max_size=5, unique_by=round),
+    st.data(),
+)
+def test_every_movement_is_served_and_every_exit_lane_fed(
+    entry: list[str], turns: list[float], data: st.DataObject
+) -> None:
+    exits = {turn: "|".join(["-"] * data.draw(st.integers(1, 4))) for turn in turns}
+    found = crossing("|".join(entry), exits, left_hand=data.draw(st.booleans()))
+    assert len(found) == len(set(found))
+    assert {movement for movement, _, _ in found} == set(range(len(turns)))
+    for movement, text in enumerate(exits.values()):
+        assert {to for k, _, to in found if k == movement} == set(range(text.count("|") + 1))
+    drivable = {k for k, lane in enumerate(entry) if lane not in ("b", "c")} or set(range(len(entry)))
+    assert {lane for _, lane, _ in found} == drivable
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.lists(st.sampled_from(_MARKS[:8]), min_size=1, max_size=5),
+    st.lists(st.floats(-170.0, 170.0), min_size=1, max_size=5, unique_by=round),
+    st.data(),
+)
+def test_lanes_of_one_movement_never_cross(entry: list[str], turns: list[float], data: st.DataObject) -> None:
+    exits = {turn: "|".join(["-"] * data.draw(st.integers(1, 4))) for turn in turns}
+    found = crossing("|".join(entry), exits, left_hand=data.draw(st.booleans()))
+    for one in found:
+        for other in found:
+            if one[0] == other[0] and one[1] < other[1]:
+                assert one[2] <= other[2]
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(1, 5), st.lists(st.floats(-170.0, 170.0), min_size=1, max_size=5, unique_by=round))
+def test_movements_from_unmarked_lanes_keep_their_order(lanes: int, turns: list[float]) -> None:
+    """No lane turns to a place left of where a lane left of it may go, save where both may go there."""
+    turns = sorted(turns, reverse=True)
+    found = lanes_per_movement(
+        specs("|".join(["-"] * lanes)), [math.radians(turn) for turn in turns], [1] * len(turns)
+    )
+    for left, right in pairwise(found):
+        assert min(left) <= min(right)
+        assert max(left) <= max(right)

@@ -1,0 +1,101 @@
+"""From which street to which one may drive: one-ways, restrictions at nodes and over ways, inside one junction."""
+
+from __future__ import annotations
+
+import pytest
+from street_cases import Case, Stages
+
+_NODES = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -80.0), "n": (0.0, 80.0)}
+_WAYS = {1: ("w o", ""), 2: ("o e", ""), 3: ("s o", ""), 4: ("o n", "")}
+_ALL = {(one, other) for one in (1, 2, 3, 4) for other in (1, 2, 3, 4) if one != other}
+# Two Ts, 8 m apart; way 5 between them lies inside of the junction.
+_OFFSET = Case(
+    {**_NODES, "a": (-4.0, 0.0), "b": (4.0, 0.0), "s": (-4.0, -80.0), "n": (4.0, 80.0)},
+    {1: ("w a", ""), 2: ("b e", ""), 3: ("s a", ""), 4: ("b n", ""), 5: ("a b", "")},
+)
+
+Rules = tuple[tuple[str, int, str, int], ...]
+
+
+def pairs(stages: Stages) -> list[tuple[int, int]]:
+    """Return (from way, to way) of all movements, sorted."""
+    return sorted((stages.way(item.entry), stages.way(item.exit)) for item in stages.movements)
+
+
+@pytest.mark.parametrize(
+    ("rules", "missing"),
+    [
+        ((), set()),
+        ((("no_left_turn", 1, "o", 4),), {(1, 4)}),
+        ((("no_left_turn", 1, "o", 4), ("no_right_turn", 1, "o", 3)), {(1, 4), (1, 3)}),
+        ((("only_straight_on", 1, "o", 2),), {(1, 3), (1, 4)}),
+        ((("only_left_turn", 1, "o", 4), ("only_straight_on", 1, "o", 2)), {(1, 3)}),
+        ((("only_straight_on", 3, "o", 4), ("no_straight_on", 4, "o", 3)), {(3, 1), (3, 2), (4, 3)}),
+        ((("no_left_turn", 1, "n", 4),), set()),
+        ((("no_u_turn", 1, "o", 1),), set()),
+    ],
+)
+def test_restrictions_at_a_node(rules: Rules, missing: set[tuple[int, int]]) -> None:
+    assert pairs(Case(_NODES, _WAYS, rules).stages()) == sorted(_ALL - missing)
+
+
+def test_one_ways_are_entered_and_left_only_along() -> None:
+    ways = {**_WAYS, 2: ("o e", "oneway=yes"), 3: ("s o", "oneway=yes")}
+    found = pairs(Case(_NODES, ways).stages())
+    assert found == sorted((one, other) for one, other in _ALL if one != 2 and other != 3)
+    ways[2] = ("o e", "oneway=-1")
+    found = pairs(Case(_NODES, ways).stages())
+    assert found == sorted((one, other) for one, other in _ALL if other not in (2, 3))
+
+
+@pytest.mark.parametrize(
+    ("rules", "missing"),
+    [
+        ((), set()),
+        ((("no_left_turn", 5, "b", 4),), {(1, 4), (3, 4)}),
+        ((("no_left_turn", 3, "5", 4),), {(3, 4)}),
+        ((("only_straight_on", 3, "5", 2),), {(3, 4)}),
+        ((("only_right_turn", 3, "a", 5),), {(3, 1)}),
+        ((("no_straight_on", 1, "a", 5),), {(1, 2), (1, 4)}),
+    ],
+)
+def test_restrictions_inside_a_junction(rules: Rules, missing: set[tuple[int, int]]) -> None:
+    stages = Case(_OFFSET.nodes, _OFFSET.ways, rules).stages()
+    assert len(stages.layout.arms) == 1
+    assert pairs(stages) == sorted(_ALL - missing)
+
+
+def test_the_way_through_a_junction_is_told() -> None:
+    stages = _OFFSET.stages()
+    inner = {(stages.way(item.entry), stages.way(item.exit)): item.inner for item in stages.movements}
+    (between,) = (street.id for street in stages.network.streets if stages.layout.inner[street.id])
+    assert inner[(3, 1)] == inner[(1, 3)] == inner[(2, 4)] == ()
+    assert inner[(1, 2)] == inner[(3, 4)] == inner[(1, 4)] == ((between, True),)
+    assert inner[(2, 1)] == inner[(4, 3)] == inner[(2, 3)] == ((between, False),)
+
+
+def test_inner_one_ways_are_driven_only_along() -> None:
+    stages = Case(_OFFSET.nodes, {**_OFFSET.ways, 5: ("a b", "oneway=yes")}).stages()
+    assert pairs(stages) == sorted(_ALL - {(one, other) for one in (2, 4) for other in (1, 3)})
+
+
+def test_nobody_drives_into_a_street_that_only_leads_here() -> None:
+    ways = {1: ("w o", "oneway=yes"), 2: ("e o", "oneway=yes"), 3: ("s o", "oneway=yes")}
+    stages = Case(_NODES, ways).stages()
+    assert stages.movements == []
+    assert Case(_NODES, ways).build().junctions == ()
+
+
+def test_a_restriction_over_a_street_that_stays_a_road_is_told() -> None:
+    nodes = {**_OFFSET.nodes, "a": (-60.0, 0.0), "s": (-60.0, -80.0), "w": (-140.0, 0.0)}
+    stages = Case(nodes, _OFFSET.ways, (("no_left_turn", 3, "5", 4),)).stages()
+    assert len(stages.layout.arms) == 2
+    told = [item for item in stages.diagnostics if item.code == "restriction-over-roads"]
+    assert [item.osm_id for item in told] == ["relation/9001"]
+    assert (5, 4) in pairs(stages)
+
+
+def test_movements_come_by_junction_and_each_once() -> None:
+    stages = _OFFSET.stages()
+    keys = [(item.junction, item.entry, item.exit) for item in stages.movements]
+    assert keys == sorted(set(keys))

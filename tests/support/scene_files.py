@@ -1,0 +1,111 @@
+"""Real places that are converted in tests, and the conversion of each, once per session."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from osm_truth import OsmTruth, read_osm
+from xodr_file import XodrFile, read_xodr
+
+TESTS = Path(__file__).parents[1]
+CONVERSION_TIMEOUT = 120.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A folder with an OSM file and an elevation model."""
+
+    name: str
+    osm: Path
+    dem: Path
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def _scene(folder: Path) -> Scene:
+    osm, dem = sorted(folder.glob("*.osm*")), sorted(folder.glob("*.tif"))
+    if len(osm) != 1 or len(dem) != 1 or not (folder / "SOURCES.md").is_file():
+        raise ValueError(f"{folder} needs one OSM file, one DEM and a SOURCES.md")
+    return Scene(folder.name, osm[0], dem[0])
+
+
+def _folders(parent: Path) -> list[Path]:
+    return sorted(p for p in parent.glob("*") if p.is_dir()) if parent.is_dir() else []
+
+
+# A new folder in tests/scenes is a new test. They are small; the sample that users see is larger.
+SMALL_SCENES = tuple(_scene(folder) for folder in _folders(TESTS / "scenes"))
+SAMPLES = tuple(_scene(folder) for folder in _folders(TESTS.parent / "data" / "samples"))
+SCENES = SMALL_SCENES + SAMPLES
+
+
+def scene_named(name: str) -> Scene:
+    """Return a scene; raise `KeyError` if there is none of the name."""
+    return {scene.name: scene for scene in SCENES}[name]
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """A scene as the command line converts it."""
+
+    scene: Scene
+    path: Path
+    report: dict[str, object]
+    messages: str
+
+    @cached_property
+    def network(self) -> XodrFile:
+        return read_xodr(self.path)
+
+    @cached_property
+    def osm(self) -> OsmTruth:
+        return read_osm(self.scene.osm, self.network.georeference)
+
+
+@dataclass
+class Conversions:
+    """Converts scenes on demand, each in each version only once."""
+
+    folder: Path
+    _done: dict[tuple[str, str, str], Conversion] = field(default_factory=dict)
+
+    def of(self, scene: Scene, version: str = "1.7", hash_seed: str = "0") -> Conversion:
+        """Return the conversion of a scene to a version of OpenDRIVE."""
+        key = (scene.name, version, hash_seed)
+        if key not in self._done:
+            self._done[key] = self._convert(*key, scene)
+        return self._done[key]
+
+    def _convert(self, name: str, version: str, hash_seed: str, scene: Scene) -> Conversion:
+        out = self.folder / f"{name}.{version}.{hash_seed}.xodr"
+        report = out.with_suffix(".json")
+        command = [
+            sys.executable,
+            "-m",
+            "osm2xodr",
+            "convert",
+            str(scene.osm),
+            "--dem",
+            str(scene.dem),
+            "-o",
+            str(out),
+        ]
+        command += ["--name", name, "--xodr-version", version, "--report-json", str(report)]
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            timeout=CONVERSION_TIMEOUT,
+            env={**os.environ, "PYTHONHASHSEED": hash_seed},
+            check=False,
+        )
+        if done.returncode:
+            raise AssertionError(f"{' '.join(command)}\nends with {done.returncode}:\n{done.stderr}")
+        return Conversion(scene, out, json.loads(report.read_text(encoding="utf-8")), done.stderr)

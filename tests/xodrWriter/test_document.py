@@ -1,0 +1,223 @@
+"""The whole document, parsed back."""
+
+from __future__ import annotations
+
+import io
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from lxml import etree
+from sample_road_maps import FRAME, crossing, profile, straight_roads
+
+from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.errors import OutputError
+from osm2xodr.model import RoadMap, Rule
+from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
+
+
+def written(road_map: RoadMap, options: WriteOptions | None = None, diagnostics: Diagnostics | None = None) -> bytes:
+    stream = io.BytesIO()
+    options = WriteOptions() if options is None else options
+    write_xodr(road_map, stream, options, Diagnostics() if diagnostics is None else diagnostics)
+    return stream.getvalue()
+
+
+def parsed(document: bytes) -> Any:
+    """Parse a document; typed as anything, for every element may be absent and a test is to fail then."""
+    return etree.fromstring(document)
+
+
+def test_same_input_gives_the_same_bytes() -> None:
+    assert written(crossing()) == written(crossing())
+
+
+def test_header() -> None:
+    document = written(crossing(), WriteOptions("1.7", "Ordino", tool_version="9.8.7"))
+    header = parsed(document).find("header")
+    assert header.get("revMajor") == "1"
+    assert header.get("name") == "Ordino"
+    assert header.get("date") is None
+    assert header.get("vendor") == "osm2xodr"
+    # Road 2 ends in a left arc of radius 20 m from (190, 0): east to 210, north to 20.
+    bounds = {side: float(header.get(side)) for side in ("west", "south", "east", "north")}
+    assert bounds == pytest.approx({"west": 0.0, "south": 0.0, "east": 210.0, "north": 20.0}, abs=1e-9)
+    assert header.find("offset") is None
+    assert header.findtext("geoReference") == FRAME.proj
+    assert f"<geoReference><![CDATA[{FRAME.proj}]]></geoReference>\n".encode() in document
+    data = {item.get("code"): item.get("value") for item in header.findall("userData")}
+    assert data["osm2xodr"] == "9.8.7"
+    assert data["attribution"] == "© OpenStreetMap contributors, Open Database License 1.0 (ODbL)"
+
+
+def test_header_with_a_date_and_without_osm_data() -> None:
+    header = parsed(written(crossing(), WriteOptions("1.8", date="2024-05-06", osm_data=False))).find("header")
+    assert header.get("date") == "2024-05-06"
+    assert [item.get("code") for item in header.findall("userData")] == ["osm2xodr"]
+    assert header.find("license") is None
+
+
+def test_the_licence_has_an_element_of_its_own_from_1_8_on() -> None:
+    elements = {
+        version: parsed(written(crossing(), WriteOptions(version))).find("header/license") for version in VERSIONS
+    }
+    assert [version for version, element in elements.items() if element is not None] == ["1.8"]
+    assert elements["1.8"].get("spdxid") == "ODbL-1.0"
+
+
+def test_roads() -> None:
+    root = parsed(written(crossing()))
+    roads = root.findall("road")
+    assert [road.get("id") for road in roads] == ["1", "2", "3", "4"]
+    assert [road.get("junction") for road in roads] == ["-1", "-1", "5", "5"]
+    assert {road.get("rule") for road in roads} == {"RHT"}
+    assert roads[0].get("name") == 'Carrer d\'"A & B" <Ç>'
+    assert float(roads[1].get("length")) == pytest.approx(80.0 + 10.0 * math.pi, abs=1e-9)
+    order = [child.tag for child in roads[1]]
+    assert order == ["link", "type", "planView", "elevationProfile", "lateralProfile", "lanes"]
+
+
+def test_road_links() -> None:
+    roads = parsed(written(crossing())).findall("road")
+    assert roads[0].find("link/predecessor") is None
+    assert dict(roads[0].find("link/successor").attrib) == {"elementType": "junction", "elementId": "5"}
+    assert dict(roads[3].find("link/predecessor").attrib) == {
+        "elementType": "road",
+        "elementId": "2",
+        "contactPoint": "start",
+    }
+    assert roads[3].find("link/successor").get("contactPoint") == "end"
+
+
+def test_a_road_without_neighbours_has_an_empty_link() -> None:
+    road_map = crossing()
+    alone = replace(road_map.roads[1], predecessor=None, successor=None)
+    root = parsed(written(replace(road_map, roads=(road_map.roads[0], alone, *road_map.roads[2:]))))
+    assert len(root.findall("road")[1].find("link")) == 0
+
+
+def test_types_and_speeds() -> None:
+    first, second = parsed(written(crossing())).findall("road")[:2]
+    assert [(t.get("s"), t.get("type")) for t in first.findall("type")] == [("0", "town"), ("60", "townExpressway")]
+    speeds = [dict(t.find("speed").attrib) for t in first.findall("type")]
+    assert speeds == [{"max": "50", "unit": "km/h"}, {"max": "no limit"}]
+    assert second.find("type/speed") is None
+
+
+def test_plan_view() -> None:
+    road = parsed(written(crossing())).findall("road")[1]
+    line, arc = road.findall("planView/geometry")
+    assert {k: float(v) for k, v in line.attrib.items()} == {"s": 0, "x": 110, "y": 0, "hdg": 0, "length": 80}
+    assert [child.tag for child in line] == ["line"]
+    assert float(arc.get("s")) == 80.0
+    assert float(arc.get("length")) == pytest.approx(10.0 * math.pi, abs=1e-10)
+    assert [dict(child.attrib) for child in arc] == [{"curvature": "0.05"}]
+
+
+def test_profiles() -> None:
+    first, second, *_ = parsed(written(crossing())).findall("road")
+    records = [dict(item.attrib) for item in second.findall("elevationProfile/elevation")]
+    assert records[1] == {"s": "80", "a": "1003.8", "b": "0.02", "c": "-0.0001", "d": "2e-07"}
+    assert [item.get("b") for item in second.findall("lateralProfile/superelevation")] == ["0", "0.001"]
+    assert first.find("lateralProfile") is None
+    assert [item.get("s") for item in first.findall("lanes/laneOffset")] == ["0", "40"]
+    assert first.findall("lanes/laneOffset")[0].get("a") == "0.5"
+    assert second.find("lanes/laneOffset") is None
+
+
+def test_profiles_that_are_0_throughout_are_left_out() -> None:
+    road_map = crossing()
+    flat = profile([[(0.0, 0.0, 0.0, 0.0, 0.0)]] * 4)
+    root = parsed(written(replace(road_map, superelevation=flat, lane_offset=flat, elevation=flat)))
+    assert list(root.iter("lateralProfile", "laneOffset")) == []
+    assert len(list(root.iter("elevation"))) == 4
+
+
+def test_lanes() -> None:
+    section = parsed(written(crossing())).find("road/lanes").findall("laneSection")[1]
+    assert section.get("s") == "60"
+    assert [child.tag for child in section] == ["left", "center", "right"]
+    lanes = {int(item.get("id")): item for item in section.iter("lane")}
+    assert list(lanes) == [1, 0, -1, -2]
+    assert {item.get("level") for item in lanes.values()} == {"false"}
+    assert [item.get("type") for item in lanes.values()] == ["driving", "none", "driving", "bus"]
+    assert lanes[0].find("width") is None
+    assert lanes[-1].find("link/predecessor").get("id") == "-1"
+    assert lanes[-1].find("link/successor") is None
+    assert dict(lanes[-1].find("speed").attrib) == {"sOffset": "0", "max": "30", "unit": "mph"}
+    assert lanes[-2].find("link") is None
+    widths = [dict(item.attrib) for item in lanes[-2].findall("width")]
+    assert widths[0] == {"sOffset": "0", "a": "0", "b": "0", "c": "0.0075", "d": "-0.00025"}
+    assert widths[1] == {"sOffset": "20", "a": "1", "b": "0", "c": "0", "d": "0"}
+    assert dict(lanes[-1].find("roadMark").attrib) == {
+        "sOffset": "0",
+        "type": "broken",
+        "weight": "standard",
+        "color": "white",
+        "width": "0.12",
+        "laneChange": "both",
+    }
+
+
+def test_a_lane_without_mark_and_a_side_without_lanes_write_none() -> None:
+    section = parsed(written(crossing())).findall("road")[2].find("lanes/laneSection")
+    assert [child.tag for child in section] == ["center", "right"]
+    assert section.find("right/lane/roadMark") is None
+    assert section.find("center/lane").get("id") == "0"
+
+
+def test_junctions() -> None:
+    junction = parsed(written(crossing())).find("junction")
+    assert junction.get("id") == "5"
+    connections = junction.findall("connection")
+    assert [dict(item.attrib) for item in connections] == [
+        {"id": "0", "incomingRoad": "1", "connectingRoad": "3", "contactPoint": "start"},
+        {"id": "1", "incomingRoad": "2", "connectingRoad": "4", "contactPoint": "start"},
+    ]
+    links = [dict(link.attrib) for item in connections for link in item.findall("laneLink")]
+    assert links == [{"from": "-1", "to": "-1"}, {"from": "1", "to": "-1"}]
+    assert dict(junction[-1].attrib) == {"high": "1", "low": "2"}
+    assert junction[-1].tag == "priority"
+
+
+def test_1_4_says_what_it_cannot_say() -> None:
+    found = Diagnostics()
+    document = written(replace(crossing(), rule=Rule.LEFT_HAND), WriteOptions("1.4"), found)
+    root = parsed(document)
+    assert [road.get("rule") for road in root.findall("road")] == [None] * 4
+    assert [item.get("type") for item in root.iter("lane")].count("restricted") == 1
+    assert [item.get("type") for item in root.iter("type")] == ["town", "town", "rural"]
+    assert found.counts() == {(Kind.NOTE, "left-hand-lost"): 1, (Kind.NOTE, "word-lost"): 2}
+    assert next(iter(found)).message.startswith("OpenDRIVE 1.4 cannot say that traffic drives on the left")
+
+
+def test_later_versions_say_it_all() -> None:
+    found = Diagnostics()
+    for version in ("1.6", "1.7", "1.8"):
+        root = parsed(written(replace(crossing(), rule=Rule.LEFT_HAND), WriteOptions(version), found))
+        assert {road.get("rule") for road in root.findall("road")} == {"LHT"}
+    assert len(found) == 0
+
+
+def test_every_road_gets_its_own_records() -> None:
+    count = 2300  # more than are formatted at a time
+    roads = parsed(written(straight_roads(count))).findall("road")
+    assert [road.get("name") for road in roads] == [str(index) for index in range(count)]
+    assert [float(road.find("planView/geometry").get("x")) for road in roads] == [float(i) for i in range(count)]
+    assert [float(road.find("elevationProfile/elevation").get("a")) for road in roads] == [
+        i / 8 for i in range(count)
+    ]
+    assert [len(road.findall("lanes/laneOffset")) for road in roads] == [i % 3 for i in range(count)]
+
+
+def test_what_is_not_finite_is_refused() -> None:
+    road_map = straight_roads(3)
+    heights = road_map.elevation.a.copy()
+    heights[1] = math.nan
+    stream = io.BytesIO()
+    with pytest.raises(OutputError, match=r"road 2 \(way/102\) has a number that is not finite in its elevation"):
+        write_xodr(
+            replace(road_map, elevation=replace(road_map.elevation, a=heights)), stream, WriteOptions(), Diagnostics()
+        )
+    assert stream.getvalue() == b""

@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from lxml import etree
+
+from osm2xodr.errors import OutputError
+from osm2xodr.xodrWriter.formatting import attribute, number, snapped
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (-0.0, "0"),
+        (3.25, "3.25"),
+        (-1.0, "-1"),
+        (12345.678901234, "12345.6789012"),
+        (math.pi, "3.14159265359"),
+        (2e-7, "2e-07"),
+        (0.1 + 0.2, "0.3"),
+    ],
+)
+def test_number(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+@given(st.floats(min_value=-1e5, max_value=1e5))
+def test_numbers_keep_twelve_digits(value: float) -> None:
+    assert float(number(value)) == pytest.approx(value, rel=5.0001e-12, abs=0.0)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_numbers_that_are_not_finite_are_refused(value: float) -> None:
+    with pytest.raises(OutputError, match="not finite"):
+        number(value)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("Königsallee", "Königsallee"),
+        ('"Rue" <A&B>', "&quot;Rue&quot; &lt;A&amp;B&gt;"),
+        ("a\x00\x08\x1f\ufffe\udc80b", "ab"),
+        ("two\nlines\tand\r\ntabs", "two lines and tabs"),
+        ("道路 \U0001f6e3", "道路 \U0001f6e3"),
+    ],
+)
+def test_attribute(name: str, text: str) -> None:
+    assert attribute(name) == text
+
+
+@given(st.text())
+def test_attributes_are_always_xml_and_keep_what_xml_allows(name: str) -> None:
+    read = etree.fromstring(f'<road name="{attribute(name)}"/>'.encode()).get("name", "missing")
+    allowed = [c for c in name if c >= " " and not "\ud800" <= c <= "\udfff" and c not in "\ufffe\uffff"]
+    assert [c for c in read if c != " "] == [c for c in allowed if c != " "]
+
+
+def test_snapped() -> None:
+    values = snapped(np.array([1e-11, -1e-11, -0.0, 1e-9, -2.0]), 1e-10)
+    assert values.tolist() == [0.0, 0.0, 0.0, 1e-9, -2.0]
+    assert not np.signbit(values[:3]).any()

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import pytest
+
+from osm2xodr.errors import OutputError
+from osm2xodr.model import LaneType
+from osm2xodr.xodrWriter.options import DIALECTS, VERSIONS, WriteOptions
+from osm2xodr.xodrWriter.words import Words
+
+
+def test_versions() -> None:
+    assert VERSIONS == ("1.4", "1.6", "1.7", "1.8")
+    assert WriteOptions().version == "1.7"
+    with pytest.raises(ValueError, match=r"1\.5 cannot be written; choose one of 1\.4, 1\.6, 1\.7, 1\.8"):
+        WriteOptions("1.5")
+
+
+def test_1_4_replaces_what_it_lacks() -> None:
+    words = Words(DIALECTS["1.4"])
+    written = {kind: words.lane_type(kind.value) for kind in LaneType}
+    assert written.pop(LaneType.BUS) == "restricted"
+    assert written.pop(LaneType.TAXI) == "restricted"
+    assert written == {kind: kind.value for kind in written}
+    assert words.road_type("townLocal") == "town"
+    assert words.mark_type("edge") == "none"
+    assert words.mark_color("violet") == "standard"
+    assert sorted(words.replaced) == [
+        ("bus", "restricted"),
+        ("edge", "none"),
+        ("taxi", "restricted"),
+        ("townLocal", "town"),
+        ("violet", "standard"),
+    ]
+
+
+def test_1_7_replaces_nothing() -> None:
+    words = Words(DIALECTS["1.7"])
+    assert [words.lane_type(kind.value) for kind in LaneType] == [kind.value for kind in LaneType]
+    assert words.road_type("townLocal") == "townLocal"
+    assert words.mark_type("solid broken") == "solid broken"
+    assert words.mark_color("violet") == "violet"
+    assert words.lane_change("increase") == "increase"
+    assert words.replaced == set()
+
+
+def test_words_of_no_version_are_refused() -> None:
+    words = Words(DIALECTS["1.8"])
+    with pytest.raises(OutputError, match="no road type 'footway'"):
+        words.road_type("footway")
+    with pytest.raises(OutputError, match="no road mark 'dashed'"):
+        words.mark_type("dashed")
+    with pytest.raises(OutputError, match="no colour of road marks 'pink'"):
+        words.mark_color("pink")
+    with pytest.raises(OutputError, match="no lane change 'left'"):
+        words.lane_change("left")
