@@ -336,7 +336,7 @@ POLYNOMIAL_ORDER: Final = 4
 DEM_COVERAGE_MIN: Final = 0.5
 
 # What is read around the roads, m and cells: room for lane edges and for the fitted curves, which leave the OSM line
-# by a few metres; eight cells dampen the end effect of a bicubic spline to 3e-5 of itself (a factor of 0.27 per cell).
+# by a few metres; eight cells dampen the end effect of a bicubic spline to 3e-5 of itself (0.27 per cell).
 DEM_MARGIN: Final = 50.0
 DEM_MARGIN_CELLS: Final = 8
 

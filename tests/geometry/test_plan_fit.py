@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -169,9 +170,9 @@ def polylines(draw: st.DrawFn) -> Points:
 def _retraced(points: Points) -> bool:
     """Whether a line comes back to where it began and turns straight back on the way: little is left without it."""
     back = math.hypot(points[-1][0] - points[0][0], points[-1][1] - points[0][1]) < 1.0
-    return back and (
-        len(points) == 3 or len(fit(points).spikes) > 0 or max(math.hypot(x, y) for x, y in points) < 2.0
-    )
+    headings = [math.atan2(q[1] - p[1], q[0] - p[0]) for p, q in itertools.pairwise(points)]
+    turns = [abs(math.remainder(b - a, math.tau)) for a, b in itertools.pairwise(headings)]
+    return back and max(turns, default=0.0) > math.radians(165.0)
 
 
 @settings(max_examples=200, deadline=None)

@@ -88,6 +88,9 @@ def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple
     Passes over all polylines take out the least important point of each neighbourhood. What a segment already
     passed over counts towards what it may still pass over, so the tolerance holds.
     """
+    ends = np.flatnonzero(np.diff(polyline, prepend=-1)), np.flatnonzero(np.diff(polyline, append=-1))
+    # A loop needs two points besides the one that it begins and ends at.
+    comes_back = np.hypot(*(points[ends[0]] - points[ends[1]]).T) < defaults.SHORTEST_SEGMENT
     keep = np.ones(len(points), bool)
     passed_over = np.zeros(len(points))
     spikes: list[IntArray] = []
@@ -97,8 +100,7 @@ def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple
             break
         before, here, after = k[:-2], k[1:-1], k[2:]
         interior = (polyline[before] == polyline[here]) & (polyline[here] == polyline[after]) & ~fixed[here]
-        # What would leave two points at one place must stay.
-        interior &= np.hypot(*(points[after] - points[before]).T) > 1e-6
+        interior &= ~comes_back[polyline[here]] | (np.bincount(polyline[k])[polyline[here]] > 4)
         a, b, c = points[before], points[here], points[after]
         first, second, chord = b - a, c - b, c - a
         len_first, len_second = np.hypot(*first.T), np.hypot(*second.T)
