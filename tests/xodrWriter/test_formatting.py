@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from osm2xodr.errors import OutputError
-from osm2xodr.xodrWriter.formatting import attribute, number, snapped
+from osm2xodr.xodrWriter.formatting import attribute, number, snapped, start_of_last
 
 
 @pytest.mark.parametrize(
@@ -65,3 +65,18 @@ def test_snapped() -> None:
     values = snapped(np.array([1e-11, -1e-11, -0.0, 1e-9, -2.0]), 1e-10)
     assert values.tolist() == [0.0, 0.0, 0.0, 1e-9, -2.0]
     assert not np.signbit(values[:3]).any()
+
+
+@pytest.mark.parametrize(("s", "length"), [(225.857286096, 842.231625369), (0.0, 17.3), (5.0, 10.0)])
+def test_the_last_lane_section_ends_on_the_road(s: float, length: float) -> None:
+    start = float(start_of_last(s, length))
+    assert start + (length - start) <= length
+    assert s - 1e-8 < start <= s
+
+
+@given(st.floats(1e-3, 1e5), st.floats(1e-3, 1.0))
+def test_no_last_lane_section_ends_beyond_its_road(length: float, share: float) -> None:
+    end = float(number(length))
+    start = float(start_of_last(share * end, end))
+    assert start + (end - start) <= end
+    assert abs(start - share * end) < 1e-10 * end + 1e-11

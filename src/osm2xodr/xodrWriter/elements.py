@@ -62,7 +62,7 @@ class RoadWriter:
             f"    <elevationProfile>\n{tables.elevation}    </elevationProfile>\n"
             f"{lateral}"
             f"    <lanes>\n{tables.lane_offset}"
-            f"{''.join([self._lanes.section(item) for item in road.lane_sections])}"
+            f"{self._lanes.sections(road.lane_sections, tables.length)}"
             "    </lanes>\n"
             "  </road>\n"
         )

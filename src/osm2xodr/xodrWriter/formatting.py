@@ -36,6 +36,21 @@ def number(value: float) -> str:
     return NUMBER % (value + 0.0)
 
 
+def start_of_last(s: float, length: float) -> str:
+    """Write where the last lane section of a road starts, so that readers find its end on the road.
+
+    CARLA computes s + (length - s) in doubles and refuses a file where rounding makes that more than the length. The
+    start then moves back by a unit in its last digit written.
+    """
+    text, end = number(s), float(number(length))
+    start = float(text)
+    unit = 10.0 ** (math.floor(math.log10(start)) - 11) if start > 0 else 0.0
+    while start + (end - start) > end:
+        text = number(start - unit)
+        start = float(text)
+    return text
+
+
 @lru_cache(maxsize=10_000)
 def attribute(text: str) -> str:
     """Make a text fit for an attribute in double quotes: escaped, and without what XML does not allow."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark
-from osm2xodr.xodrWriter.formatting import number
+from osm2xodr.xodrWriter.formatting import number, start_of_last
 from osm2xodr.xodrWriter.speeds import lane_speed_attributes
 from osm2xodr.xodrWriter.words import Words
 
@@ -27,14 +27,20 @@ class LaneWriter:
         self._widths: dict[tuple[Cubic, ...], str] = {}
         self._marks: dict[RoadMark, str] = {}
 
-    def section(self, section: LaneSection) -> str:
-        """Return a ``<laneSection>``: left lanes, centre, right lanes, each from left to right."""
+    def sections(self, sections: tuple[LaneSection, ...], length: float) -> str:
+        """Return the ``<laneSection>`` elements of a road of a length, m."""
+        starts = [number(section.s) for section in sections]
+        starts[-1] = start_of_last(sections[-1].s, length)
+        return "".join([self._section(*pair) for pair in zip(sections, starts, strict=True)])
+
+    def _section(self, section: LaneSection, start: str) -> str:
+        """Make one section: left lanes, centre, right lanes, each from left to right."""
         texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
         for lane in section.lanes:
             texts[(lane.id > 0) - (lane.id < 0)].append(self._lane(lane))
         left, center, right = map("".join, texts.values())
         return (
-            f'      <laneSection s="{number(section.s)}">\n'
+            f'      <laneSection s="{start}">\n'
             + (f"        <left>\n{left}        </left>\n" if left else "")
             + f"        <center>\n{center}        </center>\n"
             + (f"        <right>\n{right}        </right>\n" if right else "")
