@@ -18,7 +18,7 @@ from osm2xodr.geometry.plan_fit import cut_curves
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.geometry.through_paths import follow_streets, street_paths
-from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Rule
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +41,8 @@ class ConnectingRoads:
         Middle of those lanes, t in those roads' frames, m.
     entry_width, exit_width : (n,)
         Widths of those lanes, m.
+    set_apart
+        The type of those lanes where both are set apart for the same kind of traffic, else that of cars' lanes.
     """
 
     plan_view: PlanView
@@ -54,13 +56,15 @@ class ConnectingRoads:
     exit_t: FloatArray
     entry_width: FloatArray
     exit_width: FloatArray
+    set_apart: tuple[LaneType, ...]
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""
         rows = np.flatnonzero(keep)
         plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows)
-        columns = {item.name: getattr(self, item.name)[rows] for item in fields(self) if item.name != "plan_view"}
-        return ConnectingRoads(plan, **columns)
+        flat = [item.name for item in fields(self) if item.name not in ("plan_view", "set_apart")]
+        columns = {name: getattr(self, name)[rows] for name in flat}
+        return ConnectingRoads(plan, **columns, set_apart=tuple(self.set_apart[k] for k in rows.tolist()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,6 +140,10 @@ def build_connecting_roads(
         exit_t=exit_t,
         entry_width=np.array([row.lane_in.spec.width for row in rows]),
         exit_width=np.array([row.lane_out.spec.width for row in rows]),
+        set_apart=tuple(
+            row.lane_in.spec.type if row.lane_in.spec.type is row.lane_out.spec.type else LaneType.DRIVING
+            for row in rows
+        ),
     )
 
 

@@ -24,6 +24,7 @@ _ANGLE = {
 }
 _LEFT = frozenset({"left", "slight_left", "sharp_left"})
 _RIGHT = frozenset({"right", "slight_right", "sharp_right"})
+_SET_APART = (LaneType.BUS, LaneType.TAXI, LaneType.BIKING)
 _STRAIGHT = math.radians(50.0)
 _SIDEWAYS = math.radians(10.0)
 _MERGING = math.radians(35.0)
@@ -94,7 +95,28 @@ def assign_lanes(
     for exit_ in sorted({item.exit for item in movements}):
         arriving = [k for k, item in enumerate(movements) if item.exit == exit_]
         links += _into_exit(arriving, movements, served, exits[exit_], near_side_left)
-    return sorted(links)
+    for entry in sorted({item.entry for item in movements}):
+        leaving = [k for k, item in enumerate(movements) if item.entry == entry]
+        straight = min(leaving, key=lambda k: abs(movements[k].turn))
+        if abs(movements[straight].turn) < _STRAIGHT:
+            exit_specs = exits[movements[straight].exit].specs
+            links += [(straight, *pair) for pair in _set_apart(entries[entry].specs, exit_specs, near_side_left)]
+    return sorted(set(links))
+
+
+def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool) -> list[tuple[int, int]]:
+    """Link the lanes set apart for buses, taxis and bicycles: to their like, buses else to cars' lanes."""
+    pairs: list[tuple[int, int]] = []
+    for kind in _SET_APART:
+        ins = [k for k, spec in enumerate(entry) if spec.type is kind]
+        outs = [k for k, spec in enumerate(exit_) if spec.type is kind]
+        if not near_side_left:
+            ins, outs = ins[::-1], outs[::-1]
+        pairs += zip(ins, outs, strict=False)
+        if kind is not LaneType.BIKING and len(ins) != len(entry):
+            usable = _usable(exit_)
+            pairs += [(k, usable[0] if k < len(entry) / 2 else usable[-1]) for k in ins[len(outs) :]]
+    return pairs
 
 
 def _usable(specs: Sequence[LaneSpec]) -> list[int]:

@@ -305,7 +305,7 @@ def _connecting(connecting: ConnectingRoads, parts: RoadParts, numbers: _Numbers
     for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length) in enumerate(
         zip(*(column.tolist() for column in columns), strict=True)
     ):
-        lane = Lane(own, LaneType.DRIVING, (_blend(length, w0, w1),), lane_in, lane_out, none)
+        lane = Lane(own, connecting.set_apart[k], (_blend(length, w0, w1),), lane_in, lane_out, none)
         stretch = parts.stretches[entry // 2][-1 if entry % 2 else 0]
         speed = stretch.attributes.speed_forward if entry % 2 else stretch.attributes.speed_backward
         types = parts.lanes[entry // 2].types
