@@ -168,7 +168,7 @@ def _estimate(z: FloatArray, basis: _Basis, prior_log_n: float, smoothing: float
         factor = 1.0 / (1.0 + (residual / k) ** 2)
         weight[known] = factor if step == 0 else factor * factor
         if step == 1:
-            clipped = f.copy()
+            clipped = np.array(f, np.float64)
             clipped[known] += np.clip(residual, -3 * scale, 2 * scale)
             log_a, log_n = basis.fit(clipped, prior_log_n)
     noise = np.exp(log_n) / max(share, 0.05)

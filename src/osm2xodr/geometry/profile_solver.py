@@ -201,7 +201,7 @@ def _newton_aim(matrix: sp.csr_matrix, right: FloatArray, limits: Limits, x: Flo
     force = limits.force(value)
     at_work = np.flatnonzero(force)
     if len(at_work):
-        rows = limits.rows[at_work]
+        rows = limits.rows[at_work.tolist()]
         # The secant, which is the stiffness itself until the force reaches its cap. The tangent, 0 beyond that,
         # would overshoot.
         secant = force[at_work] / limits.excess(value)[at_work]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from osm2xodr.defaults import PARALLEL_SINE
 from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.geometry.profile_problem import ProfileProblem, span_at
 from osm2xodr.geometry.profile_system import Elements, Unknowns
@@ -105,7 +106,7 @@ def chord_coupling(
     in_knots = sp.coo_matrix((values, (rows, np.r_[chain, chain])), (size, count)).tocsr()
     diagonal = np.bincount(chain, tau * elements.h[held], count).astype(np.float64)
     diagonal[diagonal == 0] = 1.0
-    return (unknowns.to_knots.T @ in_knots).tocsr(), sp.diags(diagonal).tocsr()
+    return (unknowns.to_knots.T @ in_knots).tocsr(), sp.csr_matrix(sp.diags(diagonal))
 
 
 def portal_distance(problem: ProfileProblem, elements: Elements, end_node: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -217,6 +218,10 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
         ta = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / cross
         tb = (d[:, 0] * u[:, 1] - d[:, 1] * u[:, 0]) / cross
     hit = (ta >= 0) & (ta < 1) & (tb >= 0) & (tb < 1)
+    above, along = _on_top_of_each_other(problem, end_node, road, span, box, a, b)
+    above &= ~hit
+    ta, tb = np.where(above, 0.5, ta), np.where(above, along, tb)
+    hit |= above
     a, b, ta, tb = a[hit], b[hit], ta[hit], tb[hit]
     sa, sb = s[a] + ta * step[a], s[b] + tb * step[b]
     apart = ~_meet_nearby(problem, end_node, road[a], sa, road[b], sb)
@@ -229,6 +234,36 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     unique = np.unique(key, axis=0, return_index=True)[1]
     unique.sort()
     return Crossings(upper[unique], upper_s[unique], lower[unique], lower_s[unique])
+
+
+def _on_top_of_each_other(
+    problem: ProfileProblem,
+    end_node: IntArray,
+    road: IntArray,
+    span: IntArray,
+    box: FloatArray,
+    a: IntArray,
+    b: IntArray,
+) -> tuple[BoolArray, FloatArray]:
+    """Say for pairs of chords whether they run one above the other (double decks), and where on b the middle of a is.
+
+    Roads that meet at a node are left out: a ramp comes down onto the road that it runs along.
+    """
+    u, v = box[a, 2:] - box[a, :2], box[b, 2:] - box[b, :2]
+    off = box[a, :2] + 0.5 * u - box[b, :2]
+    long = np.maximum(np.hypot(*v.T), 1e-9)
+    along = (off * v).sum(axis=1) / long**2
+    aside = np.abs(off[:, 0] * v[:, 1] - off[:, 1] * v[:, 0]) / long
+    sine = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / (np.maximum(np.hypot(*u.T), 1e-9) * long)
+    if problem.span_width is None:
+        return np.zeros(len(a), bool), along
+    narrower = np.minimum(problem.span_width[span[a]], problem.span_width[span[b]])
+    meet = road[a] == road[b]
+    for i in (0, 1):
+        for j in (0, 1):
+            meet |= end_node[2 * road[a] + i] == end_node[2 * road[b] + j]
+    out: BoolArray = (along >= 0) & (along < 1) & (aside < narrower / 2) & (sine < PARALLEL_SINE) & ~meet
+    return out, along
 
 
 def _meet_nearby(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from osm2xodr.model import BoolArray, FloatArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.interpolation import Cells
 
 # Rounds of relaxation on each grid, and how far from the rim, in cells of the coarser grid: measured on random voids,
@@ -74,7 +74,8 @@ def _groups(gap: BoolArray) -> Iterator[tuple[tuple[slice, slice], BoolArray]]:
 
     rows, cols = (-(-size // _BLOCK) for size in gap.shape)
     padded = np.pad(gap, ((0, rows * _BLOCK - gap.shape[0]), (0, cols * _BLOCK - gap.shape[1])))
-    groups, _ = ndimage.label(padded.reshape(rows, _BLOCK, cols, _BLOCK).any(axis=(1, 3)), np.ones((3, 3)))
+    groups: IntArray = np.zeros((rows, cols), np.int64)
+    ndimage.label(padded.reshape(rows, _BLOCK, cols, _BLOCK).any(axis=(1, 3)), np.ones((3, 3)), output=groups)
     for number, (down, across) in enumerate(ndimage.find_objects(groups), 1):
         blocks = np.repeat(np.repeat(groups[down, across] == number, _BLOCK, axis=0), _BLOCK, axis=1)
         first_row, first_col = down.start * _BLOCK, across.start * _BLOCK
