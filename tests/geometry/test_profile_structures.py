@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from elevation_helpers import RoadSpec, make_problem, straight
@@ -137,3 +139,27 @@ def test_components_by_links_and_junctions() -> None:
     problem: ProfileProblem = make_problem(roads, [(20.5, 0.5)])
     unknowns = number_unknowns(problem, build_elements(problem, 60.0))
     assert components(problem, unknowns).tolist() == [0, 0, 0, 1]
+
+
+def decks(aside: float, end: int = -1) -> Crossings:
+    """Return where a bridge beside a road of its own length passes over it; both 8 m wide."""
+    roads = [
+        straight((0.0, 0.0), (240.0, 0.0), start=end, spans=[(0.0, 0, 0)]),
+        straight((240.0, aside), (0.0, aside), end=end, spans=[(0.0, 1, 1)]),
+    ]
+    problem = replace(make_problem(roads, [(0.0, 0.0)] if end >= 0 else []), span_width=np.array([8.0, 8.0]))
+    return find_crossings(problem, number_unknowns(problem, build_elements(problem, 60.0)).end_node)
+
+
+def test_decks_one_above_the_other_are_apart_all_along() -> None:
+    found = decks(1.5)
+    assert set(found.upper.tolist()) == {1}
+    assert set(found.lower.tolist()) == {0}
+    assert found.upper_s + found.lower_s == pytest.approx(240.0)
+    assert np.diff(np.sort(found.lower_s)).max() <= 12.0 + 1e-9
+    assert (found.lower_s.min() < 12.0, found.lower_s.max() > 228.0) == (True, True)
+
+
+def test_roads_beside_each_other_and_ramps_are_not_decks() -> None:
+    assert len(decks(5.0).upper) == 0
+    assert len(decks(1.5, end=0).upper) == 0
