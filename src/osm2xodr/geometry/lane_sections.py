@@ -181,7 +181,7 @@ def lay_out_lanes(road: Sequence[Stretch], rule: Rule) -> LaneLayout:
         offset_after = _offset_without(stretch.section, ending)
         begins = {lane: at_border.get(lane, 0.0) for lane in widths}
         behind = {to: lane for lane, to in links[k - 1].items()} if k else None
-        lanes = _lanes(stretch, rule, length, taper, begins, ending, behind, ahead)
+        lanes = _lanes(_Course(stretch, length, taper, begins, ending, behind, ahead))
         sections.append(LaneSection(stretch.start, lanes))
         offset += [
             Cubic(stretch.start + c.s, c.a, c.b, c.c, c.d)
@@ -230,47 +230,50 @@ def tapered(length: float, taper: float, start: float, middle: float, end: float
     return tuple(out)
 
 
-def _lanes(
-    stretch: Stretch,
-    rule: Rule,
-    length: float,
-    taper: float,
-    begins: dict[int, float],
-    ending: set[int],
-    behind: dict[int, int] | None,
-    ahead: dict[int, int] | None,
-) -> tuple[Lane, ...]:
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """How the lanes of a stretch come, run and go.
+
+    Parameters
+    ----------
+    stretch, length, taper
+        The stretch, its length and that of tapers, m.
+    begins
+        Width of each lane at the start, m.
+    ending
+        Lanes that end with the stretch.
+    behind, ahead
+        The lane that each continues, and the one that continues it; None at the road's ends.
+    """
+
+    stretch: Stretch
+    length: float
+    taper: float
+    begins: dict[int, float]
+    ending: set[int]
+    behind: dict[int, int] | None
+    ahead: dict[int, int] | None
+
+
+def _lanes(course: _Course) -> tuple[Lane, ...]:
     """Return all lanes of a section, leftmost first, with the centre lane among them."""
-    section = stretch.section
-    out: list[Lane] = []
-    for number, spec in [*reversed(list(enumerate(section.left, start=1)))]:
-        out.append(_lane(number, spec, stretch, length, taper, begins, ending, behind, ahead))
-    out.append(Lane(0, LaneType.NONE, (), road_mark=_centre_mark(stretch, rule)))
-    for number, spec in enumerate(section.right, start=1):
-        out.append(_lane(-number, spec, stretch, length, taper, begins, ending, behind, ahead))
-    return tuple(out)
+    section = course.stretch.section
+    left = [_lane(course, number, spec) for number, spec in enumerate(section.left, start=1)]
+    right = [_lane(course, -number, spec) for number, spec in enumerate(section.right, start=1)]
+    return (*reversed(left), Lane(0, LaneType.NONE, (), road_mark=_centre_mark(course.stretch)), *right)
 
 
-def _lane(
-    lane_id: int,
-    spec: LaneSpec,
-    stretch: Stretch,
-    length: float,
-    taper: float,
-    begins: dict[int, float],
-    ending: set[int],
-    behind: dict[int, int] | None,
-    ahead: dict[int, int] | None,
-) -> Lane:
-    attributes = stretch.attributes
+def _lane(course: _Course, lane_id: int, spec: LaneSpec) -> Lane:
+    attributes = course.stretch.attributes
     own_speed = attributes.speed_backward if spec.direction is Direction.BACKWARD else attributes.speed_forward
+    last_width = 0.0 if lane_id in course.ending else spec.width
     return Lane(
         id=lane_id,
         type=LaneType.BIDIRECTIONAL if spec.direction is Direction.BOTH else spec.type,
-        widths=tapered(length, taper, begins[lane_id], spec.width, 0.0 if lane_id in ending else spec.width),
-        predecessor=None if behind is None else behind.get(lane_id),
-        successor=None if ahead is None else ahead.get(lane_id),
-        road_mark=_outer_mark(lane_id, stretch),
+        widths=tapered(course.length, course.taper, course.begins[lane_id], spec.width, last_width),
+        predecessor=None if course.behind is None else course.behind.get(lane_id),
+        successor=None if course.ahead is None else course.ahead.get(lane_id),
+        road_mark=_outer_mark(lane_id, course.stretch),
         speed=own_speed if own_speed != _road_speed(attributes) else None,
     )
 
@@ -289,7 +292,7 @@ def _outer_mark(lane_id: int, stretch: Stretch) -> RoadMark:
     return RoadMark("broken", width=width, lane_change="both")
 
 
-def _centre_mark(stretch: Stretch, rule: Rule) -> RoadMark:
+def _centre_mark(stretch: Stretch) -> RoadMark:
     """Return the mark on the centre line, which is an edge where all lanes lie on one side of it."""
     section, highway = stretch.section, stretch.attributes.highway
     width = defaults.MARK_WIDTH_WIDE if highway in _FAST else defaults.MARK_WIDTH
