@@ -275,6 +275,9 @@ CORNER_RADIUS: Final = MappingProxyType(
 )
 CORNER_RADIUS_OTHER: Final = 6.0
 
+# Values of ``highway`` that are built for speed: long gores and tapers, wide marks.
+FAST_HIGHWAYS: Final = ("motorway", "motorway_link", "trunk", "trunk_link")
+
 # ---------------------------------------------------------------- junctions
 
 # Radius of the kerb at a corner between two streets, by the lesser street's highway value: RASt 06 section 6.3.5

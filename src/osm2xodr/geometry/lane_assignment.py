@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from osm2xodr.geometry.turn_marks import to_left, to_right
 from osm2xodr.model import LaneSpec, LaneType
 
 # The turn that each value of turn:lanes stands for, by the pictures on the OSM wiki page Key:turn.
@@ -22,8 +23,6 @@ _ANGLE = {
     "right": -90.0,
     "sharp_right": -135.0,
 }
-_LEFT = frozenset({"left", "slight_left", "sharp_left"})
-_RIGHT = frozenset({"right", "slight_right", "sharp_right"})
 _SET_APART = (LaneType.BUS, LaneType.TAXI, LaneType.BIKING)
 _STRAIGHT = math.radians(50.0)
 _SIDEWAYS = math.radians(10.0)
@@ -81,6 +80,7 @@ def assign_lanes(
         Whether traffic drives on the left, so that lanes come and go at the left edge.
     """
     served: dict[int, list[int]] = {}
+    links: list[LaneLink] = []
     for entry in sorted({item.entry for item in movements}):
         leaving = sorted(
             (k for k, item in enumerate(movements) if item.entry == entry), key=lambda k: -movements[k].turn
@@ -91,16 +91,13 @@ def assign_lanes(
             leaving, lanes_per_movement(entries[entry].specs, turns, capacity, near_side_left), strict=True
         ):
             served[k] = lanes
-    links: list[LaneLink] = []
-    for exit_ in sorted({item.exit for item in movements}):
-        arriving = [k for k, item in enumerate(movements) if item.exit == exit_]
-        links += _into_exit(arriving, movements, served, exits[exit_], near_side_left)
-    for entry in sorted({item.entry for item in movements}):
-        leaving = [k for k, item in enumerate(movements) if item.entry == entry]
-        straight = min(leaving, key=lambda k: abs(movements[k].turn))
+        straight = min(leaving, key=lambda k: (abs(movements[k].turn), k))
         if abs(movements[straight].turn) < _STRAIGHT:
             exit_specs = exits[movements[straight].exit].specs
             links += [(straight, *pair) for pair in _set_apart(entries[entry].specs, exit_specs, near_side_left)]
+    for exit_ in sorted({item.exit for item in movements}):
+        arriving = [k for k, item in enumerate(movements) if item.exit == exit_]
+        links += _into_exit(arriving, movements, served, exits[exit_], near_side_left)
     return sorted(set(links))
 
 
@@ -166,7 +163,7 @@ def _meant(value: str, turns: Sequence[float], straight: int, near_side_left: bo
     """Return the movement that a value of turn:lanes means; one turns back across the far side."""
     if value == "through":
         return straight
-    left = value in _LEFT or (value == "reverse" and not near_side_left)
+    left = value in to_left(near_side_left)
     sign = 1.0 if left else -1.0
     target = sign * abs(math.radians(_ANGLE[value]))
     beyond_straight = sign * turns[straight] > _SIDEWAYS
@@ -278,10 +275,10 @@ def _offset(
         return 0
     if movement.turn < -_STRAIGHT:
         return slack
-    pockets = [_pocket(exit_lanes.specs[lane], _LEFT, not near_side_left) for lane in usable]
+    pockets = [_pocket(exit_lanes.specs[lane], to_left(near_side_left)) for lane in usable]
     if slack > 0 and pockets[0] and not all(pockets):
         return min(slack, pockets.index(False))
-    pockets = [_pocket(exit_lanes.specs[lane], _RIGHT, near_side_left) for lane in reversed(usable)]
+    pockets = [_pocket(exit_lanes.specs[lane], to_right(near_side_left)) for lane in reversed(usable)]
     if slack > 0 and pockets[0] and not all(pockets):
         return slack - min(slack, pockets.index(False))
     candidates = range(min(slack, 0), max(slack, 0) + 1)
@@ -297,10 +294,10 @@ def _offset(
     return min(candidates, key=lambda offset: (shift(offset), -offset if prefer_high else offset))
 
 
-def _pocket(spec: LaneSpec, turns: frozenset[str], turns_back: bool) -> bool:
+def _pocket(spec: LaneSpec, turns: frozenset[str]) -> bool:
     """Whether a lane is for turns to one side alone."""
     own = spec.turns & _ANGLE.keys()
-    return bool(own) and own <= (turns | {"reverse"} if turns_back else turns)
+    return bool(own) and own <= turns
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -7,11 +7,10 @@ from itertools import product
 
 from osm2xodr import defaults
 from osm2xodr.geometry.cross_section import CrossSection
+from osm2xodr.geometry.turn_marks import to_left, to_right
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
 
-_LEFT = frozenset({"left", "slight_left", "sharp_left"})
 _FOR_CARS = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
-_RIGHT = frozenset({"right", "slight_right", "sharp_right"})
 
 
 def match_lanes(before: CrossSection, after: CrossSection, rule: Rule) -> dict[int, int]:
@@ -72,7 +71,8 @@ def _pairs(
     if not gain or not fewer:
         return [(k, k) for k in range(fewer)]
     if gain > 0:
-        marks = _marked(downstream, _left(rule)), _marked(downstream, _right(rule), right=True)
+        left_hand = rule is Rule.LEFT_HAND
+        marks = _marked(downstream, to_left(left_hand)), _marked(downstream, to_right(left_hand), right=True)
     else:
         marks = _leading(upstream, "merge_to_right"), _leading(upstream[::-1], "merge_to_left")
     in_line = None if any(marks) else _in_line(abs(gain), fewer, t_upstream, t_downstream, gain > 0)
@@ -94,14 +94,6 @@ def _in_line(
     best = min(range(change + 1), key=lambda left: shifts[left])
     others = [shift for left, shift in enumerate(shifts) if left != best]
     return best if min(others) - shifts[best] > defaults.IN_LINE else None
-
-
-def _left(rule: Rule) -> frozenset[str]:
-    return _LEFT | {"reverse"} if rule is Rule.RIGHT_HAND else _LEFT
-
-
-def _right(rule: Rule) -> frozenset[str]:
-    return _RIGHT | {"reverse"} if rule is Rule.LEFT_HAND else _RIGHT
 
 
 def _at_left(change: int, left: int, right: int, rule: Rule) -> int:

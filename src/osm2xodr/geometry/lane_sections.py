@@ -22,7 +22,6 @@ from osm2xodr.model import (
     StreetAttributes,
 )
 
-_FAST = ("motorway", "motorway_link", "trunk", "trunk_link")
 _UNMARKED = ("residential", "living_street", "service", "track")
 _NO_MARK = RoadMark("none", width=0.0)
 
@@ -175,7 +174,11 @@ def lay_out_lanes(road: Sequence[Stretch], rule: Rule) -> LaneLayout:
         ahead = links[k] if k + 1 < len(road) else None
         widths = _widths(stretch.section)
         length = stretch.end - stretch.start
-        most = defaults.TAPER_LENGTH_MOTORWAY if stretch.attributes.highway in _FAST else defaults.TAPER_LENGTH
+        most = (
+            defaults.TAPER_LENGTH_MOTORWAY
+            if stretch.attributes.highway in defaults.FAST_HIGHWAYS
+            else defaults.TAPER_LENGTH
+        )
         taper = min(most, defaults.TAPER_SHARE * length)
         ending = set() if ahead is None else {lane for lane in widths if lane not in ahead}
         offset_after = _offset_without(stretch.section, ending)
@@ -281,7 +284,7 @@ def _lane(course: _Course, lane_id: int, spec: LaneSpec) -> Lane:
 def _outer_mark(lane_id: int, stretch: Stretch) -> RoadMark:
     """Return the mark between a lane and the next one outwards, or the edge of the carriageway."""
     lanes = stretch.section.left if lane_id > 0 else stretch.section.right
-    wide = stretch.attributes.highway in _FAST
+    wide = stretch.attributes.highway in defaults.FAST_HIGHWAYS
     width = defaults.MARK_WIDTH_WIDE if wide else defaults.MARK_WIDTH
     if abs(lane_id) == len(lanes):
         if stretch.attributes.highway in _UNMARKED:
@@ -295,7 +298,7 @@ def _outer_mark(lane_id: int, stretch: Stretch) -> RoadMark:
 def _centre_mark(stretch: Stretch) -> RoadMark:
     """Return the mark on the centre line, which is an edge where all lanes lie on one side of it."""
     section, highway = stretch.section, stretch.attributes.highway
-    width = defaults.MARK_WIDTH_WIDE if highway in _FAST else defaults.MARK_WIDTH
+    width = defaults.MARK_WIDTH_WIDE if highway in defaults.FAST_HIGHWAYS else defaults.MARK_WIDTH
     if not section.left or not section.right:
         return _NO_MARK if highway in _UNMARKED else RoadMark("solid", width=width)
     if highway in _UNMARKED or section.left_edge - section.right_edge < defaults.CENTRE_LINE_FROM:

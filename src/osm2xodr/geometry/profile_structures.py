@@ -258,23 +258,27 @@ def _on_top_of_each_other(
     if problem.span_width is None:
         return np.zeros(len(a), bool), along
     narrower = np.minimum(problem.span_width[span[a]], problem.span_width[span[b]])
-    meet = road[a] == road[b]
-    for i in (0, 1):
-        for j in (0, 1):
-            meet |= end_node[2 * road[a] + i] == end_node[2 * road[b] + j]
+    anywhere = np.zeros(len(a))
+    meet = _meet_nearby(problem, end_node, road[a], anywhere, road[b], anywhere, near=np.inf)
     out: BoolArray = (along >= 0) & (along < 1) & (aside < narrower / 2) & (sine < PARALLEL_SINE) & ~meet
     return out, along
 
 
 def _meet_nearby(
-    problem: ProfileProblem, end_node: IntArray, a: IntArray, sa: FloatArray, b: IntArray, sb: FloatArray
+    problem: ProfileProblem,
+    end_node: IntArray,
+    a: IntArray,
+    sa: FloatArray,
+    b: IntArray,
+    sb: FloatArray,
+    near: float = NEAR_NODE,
 ) -> BoolArray:
-    """Return whether roads a and b share a node close to both places, or are the same place of one road."""
+    """Return whether roads a and b share a node near both places, m, or are the same place of one road."""
     length = lengths(problem.plan_view)
-    out: BoolArray = (a == b) & (np.abs(sa - sb) < 2 * NEAR_NODE)
+    out: BoolArray = (a == b) & (np.abs(sa - sb) < 2 * near)
     for i in (0, 1):
         for j in (0, 1):
             da = np.where(i == 0, sa, length[a] - sa)
             db = np.where(j == 0, sb, length[b] - sb)
-            out |= (end_node[2 * a + i] == end_node[2 * b + j]) & (da < NEAR_NODE) & (db < NEAR_NODE)
+            out |= (end_node[2 * a + i] == end_node[2 * b + j]) & (da < near) & (db < near)
     return out

@@ -10,7 +10,7 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.curves import lengths
-from osm2xodr.geometry.lane_sections import LaneLayout, Stretch, lay_out_lanes, stretches
+from osm2xodr.geometry.lane_sections import Stretch, stretches
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts
 from osm2xodr.geometry.straight_ends import out_of_bends
@@ -38,7 +38,7 @@ class RoadParts:
         Junction at either end, -1 for none.
     end_link : (roads, 2)
         Road end that touches directly, -1 for none.
-    stretches, lanes
+    stretches
         Of each road.
     """
 
@@ -50,7 +50,6 @@ class RoadParts:
     end_junction: IntArray
     end_link: IntArray
     stretches: tuple[tuple[Stretch, ...], ...]
-    lanes: tuple[LaneLayout, ...]
 
 
 def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) -> JunctionLayout:
@@ -113,7 +112,6 @@ def cut_roads(network: StreetNetwork, fitted: FittedStreets, layout: JunctionLay
         end_junction=end_junction,
         end_link=end_link,
         stretches=road_stretches,
-        lanes=tuple(lay_out_lanes(item, network.rule) for item in road_stretches),
     )
 
 

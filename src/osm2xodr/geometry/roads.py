@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
@@ -20,7 +21,7 @@ from osm2xodr.geometry.elevation import (
     connector_profiles,
     solve_profiles,
 )
-from osm2xodr.geometry.lane_sections import smooth_step
+from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_lanes, smooth_step
 from osm2xodr.geometry.movements import find_movements
 from osm2xodr.geometry.narrowing import fit_side_by_side
 from osm2xodr.geometry.road_parts import RoadParts, cut_roads, without_idle_junctions
@@ -85,12 +86,16 @@ def build_roads(
     solution = solve_profiles(problem, surface, diagnostics, elevation_options)
     elevation, superelevation = connector_profiles(problem, _connector_problem(connecting), solution)
     numbers = _Numbers(len(parts.length), len(connecting.length))
-    offsets = [layout.offset for layout in parts.lanes] + _connecting_offsets(connecting, network.rule)
-    none = profile_of([() for _ in parts.lanes])
+    lanes = [lay_out_lanes(item, network.rule) for item in parts.stretches]
+    offsets = [layout.offset for layout in lanes] + _connecting_offsets(connecting, network.rule)
+    none = profile_of([() for _ in lanes])
     return RoadMap(
         frame=network.frame,
         rule=network.rule,
-        roads=(*_roads(parts, connecting, numbers), *_connecting(connecting, parts, numbers, network.rule)),
+        roads=(
+            *_roads(parts, lanes, connecting, numbers),
+            *_connecting(connecting, parts, lanes, numbers, network.rule),
+        ),
         junctions=_junctions(network, layout, connecting, numbers),
         plan_view=joined_plan_views(parts.plan_view, connecting.plan_view),
         elevation=joined_profiles(solution.elevation, elevation),
@@ -226,10 +231,12 @@ def _blend(length: float, start: float, end: float) -> Cubic:
     return Cubic(0.0, start) if start == end else smooth_step(0.0, length, start, end)
 
 
-def _roads(parts: RoadParts, connecting: ConnectingRoads, numbers: _Numbers) -> list[Road]:
+def _roads(
+    parts: RoadParts, lanes: Sequence[LaneLayout], connecting: ConnectingRoads, numbers: _Numbers
+) -> list[Road]:
     out: list[Road] = []
     connected = set(connecting.entry.tolist()) | set(connecting.exit.tolist())
-    for k, layout in enumerate(parts.lanes):
+    for k, layout in enumerate(lanes):
         stretches = parts.stretches[k]
         longest = max(stretches, key=lambda item: item.end - item.start)
         links = [
@@ -267,27 +274,15 @@ def _linked(
     """Link lanes to those of the same id where the road goes on as another (halves of a ring or loop)."""
     out = list(sections)
     if before is not None and not before.to_junction:
-        out[0] = LaneSection(out[0].s, tuple(_relinked(lane, predecessor=lane.id) for lane in out[0].lanes))
+        out[0] = LaneSection(out[0].s, tuple(replace(lane, predecessor=lane.id or None) for lane in out[0].lanes))
     if after is not None and not after.to_junction:
-        out[-1] = LaneSection(out[-1].s, tuple(_relinked(lane, successor=lane.id) for lane in out[-1].lanes))
+        out[-1] = LaneSection(out[-1].s, tuple(replace(lane, successor=lane.id or None) for lane in out[-1].lanes))
     return tuple(out)
 
 
-def _relinked(lane: Lane, predecessor: int | None = None, successor: int | None = None) -> Lane:
-    if lane.id == 0:
-        return lane
-    return Lane(
-        lane.id,
-        lane.type,
-        lane.widths,
-        lane.predecessor if predecessor is None else predecessor,
-        lane.successor if successor is None else successor,
-        lane.road_mark,
-        lane.speed,
-    )
-
-
-def _connecting(connecting: ConnectingRoads, parts: RoadParts, numbers: _Numbers, rule: Rule) -> list[Road]:
+def _connecting(
+    connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout], numbers: _Numbers, rule: Rule
+) -> list[Road]:
     out: list[Road] = []
     none = RoadMark("none", width=0.0)
     own = -1 if rule is Rule.RIGHT_HAND else 1
@@ -308,7 +303,7 @@ def _connecting(connecting: ConnectingRoads, parts: RoadParts, numbers: _Numbers
         lane = Lane(own, connecting.set_apart[k], (_blend(length, w0, w1),), lane_in, lane_out, none)
         stretch = parts.stretches[entry // 2][-1 if entry % 2 else 0]
         speed = stretch.attributes.speed_forward if entry % 2 else stretch.attributes.speed_backward
-        types = parts.lanes[entry // 2].types
+        types = lanes[entry // 2].types
         out.append(
             Road(
                 id=numbers.connecting(k),

@@ -22,8 +22,6 @@ from osm2xodr.model import (
     Structure,
 )
 
-_FAST = ("motorway", "motorway_link", "trunk", "trunk_link")
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StreetEnds:
@@ -100,7 +98,9 @@ def street_ends(
         enters=np.where(at_end, forward, backward),
         leaves=np.where(at_end, backward, forward),
         kerb=np.array([defaults.KERB_RADIUS.get(h, defaults.KERB_RADIUS_OTHER) for h in highway]),
-        reach=np.array([defaults.ARM_REACH_MOTORWAY if h in _FAST else defaults.ARM_REACH for h in highway]),
+        reach=np.array(
+            [defaults.ARM_REACH_MOTORWAY if h in defaults.FAST_HIGHWAYS else defaults.ARM_REACH for h in highway]
+        ),
         roundabout=np.array([item.roundabout for item in attributes], bool),
         raised=np.array([item.structure is not Structure.GROUND for item in attributes], bool),
         layer=np.array([item.layer for item in attributes], np.int64),
