@@ -135,6 +135,8 @@ class StreetAttributes:
         Rise per metre along the street from ``incline``; None where OSM gives no number.
     roundabout
         Whether the way is part of a roundabout (``junction=roundabout`` or ``circular``).
+    priority_road
+        Whether the way has the right of way wherever nothing else is said (``priority_road=designated``).
     """
 
     osm_way_id: int
@@ -150,6 +152,7 @@ class StreetAttributes:
     layer: int
     grade: float | None
     roundabout: bool
+    priority_road: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -234,6 +237,35 @@ class TurnRestriction:
     to_ways: tuple[int, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class LaneConnectivity:
+    """A ``connectivity`` relation: which lane of one way leads to which lane of another.
+
+    Lanes count as in the relation: from 1 at the left as their drivers see them, those of the direction of travel
+    only.
+
+    Parameters
+    ----------
+    osm_relation_id
+        The relation.
+    from_way, to_way
+        OSM way ids.
+    via_node
+        OSM node id, or None where the via members are ways.
+    via_ways
+        OSM way ids in the relation's order; empty with a via node.
+    lanes
+        (lane of the from way, lane of the to way, whether the link is optional, that is in brackets).
+    """
+
+    osm_relation_id: int
+    from_way: int
+    via_node: int | None
+    via_ways: tuple[int, ...]
+    to_way: int
+    lanes: tuple[tuple[int, int, bool], ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StreetNetwork:
     """All streets of an area: what the OSM file says about what is to be driven on.
@@ -248,6 +280,8 @@ class StreetNetwork:
         ISO 3166-1 alpha-2 code of the country of the frame's origin; empty where it is in none.
     streets, intersections, restrictions
         The network.
+    connectivities
+        What connectivity relations say about lanes.
     node_tags
         Tags of the tagged nodes on streets by OSM node id (signals, stop lines, crossings, turning circles …).
     bounds_deg
@@ -262,9 +296,32 @@ class StreetNetwork:
     restrictions: tuple[TurnRestriction, ...]
     node_tags: Mapping[int, Mapping[str, str]]
     bounds_deg: tuple[float, float, float, float]
+    connectivities: tuple[LaneConnectivity, ...] = ()
 
 
 # ---------------------------------------------------------------- surface -> geometry
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceQuality:
+    """How far heights can be trusted, point by point.
+
+    Parameters
+    ----------
+    cell_size : (n,)
+        Distance between the heights that the surface is made from there, m (0 for an exact surface).
+    sigma : (n,)
+        Standard error of the heights, m (0 for an exact surface).
+    covered : (n,)
+        Whether the heights are those of a surface model, which lies on canopy and roofs rather than on the ground.
+    """
+
+    cell_size: FloatArray
+    sigma: FloatArray
+    covered: BoolArray
+
+    def __post_init__(self) -> None:
+        _freeze_arrays(self)
 
 
 class Surface(Protocol):
@@ -272,17 +329,20 @@ class Surface(Protocol):
 
     @property
     def cell_size(self) -> float:
-        """Distance between the heights that the surface is made from, m (0 for an exact surface)."""
+        """Distance between the heights that most of the surface is made from, m (0 for an exact surface)."""
 
     @property
     def sigma(self) -> float:
-        """Standard error of its heights, m (0 for an exact surface)."""
+        """Standard error of most of its heights, m (0 for an exact surface)."""
 
     def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return z (n,), m, at local x, y (n,), m, and where it is measured.
 
         Where it is not measured (voids, outside of the elevation model) z is the surface's best guess.
         """
+
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        """Return how far the heights at local x, y (n,), m, can be trusted."""
 
 
 # ---------------------------------------------------------------- geometry -> xodrWriter

@@ -10,7 +10,7 @@ import numpy as np
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.curves import cubic_slope, cubic_value, lengths, pose
 from osm2xodr.geometry.elevation import ElevationOptions, ProfileProblem, ProfileSolution, solve_profiles
-from osm2xodr.model import BoolArray, FloatArray, PlanView
+from osm2xodr.model import BoolArray, FloatArray, PlanView, SurfaceQuality
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -27,6 +27,10 @@ class Ground:
     def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
         measured = np.ones(len(x), np.bool_) if self.known is None else self.known(x, y)
         return np.asarray(self.height(x, y), np.float64), measured
+
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        n = len(x)
+        return SurfaceQuality(np.full(n, self.cell_size), np.full(n, self.sigma), np.zeros(n, np.bool_))
 
 
 @dataclass

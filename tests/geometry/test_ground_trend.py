@@ -9,7 +9,7 @@ import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from osm2xodr.geometry.ground_trend import read_ground
-from osm2xodr.model import BoolArray, FloatArray
+from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
 
 CELL = 30.0
 
@@ -26,6 +26,10 @@ class Model:
         place = [(np.asarray(y) + 2000.0) / CELL, (np.asarray(x) + 2000.0) / CELL]
         z = map_coordinates(self.z, place, order=1, mode="constant", cval=np.nan)
         return np.where(np.isfinite(z), z, 0.0), np.isfinite(z)
+
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        n = len(x)
+        return SurfaceQuality(np.full(n, self.cell_size), np.full(n, self.sigma), np.zeros(n, np.bool_))
 
 
 def grid() -> tuple[FloatArray, FloatArray]:

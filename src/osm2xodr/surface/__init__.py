@@ -15,7 +15,7 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, SurfaceQuality
 from osm2xodr.projection import to_geographic
 from osm2xodr.surface.dem import DemSource
 from osm2xodr.surface.grid import GridFrame
@@ -154,6 +154,12 @@ class DemSurface:
         z, source = self.layers.sample(x, y)
         return z, source >= 0
 
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        """Return how far the heights at local x, y (n,), m, can be trusted."""
+        return SurfaceQuality(
+            np.full(len(x), self.cell_size), np.full(len(x), self.sigma), np.zeros(len(x), np.bool_)
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class FlatSurface:
@@ -165,6 +171,10 @@ class FlatSurface:
     def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return 0 m for local x, y (n,), and that it is measured."""
         return np.zeros(len(x)), np.ones(len(x), bool)
+
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        """Return that the heights at local x, y (n,), m, are exact."""
+        return SurfaceQuality(np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x), np.bool_))
 
 
 def read_surface(
