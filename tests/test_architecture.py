@@ -20,11 +20,21 @@ STAGES = ("osmParsing", "surface", "geometry", "xodrWriter")
 
 # What the stages share, and what may use them.
 SHARED = {"model", "diagnostics", "errors", "defaults", "projection"}
-OUTSIDE = {"cli", "pipeline", "delivery", "report", "statistics", "street_points", "__main__"}
+OUTSIDE = {
+    "cli",
+    "cli_common",
+    "cli_convert",
+    "pipeline",
+    "delivery",
+    "report",
+    "statistics",
+    "street_points",
+    "__main__",
+}
 
 # Libraries that only these modules may import.
 RESERVED = {
-    "click": {"cli"},
+    "click": {"cli", "cli_common", "cli_convert"},
     "osmium": {"osmParsing.reader"},
     "rasterio": {"surface.dem"},
     "lxml": set[str](),

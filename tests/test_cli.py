@@ -18,7 +18,8 @@ from small_area import OSM, write_area, write_dem
 
 import osm2xodr
 from osm2xodr import delivery
-from osm2xodr.cli import SURFACE_METHODS, main
+from osm2xodr.cli import main
+from osm2xodr.cli_convert import SURFACE_METHODS
 from osm2xodr.surface import METHODS
 
 

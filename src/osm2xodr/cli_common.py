@@ -1,0 +1,60 @@
+"""What the commands of the command line share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from osm2xodr.delivery import STANDARD_OUTPUT
+from osm2xodr.xodrWriter import check_target
+
+
+@dataclass
+class Session:
+    """What outlives the reading of options: how much to say about a crash."""
+
+    verbose: int = 0
+
+
+def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *, overwrite: bool) -> None:
+    """Refuse outputs that would do harm or cannot be, before any work is done.
+
+    Parameters
+    ----------
+    targets
+        Each with the option that names it.
+    inputs
+        Files that must not be overwritten.
+    overwrite
+        Whether files that exist may be replaced.
+
+    Raises
+    ------
+    click.UsageError
+        Two outputs are the same file, one is an input or exists.
+    OutputError
+        A target cannot be written.
+    """
+    for k, (option, target) in enumerate(targets):
+        for other_option, other in targets[:k]:
+            if same_file(target, other):
+                raise click.UsageError(f"{other_option} and {option} name the same file; give two")
+    for option, target in targets:
+        if target == STANDARD_OUTPUT:
+            continue
+        check_target(target)
+        if any(same_file(target, item) for item in inputs):
+            raise click.UsageError(f"{option} {target} is one of the inputs; give another file")
+        if target.is_file() and not overwrite:
+            raise click.UsageError(f"{target} exists; give another file, or --overwrite to replace it")
+
+
+def same_file(one: Path, other: Path) -> bool:
+    """Whether two paths lead to the same file, be it there or not."""
+    try:
+        return one.samefile(other)
+    except OSError:
+        return one.absolute() == other.absolute()

@@ -1,0 +1,214 @@
+"""The command ``convert``: its options, and what it says."""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from osm2xodr import __version__, defaults
+from osm2xodr.cli_common import Session, check_targets
+from osm2xodr.delivery import deliver, label
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.report import Progress, details, summary
+from osm2xodr.xodrWriter import VERSIONS, WriteOptions
+
+if TYPE_CHECKING:
+    from osm2xodr.pipeline import ConvertOptions
+
+# `osm2xodr.surface.METHODS`, which is too slow to load for --help; a test holds them equal.
+SURFACE_METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
+
+_MEGABYTE = 1e6
+
+
+@dataclass(frozen=True)
+class _Arguments:
+    """The options of ``convert`` as click hands them over."""
+
+    area: Path
+    dem: tuple[Path, ...]
+    output: Path
+    overwrite: bool
+    name: str | None
+    date: str
+    ways: str
+    include_private: bool
+    xodr_version: str
+    left_hand: bool
+    right_hand: bool
+    default_lane_width: float | None
+    surface: str
+    polynomial_order: int
+    allow_partial: bool
+    report_json: Path | None
+    verbose: int
+    quiet: bool
+
+
+@click.command(
+    short_help="Convert an OpenStreetMap file to OpenDRIVE.",
+    epilog="""\b
+Examples:
+  osm2xodr convert area.osm --dem dem.tif -o area.xodr
+  osm2xodr convert area.osm.pbf --dem west.tif --dem east.tif -o area.xodr --overwrite
+  osm2xodr convert area.osm.gz -o flat.xodr --ways major --xodr-version 1.4
+  osm2xodr convert area.osm -o - --ways motorway,motorway_link | gzip > area.xodr.gz
+
+Exit status: 0 written, 1 cannot convert, 2 wrong usage.""",
+)
+@click.argument("area", type=click.Path(path_type=Path))
+@click.option(
+    "--dem",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Elevation model: GeoTIFF, HGT or VRT, any CRS. May be repeated; without it the world is flat at 0.",
+)
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="OpenDRIVE file to write; - for standard output.",
+)
+@click.option("--overwrite", is_flag=True, help="Replace files that exist.")
+@click.option("--name", metavar="TEXT", help="Name of the road network.  [default: that of AREA]")
+@click.option("--date", default="", metavar="TEXT", help="Date for the header, such as 2024-05-01.  [default: none]")
+@click.option(
+    "--ways",
+    default="drivable",
+    show_default=True,
+    metavar="LIST",
+    help="Which ways: major, drivable, all, or values of OSM's highway, separated by commas.",
+)
+@click.option("--include-private", is_flag=True, help="Keep ways that are closed to the public.")
+@click.option(
+    "--xodr-version",
+    type=click.Choice(VERSIONS),
+    default=WriteOptions().version,
+    show_default=True,
+    help="Version of OpenDRIVE.",
+)
+@click.option("--left-hand", is_flag=True, help="Traffic drives on the left.  [default: as in the country]")
+@click.option("--right-hand", is_flag=True, help="Traffic drives on the right.  [default: as in the country]")
+@click.option(
+    "--default-lane-width",
+    type=float,
+    metavar="METRES",
+    help="Width of lanes where OSM gives none.  [default: by class of road]",
+)
+@click.option(
+    "--surface",
+    type=click.Choice(SURFACE_METHODS),
+    default=defaults.SURFACE_METHOD,
+    show_default=True,
+    help="How heights between the cells of the elevation model are found.",
+)
+@click.option(
+    "--polynomial-order",
+    type=click.IntRange(2, 5),
+    metavar="2-5",
+    default=defaults.POLYNOMIAL_ORDER,
+    show_default=True,
+    help="Degree of the trend that fills gaps of the elevation model.",
+)
+@click.option("--allow-partial", is_flag=True, help="Accept elevation models that cover less than half of the roads.")
+@click.option(
+    "--report-json",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write all that was guessed, dropped and repaired, each with its OSM id.",
+)
+@click.option("-v", "--verbose", count=True, help="Say how long each stage takes; -vv: all details, and tracebacks.")
+@click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@click.pass_obj
+def convert(session: Session, /, **options: Any) -> None:
+    """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf), to OpenDRIVE."""
+    arguments = _Arguments(**options)
+    session.verbose = arguments.verbose
+    if arguments.left_hand and arguments.right_hand:
+        raise click.UsageError("--left-hand and --right-hand exclude each other; give one of them")
+    targets = [("-o", arguments.output)]
+    if arguments.report_json is not None:
+        targets.append(("--report-json", arguments.report_json))
+    check_targets(targets, (arguments.area, *arguments.dem), overwrite=arguments.overwrite)
+    live = sys.stderr.isatty() and not arguments.quiet
+    progress = Progress(sys.stderr, live=live, verbose=arguments.verbose > 0 and not arguments.quiet)
+    began = time.monotonic()
+    progress.stage("starting")
+    try:
+        from osm2xodr.pipeline import convert as run
+
+        wanted = _convert_options(arguments)
+        diagnostics = Diagnostics()
+        conversion = run(wanted, diagnostics, progress.stage)
+        progress.stage(f"writing {label(arguments.output)}")
+        name = _area_name(arguments.area) if arguments.name is None else arguments.name
+        how = WriteOptions(arguments.xodr_version, name, arguments.date, __version__)
+        inputs = _inputs(arguments, name)
+        size = deliver(conversion, diagnostics, arguments.output, how, arguments.report_json, inputs)
+    finally:
+        progress.done()
+    if not arguments.quiet:
+        seconds = time.monotonic() - began
+        click.echo(
+            f"osm2xodr: wrote {label(arguments.output)} ({size / _MEGABYTE:,.1f} MB, OpenDRIVE"
+            f" {arguments.xodr_version}) in {seconds:,.1f} s",
+            err=True,
+        )
+        for line in summary(conversion.statistics, diagnostics, bool(arguments.dem)):
+            click.echo(line, err=True)
+        if arguments.verbose > 1:
+            for line in details(diagnostics):
+                click.echo(line, err=True)
+
+
+def _convert_options(arguments: _Arguments) -> ConvertOptions:
+    """Turn options into those of the stages."""
+    from osm2xodr.model import Rule
+    from osm2xodr.osmParsing.options import ParseOptions, parse_ways_option
+    from osm2xodr.pipeline import ConvertOptions
+    from osm2xodr.surface import SurfaceOptions
+
+    rule = Rule.LEFT_HAND if arguments.left_hand else Rule.RIGHT_HAND if arguments.right_hand else None
+    try:
+        ways = parse_ways_option(arguments.ways)
+    except ValueError as error:
+        raise click.UsageError(f"--ways: {error}") from error
+    try:
+        parse = ParseOptions(ways, arguments.include_private, rule, arguments.default_lane_width)
+    except ValueError as error:
+        raise click.UsageError(f"--default-lane-width: {error}") from error
+    surface = SurfaceOptions(arguments.surface, arguments.polynomial_order, arguments.allow_partial)
+    return ConvertOptions(arguments.area, arguments.dem, parse, surface)
+
+
+def _inputs(arguments: _Arguments, name: str) -> dict[str, Any]:
+    """Return what was asked for, for the report."""
+    return {
+        "osm2xodr": __version__,
+        "area": str(arguments.area),
+        "dem": [str(path) for path in arguments.dem],
+        "name": name,
+        "ways": arguments.ways,
+        "include_private": arguments.include_private,
+        "left_hand": True if arguments.left_hand else False if arguments.right_hand else None,
+        "default_lane_width": arguments.default_lane_width,
+        "surface": arguments.surface,
+        "polynomial_order": arguments.polynomial_order,
+        "allow_partial": arguments.allow_partial,
+    }
+
+
+def _area_name(area: Path) -> str:
+    """Return the name of a file without the endings of OSM files."""
+    name = area.name
+    for ending in (".gz", ".bz2", ".osm", ".pbf", ".xml", ".osm"):
+        name = name.removesuffix(ending)
+    return name
