@@ -9,12 +9,15 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 SAMPLE := data/samples/andorra_ordino
 RESULT := build/andorra_ordino.xodr
 
+AREAS :=
+
 .DEFAULT_GOAL := help
-.PHONY: help run test lint format clean distclean
+.PHONY: help run test bench lint format clean distclean
 
 help:
 	@echo 'make run        convert the sample in $(SAMPLE) to $(RESULT)'
 	@echo 'make test       everything that must hold: linters, types, tests, real readers of OpenDRIVE'
+	@echo 'make bench      speed beside SUMO netconvert and CARLA Osm2Odr, to benchmarks/RESULTS.md; AREAS=FOLDER for more'
 	@echo 'make lint       linters and types alone'
 	@echo 'make format     put the code into shape'
 	@echo 'make clean      remove what was built; make distclean: and $(VENV)'
@@ -34,6 +37,9 @@ run: $(VENV)/.run
 
 test: lint
 	$(BIN)/python -m pytest -n 2
+
+bench: $(VENV)/.test
+	$(BIN)/python benchmarks/bench.py $(if $(AREAS),--areas $(AREAS))
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .
