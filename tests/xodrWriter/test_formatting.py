@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from osm2xodr.errors import OutputError
-from osm2xodr.xodrWriter.formatting import attribute, number, snapped, start_of_last
+from osm2xodr.xodrWriter.formatting import attribute, coefficient, number, position, rounded, start_of_last
 
 
 @pytest.mark.parametrize(
@@ -61,17 +61,32 @@ def test_attributes_are_always_xml_and_keep_what_xml_allows(name: str) -> None:
     assert [c for c in read if c != " "] == [c for c in allowed if c != " "]
 
 
-def test_snapped() -> None:
-    values = snapped(np.array([1e-11, -1e-11, -0.0, 1e-9, -2.0]), 1e-10)
-    assert values.tolist() == [0.0, 0.0, 0.0, 1e-9, -2.0]
+def test_rounded() -> None:
+    values = rounded(np.array([1e-11, -1e-11, -0.0, 1.23456785001, -2.0]), 7)
+    assert values.tolist() == [0.0, 0.0, 0.0, 1.2345679, -2.0]
     assert not np.signbit(values[:3]).any()
+    assert rounded(np.array([0.123456, 0.123456]), np.array([2.0, 4.0])).tolist() == [0.12, 0.1235]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(12.3456789012, "12.3456789"), (-1e-9, "0"), (0.1 + 0.2, "0.3"), (1e5 / 3, "33333.3333333")]
+)
+def test_position(value: float, text: str) -> None:
+    assert position(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-0.0215191239977, "-0.021519124"), (-0.0, "0"), (2.5e-6 / 3, "8.333333333e-07")]
+)
+def test_coefficient(value: float, text: str) -> None:
+    assert coefficient(value) == text
 
 
 @pytest.mark.parametrize(("s", "length"), [(225.857286096, 842.231625369), (0.0, 17.3), (5.0, 10.0)])
 def test_the_last_lane_section_ends_on_the_road(s: float, length: float) -> None:
     start = float(start_of_last(s, length))
     assert start + (length - start) <= length
-    assert s - 1e-8 < start <= s
+    assert abs(s - start) < 6e-8
 
 
 @given(st.floats(1e-3, 1e5), st.floats(1e-3, 1.0))
@@ -79,4 +94,4 @@ def test_no_last_lane_section_ends_beyond_its_road(length: float, share: float) 
     end = float(number(length))
     start = float(start_of_last(share * end, end))
     assert start + (end - start) <= end
-    assert abs(start - share * end) < 1e-10 * end + 1e-11
+    assert abs(start - share * end) < 1e-10 * end + 6e-8

@@ -20,7 +20,7 @@ from osm2xodr.xodrWriter.words import Words
 _BLOCK: Final = 1000
 
 _ATTRIBUTION: Final = "© OpenStreetMap contributors, Open Database License 1.0 (ODbL)"
-_LICENSE: Final = '    <license name="Open Data Commons Open Database License v1.0" spdxid="ODbL-1.0"/>\n'
+_LICENSE: Final = '  <license name="Open Data Commons Open Database License v1.0" spdxid="ODbL-1.0"/>\n'
 
 
 def write_document(road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagnostics: Diagnostics) -> None:
@@ -43,19 +43,19 @@ def _header(road_map: RoadMap, options: WriteOptions) -> str:
     west, south, east, north = plan_view_bounds(road_map.plan_view)
     date = f' date="{attribute(options.date)}"' if options.date else ""
     # One line, and nothing before or after the text: readers split it at blanks.
-    reference = f"    <geoReference><![CDATA[{road_map.frame.proj}]]></geoReference>\n"
+    reference = f"  <geoReference><![CDATA[{road_map.frame.proj}]]></geoReference>\n"
     license_ = _LICENSE if options.osm_data and dialect.has_license else ""
-    user_data = f'    <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
+    user_data = f'  <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
     if options.osm_data:
-        user_data += f'    <userData code="attribution" value="{_ATTRIBUTION}"/>\n'
+        user_data += f'  <userData code="attribution" value="{_ATTRIBUTION}"/>\n'
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         "<OpenDRIVE>\n"
-        f'  <header revMajor="1" revMinor="{dialect.rev_minor}" name="{attribute(options.name)}" version="1.00"{date}'
+        f' <header revMajor="1" revMinor="{dialect.rev_minor}" name="{attribute(options.name)}" version="1.00"{date}'
         f' north="{number(north)}" south="{number(south)}" east="{number(east)}" west="{number(west)}"'
         ' vendor="osm2xodr">\n'
         f"{reference}{license_}{user_data}"
-        "  </header>\n"
+        " </header>\n"
     )
 
 
@@ -68,18 +68,20 @@ def _roads(road_map: RoadMap, lengths: FloatArray, rule: str | None, words: Word
             RoadTables,
             lengths[first:last].tolist(),
             plan_view_texts(road_map.plan_view, first, last),
-            cubic_texts(road_map.elevation, "elevation", first, last),
-            _where_it_matters(road_map.superelevation, "superelevation", first, last),
-            _where_it_matters(road_map.lane_offset, "laneOffset", first, last),
+            cubic_texts(road_map.elevation, lengths, "elevation", first, last),
+            _where_it_matters(road_map.superelevation, lengths, "superelevation", first, last),
+            _where_it_matters(road_map.lane_offset, lengths, "laneOffset", first, last),
         )
         roads = road_map.roads[first:last]
         yield "".join([writer.road(road, table) for road, table in zip(roads, tables, strict=True)])
 
 
-def _where_it_matters(profile: CubicProfile, element: str, first: int, last: int) -> list[str]:
+def _where_it_matters(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
     """Make the records of profiles that are 0 where there are none, and leave out those that are 0 throughout."""
-    texts = cubic_texts(profile, element, first, last)
-    return ["" if zero else text for text, zero in zip(texts, says_nothing(profile, first, last), strict=True)]
+    texts = cubic_texts(profile, lengths, element, first, last)
+    return [
+        "" if zero else text for text, zero in zip(texts, says_nothing(profile, lengths, first, last), strict=True)
+    ]
 
 
 def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, diagnostics: Diagnostics) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from osm2xodr.model import Junction, Road, RoadLink, RoadType
-from osm2xodr.xodrWriter.formatting import attribute, number
+from osm2xodr.xodrWriter.formatting import attribute, position
 from osm2xodr.xodrWriter.lane_elements import LaneWriter
 from osm2xodr.xodrWriter.speeds import road_speed_attributes
 from osm2xodr.xodrWriter.words import Words
@@ -52,28 +52,28 @@ class RoadWriter:
         junction = -1 if road.junction is None else road.junction
         lateral = ""
         if tables.superelevation:
-            lateral = f"    <lateralProfile>\n{tables.superelevation}    </lateralProfile>\n"
+            lateral = f"  <lateralProfile>\n{tables.superelevation}  </lateralProfile>\n"
         return (
-            f'  <road name="{attribute(road.name)}" length="{number(tables.length)}" id="{road.id}"'
+            f' <road name="{attribute(road.name)}" length="{position(tables.length)}" id="{road.id}"'
             f' junction="{junction}"{self._side}>\n'
             f"{_links(road)}"
             f"{''.join([self._types.get(item) or self._type(item) for item in road.types])}"
-            f"    <planView>\n{tables.geometry}    </planView>\n"
-            f"    <elevationProfile>\n{tables.elevation}    </elevationProfile>\n"
+            f"  <planView>\n{tables.geometry}  </planView>\n"
+            f"  <elevationProfile>\n{tables.elevation}  </elevationProfile>\n"
             f"{lateral}"
-            f"    <lanes>\n{tables.lane_offset}"
+            f"  <lanes>\n{tables.lane_offset}"
             f"{self._lanes.sections(road.lane_sections, tables.length)}"
-            "    </lanes>\n"
-            "  </road>\n"
+            "  </lanes>\n"
+            " </road>\n"
         )
 
     def _type(self, item: RoadType) -> str:
         """Make and remember a ``<type>`` with its speed limit."""
-        text = f'    <type s="{number(item.s)}" type="{self._words.road_type(item.type)}"'
+        text = f'  <type s="{position(item.s)}" type="{self._words.road_type(item.type)}"'
         if item.speed is None:
             text += "/>\n"
         else:
-            text += f">\n      <speed {road_speed_attributes(item.speed)}/>\n    </type>\n"
+            text += f">\n   <speed {road_speed_attributes(item.speed)}/>\n  </type>\n"
         self._types[item] = text
         return text
 
@@ -81,8 +81,8 @@ class RoadWriter:
 def _links(road: Road) -> str:
     """Make the ``<link>`` of a road, there even if it is empty: some readers look into it unasked."""
     if road.predecessor is None and road.successor is None:
-        return "    <link/>\n"
-    return f"    <link>\n{_link('predecessor', road.predecessor)}{_link('successor', road.successor)}    </link>\n"
+        return "  <link/>\n"
+    return f"  <link>\n{_link('predecessor', road.predecessor)}{_link('successor', road.successor)}  </link>\n"
 
 
 def _link(element: str, link: RoadLink | None) -> str:
@@ -90,22 +90,22 @@ def _link(element: str, link: RoadLink | None) -> str:
     if link is None:
         return ""
     if link.to_junction:
-        return f'      <{element} elementType="junction" elementId="{link.id}"/>\n'
+        return f'   <{element} elementType="junction" elementId="{link.id}"/>\n'
     contact = "start" if link.at_start else "end"
-    return f'      <{element} elementType="road" elementId="{link.id}" contactPoint="{contact}"/>\n'
+    return f'   <{element} elementType="road" elementId="{link.id}" contactPoint="{contact}"/>\n'
 
 
 def junction_text(junction: Junction) -> str:
     """Return a ``<junction>``: its connections, then who yields to whom."""
     connections = [
-        f'    <connection id="{item.id}" incomingRoad="{item.incoming_road}"'
+        f'  <connection id="{item.id}" incomingRoad="{item.incoming_road}"'
         f' connectingRoad="{item.connecting_road}" contactPoint="start">\n'
-        + "".join([f'      <laneLink from="{a}" to="{b}"/>\n' for a, b in item.lane_links])
-        + "    </connection>\n"
+        + "".join([f'   <laneLink from="{a}" to="{b}"/>\n' for a, b in item.lane_links])
+        + "  </connection>\n"
         for item in junction.connections
     ]
-    priorities = [f'    <priority high="{high}" low="{low}"/>\n' for high, low in junction.priorities]
+    priorities = [f'  <priority high="{high}" low="{low}"/>\n' for high, low in junction.priorities]
     return (
-        f'  <junction name="{attribute(junction.name)}" id="{junction.id}">\n'
+        f' <junction name="{attribute(junction.name)}" id="{junction.id}">\n'
         f"{''.join(connections)}{''.join(priorities)}  </junction>\n"
     )

@@ -12,9 +12,12 @@ import numpy.typing as npt
 
 from osm2xodr.errors import OutputError
 
-# 12 significant digits: 10 nm at 1 km, 0.1 um at 99 km, 1e-11 rad in headings. Coefficients keep a relative error of
-# 5e-13, so that a cubic of any length is off by less than 1e-9 of its rise, and grades likewise.
+# At most 12 significant digits: 10 nm at 1 km, 0.1 um at 99 km. Whoever needs fewer rounds before.
 NUMBER: Final = "%.12g"
+# Curvatures, and terms of lanes' widths: an arc of 1 km ends within 0.1 um, a taper of any length is true to 1 nm.
+COEFFICIENT: Final = "%.10g"
+# Of positions and lengths: 0.1 um.
+POSITION_DECIMALS: Final = 7
 
 # What XML 1.0 does not allow in a document (production 2, Char), and white space that would not survive in an
 # attribute.
@@ -36,13 +39,23 @@ def number(value: float) -> str:
     return NUMBER % (value + 0.0)
 
 
+def position(value: float) -> str:
+    """Write a length or a place along a road, as `number` does."""
+    return number(round(value, POSITION_DECIMALS))
+
+
+def coefficient(value: float) -> str:
+    """Write a number that is multiplied with lengths, as `number` does."""
+    return COEFFICIENT % (value + 0.0) if math.isfinite(value) else number(value)
+
+
 def start_of_last(s: float, length: float) -> str:
     """Write where the last lane section of a road starts, so that readers find its end on the road.
 
     CARLA computes s + (length - s) in doubles and refuses a file where rounding makes that more than the length. The
     start then moves back by a unit in its last digit written.
     """
-    text, end = number(s), float(number(length))
+    text, end = position(s), float(position(length))
     start = float(text)
     unit = 10.0 ** (math.floor(math.log10(start)) - 11) if start > 0 else 0.0
     while start + (end - start) > end:
@@ -58,6 +71,7 @@ def attribute(text: str) -> str:
     return clean.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
 
 
-def snapped(values: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:
-    """Return values with those smaller than `noise` set to 0, and without negative zeros."""
-    return np.where(np.abs(values) < noise, 0.0, values) + 0.0
+def rounded(values: npt.NDArray[np.float64], decimals: int | npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return values with so many decimals, without negative zeros."""
+    scale = np.power(10.0, decimals)
+    return np.rint(values * scale) / scale + 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark
-from osm2xodr.xodrWriter.formatting import number, start_of_last
+from osm2xodr.xodrWriter.formatting import coefficient, number, position, start_of_last
 from osm2xodr.xodrWriter.speeds import lane_speed_attributes
 from osm2xodr.xodrWriter.words import Words
 
@@ -29,7 +29,7 @@ class LaneWriter:
 
     def sections(self, sections: tuple[LaneSection, ...], length: float) -> str:
         """Return the ``<laneSection>`` elements of a road of a length, m."""
-        starts = [number(section.s) for section in sections]
+        starts = [position(section.s) for section in sections]
         starts[-1] = start_of_last(sections[-1].s, length)
         return "".join([self._section(*pair) for pair in zip(sections, starts, strict=True)])
 
@@ -40,11 +40,11 @@ class LaneWriter:
             texts[(lane.id > 0) - (lane.id < 0)].append(self._lane(lane))
         left, center, right = map("".join, texts.values())
         return (
-            f'      <laneSection s="{start}">\n'
-            + (f"        <left>\n{left}        </left>\n" if left else "")
-            + f"        <center>\n{center}        </center>\n"
-            + (f"        <right>\n{right}        </right>\n" if right else "")
-            + "      </laneSection>\n"
+            f'   <laneSection s="{start}">\n'
+            + (f"    <left>\n{left}    </left>\n" if left else "")
+            + f"    <center>\n{center}    </center>\n"
+            + (f"    <right>\n{right}    </right>\n" if right else "")
+            + "   </laneSection>\n"
         )
 
     def _lane(self, lane: Lane) -> str:
@@ -57,25 +57,25 @@ class LaneWriter:
         mark = "" if lane.road_mark is None else self._marks.get(lane.road_mark) or self._mark(lane.road_mark)
         speed = ""
         if lane.speed is not None:
-            speed = f'            <speed sOffset="0" {lane_speed_attributes(lane.speed)}/>\n'
-        return f"{head}{widths}{mark}{speed}          </lane>\n"
+            speed = f'      <speed sOffset="0" {lane_speed_attributes(lane.speed)}/>\n'
+        return f"{head}{widths}{mark}{speed}     </lane>\n"
 
     def _head(self, key: _Head) -> str:
         """Make and remember the start of a lane and its links."""
         number_, kind, predecessor, successor = key
-        text = f'          <lane id="{number_}" type="{self._words.lane_type(kind.value)}" level="false">\n'
+        text = f'     <lane id="{number_}" type="{self._words.lane_type(kind.value)}" level="false">\n'
         if predecessor is not None or successor is not None:
             before = "" if predecessor is None else f'<predecessor id="{predecessor}"/>'
             after = "" if successor is None else f'<successor id="{successor}"/>'
-            text += f"            <link>{before}{after}</link>\n"
+            text += f"      <link>{before}{after}</link>\n"
         self._heads[key] = text
         return text
 
     def _width(self, widths: tuple[Cubic, ...]) -> str:
         """Make and remember the ``<width>`` elements of a lane."""
         text = "".join(
-            f'            <width sOffset="{number(w.s)}" a="{number(w.a)}" b="{number(w.b)}"'
-            f' c="{number(w.c)}" d="{number(w.d)}"/>\n'
+            f'      <width sOffset="{position(w.s)}" a="{position(w.a)}" b="{coefficient(w.b)}"'
+            f' c="{coefficient(w.c)}" d="{coefficient(w.d)}"/>\n'
             for w in widths
         )
         self._widths[widths] = text
@@ -86,7 +86,7 @@ class LaneWriter:
         kind, color = self._words.mark_type(mark.type), self._words.mark_color(mark.color)
         change = self._words.lane_change(mark.lane_change)
         text = (
-            f'            <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"'
+            f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"'
             f' width="{number(mark.width)}" laneChange="{change}"/>\n'
         )
         self._marks[mark] = text

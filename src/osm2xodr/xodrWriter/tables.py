@@ -11,20 +11,19 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.model import CubicProfile, FloatArray, PlanView
-from osm2xodr.xodrWriter.formatting import NUMBER, snapped
+from osm2xodr.xodrWriter.formatting import COEFFICIENT, NUMBER, POSITION_DECIMALS, rounded
 
 _GEOMETRY: Final = (
-    f'      <geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">%s</geometry>\n'
+    f'   <geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">%s</geometry>\n'
 )
-_ARC: Final = f'<arc curvature="{NUMBER}"/>'
+_ARC: Final = f'<arc curvature="{COEFFICIENT}"/>'
 _LINE: Final = "<line/>"
-_CUBIC: Final = f'      <%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
+_CUBIC: Final = f'   <%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
 
-# Below these, values are the dust of floating-point sums. Over a record of 2 km the coefficients' limits come to less
-# than 1 nm.
-_POSITION_DUST: Final = 1e-10
-_HEADING_DUST: Final = 1e-13
-_COEFFICIENT_DUST: Final = (1e-10, 1e-13, 1e-16, 1e-20)
+# Decimals of headings, and of what the terms of a cubic come to at their record's end (10 nm). What readers work out
+# from them is true to well below a micrometre, and no digit is written in vain.
+_HEADING_DECIMALS: Final = 11
+_CUBIC_DECIMALS: Final = 8
 
 
 def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
@@ -32,37 +31,49 @@ def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
     records = slice(int(plan.start[first]), int(plan.start[last]))
     shapes = [_LINE if bend == 0.0 else _ARC % bend for bend in plan.curvature[records].tolist()]
     columns = [
-        snapped(plan.s[records], _POSITION_DUST),
-        snapped(plan.x[records], _POSITION_DUST),
-        snapped(plan.y[records], _POSITION_DUST),
-        snapped(plan.hdg[records], _HEADING_DUST),
-        plan.length[records],
+        rounded(plan.s[records], POSITION_DECIMALS),
+        rounded(plan.x[records], POSITION_DECIMALS),
+        rounded(plan.y[records], POSITION_DECIMALS),
+        rounded(plan.hdg[records], _HEADING_DECIMALS),
+        rounded(plan.length[records], POSITION_DECIMALS),
     ]
     values = _interleaved(columns, 6)
     values[5::6] = shapes
     return _per_curve(_GEOMETRY * len(shapes) % tuple(values), plan.start[first : last + 1].tolist())
 
 
-def cubic_texts(profile: CubicProfile, element: str, first: int, last: int) -> list[str]:
-    """Return the records of the curves from `first` up to `last` as `element`, one text per curve, maybe empty."""
-    records = slice(int(profile.start[first]), int(profile.start[last]))
-    coefficients = (profile.a, profile.b, profile.c, profile.d)
-    columns = [snapped(profile.s[records], _POSITION_DUST)]
-    columns += [snapped(values[records], dust) for values, dust in zip(coefficients, _COEFFICIENT_DUST, strict=True)]
-    template = _CUBIC.replace("%s", element)
-    text = template * len(columns[0]) % tuple(_interleaved(columns, 5))
+def cubic_texts(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
+    """Return the records of the curves from `first` up to `last` as `element`, one text per curve, maybe empty.
+
+    `lengths` (curves,), m, are those of all curves: they tell where last records end.
+    """
+    columns = _cubic_columns(profile, lengths, first, last)
+    text = _CUBIC.replace("%s", element) * len(columns[0]) % tuple(_interleaved(columns, 5))
     return _per_curve(text, profile.start[first : last + 1].tolist())
 
 
-def says_nothing(profile: CubicProfile, first: int, last: int) -> list[bool]:
-    """Return for each curve from `first` up to `last` whether its profile is 0 everywhere, or has no records."""
-    records = slice(int(profile.start[first]), int(profile.start[last]))
+def _cubic_columns(profile: CubicProfile, lengths: FloatArray, first: int, last: int) -> list[FloatArray]:
+    """Return s, a, b, c, d with as many decimals as they need: the longer a record, the more for its higher terms."""
+    start = profile.start[first : last + 1]
+    records = slice(int(start[0]), int(start[-1]))
+    s = profile.s[records]
+    end = np.append(s[1:], 0.0)
+    filled = np.diff(start) > 0
+    end[start[1:][filled] - 1 - records.start] = lengths[first:last][filled]
+    digits = np.ceil(np.log10(np.maximum(end - s, 1.0)))
     coefficients = (profile.a, profile.b, profile.c, profile.d)
-    nonzero = np.zeros(records.stop - records.start, dtype=np.bool_)
-    for values, dust in zip(coefficients, _COEFFICIENT_DUST, strict=True):
-        nonzero |= np.abs(values[records]) >= dust
+    return [
+        rounded(s, POSITION_DECIMALS),
+        rounded(profile.a[records], POSITION_DECIMALS),
+        *(rounded(coefficients[k][records], _CUBIC_DECIMALS + k * digits) for k in (1, 2, 3)),
+    ]
+
+
+def says_nothing(profile: CubicProfile, lengths: FloatArray, first: int, last: int) -> list[bool]:
+    """Return for each curve from `first` up to `last` whether its profile is 0 everywhere, or has no records."""
+    nonzero = np.any(_cubic_columns(profile, lengths, first, last)[1:], axis=0)
     before = np.concatenate([[0], np.cumsum(nonzero)])
-    start = profile.start[first : last + 1] - records.start
+    start = profile.start[first : last + 1] - profile.start[first]
     return [bool(count == 0) for count in np.diff(before[start])]
 
 
