@@ -14,7 +14,7 @@ import numpy as np
 import osmium
 import rasterio
 from osmium.osm import mutable
-from rasterio.transform import from_origin
+from rasterio.transform import Affine
 
 # Between copies, degrees: wider than any road, and than a cell of the elevation models that are in use.
 _MARGIN_DEG = 0.004
@@ -104,14 +104,14 @@ def _tile_dem(
         if not dem.crs.is_geographic:
             raise SystemExit(f"{source}: replication needs an elevation model in degrees")
         west, south, east, north = bounds
-        (left, top), (right, low) = ~dem.transform * (west, north), ~dem.transform * (east, south)
+        cell_x, cell_y = dem.res
+        x0, y0 = dem.bounds.left, dem.bounds.top
         # A cell more on every side keeps copies apart; beyond the model its outermost heights go on.
-        cols = np.arange(math.floor(left) - 1, math.ceil(right) + 1)
-        rows_read = np.arange(math.floor(top) - 1, math.ceil(low) + 1)
+        cols = np.arange(math.floor((west - x0) / cell_x) - 1, math.ceil((east - x0) / cell_x) + 1)
+        rows_read = np.arange(math.floor((y0 - north) / cell_y) - 1, math.ceil((y0 - south) / cell_y) + 1)
         band = dem.read(1)
         heights = band[np.ix_(np.clip(rows_read, 0, band.shape[0] - 1), np.clip(cols, 0, band.shape[1] - 1))]
-        cell_x, cell_y = dem.transform.a, -dem.transform.e
-        corner = dem.transform * (int(cols[0]), int(rows_read[0]))
+        corner = x0 + float(cols[0]) * cell_x, y0 - float(rows_read[0]) * cell_y
         profile = dem.profile
     height, width = heights.shape
     tiled = np.tile(heights, (rows, columns))
@@ -119,7 +119,7 @@ def _tile_dem(
         driver="GTiff",
         height=tiled.shape[0],
         width=tiled.shape[1],
-        transform=from_origin(corner[0], corner[1] + (rows - 1) * height * cell_y, cell_x, cell_y),
+        transform=Affine(cell_x, 0.0, corner[0], 0.0, -cell_y, corner[1] + (rows - 1) * height * cell_y),
     )
     with rasterio.open(target, "w", **profile) as out:
         out.write(tiled, 1)

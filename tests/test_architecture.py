@@ -19,22 +19,25 @@ MODULES = sorted(SOURCE.rglob("*.py"))
 STAGES = ("osmParsing", "surface", "geometry", "xodrWriter")
 
 # What the stages share, and what may use them.
-SHARED = {"model", "diagnostics", "errors", "defaults", "projection"}
+SHARED = {"model", "diagnostics", "elevation_report", "errors", "defaults", "projection"}
 OUTSIDE = {
     "cli",
     "cli_common",
     "cli_convert",
+    "cli_surface",
     "pipeline",
     "delivery",
     "report",
     "statistics",
     "street_points",
+    "surface_pictures",
+    "surface_report",
     "__main__",
 }
 
 # Libraries that only these modules may import.
 RESERVED = {
-    "click": {"cli", "cli_common", "cli_convert"},
+    "click": {"cli", "cli_common", "cli_convert", "cli_surface"},
     "osmium": {"osmParsing.reader"},
     "rasterio": {"surface.dem"},
     "lxml": set[str](),
@@ -129,7 +132,7 @@ def test_no_imports_in_circles() -> None:
 
 def test_modules_are_short(module: Path) -> None:
     # The model and the table of defaults are documentation for the most part, and better read in one piece.
-    limit = 600 if name_of(module) in ("model", "defaults") else 400
+    limit = {"model": 700, "defaults": 900}.get(name_of(module), 400)
     assert len(module.read_text(encoding="utf-8").splitlines()) <= limit
 
 

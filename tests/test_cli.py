@@ -17,10 +17,10 @@ from lxml import etree
 from small_area import OSM, write_area, write_dem
 
 import osm2xodr
-from osm2xodr import delivery
+from osm2xodr import cli_convert, delivery
 from osm2xodr.cli import main
 from osm2xodr.cli_convert import SURFACE_METHODS
-from osm2xodr.surface import METHODS
+from osm2xodr.surface import DEM_TYPES, METHODS
 
 
 @pytest.fixture
@@ -194,6 +194,7 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_surface_methods_are_those_of_the_surface() -> None:
     assert SURFACE_METHODS == METHODS
+    assert cli_convert.DEM_TYPES == DEM_TYPES
 
 
 def test_help_loads_nothing_heavy() -> None:
@@ -203,6 +204,59 @@ def test_help_loads_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stderr == "set()\n"
+
+
+def test_options_reach_the_heights(area: Path, dem: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The village lies on a slope that is steeper than the limit given."""
+    report = out.with_name("report.json")
+    more = ("--max-grade", "residential=1%,tertiary=1%", "--smoothing", "3", "--no-structures", "--dem-type", "dsm")
+    command = (area, "--dem", dem, "-o", out, "--report-json", report, *more, "--dem-sigma", "0.5", "--turnarounds")
+    assert convert(*command) == 0
+    told = json.loads(report.read_bytes())
+    wanted = {"smoothing": 3.0, "structures": False, "turnarounds": True, "dem_type": "dsm", "dem_sigma": 0.5}
+    assert wanted.items() <= told["input"].items()
+    assert {item["wanted"] for item in told["elevation"]["steep"]} <= {0.01}
+    assert told["elevation"]["structures"] == []
+    # A loop at each of the dead ends.
+    root = etree.parse(out).getroot()
+    assert len(root.findall("junction")) == 4
+    assert "  roads on the ground less the elevation model: mean " in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------- surface
+
+
+def test_surface(dem: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = out.with_suffix(".html")
+    assert main(["surface", str(dem), "-o", str(page)]) == 0
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("<!DOCTYPE html>")
+    for method in ("nearest", "bilinear", "bicubic"):
+        assert method in text
+    assert "http" not in re.sub(r'xmlns="[^"]*"', "", text)
+    assert capsys.readouterr().err.splitlines()[0] == f"osm2xodr: wrote {page}"
+    assert main(["surface", str(dem), "-o", str(page)]) == 2
+    assert "exists; give another file, or --overwrite" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (["-o", "{out}"], 2, "Missing argument 'DEM...'"),
+        (["{dem}", "-o", "{dem}", "--overwrite"], 2, "is one of the inputs"),
+        (["{dem}", "-o", "{out}", "--bbox", "1,2,3"], 2, "--bbox 1,2,3 is not 4 numbers"),
+        (["{dem}", "-o", "{out}", "--bbox", "3,2,1,4"], 1, "box"),
+        (["{dem}.tif", "-o", "{out}"], 1, "there is no such elevation model"),
+    ],
+)
+def test_surface_that_cannot_be(
+    arguments: list[str], status: int, message: str, dem: Path, out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["surface", *(item.format(dem=dem, out=out) for item in arguments)]) == status
+    stdout, stderr = capsys.readouterr()
+    assert message in " ".join(stderr.split())
+    assert stdout == ""
+    assert not out.exists()
 
 
 # ---------------------------------------------------------------- wrong usage
@@ -222,6 +276,15 @@ def test_help_loads_nothing_heavy() -> None:
         (["{area}", "-o", "{out}", "--report-json", "{out}"], "-o and --report-json name the same file"),
         (["{area}", "-o", "-", "--report-json", "-"], "-o and --report-json name the same file"),
         (["{area}", "-o", "{out}", "--report-json", "{area}", "--overwrite"], "--report-json"),
+        (["{area}", "-o", "{out}", "--dem-sigma", "0"], "standard error 0.0 m is not above 0"),
+        (["{area}", "-o", "{out}", "--dem-vertical-datum", "EPSG:3855"], "give --vertical-datum too"),
+        (["{area}", "-o", "{out}", "--smoothing", "0"], "--smoothing: 0 is not above 0"),
+        (["{area}", "-o", "{out}", "--smoothing", "nan"], "--smoothing: nan is not above 0"),
+        (
+            ["{area}", "-o", "{out}", "--max-grade", "motorway"],
+            "--max-grade: max grade 'motorway' is not class=limit",
+        ),
+        (["{area}", "-o", "{out}", "--max-grade", "canal=5%"], "--max-grade: max grade for 'canal': no such class"),
         (["{area}", "-o", "{out}", "--frobnicate"], "No such option"),
     ],
 )

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.elevation_report import ElevationReport, LayerCrossing, StructureRecord
 from osm2xodr.report import Progress, details, report, summary
 from osm2xodr.statistics import Statistics
 
@@ -39,6 +40,23 @@ def test_summary_of_a_flat_world() -> None:
     assert lines[1:] == ["  flat at height 0: there is no elevation model"]
 
 
+def test_summary_of_heights() -> None:
+    bridge = StructureRecord("bridge", (1,), (2,), 30.0, 6.0, 4.0, 3, 0.02, 0.1)
+    tunnel = StructureRecord("tunnel", (4,), (5,), 90.0, -9.0, None, None, 0.03, 0.1)
+    tight = LayerCrossing(2, 7, 1, 3, 4.0, 5.2)
+    found = ElevationReport(0.99, 0.021, 1.5, 3.0, (), (), (bridge, bridge, tunnel), (tight,))
+    lines = summary(FIGURES, Diagnostics(), has_heights=True, elevation=found)
+    assert lines[2:] == [
+        "  roads on the ground less the elevation model: mean +0.02 m, rms 1.50 m, 95 % within 3.00 m",
+        "  2 bridges and 1 tunnel; 1 crossing with less clearance than usual",
+    ]
+    document = json.loads(report({}, [], FIGURES, found, Diagnostics(), {}).decode())
+    assert document["elevation"]["structures"][2]["clearance"] is None
+    assert document["elevation"]["tight"] == [
+        {"upper": 2, "lower": 7, "upper_way": 1, "lower_way": 3, "clearance": 4.0, "wanted": 5.2}
+    ]
+
+
 def test_details() -> None:
     lines = details(some())
     assert len(lines) == 1504
@@ -50,9 +68,12 @@ def test_report_is_json_whatever_it_holds() -> None:
     found = Diagnostics()
     found.repaired("name", "way/1", "a name with half a character \udc80 and ü")
     figures = Statistics(1, 0, 0, 1.0, 0.0, math.nan, math.inf, None, {"k": math.nan})
-    document = json.loads(report({"area": Path("a.osm")}, [], figures, found, {"file": "b.xodr"}).decode("utf-8"))
+    document = json.loads(
+        report({"area": Path("a.osm")}, [], figures, None, found, {"file": "b.xodr"}).decode("utf-8")
+    )
     assert document["statistics"]["lowest"] is None
     assert document["statistics"]["further"] == {"k": None}
+    assert document["elevation"] is None
     assert document["input"] == {"area": "a.osm"}
     assert document["output"] == {"file": "b.xodr"}
     assert document["counts"] == [{"kind": "repaired", "code": "name", "count": 1}]

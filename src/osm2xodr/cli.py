@@ -16,6 +16,7 @@ import click
 from osm2xodr import __version__
 from osm2xodr.cli_common import Session
 from osm2xodr.cli_convert import convert
+from osm2xodr.cli_surface import surface
 from osm2xodr.delivery import silence_standard_output
 from osm2xodr.errors import Osm2xodrError
 
@@ -72,6 +73,7 @@ def cli() -> None:
 
 
 cli.add_command(convert)
+cli.add_command(surface)
 
 
 def _fail(message: str, status: int = CANNOT) -> int:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
+import math
 import sys
 import time
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +17,7 @@ from osm2xodr import __version__, defaults
 from osm2xodr.cli_common import Session, check_targets
 from osm2xodr.delivery import deliver, label
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
 from osm2xodr.report import Progress, details, summary
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions
 
@@ -22,11 +26,13 @@ if TYPE_CHECKING:
 
 # `osm2xodr.surface.METHODS`, which is too slow to load for --help; a test holds them equal.
 SURFACE_METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
+# Likewise `osm2xodr.surface.DEM_TYPES`.
+DEM_TYPES = ("auto", "dtm", "dsm")
 
 _MEGABYTE = 1e6
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class _Arguments:
     """The options of ``convert`` as click hands them over."""
 
@@ -44,7 +50,16 @@ class _Arguments:
     default_lane_width: float | None
     surface: str
     polynomial_order: int
+    dem_type: str
+    dem_sigma: float | None
+    vertical_datum: str | None
+    dem_vertical_datum: str | None
     allow_partial: bool
+    smoothing: float
+    max_grade: str | None
+    no_structures: bool
+    superelevation: bool
+    turnarounds: bool
     report_json: Path | None
     verbose: int
     quiet: bool
@@ -118,7 +133,50 @@ Exit status: 0 written, 1 cannot convert, 2 wrong usage.""",
     show_default=True,
     help="Degree of the trend that fills gaps of the elevation model.",
 )
+@click.option(
+    "--dem-type",
+    type=click.Choice(DEM_TYPES),
+    default="auto",
+    show_default=True,
+    help="Whether elevation models show the ground (dtm), or canopy and roofs (dsm), which roads then see through.",
+)
+@click.option(
+    "--dem-sigma",
+    type=float,
+    metavar="METRES",
+    help="Standard error of the elevation models' heights.  [default: estimated]",
+)
+@click.option(
+    "--vertical-datum",
+    metavar="DATUM",
+    help="Turn heights into this datum: ellipsoid, or a code such as EPSG:3855 (EGM2008).  [default: as they are]",
+)
+@click.option(
+    "--dem-vertical-datum",
+    metavar="DATUM",
+    help="Datum of the elevation models' heights, likewise.  [default: as the files say]",
+)
 @click.option("--allow-partial", is_flag=True, help="Accept elevation models that cover less than half of the roads.")
+@click.option(
+    "--smoothing",
+    type=float,
+    default=1.0,
+    show_default=True,
+    metavar="FACTOR",
+    help="Factor on the length over which heights are smoothed.",
+)
+@click.option(
+    "--max-grade",
+    metavar="TABLE",
+    help="Largest grades by class, such as motorway=0.05,residential=12%.  [default: see docs/elevation.md]",
+)
+@click.option("--no-structures", is_flag=True, help="Lay bridges and tunnels on the ground.")
+@click.option(
+    "--superelevation",
+    is_flag=True,
+    help="Bank motorways and trunk roads as a fine elevation model (cells up to 2 m) shows.",
+)
+@click.option("--turnarounds", is_flag=True, help="End every dead end of a two-way street in a loop.")
 @click.option(
     "--report-json",
     type=click.Path(path_type=Path),
@@ -162,7 +220,12 @@ def convert(session: Session, /, **options: Any) -> None:
             f" {arguments.xodr_version}) in {seconds:,.1f} s",
             err=True,
         )
-        for line in summary(conversion.statistics, diagnostics, bool(arguments.dem)):
+        for line in summary(
+            conversion.statistics,
+            diagnostics,
+            has_heights=bool(arguments.dem),
+            elevation=conversion.road_map.elevation_report if arguments.dem else None,
+        ):
             click.echo(line, err=True)
         if arguments.verbose > 1:
             for line in details(diagnostics):
@@ -171,22 +234,47 @@ def convert(session: Session, /, **options: Any) -> None:
 
 def _convert_options(arguments: _Arguments) -> ConvertOptions:
     """Turn options into those of the stages."""
+    from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
     from osm2xodr.model import Rule
     from osm2xodr.osmParsing.options import ParseOptions, parse_ways_option
     from osm2xodr.pipeline import ConvertOptions
     from osm2xodr.surface import SurfaceOptions
 
     rule = Rule.LEFT_HAND if arguments.left_hand else Rule.RIGHT_HAND if arguments.right_hand else None
-    try:
+    with _usage("--ways"):
         ways = parse_ways_option(arguments.ways)
-    except ValueError as error:
-        raise click.UsageError(f"--ways: {error}") from error
-    try:
+    with _usage("--default-lane-width"):
         parse = ParseOptions(ways, arguments.include_private, rule, arguments.default_lane_width)
-    except ValueError as error:
-        raise click.UsageError(f"--default-lane-width: {error}") from error
-    surface = SurfaceOptions(arguments.surface, arguments.polynomial_order, arguments.allow_partial)
-    return ConvertOptions(arguments.area, arguments.dem, parse, surface)
+    with _usage("--dem-sigma, --dem-vertical-datum"):
+        surface = SurfaceOptions(
+            method=arguments.surface,
+            polynomial_order=arguments.polynomial_order,
+            allow_partial=arguments.allow_partial,
+            sigma=arguments.dem_sigma,
+            dem_type=arguments.dem_type,
+            vertical_datum=arguments.vertical_datum,
+            dem_vertical_datum=arguments.dem_vertical_datum,
+        )
+    if not 0.0 < arguments.smoothing < math.inf:
+        raise click.UsageError(f"--smoothing: {arguments.smoothing:g} is not above 0; 1 is the usual, 2 is smoother")
+    elevation = ElevationOptions(
+        arguments.smoothing, structures=not arguments.no_structures, superelevation=arguments.superelevation
+    )
+    if arguments.max_grade is not None:
+        with _usage("--max-grade"):
+            elevation = dataclasses.replace(elevation, grade_limit=parse_grade_limits(arguments.max_grade))
+    return ConvertOptions(
+        arguments.area, arguments.dem, parse, surface, elevation, RoadOptions(arguments.turnarounds)
+    )
+
+
+@contextlib.contextmanager
+def _usage(option: str) -> Iterator[None]:
+    """Turn the refusal of an option's value into wrong usage."""
+    try:
+        yield
+    except (ValueError, InputError) as error:
+        raise click.UsageError(f"{option}: {error}") from error
 
 
 def _inputs(arguments: _Arguments, name: str) -> dict[str, Any]:
@@ -202,7 +290,16 @@ def _inputs(arguments: _Arguments, name: str) -> dict[str, Any]:
         "default_lane_width": arguments.default_lane_width,
         "surface": arguments.surface,
         "polynomial_order": arguments.polynomial_order,
+        "dem_type": arguments.dem_type,
+        "dem_sigma": arguments.dem_sigma,
+        "vertical_datum": arguments.vertical_datum,
+        "dem_vertical_datum": arguments.dem_vertical_datum,
         "allow_partial": arguments.allow_partial,
+        "smoothing": arguments.smoothing,
+        "max_grade": arguments.max_grade,
+        "structures": not arguments.no_structures,
+        "superelevation": arguments.superelevation,
+        "turnarounds": arguments.turnarounds,
     }
 
 

@@ -54,6 +54,8 @@ LANE_WIDTH_BICYCLE: Final = 1.5
 
 # Lanes of a one-way road without ``lanes`` (OSM wiki, Key:lanes, assumptions); all others have one each way.
 ONEWAY_LANES: Final = MappingProxyType({"motorway": 2, "trunk": 2})
+# Over so many ways without ``lanes`` a street's number of lanes is looked for on either side; a choice.
+LANES_FROM_NEIGHBOURS_STEPS: Final = 5
 # More lanes than any carriageway has (toll plazas reach 25); a larger ``lanes`` is a mistake.
 LANES_PLAUSIBLE_MAX: Final = 25
 
@@ -155,15 +157,18 @@ GRADE_LIMIT_OTHER: Final = 0.15
 # roads of a junction need room for what the plane's tilt adds to their grade.
 GRADE_SLACK: Final = 1.25
 GRADE_MAX: Final = 0.31
+# Least grade limit that a user may set: RAL and RASt want 0.5 to 0.7 % at least for the water to run off.
+GRADE_LIMIT_LEAST: Final = 0.005
 JUNCTION_TILT_MAX: Final = 0.20
 # Mean grade of the shortest way between the lanes of two road ends at a junction: the cubic that joins them may be
 # one and a half times as steep in its middle.
 JUNCTION_STEP_MAX: Final = 0.15
 
-# Variance of a road's vertical curvature times the length over which it is correlated, 1/m: (1.4e-3 1/m)² over 50 m,
-# a vertical radius of 700 m. Height and grade errors against known terrain are flat from 2e-5 to 2e-4. Factors by
-# class: motorways have crests of 13000 m and more (RAA 2008), streets of a few hundred.
-ROAD_FLEXIBILITY: Final = 1e-4
+# Variance of a road's vertical curvature times the length over which it is correlated, 1/m: (1e-3 1/m)² over 50 m, a
+# vertical radius of 1000 m. Height and grade errors against known terrain are flat from 2e-5 to 2e-4; on coarsened
+# models of real places 2e-5 to 5e-5 does best. Factors by class: motorways have crests of 13000 m and more (RAA
+# 2008), streets of a few hundred.
+ROAD_FLEXIBILITY: Final = 5e-5
 FLEXIBILITY_FACTOR: Final = MappingProxyType(
     {
         "motorway": 0.2,
@@ -193,12 +198,27 @@ HEIGHT_SIGMA_MIN: Final = 0.05
 # Length over which an elevation model's errors are correlated: cells, but at least so many m.
 NOISE_LENGTH_CELLS: Final = 1.7
 NOISE_LENGTH_MIN: Final = 2.0
-# How far a road lies beside its line in OSM, m (imagery offsets and hand), and what the cells add, in cells.
+# How far a road lies beside its line in OSM, m (imagery offsets and hand), and what the cells add, in cells: they do
+# not show what was cut and filled for the road. On coarsened models of real places 0.17 is better than 0.1.
 POSITION_ERROR: Final = 2.0
-POSITION_ERROR_CELLS: Final = 0.1
+POSITION_ERROR_CELLS: Final = 0.17
 # Roads are smoother than the ground they are built on: factor on the roughness penalty that the ground calls for.
 # Against known terrain 2 to 8 do equally well.
 ROAD_SMOOTHNESS: Final = 4.0
+
+# Heights of a surface model stand on canopy and roofs: how many standard errors above and below the road they begin
+# to lose weight (from below they are the ground). To see through them the roads are stiff at first: lengths over
+# which they give way, m, and how far the ground leaves such a road, m (a vertical radius of 1000 m over half of it).
+COVERED_ABOVE: Final = 1.5
+COVERED_BELOW: Final = 8.0
+COVERED_STAGES: Final = ((150.0, 3.0), (80.0, 1.0), (40.0, 0.5))
+# What keeps less than this share of its weight stands out; the rest keeps at least that share of it from then on. On
+# bare models of 9 and 13 m that are taken for surface models roads stay within 4 m so (15 m without). What stands out
+# is canopy or roofs if heights along it change by more than this, m, and more steeply than ground. Choices.
+COVERED_OUT: Final = 0.25
+COVERED_LEAST: Final = 0.2
+WALL_HEIGHT: Final = 2.0
+WALL_SLOPE: Final = 0.5
 
 # Standard error of a height that is a guess (voids, beyond the elevation model), and the length of road that one such
 # guess stands for, m.
@@ -216,13 +236,32 @@ JUNCTION_TILT_SIGMA: Final = 0.3
 INCLINE_SIGMA: Final = 0.02
 INCLINE_LENGTH: Final = 100.0
 INCLINE_MAX: Final = 0.35
+# ``ele`` of a node is read off a map or a receiver, in whatever datum: standard error, m (a choice; receivers and
+# contour lines are good for 5 to 10 m); values beyond these are mistakes, m (shore of the Dead Sea, highest roads).
+ELE_SIGMA: Final = 5.0
+ELE_PLAUSIBLE: Final = (-450.0, 6000.0)
 # Carriageways of one street that run opposite ways within this distance are level, with this standard error, m.
 TWIN_DISTANCE: Final = 25.0
 TWIN_SIGMA: Final = 0.5
 
-# Height from road to road where layers cross, m: 4.50 m clear (RAL, RAA; 4.70 with room for resurfacing) and a deck
-# of 0.70 m. What a crossing falls short by is told from the tolerance on.
-CLEARANCE: Final = 5.2
+# Height from road to road where layers cross, m, by the highway value of the road below: clear height and a deck of
+# 0.70 m. 4.50 m (RAL, RAA), on main roads 4.70 m with room for resurfacing, and 3.50 m where only cars and fire
+# engines pass (DIN 14090). What a crossing falls short by is told from the tolerance on.
+CLEARANCE_OTHER: Final = 5.2
+CLEARANCE: Final = MappingProxyType(
+    {
+        "motorway": 5.4,
+        "motorway_link": 5.4,
+        "trunk": 5.4,
+        "trunk_link": 5.4,
+        "primary": 5.4,
+        "primary_link": 5.4,
+        "living_street": 4.2,
+        "service": 4.2,
+        "pedestrian": 4.2,
+        "track": 4.2,
+    }
+)
 CLEARANCE_TOLERANCE: Final = 0.1
 # How far the ground's own heights give way to clearance: in standard errors of the elevation model, and from 0.5 m
 # (its error beneath bridges) to 10 m. A precise model shows the road in its cutting; there the bridge has to rise.
@@ -230,18 +269,39 @@ CLEARANCE_PUSH_SIGMAS: Final = 5.0
 CLEARANCE_PUSH_MIN: Final = 0.5
 CLEARANCE_PUSH_MAX: Final = 10.0
 
-# Connecting roads: distance of knots, m, and at which distance from its arms a junction's plane counts like an arm.
-CONNECTOR_KNOT_SPACING: Final = 2.0
+# Superelevation of fast roads: read where cells are at most so large (2 m) and the standard error of heights so
+# small, m, over at least this half width of the carriageway, m. It is smoothed over two to three times the length of
+# the beam, m; readings that differ by the standard error count a quarter, ones steeper than plausible (verges, walls)
+# nothing. At most 8 % (RAA 2008: 7 %, AASHTO: 8 % where there is ice). Records fit this well, rad.
+CROSSFALL_CELL_MAX: Final = 2.1
+CROSSFALL_SIGMA_MAX: Final = 0.5
+CROSSFALL_HALF_WIDTH_MIN: Final = 1.5
+CROSSFALL_LENGTH: Final = 25.0
+CROSSFALL_SIGMA: Final = 0.02
+CROSSFALL_PLAUSIBLE: Final = 0.12
+CROSSFALL_MAX: Final = 0.08
+CROSSFALL_TOLERANCE: Final = 0.001
+
+# Connecting roads: distance of samples, m, and at which distance from its arms a junction's plane counts like an arm.
+CONNECTOR_SAMPLE_SPACING: Final = 2.0
 JUNCTION_PLANE_DISTANCE: Final = 6.0
 # Grade of a connecting road above which it leaves the junction's surface if that makes it less steep.
 CONNECTOR_STEEP: Final = 0.30
 
-# One elevation record stands for several where it fits all knots this well: m, rise per metre; superelevation: rad.
-PROFILE_TOLERANCE: Final = 0.005
-PROFILE_SLOPE_TOLERANCE: Final = 1e-4
-SUPERELEVATION_TOLERANCE: Final = 0.002
-# Connecting roads need not show every change of the grade: 0.5 % over some metres.
-CONNECTOR_SLOPE_TOLERANCE: Final = 5e-3
+# One elevation record stands for several where it fits all knots this well: m, rise per metre.
+PROFILE_TOLERANCE: Final = 0.015
+PROFILE_SLOPE_TOLERANCE: Final = 1e-3
+# Decimals of places, heights (or cross slopes) and grades at knots, m, m (rad) and rise per metre: far below what any
+# height is worth.
+PROFILE_S_DECIMALS: Final = 3
+PROFILE_DECIMALS: Final = 5
+PROFILE_SLOPE_DECIMALS: Final = 6
+# How far connecting roads may leave their junction's surface for the sake of few records, m: along their middle, and
+# by their cross slope at their edges; and how much steeper they may become. A choice; twice that is what two of them
+# may disagree by.
+CONNECTOR_GRADE_TOLERANCE: Final = 0.01
+CONNECTOR_TOLERANCE: Final = 0.012
+CONNECTOR_EDGE_TOLERANCE: Final = 0.012
 
 # ---------------------------------------------------------------- plan view
 
@@ -275,6 +335,25 @@ CORNER_RADIUS: Final = MappingProxyType(
 )
 CORNER_RADIUS_OTHER: Final = 6.0
 
+# How far, m, a roundabout's ring may pass its nodes: at most, and as the root of the mean square if it is a circle,
+# and if it is another smooth curve. Nodes set by hand on an image are a few decimetres off their neighbours (the 1 to
+# 2 m of Haklay 2010 are mostly common to all); a round shape is likelier than any other. Of 37 rings of 8 places 32
+# are circles within 0.5 m, and within 0.12 m by the mean square.
+RING_TOLERANCE: Final = 0.6
+RING_CIRCLE_RMS: Final = 0.3
+RING_CURVE_RMS: Final = 0.2
+# By how much a circle may leave the line between two nodes of a ring, m (one of 12 m drawn with four nodes leaves it
+# by 3.5 m); and from how much on, on a ring that is no circle, that line is a straight side. Choices.
+RING_OFF_CIRCLE: Final = 4.0
+RING_OFF_LINE: Final = 1.0
+# Length of the arcs of rings that are no circles, m, and of the lines that their straight sides are cut into.
+RING_ARC: Final = 4.0
+RING_SIDE: Final = 5.0
+# Least turn of an open row of streets that is taken for part of a ring (extracts cut some), rad (120 degrees).
+RING_TURN_MIN: Final = 2.09
+# Over this length of a street that joins a ring the line follows its end, which is moved onto the ring, m.
+RING_ARM_BLEND: Final = 15.0
+
 # Values of ``highway`` that are built for speed: long gores and tapers, wide marks.
 FAST_HIGHWAYS: Final = ("motorway", "motorway_link", "trunk", "trunk_link")
 
@@ -303,7 +382,45 @@ SHORTEST_ROAD: Final = 1.0
 RESTRICTED_STREET: Final = 30.0
 # Largest extent of the nodes of one junction.
 JUNCTION_EXTENT: Final = 60.0
+# Streets across a median, from one carriageway to the other of the same road, are at most so long, m; within the
+# angle of this cosine (37 degrees) the carriageways run opposite ways, and square to the street.
+MEDIAN_CROSSING: Final = 40.0
+CARRIAGEWAYS_COSINE: Final = 0.8
+# Bridges and tunnels shorter than this, m, may lie within a junction: less than two carriageways pass beneath them.
+SHORTEST_BRIDGE: Final = 8.0
 
+
+# ---------------------------------------------------------------- priorities at junctions
+
+# Rank of a road by OSM's highway value where nothing is signed: who comes from a road of less rank yields. Ramps
+# yield to all roads, whoever leaves a property, a track or a street with walking speed to all others (StVO, sections
+# 8, 10 and 18; Vienna Convention on Road Traffic, article 18). Residential and unclassified roads are alike.
+PRIORITY_RANK: Final = MappingProxyType(
+    {
+        "motorway": 9,
+        "trunk": 8,
+        "primary": 7,
+        "secondary": 6,
+        "tertiary": 5,
+        "unclassified": 4,
+        "residential": 4,
+        "road": 4,
+        "busway": 4,
+        "living_street": 2,
+        "pedestrian": 2,
+        "service": 1,
+        "track": 0,
+    }
+)
+PRIORITY_RANK_LINK: Final = 3
+PRIORITY_RANK_OTHER: Final = 4
+# Roads of this rank and below yield wherever they end; others only to a road that runs on through the junction.
+PRIORITY_RANK_MINOR: Final = 2
+# How far before the end of its street a sign or signal stands that is meant for the junction there, m; a choice,
+# twice what stop lines of wide junctions keep from the middle.
+SIGN_REACH: Final = 50.0
+# Share of a junction's entries that must have a signal for the junction to be one with signals; a choice.
+SIGNALLED_SHARE: Final = 0.5
 
 # ---------------------------------------------------------------- lanes along a road
 
@@ -327,11 +444,10 @@ CENTRE_LINE_FROM: Final = 5.5
 # ---------------------------------------------------------------- surface
 
 # How heights between the cells of an elevation model are found, and the total degree of the polynomial trend.
-# Bilinear: along the roads of ten places with a known terrain and a noisy 30 m model its error is 1.70 m in height
-# and 4.3 % in grade over 20 m; bicubic, which amplifies noise, has 1.84 m and 5.1 %, nearest, which steps, 1.84 m
-# and 6.3 %. Degree 4 after the thesis that this converter descends from; as the trend only fills, little depends on
-# it.
-SURFACE_METHOD: Final = "bilinear"
+# Bicubic: on ten places with a known terrain and a noisy 30 m model, roads made from it are 5 % better in grade and
+# 14 % in height than from bilinear heights (docs/elevation.md). Degree 4 after the thesis that this converter
+# descends from; as the trend only fills, little depends on it.
+SURFACE_METHOD: Final = "bicubic"
 POLYNOMIAL_ORDER: Final = 4
 
 # Least share of the roads that an elevation model must cover unless the user allows less (a choice: what is guessed
@@ -368,6 +484,43 @@ HEIGHT_SENTINELS: Final = (-32768.0, -32767.0, -9999.0, -99999.0, -999999.0)
 # (product handbooks and comparisons against geodetic points); SRTM at 3 arc seconds: 5-6.
 DEM_SIGMA: Final = ((1.0, 0.12), (2.0, 0.15), (5.0, 0.5), (10.0, 1.0), (30.0, 2.0), (90.0, 5.0))
 
+# Surface models (canopy, roofs) are told from terrain models by their heights where their name does not say it, on
+# gentle slopes: rise per metre, over some distance, m. Up to the first cell size, m, by the share of cells at which
+# three heights in a row bend by more than 1.5 m and a quarter of a cell, which ground does at walls only: none in ten
+# terrains of 5 m, 3 to 62 % with houses and trees over 5 to 60 % of them (cells of 1 and 5 m). Above it by the
+# skewness of heights about the median around them: 1.3 to 1.8 with blobs of 3 to 12 m over a tenth of the ground, at
+# most 0.8 in five models of 10 to 90 m that see the ground or through most of the canopy. Less scatter than this, m,
+# is noise.
+COVER_GENTLE: Final = 0.3
+COVER_GENTLE_OVER: Final = 50.0
+COVER_FINE_CELL: Final = 5.5
+COVER_BEND: Final = 1.5
+COVER_BEND_PER_CELL: Final = 0.25
+COVER_WALLS: Final = 0.02
+COVER_SKEWNESS: Final = 1.0
+COVER_SCATTER: Final = 0.5
+# Cells in a row, along and across, that it takes to tell; if the roads need fewer, more are read around them.
+COVER_CELLS: Final = 200
+
+# What stands off all ground around it by more than this is no ground: m, times the cell size (a grade of 250 % on all
+# sides: needles of rock have it, roads do not), and in standard errors. Small blobs (3 x 3 cells) must stand off by
+# the range of the heights around them as well; larger ones by so many standard deviations from the polynomial trend,
+# or have one single value, and on this share of their rim. Choices; no cell of 17 models of 10 to 90 m does.
+OUTLIER_STEP: Final = 30.0
+OUTLIER_GRADE: Final = 2.5
+OUTLIER_SIGMAS: Final = 8.0
+OUTLIER_TREND: Final = 6.0
+OUTLIER_RIM: Final = 0.9
+
+# Distance of the points at which the difference between two vertical datums is found, m: geoids are smoother.
+DATUM_SPACING: Final = 1000.0
+
+# Cells that the comparison of interpolations looks at: half a million take a few seconds. Of larger models so many
+# patches in either direction are taken, evenly spread; fewer cells in a row than the last compare nothing.
+COMPARISON_CELLS: Final = 2**19
+COMPARISON_PATCHES: Final = 3
+COMPARISON_CELLS_MIN: Final = 12
+
 # Two elevation models on one common grid are one model unless they differ by more than this share of their standard
 # error where they meet.
 DEM_SAME_SHARE: Final = 0.5
@@ -391,11 +544,29 @@ CONNECTING_RADIUS: Final = 3.0
 # a connecting road that strays farther from it than STRAY, m, follows it instead.
 SMOOTH_CORNER: Final = 0.52
 STRAY: Final = 0.25
+# A way through a junction that turns to and fro, or by more than this in all, rad (140 degrees), has several corners.
+# A connecting road that strays from it by more than this, m, turns at each of them instead, if it then strays by less
+# than this share of that; between corners it runs straight from this far beyond one to this far before the next, m.
+CORNERS_TURN: Final = 2.44
+STRAY_CORNERS: Final = 3.0
+STRAY_LESS: Final = 0.8
+CORNER_LEAD: Final = 4.0
+# Turns sharper than that swing out first where there is room: they turn forth and back by at most this, rad (86
+# degrees), and by this if they turn back, by more than this (172 and 149 degrees: lanes 3 m apart), so that no car
+# goes round a circle. They must not run onto the first stretch of the junction's roads, m.
+MOST_SWING: Final = 1.5
+MOST_SWING_BACK: Final = 3.0
+SWING_BACK: Final = 2.6
+WIDE_TURN_REACH: Final = 25.0
 # A change of heading above this is a turn back, rad (165 degrees).
 TURN_BACK: Final = 2.88
 # Arms of a junction with a sharper turn are cut back by this much at a time, at most so many times, m.
-TURNING_ROOM: Final = 1.5
-TURNING_ROOM_STEPS: Final = 4
+# So are arms of a turn above SWING_OF_TURN, rad (40 degrees), that turns to the other side, too: forth and back by
+# more than SWING, rad (20 degrees).
+SWING_OF_TURN: Final = 0.7
+SWING: Final = 0.35
+TURNING_ROOM: Final = 0.75
+TURNING_ROOM_STEPS: Final = 8
 # A bend is tight where the outermost lane is longer than the reference line by more than this share; a junction takes
 # tight bends that end within this distance of its arm's end, m. Half a lane, m.
 TIGHT_BEND: Final = 0.08
@@ -416,3 +587,17 @@ NARROWEST: Final = 0.7
 # arms lie on each other. They are cut back, and what stays so is left out.
 DETOUR: Final = 4.0
 DETOUR_MORE: Final = 60.0
+
+# ---------------------------------------------------------------- turnarounds
+
+# Diameter of a turning circle whose tags give none, m: a lorry of two axles collecting waste needs 16 m (RASt 06,
+# section 6.1.2.2); and of the loops that close other dead ends: 12 m, a car's. What is believed of tags.
+TURNING_CIRCLE_DIAMETER: Final = 16.0
+TURNAROUND_DIAMETER: Final = 12.0
+TURNAROUND_DIAMETER_MIN: Final = 8.0
+TURNAROUND_DIAMETER_MAX: Final = 40.0
+# Free space between a loop and the next carriageway, and the longest piece of a street that is looked at as one, m.
+TURNAROUND_CLEARANCE: Final = 0.5
+TURNAROUND_PIECE: Final = 40.0
+# Lanes that lie this near to their loop's radius apart go round half a circle without more ado, m.
+TURNAROUND_ASIDE_MIN: Final = 0.05

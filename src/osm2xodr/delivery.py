@@ -68,21 +68,22 @@ def deliver(
     BrokenPipeError
         If nobody reads standard output to its end.
     """
-    with _stream_to(target) as stream:
+    with stream_to(target) as stream:
         counting = _Counting(stream)
         write_xodr(conversion.road_map, counting, options, diagnostics)
         if report_target is not None:
             # Only when the document is safe, but before its file gets its name: both are there in the end, or none.
             settle(stream)
             output = {"file": str(target), "bytes": counting.size, "xodr_version": options.version}
-            text = report(inputs, conversion.elevation_models, conversion.statistics, diagnostics, output)
-            with _stream_to(report_target) as reports:
+            elevation = conversion.road_map.elevation_report
+            text = report(inputs, conversion.elevation_models, conversion.statistics, elevation, diagnostics, output)
+            with stream_to(report_target) as reports:
                 reports.write(text)
     return counting.size
 
 
 @contextlib.contextmanager
-def _stream_to(path: Path) -> Iterator[BinaryIO]:
+def stream_to(path: Path) -> Iterator[BinaryIO]:
     """Give a stream to a file or to standard output."""
     if path != STANDARD_OUTPUT:
         with atomic_output(path) as stream:

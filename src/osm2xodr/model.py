@@ -16,6 +16,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from osm2xodr.elevation_report import ElevationReport
+
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
@@ -580,6 +582,8 @@ class RoadMap:
     plan_view, elevation, superelevation, lane_offset
         Tables whose k-th curve belongs to the k-th road. Elevation has records for every road, the last two may
         have none.
+    elevation_report
+        How the heights came out; None on a level world.
     """
 
     frame: LocalFrame
@@ -591,3 +595,4 @@ class RoadMap:
     superelevation: CubicProfile
     lane_offset: CubicProfile
     statistics: Mapping[str, float] = field(default_factory=dict)
+    elevation_report: ElevationReport | None = None

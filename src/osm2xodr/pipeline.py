@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import build_roads
+from osm2xodr.geometry import ElevationOptions, RoadOptions, build_roads
 from osm2xodr.model import RoadMap, Surface
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.statistics import Statistics, summarize
@@ -27,12 +27,16 @@ class ConvertOptions:
         Elevation models; none for a flat world at height 0.
     parse, surface
         How they are read.
+    elevation, roads
+        How roads are made of them.
     """
 
     area: Path
     dems: tuple[Path, ...] = ()
     parse: ParseOptions = field(default_factory=ParseOptions)
     surface: SurfaceOptions = field(default_factory=SurfaceOptions)
+    elevation: ElevationOptions = field(default_factory=ElevationOptions)
+    roads: RoadOptions = field(default_factory=RoadOptions)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,5 +90,5 @@ def convert(
     else:
         diagnostics.note("flat", "", "no elevation model was given: all ground is at height 0; give one with --dem")
     on_stage("building roads")
-    road_map = build_roads(network, surface, diagnostics)
+    road_map = build_roads(network, surface, diagnostics, options.elevation, options.roads)
     return Conversion(road_map, summarize(road_map, coverage), elevation_models)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from osm2xodr.diagnostics import Diagnostics, Kind
 
 if TYPE_CHECKING:
+    from osm2xodr.elevation_report import ElevationReport
     from osm2xodr.statistics import Statistics
     from osm2xodr.surface import DemSummary
 
@@ -63,7 +64,9 @@ class Progress:
         self._stage = ""
 
 
-def summary(statistics: Statistics, diagnostics: Diagnostics, has_heights: bool) -> list[str]:
+def summary(
+    statistics: Statistics, diagnostics: Diagnostics, *, has_heights: bool, elevation: ElevationReport | None = None
+) -> list[str]:
     """Return lines that sum up a conversion: the network, its heights, then what was guessed, dropped and repaired.
 
     Parameters
@@ -72,6 +75,8 @@ def summary(statistics: Statistics, diagnostics: Diagnostics, has_heights: bool)
         The conversion.
     has_heights
         Whether there is an elevation model.
+    elevation
+        How the heights came out; None where the world is level.
     """
     roads, through = _counted(statistics.roads, "road"), _counted(statistics.connecting_roads, "connecting road")
     kilometres = f"{statistics.road_length / 1000.0:,.1f} km"
@@ -83,6 +88,8 @@ def summary(statistics: Statistics, diagnostics: Diagnostics, has_heights: bool)
         lines.append(f"  heights from {statistics.lowest:,.1f} to {statistics.highest:,.1f} m{coverage}")
     else:
         lines.append("  flat at height 0: there is no elevation model")
+    if elevation is not None:
+        lines += _heights(elevation)
     first: dict[tuple[Kind, str], tuple[str, str]] = {}
     for item in diagnostics:
         first.setdefault((item.kind, item.code), (item.message, item.osm_id))
@@ -91,6 +98,17 @@ def summary(statistics: Statistics, diagnostics: Diagnostics, has_heights: bool)
         for key, count in sorted(counts.items(), key=lambda entry: (-entry[1], entry[0][1])):
             if key[0] is kind:
                 lines.append(f"  {kind.value:<9}{count:>8,}  {key[1]}: {_example(*first[key], count)}")
+    return lines
+
+
+def _heights(elevation: ElevationReport) -> list[str]:
+    """Return a line about how far roads are off the ground, and one about bridges and tunnels if there are any."""
+    errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
+    lines = [f"  roads on the ground less the elevation model: {errors}"]
+    kinds = [item.kind for item in elevation.structures]
+    if kinds:
+        found = " and ".join(_counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
+        lines.append(f"  {found}; {_counted(len(elevation.tight), 'crossing')} with less clearance than usual")
     return lines
 
 
@@ -103,6 +121,7 @@ def report(
     inputs: Mapping[str, Any],
     elevation_models: Sequence[DemSummary],
     statistics: Statistics,
+    elevation: ElevationReport | None,
     diagnostics: Diagnostics,
     output: Mapping[str, Any],
 ) -> bytes:
@@ -114,8 +133,8 @@ def report(
         Files and options, by name.
     elevation_models
         What was read of them.
-    statistics, diagnostics
-        The conversion.
+    statistics, elevation, diagnostics
+        The conversion; no elevation report where the world is level.
     output
         What was written.
 
@@ -137,6 +156,7 @@ def report(
         "elevation_models": [dataclasses.asdict(item) for item in elevation_models],
         "output": dict(output),
         "statistics": dataclasses.asdict(statistics),
+        "elevation": None if elevation is None else dataclasses.asdict(elevation),
         "counts": counts,
         "diagnostics": found,
     }

@@ -17,12 +17,18 @@ Height = Callable[[FloatArray, FloatArray], FloatArray]
 
 @dataclass
 class Ground:
-    """A surface of known shape, measured where `known` says so."""
+    """A surface of known shape, measured where `known` says so.
+
+    `cell_size` and `sigma` may depend on the place.
+    """
 
     height: Height
     cell_size: float = 0.0
     sigma: float = 0.0
     known: Callable[[FloatArray, FloatArray], BoolArray] | None = None
+    covered: bool = False
+    cells: Height | None = None
+    sigmas: Height | None = None
 
     def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
         measured = np.ones(len(x), np.bool_) if self.known is None else self.known(x, y)
@@ -30,7 +36,9 @@ class Ground:
 
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
         n = len(x)
-        return SurfaceQuality(np.full(n, self.cell_size), np.full(n, self.sigma), np.zeros(n, np.bool_))
+        cell = np.full(n, self.cell_size) if self.cells is None else np.asarray(self.cells(x, y), np.float64)
+        sigma = np.full(n, self.sigma) if self.sigmas is None else np.asarray(self.sigmas(x, y), np.float64)
+        return SurfaceQuality(cell, sigma, np.full(n, self.covered))
 
 
 @dataclass

@@ -57,16 +57,45 @@ def test_wide_streets_join_farther_apart() -> None:
 
 
 def test_a_bridge_between_two_junctions_stays_a_road() -> None:
-    layout = two_ts(8.0, "", "bridge=yes layer=1").stages().layout
+    layout = two_ts(8.1, "", "bridge=yes layer=1").stages().layout
     assert len(layout.arms) == 2
     assert not layout.inner.any()
 
 
+def dual_carriageway(apart: float, name: str = "Main") -> Case:
+    """Make a street, ways 5 to 7, across two carriageways; the northern one has a name of its own."""
+    nodes = {"w": (-90.0, 0.0), "a": (0.0, 0.0), "e": (90.0, 0.0), "s": (0.0, -90.0)}
+    nodes |= {"w2": (-90.0, apart), "b": (0.0, apart), "e2": (90.0, apart), "n": (0.0, apart + 90.0)}
+    tags = "oneway=yes lanes=2 name="
+    rows = {1: "w a", 2: "a e", 3: "e2 b", 4: "b w2"}
+    names = {1: "Main", 2: "Main", 3: name, 4: name}
+    ways = {way: (row, tags + names[way]) for way, row in rows.items()}
+    return Case(nodes, ways | {5: ("s a", ""), 6: ("a b", ""), 7: ("b n", "")})
+
+
+# Each carriageway of 6 m takes 3.8 m of the street across, and its corners 5 m; 3 m would have to be left.
+@pytest.mark.parametrize(("apart", "junctions"), [(10.0, 1), (16.0, 1), (20.0, 1), (21.0, 2), (30.0, 2)])
+def test_both_carriageways_make_one_junction_where_corners_fill_the_median(apart: float, junctions: int) -> None:
+    layout = dual_carriageway(apart).stages().layout
+    assert len(layout.arms) == junctions
+    assert sorted(len(arms) for arms in layout.arms) == ([6] if junctions == 1 else [4, 4])
+
+
+def test_two_one_way_streets_of_other_names_are_no_dual_carriageway() -> None:
+    layout = dual_carriageway(16.0, "Other").stages().layout
+    assert sorted(len(arms) for arms in layout.arms) == [4, 4]
+
+
+def test_bridges_shorter_than_a_road_can_be_lie_within_the_junction() -> None:
+    layout = two_ts(7.9, "", "bridge=yes layer=1").stages().layout
+    assert sorted(len(arms) for arms in layout.arms) == [4]
+
+
 def test_what_is_left_between_two_junctions_is_shared() -> None:
-    """Bare needs come first: kerbs give way until a road of 1 m is left."""
+    """Bare needs come first: kerbs give way until a road of 2 m is left."""
     stages = two_ts(11.5).stages()
     found = trims(stages)
-    assert found[(5, 0)] + found[(5, 1)] <= 11.5 - defaults.SHORTEST_ROAD + 1e-6
+    assert found[(5, 0)] + found[(5, 1)] == pytest.approx(11.5 - 2 * defaults.SHORTEST_ROAD, abs=0.01)
     assert min(found[(5, 0)], found[(5, 1)]) >= 3.7
     assert not stages.layout.squeezed.any()
     far = trims(two_ts(60.0).stages())
@@ -106,3 +135,11 @@ def test_the_order_of_ways_does_not_matter() -> None:
     case = two_ts(8.0)
     other = Case(case.nodes, dict(reversed(list(case.ways.items()))))
     assert trims(case.stages()) == trims(other.stages())
+
+
+def test_a_short_dead_end_keeps_a_road_that_readers_do_not_pass_over() -> None:
+    nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -3.5)}
+    stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()
+    end = stages.end(3, 1)
+    left = float(stages.ends.length[end]) - trims(stages)[(3, end % 2)]
+    assert defaults.SHORTEST_ROAD <= left < defaults.SHORTEST_ROAD + 0.1

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
-from osm2xodr.geometry.connectors import connect
+from osm2xodr.geometry.connectors import connect, detours, swings_out
 from osm2xodr.model import PlanView
 
 # An arc of less than 1e-4 rad is written as its chord, which is off by half of that at either end.
@@ -151,3 +151,16 @@ def test_many_at_once_are_each_alone() -> None:
     plan = connect(*rows.T)
     for k, (one, other) in enumerate(pairs):
         assert records(plan, k) == records(joined(one, other), 0)
+
+
+def test_a_turn_that_first_goes_the_other_way_swings_out() -> None:
+    swinging = joined(Pose(0.0, 0.0, 0.0), Pose(10.0, 1.0, -math.pi / 3))
+    plain = joined(Pose(0.0, 0.0, 0.0), Pose(10.0, -5.0, -math.pi / 3))
+    aside = joined(Pose(0.0, 0.0, 0.0), Pose(20.0, 4.0, 0.0))
+    assert [bool(swings_out(plan)[0]) for plan in (swinging, plain, aside)] == [True, False, False]
+
+
+def test_curves_far_longer_than_what_they_bridge_are_detours() -> None:
+    around = joined(Pose(0.0, 0.0, 0.0), Pose(-40.0, 0.5, 0.0))
+    ahead = joined(Pose(0.0, 0.0, 0.0), Pose(40.0, 0.5, 0.0))
+    assert [bool(detours(plan)[0]) for plan in (around, ahead)] == [True, False]

@@ -49,6 +49,7 @@ def star(
         roundabout=np.zeros(ends, bool),
         raised=np.zeros(ends, bool),
         layer=np.zeros(ends, np.int64) if layers is None else np.repeat(layers, 2),
+        aside=np.zeros(ends),
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from osm2xodr.geometry.ground_trend import read_ground
+from osm2xodr.geometry.ground_trend import GroundReading, read_ground
 from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
 
 CELL = 30.0
@@ -44,6 +44,10 @@ def noise(seed: int, sigma: float, length: float = 1.0) -> FloatArray:
     return out
 
 
+def read(model: Model, x: FloatArray, y: FloatArray, smoothing: float = 1.0) -> GroundReading:
+    return read_ground(model, x, y, model.cell_size, model.sigma, smoothing)
+
+
 ROAD_X, ROAD_Y = np.linspace(-900.0, 900.0, 181), np.linspace(-300.0, 400.0, 181)
 
 
@@ -53,14 +57,14 @@ def rms(v: FloatArray) -> float:
 
 def test_plane_without_noise_is_met() -> None:
     x, y = grid()
-    found = read_ground(Model(100.0 + 0.1 * x - 0.05 * y), ROAD_X, ROAD_Y)
+    found = read(Model(100.0 + 0.1 * x - 0.05 * y), ROAD_X, ROAD_Y)
     assert found.z == pytest.approx(100.0 + 0.1 * ROAD_X - 0.05 * ROAD_Y, abs=0.01)
 
 
 def test_noise_of_a_plain_is_smoothed_away() -> None:
     x, _ = grid()
     model = Model(np.round(50.0 + 0.004 * x + noise(1, 1.5)))
-    found = read_ground(model, ROAD_X, ROAD_Y)
+    found = read(model, ROAD_X, ROAD_Y)
     truth = 50.0 + 0.004 * ROAD_X
     drape = model.heights(ROAD_X, ROAD_Y)[0]
     assert rms(found.z - truth) < 0.3 * rms(drape - truth)
@@ -77,7 +81,7 @@ def hills(x: FloatArray, y: FloatArray) -> FloatArray:
 def test_hills_keep_their_shape() -> None:
     x, y = grid()
     model = Model(np.round(hills(x, y) + noise(2, 1.5)))
-    found = read_ground(model, ROAD_X, ROAD_Y)
+    found = read(model, ROAD_X, ROAD_Y)
     drape = model.heights(ROAD_X, ROAD_Y)[0]
     truth = hills(ROAD_X, ROAD_Y)
     assert rms(found.z - truth) < 0.95 * rms(drape - truth)
@@ -90,7 +94,7 @@ def test_buildings_and_trees_are_seen_through() -> None:
     field = noise(3, 1.0, 1.5)
     blobs = np.where(field > np.quantile(field, 0.92), 9.0, 0.0)
     model = Model(np.round(20.0 + 0.002 * x + noise(4, 1.0) + blobs))
-    found = read_ground(model, ROAD_X, ROAD_Y)
+    found = read(model, ROAD_X, ROAD_Y)
     assert abs(float(np.mean(found.z - 20.0 - 0.002 * ROAD_X))) < 0.35
     assert float(np.abs(found.z - 20.0 - 0.002 * ROAD_X).max()) < 1.2
 
@@ -98,7 +102,7 @@ def test_buildings_and_trees_are_seen_through() -> None:
 def test_pits_count_as_much_as_peaks() -> None:
     x, _ = grid()
     model = Model(20.0 + 0.002 * x + noise(5, 1.0))
-    upright, mirrored = (read_ground(Model(sign * model.z), ROAD_X, ROAD_Y).z for sign in (1.0, -1.0))
+    upright, mirrored = (read(Model(sign * model.z), ROAD_X, ROAD_Y).z for sign in (1.0, -1.0))
     assert upright == pytest.approx(-mirrored, abs=0.02)
 
 
@@ -108,7 +112,7 @@ def test_voids_are_filled_and_the_far_outside_is_not() -> None:
     z[(np.abs(x) < 70.0) & (np.abs(y) < 70.0)] = np.nan
     z[x > 1000.0] = np.nan
     places = np.array([-500.0, 0.0, 900.0, 1500.0])
-    found = read_ground(Model(z), places, np.zeros(4))
+    found = read(Model(z), places, np.zeros(4))
     assert found.z[:3] == pytest.approx(100.0 + 0.1 * places[:3], abs=0.1)
     assert np.isnan(found.z[3])
     assert np.isnan(found.sigma[3])
@@ -119,7 +123,7 @@ def test_windows_join_smoothly() -> None:
     model = Model(hills(x, y) + noise(6, 1.5))
     # The first place decides where windows begin; the line passes from one to the next.
     along = np.linspace(-1900.0, 1900.0, 3801)
-    z = read_ground(model, along, np.full(len(along), 35.0)).z
+    z = read(model, along, np.full(len(along), 35.0)).z
     assert np.abs(np.diff(z)).max() < 0.6
     assert np.abs(np.diff(z, 2)).max() < 0.02
 
@@ -127,7 +131,7 @@ def test_windows_join_smoothly() -> None:
 def test_more_smoothing_is_smoother() -> None:
     x, _ = grid()
     model = Model(50.0 + 0.004 * x + noise(7, 1.5))
-    rough, smooth = (rms(np.diff(read_ground(model, ROAD_X, ROAD_Y, k).z, 2)) for k in (0.05, 20.0))
+    rough, smooth = (rms(np.diff(read(model, ROAD_X, ROAD_Y, k).z, 2)) for k in (0.05, 20.0))
     assert smooth < 0.5 * rough
 
 
@@ -135,9 +139,9 @@ def test_too_few_heights_give_nothing() -> None:
     x, _ = grid()
     z = np.full_like(x, np.nan)
     z[60:64, 60:64] = 5.0
-    assert np.isnan(read_ground(Model(z), ROAD_X, ROAD_Y).z).all()
+    assert np.isnan(read(Model(z), ROAD_X, ROAD_Y).z).all()
 
 
 def test_no_places_give_no_heights() -> None:
     x, _ = grid()
-    assert len(read_ground(Model(x), np.zeros(0), np.zeros(0)).z) == 0
+    assert len(read(Model(x), np.zeros(0), np.zeros(0)).z) == 0

@@ -7,6 +7,7 @@ straight on and right turns. Links are (movement, entry lane, exit lane).
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -145,6 +146,37 @@ def test_a_street_that_splits_keeps_its_lanes_side_by_side() -> None:
     assert crossing("-|-|-|-", {8.0: "-|-", -12.0: "-|-"}) == links("0:0>0 0:1>1 1:2>0 1:3>1")
 
 
+def test_a_street_that_splits_shares_one_lane_at_most() -> None:
+    assert crossing("-|-|-", {-4.0: "-|-|-", -14.0: "-|-"}) == links("0:0>0 0:1>1 0:2>2 1:2>0 1:2>1")
+    assert crossing("-|-|-", {14.0: "-|-", 4.0: "-|-|-"}) == links("0:0>0 0:0>1 1:0>0 1:1>1 1:2>2")
+    assert crossing("-|-|-", {40.0: "-", 5.0: "-", -30.0: "-"}) == links("0:0>0 1:1>0 2:2>0")
+    assert crossing("-|-", {40.0: "-", 5.0: "-|-", -30.0: "-"}) == links("0:0>0 1:0>0 1:1>1 2:1>0")
+
+
+@pytest.mark.parametrize(
+    ("entry", "exit_", "expected"),
+    [
+        ("l|t|r", "l|t|r", "0:0>0 0:1>1 0:2>2"),
+        ("l|t", "l|t|r", "0:0>0 0:1>1 0:1>2"),
+        ("t|t", "l|t|t", "0:0>1 0:1>2 0:0>0"),
+        ("t|t", "t|t|r", "0:0>0 0:1>1 0:1>2"),
+        ("t|r", "l|t|r", "0:0>1 0:1>2 0:0>0"),
+        ("-|-", "l|-|-|r", "0:0>1 0:1>2 0:0>0 0:1>3"),
+    ],
+)
+def test_lanes_lead_into_pockets_of_their_own_side_alone(entry: str, exit_: str, expected: str) -> None:
+    assert crossing(entry, {0.0: exit_}) == links(expected)
+
+
+def test_links_that_a_relation_names_are_all_there_are() -> None:
+    lanes = arm("-|-|-")
+    ahead = LaneMovement(0, 1, 0.0, lanes.t, ((0, 0), (1, 1), (1, 2)))
+    turn = LaneMovement(0, 2, math.radians(-90.0), lanes.t)
+    exits = {1: arm("-|-|-|-"), 2: arm("-")}
+    assert assign_lanes([ahead, turn], {0: lanes}, exits, False) == links("0:0>0 0:1>1 0:1>2 1:2>0")
+    assert assign_lanes([replace(ahead, stated=())], {0: lanes}, exits, False) == []
+
+
 @pytest.mark.parametrize(
     ("entry", "exit_", "expected"),
     [
@@ -211,3 +243,44 @@ def test_movements_from_unmarked_lanes_keep_their_order(lanes: int, turns: list[
     for left, right in pairwise(found):
         assert min(left) <= min(right)
         assert max(left) <= max(right)
+
+
+_SIDES = {"left": "right", "right": "left"}
+
+
+def _turned_over(lanes: ArmLanes) -> ArmLanes:
+    def other(value: str) -> str:
+        return "_".join(_SIDES.get(word, word) for word in value.split("_"))
+
+    mirrored = tuple(replace(lane, turns=frozenset(map(other, lane.turns))) for lane in lanes.specs[::-1])
+    return ArmLanes(mirrored, tuple(-t for t in lanes.t[::-1]))
+
+
+@settings(max_examples=400, deadline=None)
+@given(
+    st.lists(st.lists(st.sampled_from(_MARKS), min_size=1, max_size=5), min_size=1, max_size=3),
+    st.lists(st.lists(st.sampled_from(_MARKS[:5]), min_size=1, max_size=4), min_size=1, max_size=3),
+    st.booleans(),
+    st.data(),
+)
+def test_left_hand_traffic_is_the_mirror_image(
+    ins: list[list[str]], outs: list[list[str]], left_hand: bool, data: st.DataObject
+) -> None:
+    entries = {k: arm("|".join(lanes)) for k, lanes in enumerate(ins)}
+    exits = {10 + k: arm("|".join(lanes)) for k, lanes in enumerate(outs)}
+    pairs = [(one, other) for one in entries for other in exits]
+    # No two arms of one kind lie on each other: nothing could tell them apart.
+    turns = data.draw(st.permutations([0, 8, -8, 20, -20, 34, 45, -45, 60, -60, 90, -90, 120, -120, 170, -170]))
+    shifts = data.draw(st.permutations([0.0, 1.13, 1.71, -1.37, 3.07, -6.19, 7.23, -8.41, 9.07]))
+    movements = [
+        LaneMovement(one, other, math.radians(turn), tuple(t + shift for t in entries[one].t))
+        for (one, other), turn, shift in zip(pairs, turns, shifts, strict=False)
+    ]
+    found = assign_lanes(movements, entries, exits, left_hand)
+    turned = [replace(item, turn=-item.turn, lateral=tuple(-t for t in item.lateral[::-1])) for item in movements]
+    turned_in, turned_out = ({k: _turned_over(lanes) for k, lanes in arms.items()} for arms in (entries, exits))
+    mirrored = assign_lanes(turned, turned_in, turned_out, not left_hand)
+    assert mirrored == sorted(
+        (k, len(entries[movements[k].entry].specs) - 1 - one, len(exits[movements[k].exit].specs) - 1 - other)
+        for k, one, other in found
+    )

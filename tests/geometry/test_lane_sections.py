@@ -181,3 +181,11 @@ def test_marks_between_lanes_and_at_the_edges() -> None:
     assert marks == {1: "solid", 0: "solid", -1: "broken", -2: "solid"}
     (item,) = layout((0.0, attributes(1, highway="residential"))).sections
     assert {lane.road_mark.type for lane in item.lanes if lane.road_mark is not None} == {"none"}
+
+
+def test_what_a_junction_leaves_of_other_lanes_is_no_pocket() -> None:
+    before, after = attributes(1), attributes(2)
+    assert [item.s for item in layout((0.0, before), (20.5, after), begin=20.0).sections] == [0.0]
+    # A metre and more grows to the length of a taper.
+    longest = defaults.SHORTEST_LANE_SECTION
+    assert [item.s for item in layout((0.0, before), (25.0, after), begin=20.0).sections] == [0.0, longest]

@@ -34,6 +34,29 @@ def test_curves_stay_apart() -> None:
     assert profile.s.tolist() == [0.0, 0.0]
 
 
+def test_knots_that_pairs_cannot_spare_go_in_the_next_round() -> None:
+    # The first and the last third are cubics of their own; dyadic pairs straddle the places where they meet.
+    s = np.arange(0.0, 191.0, 10.0)
+    z = np.where(s < 60, 0.0, np.where(s < 130, 1e-3 * (s - 60) ** 2, 4.9 + 0.14 * (s - 130)))
+    g = np.where(s < 60, 0.0, np.where(s < 130, 2e-3 * (s - 60), 0.14))
+    profile = thin_records(np.array([0, 20]), s, z, g)
+    assert profile.s.tolist() == [0.0, 60.0, 130.0]
+
+
+def test_records_have_few_digits_and_stay_continuous() -> None:
+    s = np.array([0.0, 100 / 3, 70.123456])
+    z, g = np.array([1.123456789, 2.123456789, -1.0]), np.array([0.0123456789, -0.0123456789, 0.0])
+    profile = thin_records(np.array([0, 3]), s, z, g)
+    assert profile.s.tolist() == [0.0, 33.333]
+    assert profile.a.tolist() == [1.123456789, 2.12346]
+    assert profile.b.tolist() == [0.0123456789, -0.012346]
+    h = 33.333
+    assert profile.a[0] + h * (profile.b[0] + h * (profile.c[0] + h * profile.d[0])) == pytest.approx(
+        2.12346, abs=1e-12
+    )
+    assert cubic_value(profile, np.array([0]), s[2:]) == pytest.approx([-1.0], abs=1e-12)
+
+
 def test_no_curves() -> None:
     none = np.zeros(0)
     assert thin_records(np.array([0]), none, none, none).start.tolist() == [0]
@@ -50,7 +73,7 @@ def test_all_knots_are_fitted_and_kept_ones_are_exact(counts: list[int], seed: i
     g = 2e-4 * s + 0.1 * size * rng.standard_normal(len(s))
     profile = thin_records(start, s, z, g)
     assert (np.diff(profile.start) >= 1).all()
-    assert np.abs(cubic_value(profile, curve, s) - z).max() <= 0.005 + 1e-9
+    assert np.abs(cubic_value(profile, curve, s) - z).max() <= 0.015 + 1e-4
     owner = np.repeat(np.arange(len(counts)), np.diff(profile.start))
     inner = np.flatnonzero(np.diff(owner) == 0)
     h = profile.s[inner + 1] - profile.s[inner]

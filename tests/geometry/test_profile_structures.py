@@ -141,13 +141,17 @@ def test_components_by_links_and_junctions() -> None:
     assert components(problem, unknowns).tolist() == [0, 0, 0, 1]
 
 
-def decks(aside: float, end: int = -1) -> Crossings:
-    """Return where a bridge beside a road of its own length passes over it; both 8 m wide."""
+def decks(aside: float, end: int = -1, bridge: float = 0.0) -> Crossings:
+    """Return where a bridge beside a road of its own length passes over it; both 8 m wide.
+
+    The bridge begins and ends `bridge` m from its road's ends.
+    """
+    spans = [(0.0, 1, 1)] if not bridge else [(0.0, 0, 0), (bridge, 1, 1), (240.0 - bridge, 0, 0)]
     roads = [
         straight((0.0, 0.0), (240.0, 0.0), start=end, spans=[(0.0, 0, 0)]),
-        straight((240.0, aside), (0.0, aside), end=end, spans=[(0.0, 1, 1)]),
+        straight((240.0, aside), (0.0, aside), end=end, spans=spans),
     ]
-    problem = replace(make_problem(roads, [(0.0, 0.0)] if end >= 0 else []), span_width=np.array([8.0, 8.0]))
+    problem = replace(make_problem(roads, [(0.0, 0.0)] if end >= 0 else []), span_width=np.full(1 + len(spans), 8.0))
     return find_crossings(problem, number_unknowns(problem, build_elements(problem, 60.0)).end_node)
 
 
@@ -161,5 +165,27 @@ def test_decks_one_above_the_other_are_apart_all_along() -> None:
 
 
 def test_roads_beside_each_other_and_ramps_are_not_decks() -> None:
-    assert len(decks(5.0).upper) == 0
+    assert len(decks(7.0).upper) == 0
     assert len(decks(1.5, end=0).upper) == 0
+
+
+@pytest.mark.parametrize("bridge", [0.0, 60.0])
+def test_deck_over_the_edge_of_a_road_is_above_it_but_at_its_ends(bridge: float) -> None:
+    # Of 8 m each 3 m lie above each other; near its ends a bridge may as well lie beside the road.
+    found = decks(5.0, bridge=bridge)
+    assert set(found.upper.tolist()) == {1}
+    assert found.upper_s + found.lower_s == pytest.approx(240.0)
+    assert found.upper_s.min() == pytest.approx(bridge + 42.0, abs=12.0)
+    assert found.upper_s.max() == pytest.approx(198.0 - bridge, abs=12.0)
+    assert np.diff(np.sort(found.lower_s)).max() <= 12.0 + 1e-9
+
+
+def test_clearance_by_class() -> None:
+    roads = [
+        straight((-100.0, 0.0), (100.0, 0.0), spans=[(0.0, 1, 1)]),
+        straight((-50.0, -100.0), (-50.0, 100.0), highway="motorway_link"),
+        straight((0.0, -100.0), (0.0, 100.0), highway="tertiary"),
+        straight((50.0, -100.0), (50.0, 100.0), highway="track"),
+    ]
+    found = crossings(roads)
+    assert dict(zip(found.lower.tolist(), found.clearance.tolist(), strict=True)) == {1: 5.4, 2: 5.2, 3: 4.2}

@@ -64,18 +64,26 @@ def test_oneway(tags: str, expected: tuple[int, bool]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("tags", "closing"),
+    ("tags", "closed"),
     [
         ("highway=residential", None),
-        ("highway=residential motor_vehicle:backward=no", "motor_vehicle:backward=no"),
-        ("highway=residential vehicle:forward=destination", None),
-        ("highway=residential oneway:motor_vehicle=yes", "oneway:motor_vehicle=yes"),
-        ("highway=residential oneway:motor_vehicle=no", None),
-        ("highway=residential oneway:bicycle=yes", None),
+        ("motor_vehicle:backward=no", (-1, "motor_vehicle:backward=no")),
+        ("motor_vehicle:forward=no", (1, "motor_vehicle:forward=no")),
+        ("vehicle:forward=destination", None),
+        ("access:backward=private", (-1, "access:backward=private")),
+        # The most specific key decides.
+        ("vehicle:backward=no motorcar:backward=yes", None),
+        ("vehicle:backward=yes motorcar:backward=no", (-1, "motorcar:backward=no")),
+        # Both directions closed say nothing about one.
+        ("vehicle:backward=no vehicle:forward=no", None),
+        ("oneway:motor_vehicle=yes", (-1, "oneway:motor_vehicle=yes")),
+        ("oneway:motorcar=-1", (1, "oneway:motorcar=-1")),
+        ("oneway:motor_vehicle=no", None),
+        ("oneway:bicycle=yes", None),
     ],
 )
-def test_one_direction_closed(tags: str, closing: str | None) -> None:
-    assert closed_direction(tags_of(tags)) == closing
+def test_one_direction_closed(tags: str, closed: tuple[int, str] | None) -> None:
+    assert closed_direction(tags_of(tags)) == closed
 
 
 @pytest.mark.parametrize(

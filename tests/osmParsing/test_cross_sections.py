@@ -12,7 +12,9 @@ from osm_builder import tags_of
 from osm2xodr.defaults import LANE_WIDTH, LANE_WIDTH_BICYCLE, LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
+from osm2xodr.osmParsing.beside_lanes import BESIDE_TAGS
 from osm2xodr.osmParsing.cross_sections import LANE_TAGS, CrossSection, cross_section
+from osm2xodr.osmParsing.lane_counts import USER_TAGS
 
 RIGHT, LEFT = Rule.RIGHT_HAND, Rule.LEFT_HAND
 TYPES = {LaneType.DRIVING: "", LaneType.BUS: "b", LaneType.TAXI: "t", LaneType.BIKING: "c", LaneType.NONE: "-"}
@@ -157,7 +159,7 @@ def test_one_way_roads_without_lanes(highway: str, lanes: str) -> None:
         ("lanes=2 width=wide est_width=6", [(Kind.DROPPED, "width")]),
         ("oneway=yes lanes=2 width=6 placement=left_of:7", [(Kind.DROPPED, "placement")]),
         ("lanes=2 width=6 placement=right_of:1", [(Kind.DROPPED, "placement")]),
-        ("lanes=2 width=6 placement=transition", []),
+        ("lanes=2 width=6 placement=transition", [(Kind.NOTE, "placement")]),
     ],
 )
 def test_what_is_said(tags: str, expected: list[tuple[Kind, str]]) -> None:
@@ -297,6 +299,7 @@ LISTS = st.lists(
 PLACES = st.builds(
     "{}:{}".format, st.sampled_from(["left_of", "right_of", "middle_of"]), st.integers(-1, 6)
 ) | st.just("transition")
+BESIDE = st.sampled_from(["lane", "opposite_lane", "no", "yes", "-1", "exclusive", "track", "2.5", "0.1"])
 
 
 @st.composite
@@ -310,6 +313,8 @@ def lane_tags(draw: st.DrawFn) -> dict[str, str]:
             tags[key] = draw(COUNTS)
         elif key.startswith("placement"):
             tags[key] = draw(PLACES)
+        elif key in BESIDE_TAGS or key in USER_TAGS:
+            tags[key] = draw(BESIDE)
         else:
             tags[key] = draw(st.sampled_from(["3", "6.5", "0", "100", "wide", "20'"]))
     return tags
@@ -318,18 +323,24 @@ def lane_tags(draw: st.DrawFn) -> dict[str, str]:
 MOTOR = {LaneType.DRIVING, LaneType.BUS, LaneType.TAXI}
 
 
-@given(lane_tags(), st.sampled_from([-1, 0, 1]), st.sampled_from(Rule))
+@given(lane_tags(), st.sampled_from([-1, 0, 1]), st.sampled_from([-1, 0, 1]), st.sampled_from(Rule))
 @settings(deadline=None)
-def test_whatever_is_tagged_there_are_lanes_to_drive_on(tags: dict[str, str], direction: int, rule: Rule) -> None:
-    section = cross_section(tags, direction, rule)
+def test_whatever_is_tagged_there_are_lanes_to_drive_on(
+    tags: dict[str, str], direction: int, closed: int, rule: Rule
+) -> None:
+    closed = 0 if direction else closed
+    section = cross_section(tags, direction, rule, None, closed)
     runs = [lane.direction for lane in section.lanes_ltr]
     drivable = {lane.direction for lane in section.lanes_ltr if lane.type in MOTOR}
-    if direction:
-        assert set(runs) == {Direction(direction)} == drivable
+    if direction or closed:
+        along = Direction(direction or -closed)
+        assert along in drivable
+        against = {lane.type for lane in section.lanes_ltr if lane.direction == -along}
+        assert LaneType.DRIVING not in against
     else:
         assert {Direction.FORWARD, Direction.BACKWARD} <= drivable
-        # Directions stand together, in the order of the side that traffic keeps to.
-        assert runs == sorted(runs, reverse=rule is Rule.LEFT_HAND)
+    # Directions stand together, in the order of the side that traffic keeps to.
+    assert runs == sorted(runs, reverse=rule is Rule.LEFT_HAND)
     assert all(0.5 <= lane.width <= 10.0 for lane in section.lanes_ltr)
     assert abs(section.middle_offset) <= sum(lane.width for lane in section.lanes_ltr) / 2.0 + 1e-9
-    assert section == cross_section(dict(reversed(tags.items())), direction, rule)
+    assert section == cross_section(dict(reversed(tags.items())), direction, rule, None, closed)

@@ -17,14 +17,11 @@ from osm2xodr.osmParsing.cross_sections import cross_section
 from osm2xodr.osmParsing.reader import RawWay
 from osm2xodr.osmParsing.tags import turned_round, way_attributes
 
-SWAPPED = {":forward": ":backward", ":backward": ":forward"}
+SWAPPED = {"forward": "backward", "backward": "forward", "left": "right", "right": "left"}
 
 
 def turned_key(key: str) -> str:
-    for end, other in SWAPPED.items():
-        if key.endswith(end):
-            return key.removesuffix(end) + other
-    return key
+    return ":".join(SWAPPED.get(part, part) for part in key.split(":"))
 
 
 def turned_tags(tags: dict[str, str]) -> dict[str, str]:
@@ -46,6 +43,8 @@ def test_lanes_are_mirrored(tags: dict[str, str], direction: int, rule: Rule) ->
     assume("odd one" not in words)
     assume("directions differs" not in words)
     assume(sum(lane.direction is Direction.BOTH for lane in one.lanes_ltr) <= 1)
+    # ``cycleway:left:oneway=yes`` is read as "one way as usual", not as "along the way".
+    assume(not any(key.endswith(":oneway") and value == "-1" for key, value in tags.items()))
     other = cross_section(turned_tags(tags), -direction, rule)
     assert other.lanes_ltr == mirrored(one.lanes_ltr)
     assert other.middle_offset == pytest.approx(-one.middle_offset)

@@ -14,7 +14,7 @@ from osm2xodr.osmParsing.file_format import OsmFile, open_osm_file
 from osm2xodr.osmParsing.reader import RawMember, RawWay, count_contents, read_nodes, read_ways
 
 ROADS = frozenset({"residential", "primary"})
-KEYS = ("highway", "name", "lanes")
+KEYS = frozenset({"highway", "name", "lanes"})
 BIG = 9_000_000_000_000_000_000
 ELEMENTS = [
     '<node id="1" lat="50.1" lon="10.1"/>',

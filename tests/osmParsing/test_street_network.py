@@ -503,3 +503,20 @@ def test_a_large_area_is_said(tmp_path: Path) -> None:
     (item,) = diagnostics
     assert (item.kind, item.code) == (Kind.NOTE, "extent")
     assert "105 km" in item.message
+
+
+def test_the_line_moves_among_the_lanes(tmp_path: Path) -> None:
+    """Three lanes of 3 m: the line is 3 m right of the left edge at first (offset -1.5 m), 9 m at last (4.5 m)."""
+    road = "highway=primary oneway=yes lanes=3 width=9 placement={}"
+    ways = {
+        20: ([1, 2], road.format("right_of:1")),
+        21: ([2, 3], road.format("transition")),
+        22: ([3, 4], road.format("transition")),
+        23: ([4, 5], road.format("right_of:3")),
+        24: ([5, 6], road.format("transition")),
+    }
+    network, diagnostics = Area(ROW, ways).parse(tmp_path)
+    (street,) = network.streets
+    offsets = [piece.middle_offset for _, piece in street.pieces]
+    assert offsets == pytest.approx([-1.5, 0.5, 2.5, 4.5, 0.0])
+    assert [item.osm_id for item in about(diagnostics, "placement")] == ["way/21", "way/22", "way/24"]

@@ -138,6 +138,51 @@ def _lanes(tags: str) -> Case:
     return Case(_CROSS, {**_CROSS_WAYS, 1: ("w o", tags)})
 
 
+def _dual_t() -> Case:
+    """Return a dual carriageway, ways 1 and 2 east and 3 and 4 west, that street 5 joins over the median, way 6."""
+    nodes = {"w": (-100.0, -6.0), "w2": (-100.0, 6.0), "e": (100.0, -6.0), "e2": (100.0, 6.0)}
+    nodes |= {"a": (0.0, -6.0), "b": (0.0, 6.0), "n": (0.0, 90.0)}
+    tags = "oneway=yes lanes=2 highway=primary"
+    rows = {1: "w a", 2: "a e", 3: "e2 b", 4: "b w2"}
+    return Case(nodes, {k: (row, tags) for k, row in rows.items()} | {5: ("n b", ""), 6: ("b a", "")})
+
+
+def _auxiliary() -> Case:
+    """Return a motorway with an auxiliary lane from a ramp that joins, way 2, to one that leaves, way 5."""
+    dx, dy = 200.0 * math.cos(math.radians(10.0)), 200.0 * math.sin(math.radians(10.0))
+    nodes = {"w": (-300.0, 0.0), "a": (0.0, 0.0), "b": (400.0, 0.0), "e": (700.0, 0.0)}
+    nodes |= {"r": (-dx, -dy), "q": (400.0 + dx, -dy)}
+    ways = {
+        1: ("w a", "highway=motorway lanes=2"),
+        2: ("r a", "highway=motorway_link lanes=1"),
+        3: ("a b", "highway=motorway lanes=3 turn:lanes=through|through|slight_right"),
+        4: ("b e", "highway=motorway lanes=2"),
+        5: ("b q", "highway=motorway_link lanes=1"),
+    }
+    return Case(nodes, ways)
+
+
+def _bypass() -> Case:
+    """Return a roundabout that way 7 passes by from the street in the west, 3 and 5, to the south, 4 and 6."""
+    ring = _roundabout(22.0, 4, "")
+    nodes = {**ring.nodes, "p": (-60.0, 0.0), "q": (0.0, -60.0), "m": (-32.0, -32.0)}
+    ways = {**ring.ways, 3: ("w p", ""), 5: ("p r8", ""), 4: ("s q", ""), 6: ("q r12", "")}
+    rules = (("no_right_turn", 5, "p", 7), ("no_left_turn", 7, "q", 6))
+    return Case(nodes, {**ways, 7: ("p m q", "highway=tertiary_link oneway=yes")}, rules)
+
+
+_THREE = "lanes=4 lanes:forward=3 lanes:backward=1"
+_BUS = "lanes=3 lanes:forward=2 lanes:backward=1 bus:lanes:forward=yes|designated vehicle:lanes:forward=yes|no"
+_CENTRE = "lanes=3 lanes:forward=1 lanes:backward=1 lanes:both_ways=1 turn:lanes:both_ways=left"
+_LANES_NAMED = Case(
+    _CROSS, {**_CROSS_WAYS, 1: ("w o", _THREE), 2: ("o e", _THREE)}, connectivity=((1, "o", 2, "1:1|2:2,(3)", 3, 3),)
+)
+_OFFSET_WIDE = Case(
+    _OFFSET_T.nodes,
+    {1: ("w a", _THREE), 2: ("b e", _THREE), 3: ("s a", ""), 4: ("b n", ""), 5: ("a b", _THREE)},
+)
+_CUL_DE_SAC = {"w": (-80.0, 0.0), "o": (0.0, 0.0)}
+
 CASES: dict[str, Expected] = {
     "t": Expected(
         Case(_CROSS, {1: ("w o", ""), 2: ("o e", ""), 3: ("s o", "")}),
@@ -233,5 +278,91 @@ CASES: dict[str, Expected] = {
         Case(_CROSS, {**_CROSS_WAYS, 1: ("w o", "lanes=4"), 2: ("o e", "lanes=4")}),
         1,
         written_links("1:-1>4:-1,2:-1 1:-2>2:-2,3:1 2:1>1:1,3:1 2:2>1:2,4:-1 3:-1>1:1,2:-2,4:-1 4:1>1:2,2:-1,3:1"),
+    ),
+    "bus_lane": Expected(
+        Case(_CROSS, {**_CROSS_WAYS, 1: ("w o", _BUS), 2: ("o e", _BUS)}),
+        1,
+        written_links(_FROM_WEST + _FROM_OTHERS + " 1:-2>2:-2"),
+    ),
+    "bus_lane_ends": Expected(_lanes(_BUS), 1, written_links(_FROM_WEST + _FROM_OTHERS + " 1:-2>2:-1")),
+    "centre_lane": Expected(
+        Case(_CROSS, {**_CROSS_WAYS, 1: ("w o", _CENTRE), 2: ("o e", _CENTRE)}),
+        1,
+        written_links("1:-1>2:-1 2:-1>1:-1 1:-2>2:-2,3:1,4:-1 2:1>1:1,3:1,4:-1 3:-1>1:1,2:-2,4:-1 4:1>1:1,2:-2,3:1"),
+    ),
+    "turning_circle": Expected(
+        Case(_CUL_DE_SAC, {1: ("w o", "")}, node_tags={"o": "highway=turning_circle"}), 1, written_links("1:-1>1:1")
+    ),
+    "turning_loop_of_four_lanes": Expected(
+        Case(_CUL_DE_SAC, {1: ("w o", "lanes=4")}, node_tags={"o": "highway=turning_loop diameter=30"}),
+        1,
+        written_links("1:-1>1:1 1:-2>1:2"),
+    ),
+    "dead_end": Expected(Case(_CUL_DE_SAC, {1: ("w o", "")}), 0, set()),
+    "dual_cross_apart": Expected(
+        Case(_dual_cross(7.0).nodes, _dual_cross(7.0).ways, _dual_cross(7.0).restrictions),
+        1,
+        written_links(_DUAL_LINKS),
+    ),
+    "dual_t": Expected(
+        _dual_t(),
+        1,
+        written_links("1:-1>2:-1,4:-1,5:1 1:-2>2:-2 3:-1>2:-1,4:-1 3:-2>4:-2,5:1 5:-1>2:-1,4:-2"),
+    ),
+    "roundabout_with_bypass": Expected(
+        _bypass(),
+        6,
+        written_links(
+            "1:-1>11:-1 2:-1>12:-1 3:-1>5:-1,7:-1 4:-1>6:-1 5:-1>13:-1 5:1>3:1 6:-1>14:-1 6:1>4:1 7:-1>4:1 "
+            "11:-1>2:1,12:-1 12:-1>5:1,13:-1 13:-1>6:1,14:-1 14:-1>1:1,11:-1"
+        ),
+    ),
+    "auxiliary_lane": Expected(
+        _auxiliary(), 2, written_links("1:-1>3:-1 1:-2>3:-2 2:-1>3:-3 3:-1>4:-1 3:-2>4:-2 3:-3>5:-1")
+    ),
+    "service_road_onto_primary": Expected(
+        Case(
+            _CROSS,
+            {
+                1: ("w o", "highway=primary lanes=4"),
+                2: ("o e", "highway=primary lanes=4"),
+                3: ("s o", "highway=service"),
+            },
+        ),
+        1,
+        written_links("1:-1>2:-1 1:-2>2:-2,3:1 2:1>1:1,3:1 2:2>1:2 3:-1>1:1,2:-2"),
+    ),
+    "two_lanes_turn_left": Expected(
+        Case(
+            _CROSS,
+            {
+                **_CROSS_WAYS,
+                1: ("w o", f"{_THREE} turn:lanes:forward=left|left|through;right"),
+                4: ("o n", "lanes=4"),
+            },
+        ),
+        1,
+        written_links(
+            "1:-1>4:-1 1:-2>4:-2 1:-3>2:-1,3:1 2:1>1:1,3:1,4:-2 3:-1>1:1,2:-1,4:-1 4:1>2:-1,3:1 4:2>1:1,3:1"
+        ),
+    ),
+    "connectivity": Expected(
+        _LANES_NAMED,
+        1,
+        written_links("1:-1>2:-1,4:-1 1:-2>2:-2,2:-3 1:-3>3:1 2:1>1:1,3:1,4:-1 3:-1>1:1,2:-3,4:-1 4:1>1:1,2:-1,3:1"),
+    ),
+    "connectivity_via_way": Expected(
+        Case(_OFFSET_WIDE.nodes, _OFFSET_WIDE.ways, connectivity=((1, "5", 2, "1:1|2:2,3", 3, 3),)),
+        1,
+        written_links("1:-1>2:-1,4:-1 1:-2>2:-2,2:-3 1:-3>3:1 2:1>1:1,3:1,4:-1 3:-1>1:1,2:-3,4:-1 4:1>1:1,2:-1,3:1"),
+    ),
+    "connectivity_in_two_steps": Expected(
+        Case(
+            _OFFSET_WIDE.nodes,
+            _OFFSET_WIDE.ways,
+            connectivity=((1, "a", 5, "1:1|2:2|3:3", 3, 3), (5, "b", 2, "1:2|2:2|3:3", 3, 3)),
+        ),
+        1,
+        written_links("1:-1>2:-2,4:-1 1:-2>2:-2 1:-3>2:-3,3:1 2:1>1:1,3:1,4:-1 3:-1>1:1,2:-3,4:-1 4:1>1:1,2:-1,3:1"),
     ),
 }

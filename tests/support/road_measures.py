@@ -222,7 +222,7 @@ def _assert_contact(measures: RoadMeasures, path: Road) -> None:
     """Check that a connecting road starts and ends in the lanes that it joins."""
     by_id = {road.id: road for road in measures.map.roads}
     (own,) = (lane for lane in path.lane_sections[0].lanes if lane.id)
-    assert (own.id < 0) == (measures.map.rule is Rule.RIGHT_HAND)
+    assert (own.id < 0) == (measures.map.rule is Rule.RIGHT_HAND) or own.type is LaneType.BIDIRECTIONAL
     for at_start, link, lane_id in (
         (True, path.predecessor, own.predecessor),
         (False, path.successor, own.successor),

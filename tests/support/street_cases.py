@@ -5,6 +5,7 @@ A case is drawn for right-hand traffic; `mirrored` turns it over the x axis, tag
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -13,7 +14,7 @@ from tempfile import TemporaryDirectory
 from xml.sax.saxutils import quoteattr
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import build_roads
+from osm2xodr.geometry import RoadOptions, build_roads
 from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.movements import Movement, find_movements
 from osm2xodr.geometry.street_ends import StreetEnds, street_ends
@@ -43,12 +44,15 @@ class Case:
         Value, from way, via (a node's name or way ids separated by spaces), to way.
     node_tags
         Tags by the node's name.
+    connectivity
+        Relations: from way, via as above, to way, value of ``connectivity``, lanes of the from way, of the to way.
     """
 
     nodes: Mapping[str, tuple[float, float]]
     ways: Mapping[int, tuple[str, str]]
     restrictions: tuple[tuple[str, int, str, int], ...] = ()
     node_tags: Mapping[str, str] = field(default_factory=dict)
+    connectivity: tuple[tuple[int, str, int, str, int, int], ...] = ()
 
     def mirrored(self) -> Case:
         """Return the same place as left-hand traffic would have it."""
@@ -57,6 +61,10 @@ class Case:
             {number: (nodes, _mirrored_tags(tags)) for number, (nodes, tags) in self.ways.items()},
             tuple((_mirrored_words(value), one, via, other) for value, one, via, other in self.restrictions),
             self.node_tags,
+            tuple(
+                (one, via, other, _mirrored_connectivity(value, n, m), n, m)
+                for one, via, other, value, n, m in self.connectivity
+            ),
         )
 
     def osm(self) -> str:
@@ -71,25 +79,27 @@ class Case:
             text = text if "highway=" in text else f"highway=tertiary {text}"
             refs = "".join(f'<nd ref="{number[name]}"/>' for name in nodes.split())
             lines.append(f'<way id="{way}">{refs}{_tags(text)}</way>')
-        for k, (value, one, via, other) in enumerate(self.restrictions):
+        rules = [(f"restriction restriction={value}", one, via, to) for value, one, via, to in self.restrictions]
+        rules += [
+            (f"connectivity connectivity={value}", one, via, to) for one, via, to, value, *_ in self.connectivity
+        ]
+        for k, (tags, one, via, other) in enumerate(rules):
             members = [("way", one, "from"), ("way", other, "to")]
             if via in number:
                 members.append(("node", number[via], "via"))
             else:
                 members += [("way", int(way), "via") for way in via.split()]
             listed = "".join(f'<member type="{kind}" ref="{ref}" role="{role}"/>' for kind, ref, role in members)
-            lines.append(
-                f'<relation id="{9001 + k}">{listed}{_tags(f"type=restriction restriction={value}")}</relation>'
-            )
+            lines.append(f'<relation id="{9001 + k}">{listed}{_tags(f"type={tags}")}</relation>')
         return "\n".join([*lines, "</osm>"])
 
     def stages(self, rule: Rule = Rule.RIGHT_HAND) -> Stages:
         """Return what the stage makes on its way to roads."""
         return _stages(self.osm(), rule)
 
-    def build(self, rule: Rule = Rule.RIGHT_HAND) -> RoadMap:
+    def build(self, rule: Rule = Rule.RIGHT_HAND, *, turnarounds: bool = False) -> RoadMap:
         """Convert it on flat ground."""
-        return _built(self.osm(), rule)
+        return _built(self.osm(), rule, turnarounds)
 
 
 @dataclass(frozen=True)
@@ -126,9 +136,10 @@ def _network(osm: str, rule: Rule, diagnostics: Diagnostics) -> StreetNetwork:
 
 
 @cache
-def _built(osm: str, rule: Rule) -> RoadMap:
+def _built(osm: str, rule: Rule, turnarounds: bool) -> RoadMap:
     diagnostics = Diagnostics()
-    return build_roads(_network(osm, rule, diagnostics), FlatSurface(), diagnostics)
+    options = RoadOptions(turnarounds=turnarounds)
+    return build_roads(_network(osm, rule, diagnostics), FlatSurface(), diagnostics, road_options=options)
 
 
 @cache
@@ -148,6 +159,16 @@ def _tags(text: str) -> str:
 
 def _mirrored_words(value: str) -> str:
     return "_".join(_SWAPPED.get(word, word) for word in value.split("_"))
+
+
+def _mirrored_connectivity(value: str, lanes: int, lanes_after: int) -> str:
+    """Count lanes from the other side; optional ones keep their brackets."""
+    out = []
+    for item in value.split("|"):
+        lane, targets = item.split(":")
+        turned = [re.sub(r"\d+", lambda found: str(lanes_after + 1 - int(found[0])), to) for to in targets.split(",")]
+        out.append(f"{lanes + 1 - int(lane)}:{','.join(turned)}")
+    return "|".join(out)
 
 
 def _mirrored_tags(text: str) -> str:

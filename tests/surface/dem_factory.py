@@ -106,7 +106,8 @@ def scatter(half: float = 900.0, count: int = 500, seed: int = 3) -> tuple[Float
 def read(
     paths: Path | list[Path], frame: LocalFrame, x: npt.ArrayLike, y: npt.ArrayLike, **options: Any
 ) -> tuple[DemSurface, Diagnostics]:
-    """Read a surface and what was said about it."""
+    """Read a surface and what was said about it; bilinear, which one can check by hand, unless told otherwise."""
+    options = {"method": "bilinear", **options}
     diagnostics = Diagnostics()
     files = [paths] if isinstance(paths, Path) else paths
     surface = read_surface(

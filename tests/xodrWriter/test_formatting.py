@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from osm2xodr.errors import OutputError
-from osm2xodr.xodrWriter.formatting import attribute, coefficient, number, position, rounded, start_of_last
+from osm2xodr.xodrWriter.formatting import attribute, number, position, rounded, start_of_last
 
 
 @pytest.mark.parametrize(
@@ -73,13 +73,6 @@ def test_rounded() -> None:
 )
 def test_position(value: float, text: str) -> None:
     assert position(value) == text
-
-
-@pytest.mark.parametrize(
-    ("value", "text"), [(-0.0215191239977, "-0.021519124"), (-0.0, "0"), (2.5e-6 / 3, "8.333333333e-07")]
-)
-def test_coefficient(value: float, text: str) -> None:
-    assert coefficient(value) == text
 
 
 @pytest.mark.parametrize(("s", "length"), [(225.857286096, 842.231625369), (0.0, 17.3), (5.0, 10.0)])

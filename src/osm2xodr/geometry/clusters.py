@@ -12,6 +12,8 @@ from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
 
 _ROUNDS = 8
+# What both ends of a road may lose where they are moved onto borders of its lines and arcs, m.
+_SNAPPED = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +48,8 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     """Find the junctions: nodes where streets meet, joined where the streets between them have no room.
 
     Each round measures how much of its arms every junction needs and joins two junctions where that leaves less
-    than `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes.
+    than `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes. Of a street across a
+    median rounded corners count as needed, too.
     """
     xy = np.array([(node.x, node.y) for node in network.intersections]).reshape(-1, 2)
     degree = np.bincount(ends.node[ends.node >= 0], minlength=len(xy))
@@ -62,6 +65,8 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     inner = np.zeros(len(a), bool)
     ring = ends.roundabout[0::2] & ends.roundabout[1::2]
     via = _restricted(network, ends)
+    median = _between_carriageways(network, ends)
+    needed = np.where(ring, 0.0, defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS)
     bare = wished = np.zeros(len(ends.length))
     stale: set[int] | None = None
     for _ in range(_ROUNDS):
@@ -72,7 +77,8 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
         bare, wished = bare.copy(), wished.copy()
         bare[touched], wished[touched] = new_bare[touched], new_wished[touched]
         left_over = ends.length[0::2] - bare[0::2] - bare[1::2]
-        needed = np.where(ring, 0.0, defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS)
+        left_with_corners = ends.length[0::2] - wished[0::2] - wished[1::2]
+        left_over = np.where(median, left_with_corners, left_over)
         tight = between & ~inner & ((mergeable & (left_over < needed)) | via)
         stale = set()
         for street in np.flatnonzero(tight)[np.argsort(left_over[tight], kind="stable")].tolist():
@@ -93,8 +99,34 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
 def _mergeable(ends: StreetEnds) -> BoolArray:
     """Say which streets may become part of a junction: not bridges and tunnels."""
     kept = ends.raised | (ends.layer != 0)
-    very_short = ends.length[0::2] < 2 * defaults.SHORTEST_ROAD
+    very_short = ends.length[0::2] < defaults.SHORTEST_BRIDGE
     out: BoolArray = ~(kept[0::2] | kept[1::2]) | very_short
+    return out
+
+
+def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
+    """Say which streets lead across a median: from a one-way carriageway to that of the other direction."""
+    out = np.zeros(len(network.streets), bool)
+    at: dict[int, list[tuple[float, str]]] = {}
+    one_way = ends.enters != ends.leaves
+    flow = np.where(ends.leaves, ends.hdg, ends.hdg + np.pi)
+    for end in np.flatnonzero(one_way & (ends.node >= 0) & ~ends.roundabout).tolist():
+        attributes = network.streets[end // 2].pieces[-(end % 2)][1]
+        at.setdefault(int(ends.node[end]), []).append(
+            (float(flow[end]), attributes.name or attributes.ref or attributes.highway)
+        )
+    short = (ends.length[0::2] < defaults.MEDIAN_CROSSING) & (ends.node[0::2] >= 0) & (ends.node[1::2] >= 0)
+    # The two halves of a roundabout's arm are no carriageways that the ring crosses.
+    short &= ~(ends.roundabout[0::2] & ends.roundabout[1::2])
+    for street in np.flatnonzero(short).tolist():
+        across = float(ends.hdg[2 * street])
+        out[street] = any(
+            name == other
+            and np.cos(one - two) < -defaults.CARRIAGEWAYS_COSINE
+            and abs(np.sin(one - across)) > defaults.CARRIAGEWAYS_COSINE
+            for one, name in at.get(int(ends.node[2 * street]), ())
+            for two, other in at.get(int(ends.node[2 * street + 1]), ())
+        )
     return out
 
 
@@ -133,7 +165,11 @@ def _settle(
         junction[arms[g]] = number
     bare = np.where(junction >= 0, bare, 0.0)
     wished = np.where(junction >= 0, wished, 0.0)
-    trim, squeezed = _share_streets(ends.length[0::2], bare.reshape(-1, 2), wished.reshape(-1, 2))
+    # Corners must not take so much that a road is left which readers with steps of metres pass over. Between the arms
+    # of a small roundabout there is no more room than that.
+    ring = ends.roundabout[0::2] & ends.roundabout[1::2]
+    least = np.where(ring, defaults.SHORTEST_ROAD + _SNAPPED, 2 * defaults.SHORTEST_ROAD)
+    trim, squeezed = _share_streets(ends.length[0::2], bare.reshape(-1, 2), wished.reshape(-1, 2), least)
     return JunctionLayout(
         arms=tuple(tuple(arms[g]) for g in order),
         nodes=tuple(tuple(nodes[g]) for g in order),
@@ -144,11 +180,17 @@ def _settle(
     )
 
 
-def _share_streets(length: FloatArray, bare: FloatArray, wished: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Return what both ends of each street give, (streets, 2), m: kerbs go first, then what is bare."""
-    room = np.where(length > 4 * defaults.SHORTEST_ROAD, length - defaults.SHORTEST_ROAD, 0.75 * length)
+def _share_streets(
+    length: FloatArray, bare: FloatArray, wished: FloatArray, least: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return what both ends of each street give, (streets, 2), m: kerbs go first, then what is bare.
+
+    Kerbs leave at least `least` of a street, (streets,), m.
+    """
+    room = np.maximum(length - defaults.SHORTEST_ROAD - _SNAPPED, 0.5 * length)
     need, wish = bare.sum(1), wished.sum(1)
-    extra = np.clip((room - need) / np.maximum(wish - need, 1e-9), 0.0, 1.0)
+    spare = length - least - need
+    extra = np.clip(spare / np.maximum(wish - need, 1e-9), 0.0, 1.0)
     scale = np.minimum(1.0, room / np.maximum(need, 1e-9))
     trim: FloatArray = bare * scale[:, None] + (wished - bare) * np.where(scale < 1, 0.0, extra)[:, None]
     return trim, need > room

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import arc_step
+from osm2xodr.geometry.curves import arc_step, lengths, pose, smallest_radius
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # A line and an arc are used while both tangents are longer than this, m, and the turn lies between these, rad.
@@ -52,6 +52,37 @@ def connect(
     s = np.cumsum(length, axis=1) - length
     start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
     return PlanView(start, s[used], x[used], y[used], hdg[used], length[used], curvature[used])
+
+
+def wanting(plan: PlanView) -> BoolArray:
+    """Say which curves would be better if their arms ended farther away, (curves,)."""
+    return undrivable(plan) | swings_out(plan)
+
+
+def undrivable(plan: PlanView) -> BoolArray:
+    """Say which curves are sharper than a car drives, or detours because their arms lie on each other, (curves,)."""
+    return (smallest_radius(plan) < defaults.CONNECTING_RADIUS) | detours(plan)
+
+
+def detours(plan: PlanView) -> BoolArray:
+    """Say which curves are far longer than what they bridge, (curves,)."""
+    curve = np.arange(len(plan.start) - 1)
+    length = lengths(plan)
+    x0, y0, _ = pose(plan, curve, np.zeros(len(curve)))
+    x1, y1, _ = pose(plan, curve, length)
+    out: BoolArray = length > defaults.DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.DETOUR_MORE
+    return out
+
+
+def swings_out(plan: PlanView) -> BoolArray:
+    """Say which pairs of arcs turn to the other side before they turn or after it, (curves,)."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    turn = plan.curvature * plan.length
+    net = np.abs(np.bincount(owner, turn, len(plan.start) - 1))
+    whole = np.bincount(owner, np.abs(turn), len(plan.start) - 1)
+    # Curves of more records keep to streets.
+    out: BoolArray = (np.diff(plan.start) == 2) & (net > defaults.SWING_OF_TURN) & (whole - net > defaults.SWING)
+    return out
 
 
 def _line_and_arc(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
+from osm2xodr.model import Direction, LaneSpec, LaneType, Rule, StreetAttributes
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +67,17 @@ def cross_section(attributes: StreetAttributes, rule: Rule) -> CrossSection:
 def end_lanes(section: CrossSection, rule: Rule, along: bool) -> tuple[EndLane, ...]:
     """Return the lanes whose traffic runs along the street (or against it), left to right as their drivers see them.
 
-    Lanes for both directions are left out: nothing leads from them into a junction.
+    Lanes for both directions are left out: see `centre_lanes`.
     """
-    wanted = Direction.FORWARD if along else Direction.BACKWARD
+    return _lanes_that_run(section, Direction.FORWARD if along else Direction.BACKWARD, along)
+
+
+def centre_lanes(section: CrossSection, along: bool) -> tuple[EndLane, ...]:
+    """Return the lanes for both directions, left to right as drivers along the street (or against it) see them."""
+    return _lanes_that_run(section, Direction.BOTH, along)
+
+
+def _lanes_that_run(section: CrossSection, wanted: Direction, along: bool) -> tuple[EndLane, ...]:
     found: list[EndLane] = []
     for side, lanes in ((1, section.left), (-1, section.right)):
         t = section.centre
@@ -79,3 +87,13 @@ def end_lanes(section: CrossSection, rule: Rule, along: bool) -> tuple[EndLane, 
             t += side * lane.width
     found.sort(key=lambda lane: -lane.t if along else lane.t)
     return tuple(found)
+
+
+def car_directions(attributes: StreetAttributes) -> frozenset[Direction]:
+    """Return which ways cars run along a street; those of all lanes where none is for cars.
+
+    Lanes for bicycles or buses alone may run against a one-way street; they do not make it a two-way one.
+    """
+    lanes = attributes.lanes_ltr
+    for_cars = [lane for lane in lanes if lane.type in (LaneType.DRIVING, LaneType.BIDIRECTIONAL)]
+    return frozenset(lane.direction for lane in for_cars or lanes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
@@ -38,11 +39,20 @@ def smallest_radius(plan: PlanView) -> FloatArray:
     return out
 
 
+# Lines whose headings differ by less are one, rad.
+_SAME_HEADING = 1e-8
+# So few queries are sooner answered one by one.
+_FEW = 16
+
+
 def find_record(start: IntArray, record_s: FloatArray, curve: IntArray, s: FloatArray) -> IntArray:
     """Return the index of the record that holds at s of a curve, both (n,).
 
     Positions before a curve's first record belong to the first, those beyond its end to the last.
     """
+    if len(curve) <= _FEW:
+        pairs = zip(start[curve].tolist(), start[curve + 1].tolist(), s.tolist(), strict=True)
+        return np.array([max(bisect_right(record_s, at, lo, hi) - 1, lo) for lo, hi, at in pairs], np.int64)
     lo = start[curve].astype(np.int64)
     hi = start[curve + 1].astype(np.int64) - 1
     # A bisection over all queries at once: curves are short, so a few rounds do.
@@ -92,6 +102,39 @@ def joined_plan_views(first: PlanView, second: PlanView) -> PlanView:
             np.concatenate([getattr(first, name), getattr(second, name)])
             for name in ("s", "x", "y", "hdg", "length", "curvature")
         ),
+    )
+
+
+def joined_curves(plan: PlanView, first: IntArray) -> PlanView:
+    """Return the curves of a table joined to longer ones.
+
+    Parameters
+    ----------
+    plan
+        Curves each of which goes on where the one before it in its group ends.
+    first : (groups + 1,)
+        Index of each group's first curve.
+    """
+    length = lengths(plan)
+    end = np.cumsum(length)
+    begin = end - length
+    group = np.repeat(np.arange(len(first) - 1), np.diff(first))
+    before = begin - begin[np.minimum(first[:-1], max(len(begin) - 1, 0))][group]
+    curve = np.repeat(np.arange(len(length)), np.diff(plan.start))
+    owner = group[curve]
+    # A line that goes on as a line is one.
+    turn = np.abs((np.diff(plan.hdg) + np.pi) % (2 * np.pi) - np.pi)
+    lines = (plan.curvature[1:] == 0) & (plan.curvature[:-1] == 0)
+    goes_on = (owner[1:] == owner[:-1]) & lines & (turn < _SAME_HEADING)
+    kept = np.flatnonzero(np.concatenate([[True], ~goes_on])[: len(owner)])
+    return PlanView(
+        np.searchsorted(owner[kept], np.arange(len(first))).astype(np.int64),
+        (plan.s + before[curve])[kept],
+        plan.x[kept],
+        plan.y[kept],
+        plan.hdg[kept],
+        np.add.reduceat(plan.length, kept) if len(kept) else plan.length,
+        plan.curvature[kept],
     )
 
 

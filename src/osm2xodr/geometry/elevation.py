@@ -15,16 +15,17 @@ import scipy.sparse as sp
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.curves import lengths
+from osm2xodr.elevation_report import ElevationReport
+from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.geometry.junction_surface import connector_profiles
+from osm2xodr.geometry.profile_cover import keep_ground
+from osm2xodr.geometry.profile_crossfall import road_superelevation
 from osm2xodr.geometry.profile_evidence import (
-    Reading,
+    ele_evidence,
     height_evidence,
     height_weights,
     incline_evidence,
     junction_evidence,
-    read_heights,
-    scale_of,
     twin_evidence,
 )
 from osm2xodr.geometry.profile_limits import (
@@ -34,9 +35,17 @@ from osm2xodr.geometry.profile_limits import (
 )
 from osm2xodr.geometry.profile_output import thin_records
 from osm2xodr.geometry.profile_problem import ConnectorProblem, ElevationOptions, ProfileProblem, ProfileSolution
-from osm2xodr.geometry.profile_report import Outcome, element_grades, report, statistics
-from osm2xodr.geometry.profile_solver import Robust, joined_limits, joined_observations, solve_network
-from osm2xodr.geometry.profile_structures import chord_coupling, find_chains, find_crossings
+from osm2xodr.geometry.profile_reading import read_heights, road_spacing, typical_density
+from osm2xodr.geometry.profile_report import Outcome, element_grades, report
+from osm2xodr.geometry.profile_solver import (
+    Robust,
+    Stage,
+    joined_limits,
+    joined_observations,
+    see_through,
+    solve_network,
+)
+from osm2xodr.geometry.profile_structures import Chains, chord_coupling, find_chains, find_crossings
 from osm2xodr.geometry.profile_system import (
     Elements,
     Unknowns,
@@ -48,7 +57,8 @@ from osm2xodr.geometry.profile_system import (
     number_unknowns,
     stretching,
 )
-from osm2xodr.model import CubicProfile, FloatArray, IntArray, Structure, Surface
+from osm2xodr.geometry.profile_tables import elevation_report, figures
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
 __all__ = [
     "ConnectorProblem",
@@ -59,8 +69,8 @@ __all__ = [
     "solve_profiles",
 ]
 
-# Residuals beyond three standard errors lose weight, above and below alike: canopy and roofs have been dealt with.
-_ROBUST = Robust(3.0, 3.0)
+# Residuals beyond so many standard errors lose weight.
+OUTLIER_SIGMAS = 3.0
 
 
 def solve_profiles(
@@ -89,42 +99,59 @@ def solve_profiles(
     """
     options = options or ElevationOptions()
     problem = problem if options.structures else _without_structures(problem)
-    scale = scale_of(surface)
-    elements = build_elements(problem, scale.knot_spacing)
-    samples = build_samples(problem, elements, scale.sample_spacing)
-    reading, at_junctions = read_heights(surface, samples, problem.junction_xy, scale, options.smoothing**4)
+    spacing = road_spacing(problem, surface)
+    elements = build_elements(problem, spacing.knots)
+    samples = build_samples(problem, elements, spacing.samples)
+    reading, at_junctions = read_heights(surface, samples, problem.junction_xy, options.smoothing**4)
     level = np.concatenate([reading.z, at_junctions.z])
-    if not len(elements.h) or (scale.cell == 0 and np.ptp(level) == 0):
+    if not len(elements.h) or (not reading.cell.any() and np.ptp(level) == 0):
         return _level(problem, float(level[0]) if len(level) else 0.0)
 
     unknowns = number_unknowns(problem, elements)
-    weight, floating = height_weights(problem, elements, unknowns, samples, reading, scale)
+    weight, floating = height_weights(problem, elements, unknowns, samples, reading)
     mean = float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z))
     evidence = [
         height_evidence(elements, unknowns, samples, reading, weight, mean),
         junction_evidence(unknowns, at_junctions, mean),
         incline_evidence(problem, elements, unknowns),
+        ele_evidence(problem, elements, unknowns, mean),
+        twin_evidence(problem, elements, unknowns, samples, reading),
     ]
-    if scale.is_coarse:
-        evidence.append(twin_evidence(problem, elements, unknowns, samples, scale))
     limit = _class_values(problem, options.grade_limit, defaults.GRADE_LIMIT_OTHER)
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / options.smoothing**4
     q = defaults.ROAD_FLEXIBILITY * factor[elements.span]
-    density = _typical_density(reading)
+    density = typical_density(reading, spacing.cell)[elements.road]
     crossings = find_crossings(problem, unknowns.end_node)
     inner = [
         *grade_limits(elements, unknowns, limit[elements.span], q, density),
-        *tilt_limits(problem, unknowns, limit[_end_spans(problem)], defaults.ROAD_FLEXIBILITY, density),
+        *tilt_limits(
+            problem,
+            unknowns,
+            limit[_end_spans(problem)],
+            defaults.ROAD_FLEXIBILITY,
+            typical_density(reading, at_junctions.cell),
+        ),
     ]
-    apart = clearance_limits(elements, unknowns, crossings, q, density, scale.sigma)
-    stiffness = _stiffness(problem, elements, unknowns, q)
+    sigma = surface.quality(*pose(problem.plan_view, crossings.lower, crossings.lower_s)[:2]).sigma
+    apart = clearance_limits(elements, unknowns, crossings, q, density, sigma)
+    chains = find_chains(problem, elements)
+    stiffness = _stiffness(elements, unknowns, chains, q)
     columns = stiffness.shape[0]
+    observations = joined_observations(evidence, columns)
+    covered = np.zeros(len(observations.z), bool)
+    covered[: len(level)] = np.concatenate([reading.covered, at_junctions.covered])
+    robust, first = _robust(covered), np.ones(len(covered))
+    if covered.any():
+        stages = _stages(elements, unknowns, chains, q, density)
+        first[covered] = see_through(stages, observations, robust)[covered]
+        robust = keep_ground(robust, first, covered, elements.road[samples.element], samples.s, reading.z)
     x, _ = solve_network(
         stiffness,
-        joined_observations(evidence, columns),
+        observations,
         joined_limits(inner, columns),
         joined_limits([*inner, apart], columns),
-        _ROBUST,
+        robust,
+        first,
     )
 
     x = x[: unknowns.to_knots.shape[1]]
@@ -139,22 +166,21 @@ def solve_profiles(
         limit=limit[elements.span],
         crossings=crossings,
         clearance=apart.rows @ x,
+        chain=chains.chain,
         tilt=np.hypot(planes[:, 1], planes[:, 2]),
     )
     report(problem, elements, samples, outcome, diagnostics)
-    return _solution(elements, knots, planes, statistics(elements, samples, outcome))
+    told = elevation_report(problem, elements, samples, outcome)
+    solution = _solution(elements, knots, planes, figures(elements, outcome, told), told)
+    if not options.superelevation:
+        return solution
+    return replace(solution, superelevation=road_superelevation(problem, elements, samples, surface, diagnostics))
 
 
 def _without_structures(problem: ProfileProblem) -> ProfileProblem:
     """Return the problem with all roads on the ground."""
     none = np.zeros_like(problem.span_structure)
     return replace(problem, span_structure=none, span_layer=none)
-
-
-def _typical_density(reading: Reading) -> float:
-    """Return the weight per metre of road that is usual where something is measured, 1/m³."""
-    density = reading.density
-    return float(np.median(density[reading.measured] if reading.measured.any() else density))
 
 
 def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:
@@ -167,7 +193,28 @@ def _end_spans(problem: ProfileProblem) -> IntArray:
     return np.column_stack([problem.span_start[:-1], problem.span_start[1:] - 1])
 
 
-def _stiffness(problem: ProfileProblem, elements: Elements, unknowns: Unknowns, q: FloatArray) -> sp.csr_matrix:
+def _robust(covered: BoolArray) -> Robust:
+    """Return how observations lose weight, (n,): below and above alike, unless they may stand on the ground."""
+    return Robust(
+        np.where(covered, defaults.COVERED_ABOVE, OUTLIER_SIGMAS),
+        np.where(covered, defaults.COVERED_BELOW, OUTLIER_SIGMAS),
+    )
+
+
+def _stages(
+    elements: Elements, unknowns: Unknowns, chains: Chains, q: FloatArray, density: FloatArray
+) -> list[Stage]:
+    """Return the networks, from the stiffest on, that see through canopy and roofs.
+
+    A beam on an elastic foundation gives way over (1 / (density q))^(1/4).
+    """
+    return [
+        Stage(_stiffness(elements, unknowns, chains, np.minimum(q, 1.0 / (density * length**4))), tolerance)
+        for length, tolerance in defaults.COVERED_STAGES
+    ]
+
+
+def _stiffness(elements: Elements, unknowns: Unknowns, chains: Chains, q: FloatArray) -> sp.csr_matrix:
     """Return bending, tension of structures and level junctions, with the chains' unknowns behind the others."""
     tension = np.where(
         elements.structure != Structure.GROUND,
@@ -177,11 +224,9 @@ def _stiffness(problem: ProfileProblem, elements: Elements, unknowns: Unknowns, 
     matrices = bending(elements.h) / q[:, None, None] + stretching(elements.h) * tension[:, None, None]
     p = unknowns.to_knots
     matrix = p.T @ assemble(element_dofs(elements), matrices, p.shape[0]) @ p
-    junctions = len(problem.junction_xy)
     diagonal = np.zeros(p.shape[1])
-    diagonal[: 3 * junctions].reshape(-1, 3)[:, 1:] = 1.0 / defaults.JUNCTION_TILT_SIGMA**2
+    diagonal[: 3 * unknowns.junctions].reshape(-1, 3)[:, 1:] = 1.0 / defaults.JUNCTION_TILT_SIGMA**2
     matrix = matrix + sp.diags(diagonal)
-    chains = find_chains(problem, elements)
     if len(chains.loose):
         coupling, own = chord_coupling(elements, chains, tension, unknowns)
         matrix = sp.bmat([[matrix, coupling], [coupling.T, own]])
@@ -189,12 +234,20 @@ def _stiffness(problem: ProfileProblem, elements: Elements, unknowns: Unknowns, 
 
 
 def _solution(
-    elements: Elements, knots: FloatArray, planes: FloatArray, figures: dict[str, float]
+    elements: Elements,
+    knots: FloatArray,
+    planes: FloatArray,
+    statistics: dict[str, float],
+    told: ElevationReport,
 ) -> ProfileSolution:
     """Return the solution from z and g at the knots."""
+    # Ends that touch round alike: they have the same numbers.
+    knots = np.column_stack(
+        [np.round(knots[:, 0], defaults.PROFILE_DECIMALS), np.round(knots[:, 1], defaults.PROFILE_SLOPE_DECIMALS)]
+    )
     profile = thin_records(elements.knot_start, elements.knot_s, knots[:, 0].copy(), knots[:, 1].copy())
     ends = np.stack([knots[elements.knot_start[:-1]], knots[elements.knot_start[1:] - 1]], axis=1)
-    return ProfileSolution(profile, planes, ends[:, :, 0].copy(), ends[:, :, 1].copy(), figures)
+    return ProfileSolution(profile, planes, ends[:, :, 0].copy(), ends[:, :, 1].copy(), statistics, told)
 
 
 def _level(problem: ProfileProblem, z: float) -> ProfileSolution:

@@ -17,7 +17,8 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.geometry.curves import lengths, pose
-from osm2xodr.geometry.profile_output import only_curves, thin_records
+from osm2xodr.geometry.profile_fit import fit_records
+from osm2xodr.geometry.profile_output import only_curves
 from osm2xodr.geometry.profile_problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.geometry.profile_system import end_poses
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
@@ -156,7 +157,8 @@ def connector_profiles(
         The connecting roads.
     """
     length = np.maximum(lengths(connectors.plan_view), 1e-6)
-    count = np.maximum(1, np.ceil(length / defaults.CONNECTOR_KNOT_SPACING)).astype(np.int64) + 1
+    quarter = np.maximum(2, np.ceil(length / (4 * defaults.CONNECTOR_SAMPLE_SPACING))).astype(np.int64)
+    count = 4 * quarter + 1
     start = np.r_[0, np.cumsum(count)].astype(np.int64)
     curve = np.repeat(np.arange(len(length), dtype=np.int64), count)
     u = (np.arange(len(curve)) - start[curve]) / (count[curve] - 1)
@@ -178,20 +180,20 @@ def connector_profiles(
     # Where the surface would be too steep, as between ends that all but touch, the straightest way is taken instead.
     plain_z, plain_grade = _blend(u, run, tuple(value[curve] for value in (z0, g0, z1, g1)))
     steep = _steepest(start, s, z, grade)
-    plain = (steep > defaults.CONNECTOR_STEEP) & (_steepest(start, s, plain_z, plain_grade) < steep)
+    plain_steep = _steepest(start, s, plain_z, plain_grade)
+    plain = (steep > defaults.CONNECTOR_STEEP) & (plain_steep < steep)
     z, grade = np.where(plain[curve], plain_z, z), np.where(plain[curve], plain_grade, grade)
     z[first], z[last], grade[first], grade[last] = z0, z1, g0, g1
-    tolerance = defaults.CONNECTOR_SLOPE_TOLERANCE
-    elevation = thin_records(start, s, z, grade, defaults.PROFILE_TOLERANCE, tolerance)
+    tolerance = np.full(len(length), defaults.CONNECTOR_TOLERANCE)
+    steep = np.where(plain, plain_steep, steep) + defaults.CONNECTOR_GRADE_TOLERANCE
+    elevation = fit_records(start, length, z, np.column_stack([g0, g1]), tolerance, steep)
 
     zero = np.zeros(len(length))
     rest = (-cross[first], zero, -cross[last], zero)
     cross = cross + _blend(u, run, tuple(value[curve] for value in rest))[0]
     cross[first] = cross[last] = 0.0
     superelevation = np.arctan(cross)
-    slope = np.zeros(len(s))
-    slope[1:-1] = (superelevation[2:] - superelevation[:-2]) / np.maximum(s[2:] - s[:-2], 1e-9)
-    slope[first] = slope[last] = 0.0
-    tolerance = defaults.SUPERELEVATION_TOLERANCE
+    tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, 0.5)
     tilted = _largest(start, np.abs(superelevation)) > tolerance
-    return elevation, only_curves(thin_records(start, s, superelevation, slope, tolerance, 5 * tolerance), tilted)
+    records = fit_records(start, length, superelevation, np.zeros((len(length), 2)), tolerance)
+    return elevation, only_curves(records, tilted)

@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 
 from osm2xodr import defaults
+from osm2xodr.geometry.connectivity import FOR_CARS, StatedLanes
 from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.geometry.turn_marks import to_left, to_right
-from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
-
-_FOR_CARS = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
+from osm2xodr.model import Direction, LaneSpec, Rule
 
 
-def match_lanes(before: CrossSection, after: CrossSection, rule: Rule) -> dict[int, int]:
+def match_lanes(
+    before: CrossSection, after: CrossSection, rule: Rule, stated: Mapping[Direction, StatedLanes] | None = None
+) -> dict[int, int]:
     """Map lane ids before a place to those after it, for the lanes that go on.
 
     Lanes keep their direction, their kind (for cars or not) and their order. Which side a lane opens or ends on is
-    read from ``turn:lanes`` (new turn lanes, ``merge_to_left``), else from where the others run on straight
-    (``placement``), else it is the near side of traffic.
+    read from a connectivity relation, else from ``turn:lanes`` (new turn lanes, ``merge_to_left``), else from where
+    the others run on straight (``placement``), else it is the near side of traffic. A lane for both directions that
+    ends where a lane for turns opens in its place goes on as that lane.
+
+    Parameters
+    ----------
+    before, after
+        The lanes on either side of the place.
+    rule
+        Side of the road that one drives on.
+    stated
+        What relations say of either direction.
     """
     found: dict[int, int] = {}
     for direction, for_cars in product((Direction.FORWARD, Direction.BOTH, Direction.BACKWARD), (True, False)):
-        first = [item for item in lanes_of(before, direction) if (item[1].type in _FOR_CARS) == for_cars]
-        second = [item for item in lanes_of(after, direction) if (item[1].type in _FOR_CARS) == for_cars]
+        first = [item for item in lanes_of(before, direction) if (item[1].type in FOR_CARS) == for_cars]
+        second = [item for item in lanes_of(after, direction) if (item[1].type in FOR_CARS) == for_cars]
         upstream, downstream = (second, first) if direction is Direction.BACKWARD else (first, second)
         sections = (after, before) if direction is Direction.BACKWARD else (before, after)
         sign = -1.0 if direction is Direction.BACKWARD else 1.0
@@ -31,13 +42,49 @@ def match_lanes(before: CrossSection, after: CrossSection, rule: Rule) -> dict[i
             [sign * lane_middle(section, lane) for lane, _ in lanes]
             for section, lanes in zip(sections, (upstream, downstream), strict=True)
         ]
-        pairs = _pairs([spec for _, spec in upstream], [spec for _, spec in downstream], places[0], places[1], rule)
+        up_specs, down_specs = [spec for _, spec in upstream], [spec for _, spec in downstream]
+        pairs = _stated(stated.get(direction), up_specs, down_specs, rule) if stated and for_cars else None
+        if pairs is None:
+            pairs = _pairs(up_specs, down_specs, places[0], places[1], rule)
         for up, down in pairs:
             if direction is Direction.BACKWARD:
                 found[first[down][0]] = second[up][0]
             else:
                 found[first[up][0]] = second[down][0]
-    return found
+    return found | _centre_to_pocket(before, after, found)
+
+
+def _centre_to_pocket(before: CrossSection, after: CrossSection, found: Mapping[int, int]) -> dict[int, int]:
+    """Return the link from an ending lane for both directions to the lane that opens in its place.
+
+    Only along the street: the ids of two lanes on either side of the centre cannot be linked.
+    """
+    ending = [lane for lane, _ in lanes_of(before, Direction.BOTH) if lane not in found]
+    opening = [lane for lane, _ in lanes_of(after, Direction.FORWARD) if lane not in found.values()]
+    between = [(one, other) for one in ending for other in opening if abs(one) == 1 and one == other]
+    return dict(between)
+
+
+def _stated(
+    stated: StatedLanes | None, upstream: Sequence[LaneSpec], downstream: Sequence[LaneSpec], rule: Rule
+) -> list[tuple[int, int]] | None:
+    """Return the pairs of lanes that relations name, in order and each lane once; None where they do not fit.
+
+    Links that are not optional go first; of a lane that leads to several, the one away from the near side of traffic
+    runs on, the others open beside it.
+    """
+    pairs = None if stated is None else stated.between(upstream, downstream)
+    if stated is None or pairs is None:
+        return None
+    far_first = 1 if rule is Rule.RIGHT_HAND else -1
+    ranked = sorted(
+        zip(pairs, stated.pairs, strict=True), key=lambda item: (item[1][2], *(far_first * k for k in item[0]))
+    )
+    chosen: list[tuple[int, int]] = []
+    for (up, down), _ in ranked:
+        if all((up < a and down < b) or (up > a and down > b) for a, b in chosen):
+            chosen.append((up, down))
+    return sorted(chosen)
 
 
 def lanes_of(section: CrossSection, direction: Direction) -> list[tuple[int, LaneSpec]]:

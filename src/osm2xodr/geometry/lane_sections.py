@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from osm2xodr import defaults
+from osm2xodr.geometry.connectivity import Connectivity
 from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.geometry.lane_matching import match_lanes
 from osm2xodr.model import (
@@ -36,12 +37,15 @@ class Stretch:
         s on the road, m.
     attributes, section
         What holds there.
+    ways
+        The OSM ways that it is made of, in their order.
     """
 
     start: float
     end: float
     attributes: StreetAttributes
     section: CrossSection
+    ways: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,12 +89,13 @@ def stretches(
         last = found[-1] if found else None
         if last is not None and _same_lanes(last.section, section) and _same_speed(last.attributes, attributes):
             # The later attributes hold the turns that count at the end, the lanes are the same.
-            found[-1] = Stretch(last.start, upper - begin, attributes, section)
+            ways = (*last.ways, attributes.osm_way_id)
+            found[-1] = Stretch(last.start, upper - begin, attributes, section, ways)
         else:
-            found.append(Stretch(lower - begin, upper - begin, attributes, section))
+            found.append(Stretch(lower - begin, upper - begin, attributes, section, (attributes.osm_way_id,)))
     if not found:
         s, attributes, section = max((p for p in pieces if p[0] <= begin), default=pieces[0], key=lambda p: p[0])
-        return [Stretch(0.0, end - begin, attributes, section)]
+        return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
     return _without_short(found)
 
 
@@ -122,7 +127,8 @@ def _without_short(found: list[Stretch]) -> list[Stretch]:
             continue
         heir = found[max(heirs, key=lambda i: found[i].end - found[i].start)]
         lo = min(k, found.index(heir))
-        merged = Stretch(found[lo].start, found[lo + 1].end, heir.attributes, heir.section)
+        ways = (*found[lo].ways, *found[lo + 1].ways)
+        merged = Stretch(found[lo].start, found[lo + 1].end, heir.attributes, heir.section, ways)
         found[lo : lo + 2] = [merged]
     return found
 
@@ -132,13 +138,19 @@ def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
         return found
     first, second = found[:2]
     missing = defaults.SHORTEST_LANE_SECTION - (first.end - first.start)
-    if 0 < missing < (second.end - second.start) / 2:
+    if 0 < missing < (second.end - second.start) / 2 and not _leftover(first):
         found[:2] = [replace(first, end=first.end + missing), replace(second, start=second.start + missing)]
     before, last = found[-2:]
     missing = defaults.SHORTEST_LANE_SECTION - (last.end - last.start)
-    if 0 < missing < (before.end - before.start) / 2:
+    if 0 < missing < (before.end - before.start) / 2 and not _leftover(last):
         found[-2:] = [replace(before, end=before.end - missing), replace(last, start=last.start - missing)]
     return found
+
+
+def _leftover(item: Stretch) -> bool:
+    """Say whether a junction has left next to nothing of a stretch, and no lane that turns depends on it."""
+    tiny = item.end - item.start < defaults.SHORTEST_ROAD
+    return tiny and not any(lane.turns for lane in (*item.section.left, *item.section.right))
 
 
 def _directions(section: CrossSection) -> set[Direction]:
@@ -158,13 +170,50 @@ def _same_speed(one: StreetAttributes, other: StreetAttributes) -> bool:
     return (one.speed_forward, one.speed_backward) == (other.speed_forward, other.speed_backward)
 
 
-def lay_out_lanes(road: Sequence[Stretch], rule: Rule) -> LaneLayout:
+def lay_out_all(
+    roads: Sequence[Sequence[Stretch]], rule: Rule, known: Connectivity | None = None
+) -> list[LaneLayout]:
+    """Build the lane sections of many roads; those of one stretch share what is alike in kind.
+
+    Parameters
+    ----------
+    roads, rule, known
+        As for `lay_out_lanes`.
+    """
+    alike: dict[tuple[CrossSection, str, float | None, float | None], LaneLayout] = {}
+    out: list[LaneLayout] = []
+    for road in roads:
+        if len(road) > 1:
+            out.append(lay_out_lanes(road, rule, known))
+            continue
+        attributes = road[0].attributes
+        kind = (road[0].section, attributes.highway, attributes.speed_forward, attributes.speed_backward)
+        layout = alike.get(kind)
+        if layout is None:
+            layout = alike[kind] = lay_out_lanes(road, rule, known)
+        out.append(layout)
+    return out
+
+
+def lay_out_lanes(road: Sequence[Stretch], rule: Rule, known: Connectivity | None = None) -> LaneLayout:
     """Build the lane sections of a road from its stretches.
 
     A lane that opens does so from width 0 after the border of two sections, one that ends does so before it; lane
     offset and widths follow the same cubic, so that every edge between them does too.
+
+    Parameters
+    ----------
+    road
+        At least one stretch.
+    rule
+        Side of the road that one drives on.
+    known
+        What relations say about lanes.
     """
-    links = [match_lanes(a.section, b.section, rule) for a, b in pairwise(road)]
+    links = [
+        match_lanes(a.section, b.section, rule, known.at_border(a.ways[-1], b.ways[0]) if known else None)
+        for a, b in pairwise(road)
+    ]
     sections: list[LaneSection] = []
     offset: list[Cubic] = []
     types: list[RoadType] = []

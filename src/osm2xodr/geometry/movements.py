@@ -3,15 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
+from osm2xodr.geometry.connectivity import Connectivity, StatedLanes
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.model import Street, StreetNetwork, TurnRestriction
 
 # A way through a junction over more inner streets than this is a detour.
 _MOST_INNER_STREETS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A loop at the end of a street.
+
+    Parameters
+    ----------
+    aside
+        By how much its radius exceeds half of the distance between its lanes, m.
+    ease
+        Radius of the curves between the outermost lane and the loop, m.
+    """
+
+    aside: float
+    ease: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +43,18 @@ class Movement:
         Street ends: traffic enters the junction from one and leaves it on the other.
     inner
         Streets inside the junction that OSM's way through it follows, with True where along their direction.
+    stated
+        What connectivity relations say about its lanes.
+    loop
+        The loop that it goes round where it comes back on the arm that it enters from.
     """
 
     junction: int
     entry: int
     exit: int
     inner: tuple[tuple[int, bool], ...]
+    stated: StatedLanes | None = None
+    loop: Loop | None = None
 
 
 @dataclass(slots=True)
@@ -88,7 +111,29 @@ def find_movements(
             if ends.enters[entry]:
                 ways_out = _ways_out(entry, network.streets, ends, osm_node, inner_at, exits_at, rules)
                 found += [Movement(junction, entry, exit_, path) for exit_, path in sorted(ways_out.items())]
-    return found
+    known = Connectivity.of(network.connectivities)
+    return [replace(item, stated=_stated(item, network, osm_node, known)) for item in found] if known else found
+
+
+def _stated(item: Movement, network: StreetNetwork, osm_node: list[int], known: Connectivity) -> StatedLanes | None:
+    """Return what relations say about the lanes of a movement."""
+    streets = network.streets
+    ways = [_way_at(streets, item.entry)]
+    nodes: list[int] = []
+    first = streets[item.entry // 2]
+    node = osm_node[first.end if item.entry % 2 else first.start]
+    passed: list[tuple[int, int]] = []
+    for number, along in item.inner:
+        street = streets[number]
+        borders = [int(street.node_ids[index]) for index, _ in street.pieces[1:]]
+        at = [node, *(borders if along else borders[::-1])]
+        passed += zip(at, _ways_of(street, along), strict=True)
+        node = osm_node[street.end if along else street.start]
+    for at_node, way in [*passed, (node, _way_at(streets, item.exit))]:
+        if way != ways[-1]:
+            ways.append(way)
+            nodes.append(at_node)
+    return known.along(ways, nodes)
 
 
 def _ways_out(

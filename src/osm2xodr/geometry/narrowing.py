@@ -43,7 +43,7 @@ def fit_side_by_side(network: StreetNetwork, fitted: FittedStreets, diagnostics:
                 )
             own.append((s, narrowed[key], cross_section(narrowed[key], network.rule)))
         pieces.append(tuple(own))
-    return FittedStreets(fitted.plan_view, tuple(pieces))
+    return FittedStreets(fitted.plan_view, tuple(pieces), fitted.aside)
 
 
 def _narrowed(attributes: StreetAttributes, share: float) -> StreetAttributes:

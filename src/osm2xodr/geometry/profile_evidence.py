@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from osm2xodr import defaults
-from osm2xodr.geometry.ground_trend import read_ground
 from osm2xodr.geometry.profile_problem import ProfileProblem
+from osm2xodr.geometry.profile_reading import Reading, is_coarse, noise_length
 from osm2xodr.geometry.profile_solver import Observations
 from osm2xodr.geometry.profile_structures import portal_distance
 from osm2xodr.geometry.profile_system import (
@@ -17,141 +16,15 @@ from osm2xodr.geometry.profile_system import (
     Samples,
     Unknowns,
     components,
+    element_at,
     element_dofs,
     hermite,
     rows_matrix,
 )
-from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure, Surface
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # Keeps travel along carriageways of different names apart when neighbours are looked for, m.
 _NAME_DISTANCE = 1e5
-
-
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """Lengths and errors that the solve is scaled by, all m.
-
-    Parameters
-    ----------
-    cell
-        Cell size of the elevation model.
-    sigma
-        Standard error of its heights.
-    correlation
-        Length over which its errors are correlated.
-    knot_spacing, sample_spacing
-        Longest element, and distance between samples.
-    position_error
-        How far a road may lie beside where OSM has it, as the elevation model sees it.
-    """
-
-    cell: float
-    sigma: float
-    correlation: float
-    knot_spacing: float
-    sample_spacing: float
-    position_error: float
-
-    @property
-    def is_coarse(self) -> bool:
-        """Whether the ground has to be estimated from the cells around a road."""
-        return self.cell >= defaults.COARSE_CELL
-
-
-def scale_of(surface: Surface) -> Scale:
-    """Return the scale that belongs to a surface."""
-    cell = surface.cell_size
-    return Scale(
-        cell=cell,
-        sigma=max(surface.sigma, defaults.HEIGHT_SIGMA_MIN),
-        correlation=max(defaults.NOISE_LENGTH_MIN, defaults.NOISE_LENGTH_CELLS * cell),
-        knot_spacing=next(spacing for least, spacing in defaults.KNOT_SPACING if cell >= least),
-        sample_spacing=min(
-            max(cell / defaults.SAMPLES_PER_CELL, defaults.SAMPLE_SPACING_MIN), defaults.SAMPLE_SPACING_MAX
-        ),
-        position_error=defaults.POSITION_ERROR + defaults.POSITION_ERROR_CELLS * cell,
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """The ground at places.
-
-    Parameters
-    ----------
-    z, surface_z : (n,)
-        Height to go by, and what the surface itself says, m.
-    sigma, correlation : (n,)
-        Standard error of z and length over which it is correlated, m.
-    measured : (n,)
-        Whether the surface has heights there.
-    """
-
-    z: FloatArray
-    surface_z: FloatArray
-    sigma: FloatArray
-    correlation: FloatArray
-    measured: BoolArray
-
-    @property
-    def density(self) -> FloatArray:
-        """Weight per metre of road, 1/m³."""
-        return 1.0 / (self.correlation * self.sigma**2)
-
-    def with_guesses(self) -> Reading:
-        """Return the reading with large errors where nothing is measured."""
-        return Reading(
-            self.z,
-            self.surface_z,
-            np.where(self.measured, self.sigma, defaults.GUESS_SIGMA),
-            np.where(self.measured, self.correlation, defaults.GUESS_LENGTH),
-            self.measured,
-        )
-
-    def part(self, index: slice) -> Reading:
-        """Return the reading at some of the places."""
-        return Reading(
-            self.z[index], self.surface_z[index], self.sigma[index], self.correlation[index], self.measured[index]
-        )
-
-
-def _read(surface: Surface, x: FloatArray, y: FloatArray, scale: Scale, smoothing: float) -> Reading:
-    """Read the surface, or the ground estimated from it where its cells are coarse."""
-    surface_z, measured = surface.heights(x, y)
-    n = len(x)
-    sigma, correlation = np.full(n, scale.sigma), np.full(n, scale.correlation)
-    if not scale.is_coarse:
-        return Reading(surface_z, surface_z, sigma, correlation, measured).with_guesses()
-    ground = read_ground(surface, x, y, smoothing)
-    known = np.isfinite(ground.z)
-    return Reading(
-        np.where(known, ground.z, surface_z),
-        surface_z,
-        np.where(known, np.maximum(ground.sigma, defaults.HEIGHT_SIGMA_MIN), sigma),
-        np.where(known, np.maximum(ground.correlation, scale.correlation), correlation),
-        measured,
-    ).with_guesses()
-
-
-def read_heights(
-    surface: Surface, samples: Samples, junction_xy: FloatArray, scale: Scale, smoothing: float
-) -> tuple[Reading, Reading]:
-    """Read the ground at the samples and at the junctions' origins.
-
-    The standard error at the samples has a part for the road's position: what the ground rises across the road
-    over that distance.
-    """
-    aside = max(2.0, 0.5 * scale.cell)
-    nx, ny = -np.sin(samples.hdg) * aside, np.cos(samples.hdg) * aside
-    n = len(samples.x)
-    x = np.concatenate([samples.x, samples.x + nx, samples.x - nx, junction_xy[:, 0]])
-    y = np.concatenate([samples.y, samples.y + ny, samples.y - ny, junction_xy[:, 1]])
-    everywhere = _read(surface, x, y, scale, smoothing)
-    middle, left, right = (everywhere.part(slice(k * n, (k + 1) * n)) for k in range(3))
-    slope = np.where(left.measured & right.measured, (left.z - right.z) / (2 * aside), 0.0)
-    sigma = np.hypot(middle.sigma, slope * scale.position_error)
-    reading = Reading(middle.z, middle.surface_z, sigma, middle.correlation, middle.measured)
-    return reading, everywhere.part(slice(3 * n, None))
 
 
 def height_weights(
@@ -160,7 +33,6 @@ def height_weights(
     unknowns: Unknowns,
     samples: Samples,
     reading: Reading,
-    scale: Scale,
 ) -> tuple[FloatArray, BoolArray]:
     """Return the weight of each sample's height, 1/m², and which roads no measured ground holds, (R,).
 
@@ -173,7 +45,7 @@ def height_weights(
     along = samples.s - elements.s[e]
     distance = np.minimum(to_start[e] + along, to_end[e] + elements.h[e] - along)
     on = elements.structure[e] != Structure.GROUND
-    near = distance < max(defaults.PORTAL_LENGTH, 0.5 * scale.cell)
+    near = distance < np.maximum(defaults.PORTAL_LENGTH, 0.5 * reading.cell)
     factor = np.where(on, 0.0, np.where(near, defaults.PORTAL_WEIGHT, 1.0))
     component = components(problem, unknowns)
     count = int(component.max(initial=-1)) + 1
@@ -211,11 +83,31 @@ def incline_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unkn
     return Observations((rows @ unknowns.to_knots).tocsr(), grade[used], weight, sigma)
 
 
+def ele_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unknowns, mean: float) -> Observations:
+    """Return the heights that OSM's ``ele`` gives, less the mean: weak, and robust against other datums and slips."""
+    size = unknowns.to_knots.shape[0]
+    if problem.ele_road is None or problem.ele_s is None or problem.ele_z is None:
+        none = np.zeros(0)
+        return Observations(sp.csr_matrix((0, unknowns.to_knots.shape[1])), none, none, none)
+    e = element_at(elements, problem.ele_road, problem.ele_s)
+    u = np.clip((problem.ele_s - elements.s[e]) / elements.h[e], 0.0, 1.0)
+    rows = rows_matrix(element_dofs(elements, e), hermite(u, elements.h[e]), size)
+    sigma = np.full(len(e), defaults.ELE_SIGMA)
+    weight = 1.0 / sigma**2
+    return Observations((rows @ unknowns.to_knots).tocsr(), problem.ele_z - mean, weight, sigma)
+
+
 def twin_evidence(
-    problem: ProfileProblem, elements: Elements, unknowns: Unknowns, samples: Samples, scale: Scale
+    problem: ProfileProblem, elements: Elements, unknowns: Unknowns, samples: Samples, reading: Reading
 ) -> Observations:
-    """Return that the two carriageways of one street are level with each other where they run side by side."""
+    """Return that the two carriageways of one street are level with each other where they run side by side.
+
+    Only where cells are coarse: finer ones show how the carriageways lie.
+    """
     a, b = _twins(problem, elements, samples)
+    coarse = is_coarse(reading.cell)
+    both = coarse[a] & coarse[b]
+    a, b = a[both], b[both]
     size = unknowns.to_knots.shape[0]
     rows = [
         rows_matrix(
@@ -224,7 +116,7 @@ def twin_evidence(
         for k in (a, b)
     ]
     sigma = np.full(len(a), defaults.TWIN_SIGMA)
-    weight = samples.ds[a] / (scale.correlation * sigma**2)
+    weight = samples.ds[a] / (noise_length(reading.cell[a]) * sigma**2)
     return Observations(((rows[0] - rows[1]) @ unknowns.to_knots).tocsr(), np.zeros(len(a)), weight, sigma)
 
 

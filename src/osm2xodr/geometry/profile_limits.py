@@ -6,13 +6,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import find_record
 from osm2xodr.geometry.profile_problem import ProfileProblem
 from osm2xodr.geometry.profile_solver import Limits
 from osm2xodr.geometry.profile_structures import Crossings
 from osm2xodr.geometry.profile_system import (
     Elements,
     Unknowns,
+    element_at,
     element_dofs,
     end_poses,
     hermite,
@@ -37,7 +37,7 @@ def rotation_stiffness(density: FloatArray | float, q: FloatArray | float) -> Fl
     return np.asarray(np.sqrt(2.0) * (density / np.asarray(q) ** 3) ** 0.25)
 
 
-def deflection_stiffness(density: FloatArray | float, q: FloatArray | float) -> FloatArray:
+def deflection_stiffness(density: FloatArray, q: FloatArray | float) -> FloatArray:
     """Return the force that lifts a beam on an elastic foundation by 1 m: 2 sqrt(2) (density³ / q)^(1/4)."""
     return np.asarray(2.0 * np.sqrt(2.0) * (density**3 / np.asarray(q)) ** 0.25)
 
@@ -48,7 +48,7 @@ def _within(rows: sp.csr_matrix, bound: FloatArray, stiffness: FloatArray, cap: 
 
 
 def grade_limits(
-    elements: Elements, unknowns: Unknowns, limit: FloatArray, q: FloatArray, density: float
+    elements: Elements, unknowns: Unknowns, limit: FloatArray, q: FloatArray, density: FloatArray
 ) -> list[Limits]:
     """Return the elastic limits by class and the firm one for all.
 
@@ -58,8 +58,8 @@ def grade_limits(
         Largest grade by class.
     q : (E,)
         Flexibility, 1/m.
-    density
-        Weight of the observations per metre of road, 1/m³.
+    density : (E,)
+        Usual weight of the observations per metre of road, 1/m³.
     """
     count = len(elements.h)
     u = np.tile([0.0, 0.25, 0.5, 0.75, 1.0], count)
@@ -75,7 +75,7 @@ def grade_limits(
 
 
 def tilt_limits(
-    problem: ProfileProblem, unknowns: Unknowns, limit: FloatArray, q: float, density: float
+    problem: ProfileProblem, unknowns: Unknowns, limit: FloatArray, q: float, density: FloatArray
 ) -> list[Limits]:
     """Return limits on the tilt of junctions.
 
@@ -87,10 +87,14 @@ def tilt_limits(
     ----------
     limit : (R, 2)
         Largest grade by class at each road's start and end.
+    q
+        Flexibility, 1/m.
+    density : (J,)
+        Usual weight of the observations per metre of road, 1/m³.
     """
     junctions = len(problem.junction_xy)
     columns = unknowns.to_knots.shape[1]
-    stiffness = float(rotation_stiffness(density, q))
+    stiffness = rotation_stiffness(density, q)
     bound = np.full(junctions, defaults.JUNCTION_TILT_MAX / defaults.GRADE_SLACK)
     at = problem.end_junction
     np.minimum.at(bound, at[at >= 0], limit[at >= 0])
@@ -98,14 +102,14 @@ def tilt_limits(
     j = np.repeat(np.arange(junctions, dtype=np.int64), 4)
     weights = np.column_stack([np.tile(np.cos(angle), junctions), np.tile(np.sin(angle), junctions)])
     tilt = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), weights, columns)
-    k = np.full(len(j), stiffness)
+    k = stiffness[j]
     limits = [
         _within(tilt, defaults.GRADE_SLACK * bound[j], k, TILT_CAP),
         _within(tilt, np.full(len(j), defaults.JUNCTION_TILT_MAX), k, np.inf),
     ]
     j, rise = _close_ends(problem)
     rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), rise, columns)
-    limits.append(_within(rows, np.full(len(j), defaults.JUNCTION_STEP_MAX), np.full(len(j), stiffness), np.inf))
+    limits.append(_within(rows, np.full(len(j), defaults.JUNCTION_STEP_MAX), stiffness[j], np.inf))
     return limits
 
 
@@ -165,22 +169,29 @@ def clearance_rows(elements: Elements, unknowns: Unknowns, crossings: Crossings)
 
 
 def clearance_limits(
-    elements: Elements, unknowns: Unknowns, crossings: Crossings, q: FloatArray, density: float, sigma: float
+    elements: Elements,
+    unknowns: Unknowns,
+    crossings: Crossings,
+    q: FloatArray,
+    density: FloatArray,
+    sigma: FloatArray,
 ) -> Limits:
-    """Return the elastic limits that keep upper roads clear of lower ones; `sigma` is the elevation model's."""
-    k = deflection_stiffness(density, q[element_at(elements, crossings.lower, crossings.lower_s)])
-    push = defaults.CLEARANCE_PUSH_SIGMAS * sigma
-    push = min(max(push, defaults.CLEARANCE_PUSH_MIN), defaults.CLEARANCE_PUSH_MAX)
+    """Return the elastic limits that keep upper roads clear of lower ones.
+
+    Parameters
+    ----------
+    q, density : (E,)
+        Flexibility, 1/m, and usual weight of the observations per metre of road, 1/m³.
+    sigma : (crossings,)
+        Standard error of the elevation model's heights, m.
+    """
+    below = element_at(elements, crossings.lower, crossings.lower_s)
+    k = deflection_stiffness(density[below], q[below])
+    push = np.clip(defaults.CLEARANCE_PUSH_SIGMAS * sigma, defaults.CLEARANCE_PUSH_MIN, defaults.CLEARANCE_PUSH_MAX)
     return Limits(
         clearance_rows(elements, unknowns, crossings),
-        np.full(len(k), defaults.CLEARANCE),
+        crossings.clearance,
         np.full(len(k), np.inf),
         STIFF * k,
         push * k,
     )
-
-
-def element_at(elements: Elements, road: IntArray, s: FloatArray) -> IntArray:
-    """Return the element that holds s of roads, both (n,)."""
-    start = elements.knot_start - np.arange(len(elements.knot_start))
-    return find_record(start, elements.s, road, s)

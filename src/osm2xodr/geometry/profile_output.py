@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.defaults import PROFILE_SLOPE_TOLERANCE, PROFILE_TOLERANCE
+from osm2xodr.defaults import (
+    PROFILE_DECIMALS,
+    PROFILE_S_DECIMALS,
+    PROFILE_SLOPE_DECIMALS,
+    PROFILE_SLOPE_TOLERANCE,
+    PROFILE_TOLERANCE,
+)
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 
 
@@ -30,6 +36,20 @@ def hermite_records(start: IntArray, s: FloatArray, value: FloatArray, slope: Fl
     return CubicProfile(first.astype(np.int64), s[a].copy(), value[a].copy(), slope[a].copy(), c, d)
 
 
+def short_numbers(start: IntArray, s: FloatArray, value: FloatArray, slope: FloatArray) -> tuple[FloatArray, ...]:
+    """Return s, value and slope of knots with few digits, save for those at both ends of each curve.
+
+    Cubics on both sides of a knot share what is rounded: they stay continuous, and files become shorter.
+    """
+    inner = np.ones(len(s), bool)
+    inner[start[:-1]] = inner[start[1:] - 1] = False
+    room = np.zeros(len(s), bool)
+    room[1:-1] = np.minimum(s[1:-1] - s[:-2], s[2:] - s[1:-1]) > 10 * 10.0**-PROFILE_S_DECIMALS
+    near = np.where(inner & room, np.round(s, PROFILE_S_DECIMALS), s)
+    level = np.where(inner, np.round(value + slope * (near - s), PROFILE_DECIMALS), value)
+    return near, level, np.where(inner, np.round(slope, PROFILE_SLOPE_DECIMALS), slope)
+
+
 def thin_knots(
     start: IntArray,
     s: FloatArray,
@@ -40,28 +60,31 @@ def thin_knots(
 ) -> BoolArray:
     """Return which knots to keep so that the cubics between them still fit all knots.
 
-    What is kept is kept exactly, so that value and slope stay continuous there. Pairs of neighbouring cubics are
-    joined round by round, so that the cost is linear in the number of knots.
+    What is kept is kept exactly, so that value and slope stay continuous there. In each round every other knot is
+    tried, odd and even ones in turn: neighbouring cubics are joined pair by pair, so that the cost is linear in the
+    number of knots.
     """
     curve = np.repeat(np.arange(len(start) - 1), np.diff(start))
     keep = np.ones(len(s), bool)
     fixed = np.zeros(len(s), bool)
     fixed[start[:-1]] = fixed[start[1:] - 1] = True
-    for _ in range(int(np.ceil(np.log2(max(2, len(s)))))):
+    failed = 0
+    phase = 1
+    for _ in range(2 * int(np.ceil(np.log2(max(2, len(s)))))):
         kept = np.flatnonzero(keep)
         first = np.searchsorted(kept, start[:-1])
         place = np.arange(len(kept)) - first[curve[kept]]
-        candidate = (place % 2 == 1) & ~fixed[kept]
-        if not candidate.any():
-            break
+        candidate = (place % 2 == phase) & ~fixed[kept]
         trial = kept[~candidate]
         misfit = _misfit(trial, s, value, slope, value_tolerance, slope_tolerance)
         # A candidate goes if no knot between its two neighbours is missed by the cubic that spans them.
         ends = np.searchsorted(trial, kept[candidate]) - 1
         good = ~misfit[ends]
-        if not good.any():
-            break
         keep[kept[candidate][good]] = False
+        failed = 0 if good.any() else failed + 1
+        if failed == 2:
+            break
+        phase = 1 - phase
     return keep
 
 
@@ -100,7 +123,7 @@ def thin_records(
     keep = thin_knots(start, s, value, slope, value_tolerance, slope_tolerance)
     counts = np.add.reduceat(keep, start[:-1]) if len(start) > 1 else np.zeros(0, np.int64)
     kept_start = np.r_[0, np.cumsum(counts)].astype(np.int64)
-    return hermite_records(kept_start, s[keep], value[keep], slope[keep])
+    return hermite_records(kept_start, *short_numbers(kept_start, s[keep], value[keep], slope[keep]))
 
 
 def only_curves(profile: CubicProfile, wanted: BoolArray) -> CubicProfile:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from osm2xodr.defaults import GRADE_LIMIT
+from osm2xodr.elevation_report import ElevationReport
 from osm2xodr.geometry.curves import find_record
 from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView
 
@@ -47,6 +48,12 @@ class ProfileProblem:
         1 where traffic runs along +s only, -1 against it only, 0 both ways.
     span_width : (K,), optional
         Width of the carriageway, m.
+    span_middle : (K,), optional
+        t of the carriageway's middle, m; 0 where not given.
+    ele_road, ele_s, ele_z : (M,), optional
+        Heights that OSM's ``ele`` gives: road, place along it and height, m.
+    road_id : (R,), optional
+        Ids of the roads, for reports; their index where not given.
     """
 
     plan_view: PlanView
@@ -63,6 +70,11 @@ class ProfileProblem:
     span_name: IntArray | None = None
     span_oneway: IntArray | None = None
     span_width: FloatArray | None = None
+    span_middle: FloatArray | None = None
+    ele_road: IntArray | None = None
+    ele_s: FloatArray | None = None
+    ele_z: FloatArray | None = None
+    road_id: IntArray | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +89,15 @@ class ElevationOptions:
         Largest grade by OSM's ``highway`` value, rise per metre.
     structures
         Whether bridges and tunnels leave the ground, and roads of different layers keep clear of each other.
+    superelevation
+        Whether motorways and trunk roads get the cross slope that an elevation model of the ground with cells of 2 m
+        and less shows.
     """
 
     smoothing: float = 1.0
     grade_limit: Mapping[str, float] = field(default_factory=lambda: GRADE_LIMIT)
     structures: bool = True
+    superelevation: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +115,10 @@ class ProfileSolution:
         Height, m, and grade along +s at each road's start and end.
     statistics
         Figures about the solution, for reports.
+    report
+        The same, place by place; None on a level world.
+    superelevation
+        R curves, rad, 0 with slope 0 at junctions; None where it was not asked for.
     """
 
     elevation: CubicProfile
@@ -106,6 +126,8 @@ class ProfileSolution:
     end_z: FloatArray
     end_grade: FloatArray
     statistics: Mapping[str, float] = field(default_factory=dict)
+    report: ElevationReport | None = None
+    superelevation: CubicProfile | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,8 +8,8 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.profile_evidence import Reading
 from osm2xodr.geometry.profile_problem import ProfileProblem, span_at
+from osm2xodr.geometry.profile_reading import Reading
 from osm2xodr.geometry.profile_structures import Crossings
 from osm2xodr.geometry.profile_system import Elements, Samples
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
@@ -39,6 +39,8 @@ class Outcome:
         Limit of its class.
     crossings, clearance
         Where layers cross, and the height between them, m.
+    chain : (E,)
+        Chain of structures of each element, -1 on the ground.
     tilt : (J,)
         Slope of each junction's plane.
     """
@@ -50,6 +52,7 @@ class Outcome:
     limit: FloatArray
     crossings: Crossings
     clearance: FloatArray
+    chain: IntArray
     tilt: FloatArray
 
 
@@ -66,26 +69,10 @@ def element_grades(elements: Elements, knots: FloatArray) -> FloatArray:
     return out
 
 
-def statistics(elements: Elements, samples: Samples, outcome: Outcome) -> dict[str, float]:
-    """Return figures of a solution."""
-    ds = samples.ds
-    ground = elements.structure[samples.element] == Structure.GROUND
-    held = ground & outcome.reading.measured
-    off = (outcome.z - outcome.reading.surface_z)[held]
-    weight = ds[held] / max(float(ds[held].sum()), 1e-9)
-    steep = outcome.grade > outcome.limit
-    short = outcome.clearance < defaults.CLEARANCE - defaults.CLEARANCE_TOLERANCE
-    return {
-        "height_measured_share": float(ds[outcome.reading.measured].sum() / max(float(ds.sum()), 1e-9)),
-        "height_above_surface_mean_m": float(weight @ off),
-        "height_above_surface_rms_m": float(np.sqrt(weight @ off**2)),
-        "height_above_surface_p95_m": float(np.percentile(np.abs(off), 95)) if len(off) else 0.0,
-        "grade_max": float(outcome.grade.max(initial=0.0)),
-        "grade_over_class_limit_km": float(elements.h[steep].sum()) / 1000.0,
-        "junction_tilt_max": float(outcome.tilt.max(initial=0.0)),
-        "layer_crossings": float(len(outcome.clearance)),
-        "layer_crossings_too_close": float(np.count_nonzero(short)),
-    }
+def too_close(outcome: Outcome) -> BoolArray:
+    """Return which crossings have less clearance than they should."""
+    out: BoolArray = outcome.clearance < outcome.crossings.clearance - defaults.CLEARANCE_TOLERANCE
+    return out
 
 
 def report(
@@ -147,12 +134,11 @@ def _report_crossings(problem: ProfileProblem, outcome: Outcome, diagnostics: Di
     crossings = outcome.crossings
     upper = problem.span_way[span_at(problem, crossings.upper, crossings.upper_s)]
     lower = problem.span_way[span_at(problem, crossings.lower, crossings.lower_s)]
-    short = np.flatnonzero(outcome.clearance < defaults.CLEARANCE - defaults.CLEARANCE_TOLERANCE)
-    for k in short.tolist():
+    for k in np.flatnonzero(too_close(outcome)).tolist():
         diagnostics.note(
             "clearance",
             f"way/{upper[k]}",
-            f"it passes {outcome.clearance[k]:.1f} m above way/{lower[k]} instead of {defaults.CLEARANCE:.1f} m, "
+            f"it passes {outcome.clearance[k]:.1f} m above way/{lower[k]} instead of {crossings.clearance[k]:.1f} m, "
             "more would make the roads too steep",
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,8 @@ LEAST_FACTOR = 1e-3
 STEPS = 30
 ROBUST_STEPS = 4
 LEAST_FALL = 0.1
+# Steps of each stage on the way through canopy and roofs.
+STAGE_STEPS = 4
 # A line search always goes on by this share, so that rounding cannot stop it short of the minimum.
 LEAST_SHARE = 1e-3
 _ALL = slice(None)
@@ -106,24 +109,73 @@ def stacked(parts: list[sp.csr_matrix], columns: int) -> sp.csr_matrix:
     return sp.csr_matrix(sp.vstack(wide))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Robust:
     """How residuals lose weight: by (1 + (r / (k sigma))²) to the power -1, later -2.
 
     Parameters
     ----------
     above, below
-        k for observations above and below the road.
+        k for observations above and below the road, (n,) or one for all.
+    least
+        The factor that they keep at least, (n,) or one for all.
     """
 
-    above: float
-    below: float
+    above: FloatArray | float
+    below: FloatArray | float
+    least: FloatArray | float = LEAST_FACTOR
 
     def factors(self, residual: FloatArray, sigma: FloatArray, late: bool) -> FloatArray:
         """Return the factor on each weight; `residual` is observed minus solved, m."""
         k = np.where(residual > 0, self.above, self.below)
         base = 1.0 / (1.0 + (residual / (k * sigma)) ** 2)
-        return np.maximum(base * base if late else base, LEAST_FACTOR)
+        return np.maximum(base * base if late else base, self.least)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """A stiffer network to begin with.
+
+    Parameters
+    ----------
+    stiffness : (N, N)
+        Its stiffness.
+    tolerance
+        How far the ground may leave what so stiff a road follows, m.
+    """
+
+    stiffness: sp.csr_matrix
+    tolerance: float
+
+
+def see_through(stages: Sequence[Stage], observations: Observations, robust: Robust) -> FloatArray:
+    """Return factors (n,) on the weights of observations, small where they stand on the ground rather than show it.
+
+    A road that bends as roads do follows a wood's canopy up and down, and no residual is left that would tell. One
+    that is too stiff for that passes below, as long as ground shows between; what stands out above it loses its
+    weight, and a road that is less stiff can then be told from what is left. (Graduated non-convexity: the minimum
+    of an easier problem is where the next one starts.)
+
+    Parameters
+    ----------
+    stages
+        From the stiffest on.
+    observations
+        What is known.
+    robust
+        How observations lose weight.
+    """
+    obs = observations
+    transposed = obs.rows.T.tocsr()
+    factors = np.ones(len(obs.z))
+    for stage in stages:
+        sigma = np.hypot(obs.sigma, stage.tolerance)
+        for _ in range(STAGE_STEPS):
+            weight = obs.weight * factors
+            matrix = stage.stiffness + transposed @ sp.diags(weight) @ obs.rows
+            x = solve_symmetric(matrix, transposed @ (weight * obs.z))
+            factors = robust.factors(obs.z - obs.rows @ x, sigma, late=False)
+    return factors
 
 
 def solve_symmetric(matrix: sp.csr_matrix, rhs: FloatArray) -> FloatArray:
@@ -143,7 +195,12 @@ def solve_symmetric(matrix: sp.csr_matrix, rhs: FloatArray) -> FloatArray:
 
 
 def solve_network(
-    stiffness: sp.csr_matrix, observations: Observations, inner: Limits, limits: Limits, robust: Robust
+    stiffness: sp.csr_matrix,
+    observations: Observations,
+    inner: Limits,
+    limits: Limits,
+    robust: Robust,
+    first: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Minimise bending, tension and misfit under elastic limits.
 
@@ -164,6 +221,8 @@ def solve_network(
         All limits.
     robust
         How outliers lose weight.
+    first : (n,), optional
+        Factors on the weights to begin with.
 
     Returns
     -------
@@ -173,7 +232,7 @@ def solve_network(
         The robust factors that were put on the observations' weights.
     """
     obs = observations
-    factors = np.ones(len(obs.z))
+    factors = np.ones(len(obs.z)) if first is None else first
     transposed = obs.rows.T.tocsr()
     x = np.zeros(0)
     for step in range(STEPS):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.defaults import PARALLEL_SINE
+from osm2xodr.defaults import CLEARANCE, CLEARANCE_OTHER, PARALLEL_SINE
 from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.geometry.profile_problem import ProfileProblem, span_at
 from osm2xodr.geometry.profile_system import Elements, Unknowns
@@ -18,6 +18,8 @@ CHORD = 12.0
 CELL = 24.0
 # Roads that meet at a node do not cross there, however their layers are tagged: within this distance of it, m.
 NEAR_NODE = 25.0
+# Width that carriageways one above the other share at least, m: below it they rather lie side by side.
+SHARED_WIDTH = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,12 +155,15 @@ class Crossings:
         Roads.
     upper_s, lower_s : (n,)
         Where, m.
+    clearance : (n,)
+        Height that there should be from road to road, by the class of the lower one, m.
     """
 
     upper: IntArray
     upper_s: FloatArray
     lower: IntArray
     lower_s: FloatArray
+    clearance: FloatArray
 
 
 def _chords(problem: ProfileProblem) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
@@ -203,7 +208,7 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     probe = np.flatnonzero(structure != Structure.GROUND)
     empty = np.zeros(0, np.int64)
     if not len(probe):
-        return Crossings(empty, np.zeros(0), empty, np.zeros(0))
+        return Crossings(empty, np.zeros(0), empty, np.zeros(0), np.zeros(0))
     a, b = _pairs_in_cells(box, probe)
     over = layer[a] > layer[b]
     apart = (layer[a] != layer[b]) & np.where(
@@ -218,7 +223,8 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
         ta = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / cross
         tb = (d[:, 0] * u[:, 1] - d[:, 1] * u[:, 0]) / cross
     hit = (ta >= 0) & (ta < 1) & (tb >= 0) & (tb < 1)
-    above, along = _on_top_of_each_other(problem, end_node, road, span, box, a, b)
+    inner = _within_structure(road, s, step, structure)
+    above, along = _on_top_of_each_other(problem, end_node, road, span, box, inner, a, b)
     above &= ~hit
     ta, tb = np.where(above, 0.5, ta), np.where(above, along, tb)
     hit |= above
@@ -233,7 +239,10 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     key = np.column_stack([upper, lower, np.round(upper_s, 3), np.round(lower_s, 3)])
     unique = np.unique(key, axis=0, return_index=True)[1]
     unique.sort()
-    return Crossings(upper[unique], upper_s[unique], lower[unique], lower_s[unique])
+    upper, upper_s, lower, lower_s = (value[unique] for value in (upper, upper_s, lower, lower_s))
+    highway = [problem.span_highway[k] for k in span_at(problem, lower, lower_s).tolist()]
+    clearance = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in highway], np.float64)
+    return Crossings(upper, upper_s, lower, lower_s, clearance)
 
 
 def _on_top_of_each_other(
@@ -242,12 +251,15 @@ def _on_top_of_each_other(
     road: IntArray,
     span: IntArray,
     box: FloatArray,
+    inner: BoolArray,
     a: IntArray,
     b: IntArray,
 ) -> tuple[BoolArray, FloatArray]:
     """Say for pairs of chords whether they run one above the other (double decks), and where on b the middle of a is.
 
-    Roads that meet at a node are left out: a ramp comes down onto the road that it runs along.
+    Away from its ends a structure may also lie over a part only of what runs along it; near them the widths that are
+    guessed could make it do so. Roads that meet at a node are left out: a ramp comes down onto the road that it runs
+    along.
     """
     u, v = box[a, 2:] - box[a, :2], box[b, 2:] - box[b, :2]
     off = box[a, :2] + 0.5 * u - box[b, :2]
@@ -257,11 +269,23 @@ def _on_top_of_each_other(
     sine = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / (np.maximum(np.hypot(*u.T), 1e-9) * long)
     if problem.span_width is None:
         return np.zeros(len(a), bool), along
-    narrower = np.minimum(problem.span_width[span[a]], problem.span_width[span[b]])
+    one, other = problem.span_width[span[a]], problem.span_width[span[b]]
+    shared = np.where(inner[a], 0.5 * (one + other) - SHARED_WIDTH, 0.5 * np.minimum(one, other))
     anywhere = np.zeros(len(a))
     meet = _meet_nearby(problem, end_node, road[a], anywhere, road[b], anywhere, near=np.inf)
-    out: BoolArray = (along >= 0) & (along < 1) & (aside < narrower / 2) & (sine < PARALLEL_SINE) & ~meet
+    out: BoolArray = (along >= 0) & (along < 1) & (aside < shared) & (sine < PARALLEL_SINE) & ~meet
     return out, along
+
+
+def _within_structure(road: IntArray, s: FloatArray, step: FloatArray, structure: IntArray) -> BoolArray:
+    """Return which chords lie on a structure and farther than NEAR_NODE from where it or its road ends."""
+    on = structure != Structure.GROUND
+    border = np.r_[True, (road[1:] != road[:-1]) | (structure[1:] != structure[:-1]), True]
+    first = np.flatnonzero(border[:-1])
+    run = np.cumsum(border[:-1]) - 1
+    last = np.r_[first[1:], len(road)] - 1
+    out: BoolArray = on & (s - s[first][run] > NEAR_NODE) & (s[last][run] - s > NEAR_NODE)
+    return out
 
 
 def _meet_nearby(

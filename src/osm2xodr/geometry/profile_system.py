@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.geometry.curves import lengths, pose
+from osm2xodr.geometry.curves import find_record, lengths, pose
 from osm2xodr.geometry.profile_problem import ProfileProblem, span_at, span_roads
 from osm2xodr.model import FloatArray, IntArray
 
@@ -92,12 +92,13 @@ def _runs(problem: ProfileProblem, length: FloatArray) -> tuple[IntArray, FloatA
     return road, s, np.where(last, length[road], ends)
 
 
-def build_elements(problem: ProfileProblem, spacing: float) -> Elements:
-    """Cut roads into elements of equal length, at most `spacing`, that end where the structure changes."""
+def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elements:
+    """Cut roads into elements of equal length, at most `spacing` (R,), that end where the structure changes."""
     length = np.maximum(lengths(problem.plan_view), 1e-6)
     run_road, run_s, run_end = _runs(problem, length)
     run_length = run_end - run_s
-    count = np.maximum(1, np.ceil(run_length / spacing - 1e-9)).astype(np.int64)
+    longest = np.broadcast_to(np.asarray(spacing, np.float64), length.shape)[run_road]
+    count = np.maximum(1, np.ceil(run_length / longest - 1e-9)).astype(np.int64)
     run = np.repeat(np.arange(len(count)), count)
     within = np.arange(len(run)) - np.repeat(np.cumsum(count) - count, count)
     h = (run_length / count)[run]
@@ -124,9 +125,9 @@ def build_elements(problem: ProfileProblem, spacing: float) -> Elements:
     )
 
 
-def build_samples(problem: ProfileProblem, elements: Elements, spacing: float) -> Samples:
-    """Spread samples evenly over each element, at most `spacing` apart."""
-    count = np.maximum(1, np.ceil(elements.h / spacing - 1e-9)).astype(np.int64)
+def build_samples(problem: ProfileProblem, elements: Elements, spacing: FloatArray) -> Samples:
+    """Spread samples evenly over each element, at most its road's `spacing` (R,) apart."""
+    count = np.maximum(1, np.ceil(elements.h / spacing[elements.road] - 1e-9)).astype(np.int64)
     element = np.repeat(np.arange(len(count), dtype=np.int64), count)
     within = np.arange(len(element)) - np.repeat(np.cumsum(count) - count, count)
     u = (within + 0.5) / count[element]
@@ -177,6 +178,12 @@ def element_dofs(elements: Elements, element: IntArray | None = None) -> IntArra
     return 2 * knot[:, None] + np.arange(4)
 
 
+def element_at(elements: Elements, road: IntArray, s: FloatArray) -> IntArray:
+    """Return the element that holds s of roads, both (n,)."""
+    start = elements.knot_start - np.arange(len(elements.knot_start))
+    return find_record(start, elements.s, road, s)
+
+
 def assemble(dofs: IntArray, matrices: FloatArray, size: int) -> sp.csr_matrix:
     """Add element matrices (n, 4, 4) up over the knots' degrees of freedom."""
     rows = np.broadcast_to(dofs[:, :, None], matrices.shape)
@@ -199,6 +206,8 @@ class Unknowns:
     ----------
     to_knots : (2 * knots, N)
         Matrix from unknowns to z and g of every knot.
+    junctions
+        Number of junctions; their (z, gx, gy) come first.
     z_columns
         The unknowns that are heights.
     end_node : (2 * R,)
@@ -206,6 +215,7 @@ class Unknowns:
     """
 
     to_knots: sp.csr_matrix
+    junctions: int
     z_columns: IntArray
     end_node: IntArray
 
@@ -275,7 +285,7 @@ def number_unknowns(problem: ProfileProblem, elements: Elements) -> Unknowns:
         3 * np.arange(junctions), np.arange(base_free, base_inner, 2), np.arange(base_inner, size, 2)
     ].astype(np.int64)
     end_node = np.where(junction >= 0, junction, junctions + number[owner])
-    return Unknowns(to_knots, z_columns, end_node)
+    return Unknowns(to_knots, junctions, z_columns, end_node)
 
 
 def components(problem: ProfileProblem, unknowns: Unknowns) -> IntArray:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.curves import lengths
 from osm2xodr.geometry.lane_sections import Stretch, stretches
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts
-from osm2xodr.geometry.straight_ends import out_of_bends
+from osm2xodr.geometry.straight_ends import out_of_bends, outermost_lanes
 from osm2xodr.geometry.streets import FittedStreets, Piece
 from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
 
@@ -51,6 +49,10 @@ class RoadParts:
     end_link: IntArray
     stretches: tuple[tuple[Stretch, ...], ...]
 
+    def at_end(self, end: int) -> Stretch:
+        """Return the stretch at a road end."""
+        return self.stretches[end // 2][-1 if end % 2 else 0]
+
 
 def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) -> JunctionLayout:
     """Take out junctions that nobody can drive through: their arms are dead ends and keep their length."""
@@ -74,8 +76,8 @@ def cut_roads(network: StreetNetwork, fitted: FittedStreets, layout: JunctionLay
     whole = np.flatnonzero(~layout.inner & ~halved)
     halves = np.flatnonzero(~layout.inner & halved)
     street = np.concatenate([whole, np.repeat(halves, 2)])
-    aside = np.array([_aside(fitted.pieces[k]) for k in halves.tolist()])
-    middle = out_of_bends(fitted.plan_view, halves, (begin[halves] + end[halves]) / 2, aside, length)
+    right, left = np.array([outermost_lanes(fitted.pieces[k]) for k in halves.tolist()]).reshape(-1, 2).T
+    middle = out_of_bends(fitted.plan_view, halves, (begin[halves] + end[halves]) / 2, right, left, length)
     middle = np.clip(middle, begin[halves] + 0.25 * (end - begin)[halves], end[halves] - 0.25 * (end - begin)[halves])
     lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
     hi = np.concatenate([end[whole], np.column_stack([middle, end[halves]]).ravel()])
@@ -115,11 +117,6 @@ def cut_roads(network: StreetNetwork, fitted: FittedStreets, layout: JunctionLay
     )
 
 
-def _aside(pieces: Sequence[Piece]) -> float:
-    """Return how far the middle of the outermost lane lies from the reference line at most, m."""
-    return max(max(max(c.left_edge, -c.right_edge) for _, _, c in pieces) - defaults.HALF_LANE, 0.0)
-
-
 def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> list[tuple[Piece, ...]]:
     """Return the pieces of all streets with their borders moved out of tight bends, where lanes may change."""
     inner = [(k, i) for k, pieces in enumerate(fitted.pieces) for i in range(1, len(pieces))]
@@ -127,8 +124,8 @@ def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> list[tuple[Piece,
         return list(fitted.pieces)
     curve = np.array([k for k, _ in inner], np.int64)
     s = np.array([fitted.pieces[k][i][0] for k, i in inner])
-    aside = np.array([_aside(fitted.pieces[k][i - 1 : i + 1]) for k, i in inner])
-    moved = out_of_bends(fitted.plan_view, curve, s, aside, length)
+    right, left = np.array([outermost_lanes(fitted.pieces[k][i - 1 : i + 1]) for k, i in inner]).T
+    moved = out_of_bends(fitted.plan_view, curve, s, right, left, length)
     at = dict(zip(inner, moved.tolist(), strict=True))
     out: list[tuple[Piece, ...]] = []
     for k, pieces in enumerate(fitted.pieces):

@@ -13,25 +13,29 @@ from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.connecting_roads import ConnectingRoads, build_connecting_roads
+from osm2xodr.geometry.connectivity import Connectivity
+from osm2xodr.geometry.connectivity_report import report_unheeded
+from osm2xodr.geometry.connectors import detours
 from osm2xodr.geometry.curves import joined_plan_views, joined_profiles, profile_of, smallest_radius
-from osm2xodr.geometry.elevation import (
-    ConnectorProblem,
-    ElevationOptions,
-    ProfileProblem,
-    connector_profiles,
-    solve_profiles,
-)
-from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_lanes, smooth_step
-from osm2xodr.geometry.movements import find_movements
+from osm2xodr.geometry.elevation import ElevationOptions, connector_profiles, solve_profiles
+from osm2xodr.geometry.height_problems import connector_problem, profile_problem
+from osm2xodr.geometry.lane_links import find_lane_links
+from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_all, smooth_step
+from osm2xodr.geometry.movements import Movement, find_movements
 from osm2xodr.geometry.narrowing import fit_side_by_side
+from osm2xodr.geometry.priorities import Priorities, find_priorities
+from osm2xodr.geometry.reference_lines import lines_outside_bends
 from osm2xodr.geometry.road_parts import RoadParts, cut_roads, without_idle_junctions
 from osm2xodr.geometry.straight_ends import beyond_bends
-from osm2xodr.geometry.street_ends import street_ends
+from osm2xodr.geometry.street_ends import StreetEnds, street_ends
 from osm2xodr.geometry.streets import FittedStreets, fit_streets, outer_lanes
-from osm2xodr.geometry.turning_room import detours, widened_trims
+from osm2xodr.geometry.turnarounds import RoadOptions, add_turnarounds
+from osm2xodr.geometry.turning_room import widened_trims
+from osm2xodr.geometry.wide_turns import with_wide_turns
 from osm2xodr.model import (
     Connection,
     Cubic,
+    IntArray,
     Junction,
     Lane,
     LaneSection,
@@ -42,7 +46,6 @@ from osm2xodr.model import (
     RoadMark,
     RoadType,
     Rule,
-    StreetAttributes,
     StreetNetwork,
     Surface,
 )
@@ -53,6 +56,7 @@ def build_roads(
     surface: Surface,
     diagnostics: Diagnostics,
     elevation_options: ElevationOptions | None = None,
+    road_options: RoadOptions | None = None,
 ) -> RoadMap:
     """Turn streets into roads, intersections into junctions, and give all of them heights.
 
@@ -66,27 +70,46 @@ def build_roads(
         Where repairs and compromises are told.
     elevation_options
         What the user chose about heights.
+    road_options
+        What the user chose about roads.
     """
     fitted = fit_side_by_side(network, fit_streets(network, diagnostics), diagnostics)
-    ends = street_ends(network, fitted.plan_view, tuple((p[0][2], p[-1][2]) for p in fitted.pieces))
+    ends = _ends(network, fitted)
     layout = lay_out_junctions(network, ends)
     movements = find_movements(network, ends, layout, diagnostics)
     layout = without_idle_junctions(layout, movements)
+    road_options = road_options or RoadOptions()
+    layout, loops = add_turnarounds(network, fitted, ends, layout, road_options, diagnostics)
+    movements += loops
     parts = cut_roads(network, fitted, layout)
+    first = parts
     inner_lanes = partial(outer_lanes, fitted, network.rule)
-    connecting = build_connecting_roads(parts, movements, ends, layout.trim, inner_lanes, network.rule)
-    trim = beyond_bends(ends, layout.junction, widened_trims(ends, layout, parts, connecting))
+    links = find_lane_links(parts, movements, network.rule)
+    connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
+    widened = widened_trims(ends, layout, parts, connecting)
+    trim = beyond_bends(ends, layout.junction, widened, layout.trim)
     if (trim != layout.trim).any():
         layout = replace(layout, trim=trim)
         parts = cut_roads(network, fitted, layout)
-        connecting = build_connecting_roads(parts, movements, ends, trim, inner_lanes, network.rule)
+    moved, layout = lines_outside_bends(fitted, layout, parts)
+    if moved is not fitted:
+        fitted = moved
+        ends = _ends(network, fitted)
+        parts = cut_roads(network, fitted, layout)
+    if parts is not first:
+        links = find_lane_links(parts, movements, network.rule, links)
+        connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
+    connecting = with_wide_turns(connecting, parts)
     connecting = _without_detours(network, layout, connecting, diagnostics)
     _report(network, layout, connecting, diagnostics)
-    problem = _profile_problem(network, fitted, layout, parts)
+    _report_connectivity(network, movements, parts, diagnostics)
+    problem = profile_problem(network, fitted, layout, parts, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options)
-    elevation, superelevation = connector_profiles(problem, _connector_problem(connecting), solution)
+    elevation, superelevation = connector_profiles(problem, connector_problem(connecting), solution)
+    priorities = find_priorities(network, ends, layout, parts, connecting, diagnostics)
     numbers = _Numbers(len(parts.length), len(connecting.length))
-    lanes = [lay_out_lanes(item, network.rule) for item in parts.stretches]
+    known = Connectivity.of(network.connectivities)
+    lanes = lay_out_all(parts.stretches, network.rule, known)
     offsets = [layout.offset for layout in lanes] + _connecting_offsets(connecting, network.rule)
     none = profile_of([() for _ in lanes])
     return RoadMap(
@@ -96,17 +119,24 @@ def build_roads(
             *_roads(parts, lanes, connecting, numbers),
             *_connecting(connecting, parts, lanes, numbers, network.rule),
         ),
-        junctions=_junctions(network, layout, connecting, numbers),
+        junctions=_junctions(network, layout, connecting, priorities, numbers),
         plan_view=joined_plan_views(parts.plan_view, connecting.plan_view),
         elevation=joined_profiles(solution.elevation, elevation),
-        superelevation=joined_profiles(none, superelevation),
+        superelevation=joined_profiles(solution.superelevation or none, superelevation),
         lane_offset=profile_of(offsets),
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
             "connecting_road_km": float(connecting.length.sum()) / 1000,
             **solution.statistics,
+            **priorities.statistics,
         },
+        elevation_report=solution.report,
     )
+
+
+def _ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:
+    sections = tuple((pieces[0][2], pieces[-1][2]) for pieces in fitted.pieces)
+    return street_ends(network, fitted.plan_view, sections, fitted.aside)
 
 
 class _Numbers:
@@ -130,7 +160,8 @@ def _without_detours(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> ConnectingRoads:
     """Leave out connecting roads that no car would drive because the arms that they join lie on each other."""
-    astray = detours(connecting.plan_view)
+    # Loops that turn back are long by design.
+    astray = detours(connecting.plan_view) & (connecting.entry != connecting.exit)
     for junction in np.unique(connecting.junction[astray]).tolist():
         node = network.intersections[layout.nodes[junction][0]].osm_node_id
         diagnostics.dropped(
@@ -154,77 +185,34 @@ def _report(
         diagnostics.repaired("tight-turn", f"node/{node}", "a turn through the junction is sharper than a car drives")
 
 
-def _profile_problem(
-    network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts
-) -> ProfileProblem:
-    """Ask for the heights of all roads: their spans carry structure, class and grade tags."""
-    spans: list[tuple[float, StreetAttributes]] = []
-    count: list[int] = []
-    for k, street in enumerate(parts.street.tolist()):
-        begin, end = float(parts.begin[k]), float(parts.begin[k] + parts.length[k])
-        own = [
-            (max(s - begin, 0.0), attributes)
-            for i, (s, attributes, _) in enumerate(fitted.pieces[street])
-            if s < end and (i + 1 == len(fitted.pieces[street]) or fitted.pieces[street][i + 1][0] > begin)
-        ]
-        own = own or [(0.0, fitted.pieces[street][-1][1])]
-        own[0] = (0.0, own[0][1])
-        spans += own
-        count.append(len(own))
-    xy = np.array(
-        [
-            np.mean([(network.intersections[n].x, network.intersections[n].y) for n in nodes], axis=0)
-            for nodes in layout.nodes
-        ]
-    ).reshape(-1, 2)
-    names: dict[str, int] = {}
-    return ProfileProblem(
-        plan_view=parts.plan_view,
-        end_junction=parts.end_junction,
-        end_link=parts.end_link,
-        junction_xy=xy,
-        span_start=np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
-        span_s=np.array([s for s, _ in spans]),
-        span_structure=np.array([a.structure.value for _, a in spans], np.int64),
-        span_layer=np.array([a.layer for _, a in spans], np.int64),
-        span_highway=tuple(a.highway for _, a in spans),
-        span_grade=np.array([np.nan if a.grade is None else a.grade for _, a in spans]),
-        span_way=np.array([a.osm_way_id for _, a in spans], np.int64),
-        span_name=np.array(
-            [names.setdefault(a.ref or a.name, len(names)) if a.ref or a.name else -1 for _, a in spans]
-        ),
-        span_oneway=np.array([_oneway(a) for _, a in spans], np.int64),
-        span_width=np.array([sum(lane.width for lane in a.lanes_ltr) for _, a in spans]),
-    )
-
-
-def _oneway(attributes: StreetAttributes) -> int:
-    """Return 1 where all traffic runs along the street, -1 where all runs against it, 0 else."""
-    directions = {lane.direction.value for lane in attributes.lanes_ltr}
-    return directions.pop() if len(directions) == 1 else 0
-
-
-def _connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
-    return ConnectorProblem(
-        plan_view=connecting.plan_view,
-        junction=connecting.junction,
-        start_end=connecting.entry,
-        end_end=connecting.exit,
-        start_t=connecting.entry_t,
-        end_t=connecting.exit_t,
-        half_width=np.minimum(connecting.entry_width, connecting.exit_width) / 2,
-    )
+def _report_connectivity(
+    network: StreetNetwork, movements: Sequence[Movement], parts: RoadParts, diagnostics: Diagnostics
+) -> None:
+    if not network.connectivities:
+        return
+    ends = [(item, int(parts.road_end[item.entry]), int(parts.road_end[item.exit])) for item in movements]
+    sections = [(item, parts.at_end(one).section, parts.at_end(other).section) for item, one, other in ends]
+    report_unheeded(network, sections, parts.stretches, diagnostics)
 
 
 def _connecting_offsets(connecting: ConnectingRoads, rule: Rule) -> list[tuple[Cubic, ...]]:
     """Return the lane offsets that put a connecting road's one lane around its reference line."""
-    side = 0.5 if rule is Rule.RIGHT_HAND else -0.5
+    side = -0.5 * _own_lanes(connecting, rule)
     return [
-        (_blend(length, side * w0, side * w1),)
+        (_blend(length, w0, w1),)
         for length, w0, w1 in zip(
-            connecting.length.tolist(), connecting.entry_width.tolist(), connecting.exit_width.tolist(), strict=True
+            connecting.length.tolist(),
+            (side * connecting.entry_width).tolist(),
+            (side * connecting.exit_width).tolist(),
+            strict=True,
         )
     ]
+
+
+def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
+    """Return the id of each connecting road's one lane, (n,)."""
+    usual = -1 if rule is Rule.RIGHT_HAND else 1
+    return np.where(connecting.against, -usual, usual)
 
 
 def _blend(length: float, start: float, end: float) -> Cubic:
@@ -284,9 +272,8 @@ def _connecting(
     connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout], numbers: _Numbers, rule: Rule
 ) -> list[Road]:
     out: list[Road] = []
-    none = RoadMark("none", width=0.0)
-    own = -1 if rule is Rule.RIGHT_HAND else 1
-    centre = Lane(0, LaneType.NONE, (), road_mark=none)
+    kinds: dict[_LaneKind, tuple[LaneSection, ...]] = {}
+    types: dict[tuple[str, float | None], tuple[RoadType, ...]] = {}
     columns = (
         connecting.junction,
         connecting.entry,
@@ -296,14 +283,18 @@ def _connecting(
         connecting.entry_width,
         connecting.exit_width,
         connecting.length,
+        _own_lanes(connecting, rule),
     )
-    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length) in enumerate(
+    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own) in enumerate(
         zip(*(column.tolist() for column in columns), strict=True)
     ):
-        lane = Lane(own, connecting.set_apart[k], (_blend(length, w0, w1),), lane_in, lane_out, none)
-        stretch = parts.stretches[entry // 2][-1 if entry % 2 else 0]
-        speed = stretch.attributes.speed_forward if entry % 2 else stretch.attributes.speed_backward
-        types = lanes[entry // 2].types
+        kind = (own, connecting.set_apart[k], w0, w1, length if w0 != w1 else 0.0, lane_in, lane_out)
+        sections = kinds.get(kind)
+        if sections is None:
+            sections = kinds[kind] = _one_lane(*kind)
+        attributes = parts.at_end(entry).attributes
+        speed = attributes.speed_forward if entry % 2 else attributes.speed_backward
+        road_type = lanes[entry // 2].types[-1 if entry % 2 else 0].type, speed
         out.append(
             Road(
                 id=numbers.connecting(k),
@@ -311,18 +302,39 @@ def _connecting(
                 junction=numbers.junction(junction),
                 predecessor=RoadLink(False, numbers.road(entry // 2), entry % 2 == 0),
                 successor=RoadLink(False, numbers.road(exit_ // 2), exit_ % 2 == 0),
-                types=(RoadType(0.0, types[-1 if entry % 2 else 0].type, speed),),
-                lane_sections=(LaneSection(0.0, (centre, lane) if own < 0 else (lane, centre)),),
+                types=types.get(road_type) or types.setdefault(road_type, (RoadType(0.0, *road_type),)),
+                lane_sections=sections,
                 osm_way_ids=(),
             )
         )
     return out
 
 
+_NO_MARK = RoadMark("none", width=0.0)
+_CENTRE = Lane(0, LaneType.NONE, (), road_mark=_NO_MARK)
+_LaneKind = tuple[int, LaneType, float, float, float, int, int]
+
+
+def _one_lane(
+    own: int, lane_type: LaneType, start: float, end: float, length: float, lane_in: int, lane_out: int
+) -> tuple[LaneSection, ...]:
+    """Return the lane section of a connecting road, from one width to another."""
+    lane = Lane(own, lane_type, (_blend(length, start, end),), lane_in, lane_out, _NO_MARK)
+    return (LaneSection(0.0, (_CENTRE, lane) if own < 0 else (lane, _CENTRE)),)
+
+
 def _junctions(
-    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, numbers: _Numbers
+    network: StreetNetwork,
+    layout: JunctionLayout,
+    connecting: ConnectingRoads,
+    priorities: Priorities,
+    numbers: _Numbers,
 ) -> tuple[Junction, ...]:
-    own = -1 if network.rule is Rule.RIGHT_HAND else 1
+    own = _own_lanes(connecting, network.rule).tolist()
+    pairs: dict[int, list[tuple[int, int]]] = {}
+    for high, low in zip(priorities.high.tolist(), priorities.low.tolist(), strict=True):
+        pair = numbers.connecting(high), numbers.connecting(low)
+        pairs.setdefault(int(connecting.junction[high]), []).append(pair)
     out: list[Junction] = []
     for junction, group in groupby(range(len(connecting.length)), key=lambda k: int(connecting.junction[k])):
         connections = tuple(
@@ -330,10 +342,11 @@ def _junctions(
                 id=number,
                 incoming_road=numbers.road(int(connecting.entry[k]) // 2),
                 connecting_road=numbers.connecting(k),
-                lane_links=((int(connecting.entry_lane[k]), own),),
+                lane_links=((int(connecting.entry_lane[k]), own[k]),),
             )
             for number, k in enumerate(group)
         )
         nodes = tuple(network.intersections[node].osm_node_id for node in layout.nodes[junction])
-        out.append(Junction(numbers.junction(junction), "", connections, nodes))
+        yielding = tuple(sorted(pairs.get(junction, ())))
+        out.append(Junction(numbers.junction(junction), "", connections, nodes, yielding))
     return tuple(out)

@@ -6,19 +6,23 @@ matter of its shape, but at its ends and where its lanes change they lose their 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.geometry.curves import find_record
 from osm2xodr.geometry.street_ends import StreetEnds
+from osm2xodr.geometry.streets import Piece
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _PROBES = np.arange(0.0, 3.01, 0.25)
+_SLIVER = 0.01
 _SHIFTS = (0.0, *(sign * step for step in np.arange(2.0, 20.1, 2.0) for sign in (1.0, -1.0)))
 
 
-def beyond_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray) -> FloatArray:
-    """Return trims moved outwards over bends in which lanes are much longer than the reference line, (ends,), m.
+def beyond_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray, least: FloatArray) -> FloatArray:
+    """Return trims moved out of bends in which lanes are much longer than the reference line, (ends,), m.
 
     Connecting roads run along the middle of their lane, so inside a junction a bend does no harm; on a road with
     lanes beside the reference line, readers that step along it step too far in the outer lane.
@@ -31,11 +35,16 @@ def beyond_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray) -> Floa
         -1 for ends in no junction, whose trims stay.
     trim : (ends,)
         m.
+    least : (ends,)
+        What the junctions need: an end moves back before a bend where that is nearer and enough, m.
     """
     trim = trim.copy()
     candidates = np.flatnonzero(junction >= 0)
     for _ in range(3):
-        bent, beyond = _first_bend(ends, candidates, trim[candidates])
+        bent, before, beyond = _first_bend(ends, candidates, trim[candidates])
+        back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * defaults.TURNING_ROOM)
+        trim[candidates[back]] = before[back]
+        candidates, bent, beyond = candidates[~back], bent[~back], beyond[~back]
         left = ends.length[candidates] - beyond - trim[candidates ^ 1]
         near = beyond - trim[candidates] < defaults.BEND_IN_JUNCTION
         move = bent & near & (left > defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS)
@@ -49,25 +58,45 @@ def beyond_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray) -> Floa
     return trim
 
 
-def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[BoolArray, FloatArray]:
-    """Say which ends lie at a tight bend, and at which distance from the node it is over."""
+def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Say which ends lie at a tight bend, how far from the node an end before it may lie, and where it is over."""
     plan = ends.plan_view
-    aside = np.maximum(np.maximum(ends.left[end], -ends.right[end]) - defaults.HALF_LANE, 0.0)
-    bent = np.zeros(len(end), bool)
-    beyond = trim.copy()
+    # Lanes left and right of the street's own direction.
     at_end = end % 2 == 1
+    left = np.where(at_end, -ends.right[end], ends.left[end]) - defaults.HALF_LANE
+    right = np.where(at_end, -ends.left[end], ends.right[end]) + defaults.HALF_LANE
+    bent = np.zeros(len(end), bool)
+    before = np.full(len(end), np.inf)
+    beyond = trim.copy()
     for probe in _PROBES:
         u = np.minimum(trim + probe, ends.length[end])
         s = np.where(at_end, ends.length[end] - u, u)
         k = find_record(plan.start, plan.s, end // 2, s)
-        tight = np.abs(plan.curvature[k]) * aside > defaults.TIGHT_BEND
+        tight = _outer_excess(plan.curvature[k], right, left) > defaults.TIGHT_BEND
         over = np.where(at_end, ends.length[end] - plan.s[k], plan.s[k] + plan.length[k])
+        under = np.where(at_end, ends.length[end] - plan.s[k] - plan.length[k], plan.s[k])
+        before = np.where(tight, np.minimum(before, under - _PROBES[-1] - _SLIVER), before)
         beyond = np.where(tight, np.maximum(beyond, over), beyond)
         bent |= tight
-    return bent, beyond
+    return bent, before, beyond
 
 
-def out_of_bends(plan: PlanView, curve: IntArray, s: FloatArray, aside: FloatArray, length: FloatArray) -> FloatArray:
+def _outer_excess(curvature: FloatArray, right: FloatArray, left: FloatArray) -> FloatArray:
+    """Return by which share the lane on the outside of a bend is longer than the reference line, (n,)."""
+    out: FloatArray = -np.minimum(curvature * right, curvature * left)
+    return out
+
+
+def outermost_lanes(pieces: Sequence[Piece]) -> tuple[float, float]:
+    """Return t of about the middles of the outermost lanes of a street, right and left, m."""
+    right = min(section.right_edge for _, _, section in pieces) + defaults.HALF_LANE
+    left = max(section.left_edge for _, _, section in pieces) - defaults.HALF_LANE
+    return right, max(left, right)
+
+
+def out_of_bends(
+    plan: PlanView, curve: IntArray, s: FloatArray, right: FloatArray, left: FloatArray, length: FloatArray
+) -> FloatArray:
     """Return places moved along their curves, by as little as possible, to where no bend is tight, (n,), m.
 
     A place stays where there is no such place near enough.
@@ -78,17 +107,19 @@ def out_of_bends(plan: PlanView, curve: IntArray, s: FloatArray, aside: FloatArr
         Curves, and the length of each.
     curve, s
         Places.
-    aside
-        Distance of the outermost lane's middle from the reference line, m.
+    right, left
+        t of the middles of the outermost lanes, m.
     """
     moved = s.copy()
-    found = np.zeros(len(s), bool)
+    todo = np.arange(len(s))
     for shift in _SHIFTS:
-        at = s + shift
-        fits = ~found & (at > _PROBES[-1]) & (at < length[curve] - _PROBES[-1])
+        at = s[todo] + shift
+        fits = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])
         for probe in (*-_PROBES[:0:-1], *_PROBES):
-            k = find_record(plan.start, plan.s, curve, at + probe)
-            fits &= np.abs(plan.curvature[k]) * aside <= defaults.TIGHT_BEND
-        moved = np.where(fits, at, moved)
-        found |= fits
+            k = find_record(plan.start, plan.s, curve[todo], at + probe)
+            fits &= _outer_excess(plan.curvature[k], right[todo], left[todo]) <= defaults.TIGHT_BEND
+        moved[todo[fits]] = at[fits]
+        todo = todo[~fits]
+        if not len(todo):
+            break
     return moved

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.cross_section import CrossSection
+from osm2xodr.geometry.cross_section import CrossSection, car_directions
 from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.model import (
     BoolArray,
@@ -47,6 +47,8 @@ class StreetEnds:
         How far along it its junction may reach, m.
     roundabout, raised, layer : (ends,)
         Part of a roundabout; on a bridge or in a tunnel; OSM's layer.
+    aside : (ends,)
+        How far left of the line of OSM, in the outward direction, the end's curve lies, m.
     """
 
     plan_view: PlanView
@@ -62,17 +64,27 @@ class StreetEnds:
     roundabout: BoolArray
     raised: BoolArray
     layer: IntArray
+    aside: FloatArray
 
 
 def street_ends(
-    network: StreetNetwork, plan: PlanView, sections: tuple[tuple[CrossSection, CrossSection], ...]
+    network: StreetNetwork,
+    plan: PlanView,
+    sections: tuple[tuple[CrossSection, CrossSection], ...],
+    aside: FloatArray | None = None,
 ) -> StreetEnds:
     """Collect all street ends.
 
     Parameters
     ----------
+    network
+        The streets.
+    plan
+        Their curves.
     sections
         Cross-sections at each street's start and end.
+    aside : (streets,)
+        How far left of the lines of OSM the curves lie, m; nowhere if left out.
     """
     streets = network.streets
     n = 2 * len(streets)
@@ -84,7 +96,7 @@ def street_ends(
     flat = [section for pair in sections for section in pair]
     left_edge = np.array([section.left_edge for section in flat])
     right_edge = np.array([section.right_edge for section in flat])
-    directions = [{lane.direction.value for lane in item.lanes_ltr} for item in attributes]
+    directions = [car_directions(item) for item in attributes]
     forward = np.array([1 in found for found in directions], bool)
     backward = np.array([-1 in found for found in directions], bool)
     highway = [item.highway for item in attributes]
@@ -104,6 +116,7 @@ def street_ends(
         roundabout=np.array([item.roundabout for item in attributes], bool),
         raised=np.array([item.structure is not Structure.GROUND for item in attributes], bool),
         layer=np.array([item.layer for item in attributes], np.int64),
+        aside=np.zeros(n) if aside is None else np.repeat(aside, 2) * np.where(at_end, -1.0, 1.0),
     )
 
 

@@ -9,8 +9,10 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.cross_section import CrossSection, cross_section, end_lanes
-from osm2xodr.geometry.plan_fit import fit_polylines
-from osm2xodr.model import PlanView, Rule, Street, StreetAttributes, StreetNetwork
+from osm2xodr.geometry.curves import joined_plan_views, lengths
+from osm2xodr.geometry.plan_fit import cut_curves, fit_polylines
+from osm2xodr.geometry.rings import FittedRings, fit_rings, moved_ends
+from osm2xodr.model import FloatArray, PlanView, Rule, Street, StreetAttributes, StreetNetwork
 
 Piece = tuple[float, StreetAttributes, CrossSection]
 """(s on the street's curve from which it holds, attributes, cross-section)."""
@@ -26,15 +28,20 @@ class FittedStreets:
         One curve per street.
     pieces
         Of each street, in ascending s.
+    aside : (streets,)
+        How far left of the line of OSM each curve lies, m; 0 as fitted.
     """
 
     plan_view: PlanView
     pieces: tuple[tuple[Piece, ...], ...]
+    aside: FloatArray
 
 
 def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStreets:
     """Fit a curve to every street and say where on it its attributes change."""
-    lines = [_opened(street) if street.start < 0 else (street.points, street.pieces) for street in network.streets]
+    rings = fit_rings(network, diagnostics)
+    on_ring = {street: number for number, street in enumerate(rings.streets)}
+    lines = [_line(street, rings, street.id in on_ring) for street in network.streets]
     start = np.concatenate([[0], np.cumsum([len(points) for points, _ in lines])]).astype(np.int64)
     radius = np.array(
         [defaults.CORNER_RADIUS.get(pieces[0][1].highway, defaults.CORNER_RADIUS_OTHER) for _, pieces in lines]
@@ -43,20 +50,49 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     fitted = fit_polylines(np.concatenate([points for points, _ in lines]), start, radius, closed)
     for index in fitted.spikes.tolist():
         street = network.streets[int(np.searchsorted(start, index, side="right")) - 1]
+        if street.id in on_ring:
+            continue
         diagnostics.repaired(
             "spike",
             f"way/{street.pieces[0][1].osm_way_id}",
             "the line turns straight back on itself at a node, which was left out",
         )
+    station = fitted.station.copy()
+    for street_id, number in on_ring.items():
+        station[start[street_id] : start[street_id + 1]] = rings.stations[number]
     sections: dict[int, CrossSection] = {}
     pieces = tuple(
         tuple(
-            (float(fitted.station[start[k] + index]), attributes, _section(attributes, network.rule, sections))
+            (float(station[start[k] + index]), attributes, _section(attributes, network.rule, sections))
             for index, attributes in line_pieces
         )
         for k, (_, line_pieces) in enumerate(lines)
     )
-    return FittedStreets(fitted.plan_view, pieces)
+    return FittedStreets(_with_rings(fitted.plan_view, rings), pieces, np.zeros(len(pieces)))
+
+
+def _line(
+    street: Street, rings: FittedRings, on_ring: bool
+) -> tuple[FloatArray, tuple[tuple[int, StreetAttributes], ...]]:
+    """Return the points that a street's curve is fitted to, and what holds from which of them on."""
+    if on_ring:
+        return street.points, street.pieces
+    if street.start < 0:
+        return _opened(street)
+    ends = rings.moved.get(street.start), rings.moved.get(street.end)
+    moved = any(shift is not None for shift in ends)
+    return (moved_ends(street.points, *ends) if moved else street.points), street.pieces
+
+
+def _with_rings(plan: PlanView, rings: FittedRings) -> PlanView:
+    """Return the table with the curves of rings instead of those of their streets alone."""
+    if not rings.streets:
+        return plan
+    curves = len(plan.start) - 1
+    source = np.arange(curves)
+    source[list(rings.streets)] = curves + np.arange(len(rings.streets))
+    both = joined_plan_views(plan, rings.plan_view)
+    return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
 
 
 def _section(attributes: StreetAttributes, rule: Rule, known: dict[int, CrossSection]) -> CrossSection:

@@ -42,8 +42,10 @@ class StreetPaths:
     sharpest : (paths,)
         Largest corner between two legs, rad.
     inner_right, inner_left : (paths,)
-        Middles of the outermost lanes of the inner streets that run the way of the path, left of their curves in the
+        Middles of the outermost lanes of the inner streets that run the way of the path, left of OSM's lines in the
         direction of travel, m; without inner streets infinitely far out.
+    aside : (legs,)
+        How far left of the line of OSM, in the direction of travel, the street's curve lies, m.
     on_ring : (paths,)
         Whether an inner street belongs to a roundabout.
     """
@@ -58,6 +60,7 @@ class StreetPaths:
     inner_right: FloatArray
     inner_left: FloatArray
     on_ring: BoolArray
+    aside: FloatArray
 
 
 def street_paths(
@@ -118,6 +121,7 @@ def street_paths(
         inner_right=np.array([right for right, _ in sides]),
         inner_left=np.array([left for _, left in sides]),
         on_ring=np.array(ring, bool),
+        aside=ends.aside[2 * curve] * np.where(s_to < s_from, -1.0, 1.0),
     )
 
 
@@ -127,10 +131,10 @@ def _corner(hdg: list[float], arriving: int, leaving: int) -> float:
     return float(abs((turn + np.pi) % (2 * np.pi) - np.pi))
 
 
-def _points(
+def poses_on(
     paths: StreetPaths, streets: PlanView, path: IntArray, chainage: FloatArray, offset: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return x, y at places along paths, moved to the left of the direction of travel; all (n,)."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return x, y and heading at places along paths, moved to the left of the direction of travel; all (n,)."""
     leg = paths.start[path].copy()
     last = paths.start[path + 1] - 1
     for _ in range(int(np.diff(paths.start).max(initial=1))):
@@ -139,11 +143,11 @@ def _points(
     sign = np.sign(paths.s_to[leg] - paths.s_from[leg])
     s = paths.s_from[leg] + sign * (chainage - paths.chainage[leg])
     x, y, hdg = pose(streets, paths.curve[leg], s)
-    left = offset * np.where(sign < 0, -1.0, 1.0)
-    return x - left * np.sin(hdg), y + left * np.cos(hdg)
+    left = (offset - paths.aside[leg]) * np.where(sign < 0, -1.0, 1.0)
+    return x - left * np.sin(hdg), y + left * np.cos(hdg), hdg + np.where(sign < 0, np.pi, 0.0)
 
 
-def _offsets(paths: StreetPaths, path: IntArray, t0: FloatArray, t1: FloatArray, share: FloatArray) -> FloatArray:
+def lane_offsets(paths: StreetPaths, path: IntArray, t0: FloatArray, t1: FloatArray, share: FloatArray) -> FloatArray:
     """Return the offset at a share of the way: from the entry lane to the exit lane, within inner lanes between."""
     ease = share * share * (3 - 2 * share)
     direct = t0 + (t1 - t0) * ease
@@ -178,13 +182,15 @@ def follow_streets(
     n = len(path)
     if not n:
         return simple
+    t0 = t0 + paths.aside[paths.start[path]]
+    t1 = t1 + paths.aside[paths.start[path + 1] - 1]
     total = lengths(simple)
     smooth = paths.sharpest[path] < defaults.SMOOTH_CORNER
     rows = np.arange(n)
     stray = np.zeros(n)
     for share in _CHECKS:
-        offset = _offsets(paths, path, t0, t1, np.full(n, share))
-        px, py = _points(paths, streets, path, share * paths.length[path], offset)
+        offset = lane_offsets(paths, path, t0, t1, np.full(n, share))
+        px, py, _ = poses_on(paths, streets, path, share * paths.length[path], offset)
         x, y, hdg = pose(simple, rows, share * total)
         stray = np.maximum(stray, np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)))
     long = paths.length[path] > 6 * _LEAD
@@ -193,7 +199,7 @@ def follow_streets(
         return simple
     followed = _followed(simple, paths, streets, path[wanted], wanted, t0[wanted], t1[wanted])
     better = smallest_radius(followed) >= np.minimum(smallest_radius(simple)[wanted], defaults.CONNECTING_RADIUS)
-    return _with(simple, wanted[better], followed, np.flatnonzero(better))
+    return replaced(simple, wanted[better], followed, np.flatnonzero(better))
 
 
 def _followed(
@@ -214,8 +220,8 @@ def _followed(
     room = paths.length[path] - 4 * _LEAD
     chainage = 2 * _LEAD + room[owner] * (number + 0.5) / inside[owner]
     share = chainage / paths.length[path][owner]
-    offset = _offsets(paths, path[owner], t0[owner], t1[owner], share)
-    px, py = _points(paths, streets, path[owner], chainage, offset)
+    offset = lane_offsets(paths, path[owner], t0[owner], t1[owner], share)
+    px, py, _ = poses_on(paths, streets, path[owner], chainage, offset)
     size = inside + 4
     start = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
     points = np.zeros((start[-1], 2))
@@ -232,7 +238,7 @@ def _followed(
     return fit_polylines(points, start, np.full(len(row), defaults.CORNER_RADIUS_OTHER), fixed=fixed).plan_view
 
 
-def _with(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
+def replaced(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
     """Return the table with some of its curves replaced by those of another table."""
     curves = len(plan.start) - 1
     source = np.arange(curves)

@@ -7,8 +7,7 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.connectors import connect
-from osm2xodr.geometry.curves import lengths, pose, smallest_radius
+from osm2xodr.geometry.connectors import connect, wanting
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.street_ends import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -29,7 +28,8 @@ def widened_trims(
     t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
     t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
     trim = layout.trim.copy()
-    rows = np.flatnonzero(undrivable(connecting.plan_view))
+    # Loops that turn back on their arm have their own room.
+    rows = np.flatnonzero(wanting(connecting.plan_view) & (connecting.entry != connecting.exit))
     for _ in range(defaults.TURNING_ROOM_STEPS):
         if not len(rows):
             break
@@ -39,23 +39,8 @@ def widened_trims(
         if not len(more):
             break
         trim[more] += defaults.TURNING_ROOM
-        rows = rows[undrivable(_curves(ends, trim, entry[rows], exit_[rows], t_in[rows], t_out[rows]))]
+        rows = rows[wanting(_curves(ends, trim, entry[rows], exit_[rows], t_in[rows], t_out[rows]))]
     return trim
-
-
-def undrivable(plan: PlanView) -> BoolArray:
-    """Say which curves are sharper than a car drives, or detours because their arms lie on each other, (curves,)."""
-    return (smallest_radius(plan) < defaults.CONNECTING_RADIUS) | detours(plan)
-
-
-def detours(plan: PlanView) -> BoolArray:
-    """Say which curves are far longer than what they bridge, (curves,)."""
-    curve = np.arange(len(plan.start) - 1)
-    length = lengths(plan)
-    x0, y0, _ = pose(plan, curve, np.zeros(len(curve)))
-    x1, y1, _ = pose(plan, curve, length)
-    out: BoolArray = length > defaults.DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.DETOUR_MORE
-    return out
 
 
 def _has_room(ends: StreetEnds, trim: FloatArray, end: IntArray) -> BoolArray:

@@ -1,8 +1,9 @@
 """Stage 1: an OSM file becomes a `StreetNetwork`.
 
 `file_format` and `reader` touch files; everything else is pure: `access` and `tags` (with `lane_lists`,
-`lane_counts`, `cross_sections`, `values`) say what a way's tags mean, `restrictions` what relations mean, `pieces`,
-`chains` and `network` make streets and intersections of ways, `country` knows on which side a place drives.
+`lane_counts`, `beside_lanes`, `cross_sections`, `neighbours`, `values`) say what a way's tags mean, `restrictions`
+and `connectivity` (with `relation_members`) what relations mean, `pieces`, `chains` and `network` make streets and
+intersections of ways, `country` knows on which side a place drives.
 """
 
 from __future__ import annotations

@@ -68,18 +68,27 @@ def oneway(tags: Tags) -> tuple[int, bool]:
     return implied, value is None
 
 
-def closed_direction(tags: Tags) -> str | None:
-    """Return the tag that closes one direction of a two-way road to cars, as ``key=value``; None where none does.
+def closed_direction(tags: Tags) -> tuple[int, str] | None:
+    """Return which direction of a two-way road is closed to cars, and the tag that closes it, as ``key=value``.
 
-    It is not part of `oneway`: the road stays open to others both ways, and is written as such.
+    It is not part of `oneway`: the road stays open to others both ways, and its lanes are counted for both.
+
+    Returns
+    -------
+    tuple of int and str, or None
+        1 along or -1 against the way's order of nodes; None where none is closed, or both are.
     """
     for key in _ONEWAY_FOR_CARS:
-        if tags.get(key) in _FORWARD or tags.get(key) in _BACKWARD:
-            return f"{key}={tags[key]}"
-    for key in _DIRECTIONS:
-        if tags.get(key) in CLOSED_VALUES:
-            return f"{key}={tags[key]}"
-    return None
+        value = tags.get(key)
+        if value in _FORWARD or value in _BACKWARD:
+            return (-1 if value in _FORWARD else 1), f"{key}={value}"
+    # The most specific key decides for each direction.
+    found: list[tuple[int, str]] = []
+    for way, direction in (("forward", 1), ("backward", -1)):
+        name = next((name for key in CAR_KEYS if (name := f"{key}:{way}") in tags), "")
+        if name and tags[name] in CLOSED_VALUES:
+            found.append((direction, f"{name}={tags[name]}"))
+    return found[0] if len(found) == 1 else None
 
 
 def is_in_turn(tags: Tags) -> bool:

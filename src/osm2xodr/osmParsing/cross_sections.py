@@ -20,14 +20,18 @@ from osm2xodr.defaults import (
 )
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
-from osm2xodr.osmParsing.lane_counts import COUNT_TAGS, LaneGroups, lane_groups
+from osm2xodr.osmParsing.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
+from osm2xodr.osmParsing.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
 from osm2xodr.osmParsing.lane_lists import LIST_TAGS, MOTOR_LANES, TURN_TAGS, Findings, Slot
 from osm2xodr.osmParsing.values import parse_length
 
 _WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
 _PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
 # All tags that this module and those below it look at, without ``highway``.
-LANE_TAGS: Final = (*COUNT_TAGS, *_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *LIST_TAGS)
+LANE_TAGS: Final = (
+    *(*COUNT_TAGS, *USER_TAGS, *BESIDE_TAGS),
+    *(*_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *LIST_TAGS),
+)
 
 _PLACEMENT: Final = re.compile(r"(left_of|middle_of|right_of):(-?\d+)")
 # Two tags that place the line within this of each other agree, m.
@@ -54,7 +58,11 @@ class CrossSection:
 
 
 def cross_section(
-    tags: Mapping[str, str], direction: int, rule: Rule, default_lane_width: float | None = None
+    tags: Mapping[str, str],
+    direction: int,
+    rule: Rule,
+    default_lane_width: float | None = None,
+    closed: int = 0,
 ) -> CrossSection:
     """Lay out a way's lanes.
 
@@ -68,9 +76,14 @@ def cross_section(
         The side that traffic drives on: which side of a two-way road its forward lanes are on.
     default_lane_width
         Width of lanes for cars that OSM gives none for, m; None takes one by the class of the road.
+    closed
+        1 or -1 where that direction of a two-way road is closed to cars, else 0.
     """
     findings: Findings = []
-    groups = lane_groups(tags, direction, findings)
+    runs_one_way = direction or -closed
+    contraflow_bus = bool(runs_one_way) and contraflow_bus_lane(tags, runs_one_way)
+    groups = lane_groups(tags, direction, findings, closed, contraflow_bus)
+    groups = with_beside_lanes(groups, tags, runs_one_way, rule, findings)
     # Seen along the way, lanes against it stand the other way round than their drivers see them.
     forward = [(slot, Direction.FORWARD) for slot in groups.forward]
     backward = [(slot, Direction.BACKWARD) for slot in reversed(groups.backward)]
@@ -80,7 +93,8 @@ def cross_section(
     lanes_ltr = tuple(
         LaneSpec(slot.type, runs, width, slot.turns) for (slot, runs), width in zip(lanes, widths, strict=True)
     )
-    offset = _middle_offset(lanes_ltr, tags, direction, findings)
+    beside = [slot.beside for slot, _ in lanes]
+    offset = _middle_offset(lanes_ltr, beside, tags, direction, findings)
     return CrossSection(lanes_ltr, offset, tuple(findings))
 
 
@@ -143,8 +157,13 @@ def _carriageway_width(tags: Mapping[str, str], findings: Findings) -> float | N
 # ---------------------------------------------------------------- placement
 
 
+def is_transition(tags: Mapping[str, str]) -> bool:
+    """Whether the line of a way moves from one place among the lanes to another."""
+    return any(tags.get(key) == "transition" for key in _PLACEMENT_TAGS)
+
+
 def _middle_offset(
-    lanes_ltr: Sequence[LaneSpec], tags: Mapping[str, str], direction: int, findings: Findings
+    lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Mapping[str, str], direction: int, findings: Findings
 ) -> float:
     """Return how far left of the OSM line the carriageway's middle is, m (OSM wiki, Key:placement)."""
     if not any(key in tags for key in _PLACEMENT_TAGS):
@@ -158,10 +177,18 @@ def _middle_offset(
         keys.insert(0, ("placement", Direction(direction)))
     elif tags.get("placement", "transition") != "transition":
         findings.append((Kind.DROPPED, "placement", "placement of a two-way road names no direction, ignored"))
+    if is_transition(tags):
+        words = "the line moves among the lanes here, it is taken to be midway between where it is before and after"
+        findings.append((Kind.NOTE, "placement", words))
+    edges = list(accumulate((lane.width for lane in lanes_ltr), initial=0.0))
+    # Edges of the lanes that ``placement`` counts: not of those that only ``cycleway`` or ``busway`` names.
+    counted = [
+        (lane.direction, edges[place], edges[place + 1]) for place, lane in enumerate(lanes_ltr) if not beside[place]
+    ]
     found = [
         place
         for key, runs in keys
-        if key in tags and (place := _line_place(tags[key], lanes_ltr, runs, findings)) is not None
+        if key in tags and (place := _line_place(tags[key], counted, runs, findings)) is not None
     ]
     if not found:
         return 0.0
@@ -170,13 +197,14 @@ def _middle_offset(
     return found[0] - sum(lane.width for lane in lanes_ltr) / 2.0
 
 
-def _line_place(text: str, lanes_ltr: Sequence[LaneSpec], runs: Direction, findings: Findings) -> float | None:
+def _line_place(
+    text: str, lanes_ltr: Sequence[tuple[Direction, float, float]], runs: Direction, findings: Findings
+) -> float | None:
     """Return how far right of the carriageway's left edge the OSM line is, m; None if the value does not say."""
     if text == "transition":
         return None
-    edges = list(accumulate((lane.width for lane in lanes_ltr), initial=0.0))
     # Edges of the lanes of the direction, from left to right as its drivers see them.
-    own = [(edges[place], edges[place + 1]) for place, lane in enumerate(lanes_ltr) if lane.direction is runs]
+    own = [(left, right) for direction, left, right in lanes_ltr if direction is runs]
     if runs is Direction.BACKWARD:
         own = [(right, left) for left, right in reversed(own)]
     found = _PLACEMENT.fullmatch(text.strip())

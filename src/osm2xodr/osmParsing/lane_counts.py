@@ -12,10 +12,21 @@ from typing import Final
 
 from osm2xodr.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.diagnostics import Kind
+from osm2xodr.model import LaneType
 from osm2xodr.osmParsing.lane_lists import Findings, Slot, motor_lanes, read_slots, read_turns
 from osm2xodr.osmParsing.values import parse_count
 
 COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
+# Tags that open one direction of a road to buses or bicycles only, or close it to bicycles.
+_USERS: Final = ("bus", "psv", "bicycle")
+USER_TAGS: Final = (
+    "oneway:bus",
+    "oneway:psv",
+    *(f"{user}:{way}" for user in _USERS for way in ("forward", "backward")),
+)
+_NO: Final = frozenset({"no", "false", "0"})
+_OPEN: Final = frozenset({"yes", "designated", "permissive", "official"})
+_SIDES: Final = {1: "forward", -1: "backward"}
 _CODE: Final = "lane-count"
 
 
@@ -39,7 +50,9 @@ class LaneGroups:
     shared: bool = False
 
 
-def lane_groups(tags: Mapping[str, str], direction: int, findings: Findings) -> LaneGroups:
+def lane_groups(
+    tags: Mapping[str, str], direction: int, findings: Findings, closed: int = 0, contraflow_bus: bool = False
+) -> LaneGroups:
     """Reconcile all that a way's tags say about the number and use of its lanes.
 
     Parameters
@@ -50,20 +63,67 @@ def lane_groups(tags: Mapping[str, str], direction: int, findings: Findings) -> 
         1 or -1 if it is one-way along or against its order of nodes, else 0.
     findings
         What was guessed, mended or ignored is added.
+    closed
+        1 or -1 where that direction of a two-way road is closed to cars, else 0.
+    contraflow_bus
+        Whether a one-way road is known to have a bus lane against its direction.
     """
     if direction:
-        slots = _oneway_slots(tags, "forward" if direction > 0 else "backward", findings)
-        return LaneGroups(forward=slots) if direction > 0 else LaneGroups(backward=slots)
-    return _twoway_groups(tags, findings)
+        return _oneway_groups(tags, direction, contraflow_bus, findings)
+    if not closed:
+        return _twoway_groups(tags, findings)
+    if not _count(tags, f"lanes:{_SIDES[closed]}", []) and _count(tags, "lanes", []) < 2:
+        # One lane's width, where cars run one way.
+        return _oneway_groups(tags, -closed, contraflow_bus, findings)
+    groups = _twoway_groups(tags, findings)
+    if closed > 0:
+        return replace(groups, forward=_closed_to_cars(groups.forward, tags, closed))
+    return replace(groups, backward=_closed_to_cars(groups.backward, tags, closed))
 
 
-def _oneway_slots(tags: Mapping[str, str], side: str, findings: Findings) -> tuple[Slot, ...]:
-    along = _count(tags, f"lanes:{side}", findings)
-    against = _count(tags, f"lanes:{'backward' if side == 'forward' else 'forward'}", findings)
+def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: int) -> tuple[Slot, ...]:
+    """Return the lanes of a direction without cars: they are for buses if those may use them, else for bicycles."""
+    side = _SIDES[closed]
+    kind = LaneType.BIKING
+    if any(tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv")):
+        kind = LaneType.BUS
+    elif tags.get(f"bicycle:{side}") in _NO:
+        kind = LaneType.NONE
+    return tuple(replace(slot, type=kind) if slot.type is LaneType.DRIVING else slot for slot in slots)
+
+
+def _oneway_groups(tags: Mapping[str, str], direction: int, contraflow_bus: bool, findings: Findings) -> LaneGroups:
+    side, other = _SIDES[direction], _SIDES[-direction]
+    along, against = _count(tags, f"lanes:{side}", findings), _count(tags, f"lanes:{other}", findings)
     tagged = _count(tags, "lanes", findings) or along
-    if 0 < against < tagged:
+    contraflow = _contraflow_slots(tags, other, against, contraflow_bus, findings)
+    if contraflow:
+        if "lanes" in tags:
+            tagged = along or max(tagged - len(contraflow), 1)
+        words = "a lane against the direction of a one-way road is kept for buses, but leads through no junction"
+        findings.append((Kind.NOTE, "contraflow", words))
+    elif 0 < against < tagged:
         tagged = along or tagged - against
         findings.append((Kind.DROPPED, "contraflow", "lanes against the direction of a one-way road are left out"))
+    slots = _oneway_slots(tags, side, tagged, findings)
+    return LaneGroups(slots, contraflow) if direction > 0 else LaneGroups(contraflow, slots)
+
+
+def _contraflow_slots(
+    tags: Mapping[str, str], side: str, tagged: int, known: bool, findings: Findings
+) -> tuple[Slot, ...]:
+    """Return the lanes for buses against the direction of a one-way road."""
+    listed = read_slots(tags, (f":{side}",), tagged, findings)
+    buses = tuple(slot for slot in listed if slot.type is LaneType.BUS)
+    if buses:
+        return buses
+    opened = any(tags.get(f"oneway:{user}") in _NO or tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv"))
+    if known or (opened and tagged):
+        return (Slot(LaneType.BUS),) * max(tagged, 1)
+    return ()
+
+
+def _oneway_slots(tags: Mapping[str, str], side: str, tagged: int, findings: Findings) -> tuple[Slot, ...]:
     ways = ("", f":{side}")
     slots = read_slots(tags, ways, tagged, findings)
     if not tagged and not motor_lanes(slots):

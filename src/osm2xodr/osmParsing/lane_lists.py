@@ -25,7 +25,7 @@ MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")
 
 # Lists that say for whom lanes are, and lists that only count them.
-_USER_LISTS: Final = (*CAR_KEYS, "bus", "psv", "taxi", "bicycle")
+_USER_LISTS: Final = (*CAR_KEYS, "bus", "psv", "taxi", "bicycle", "cycleway")
 _OTHER_LISTS: Final = ("turn", "width", "change")
 LIST_TAGS: Final = tuple(f"{name}:lanes{way}" for name in (*_OTHER_LISTS, *_USER_LISTS) for way in DIRECTIONS)
 TURN_TAGS: Final = tuple(f"turn{way}" for way in DIRECTIONS)
@@ -34,6 +34,8 @@ _ALLOWED: Final = frozenset({"yes", "designated", "permissive", "official", "onl
 # Values of car keys that keep a lane for buses and for bicycles.
 _FOR_BUSES: Final = frozenset({"psv", "bus"})
 _FOR_BICYCLES: Final = frozenset({"bicycle", "bicycles", "cyclist"})
+# Values of ``cycleway:lanes`` that keep a lane for bicycles.
+_CYCLE_LANES: Final = frozenset({"lane", "exclusive", "advisory"})
 
 # OSM wiki, Key:turn.
 _TURNS: Final = frozenset(
@@ -56,11 +58,22 @@ _TURNS: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One lane: what it is for, its arrows, and its width in m where OSM gives it."""
+    """One lane.
+
+    Parameters
+    ----------
+    type, turns
+        What it is for, and its arrows.
+    width
+        m, where OSM gives it.
+    beside
+        Whether it stands beside those that are named lane by lane and that ``placement`` counts.
+    """
 
     type: LaneType = LaneType.DRIVING
     turns: frozenset[str] = frozenset()
     width: float | None = None
+    beside: bool = False
 
 
 def motor_lanes(slots: Sequence[Slot]) -> int:
@@ -162,7 +175,7 @@ def _type(users: Mapping[str, str]) -> LaneType:
     car = next((users[name] for name in CAR_KEYS if users.get(name)), "")
     buses = users.get("bus") or users.get("psv") or ""
     taxis = users.get("taxi", "")
-    bicycles = users.get("bicycle", "")
+    bicycles = "designated" if users.get("cycleway") in _CYCLE_LANES else users.get("bicycle", "")
     if not car:
         for value, kind in ((buses, LaneType.BUS), (taxis, LaneType.TAXI), (bicycles, LaneType.BIKING)):
             if value == "designated":

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +21,7 @@ def make_streets(
     points: FloatArray,
     attributes: Sequence[StreetAttributes],
     directions: Sequence[int],
+    transitions: Set[int] = frozenset(),
 ) -> tuple[tuple[Street, ...], tuple[Intersection, ...]]:
     """Join pieces of ways to streets between intersections.
 
@@ -31,6 +33,8 @@ def make_streets(
         The nodes, and where they are: local x, y, m.
     attributes, directions
         Of each way, seen along it.
+    transitions
+        OSM ids of ways whose line moves from one place among the lanes to another (``placement=transition``).
 
     Returns
     -------
@@ -57,7 +61,7 @@ def make_streets(
             end=int(at[number, 1]),
             points=street_points[place[number] : place[number + 1]],
             node_ids=street_nodes[place[number] : place[number + 1]],
-            pieces=stretches,
+            pieces=_through_transitions(stretches, transitions) if transitions else stretches,
         )
         for number, stretches in enumerate(_stretches(chains, pieces, attributes))
     )
@@ -115,6 +119,23 @@ def _stretches(
             at += lengths[piece]
         out.append(tuple(stretches))
     return out
+
+
+def _through_transitions(
+    stretches: tuple[tuple[int, StreetAttributes], ...], transitions: Set[int]
+) -> tuple[tuple[int, StreetAttributes], ...]:
+    """Let the carriageway's middle move in equal steps where OSM says that the line moves among the lanes.
+
+    At the end of a street nothing tells where to; there the line stays the middle.
+    """
+    out = list(stretches)
+    known = [k for k, (_, attributes) in enumerate(out) if attributes.osm_way_id not in transitions]
+    for before, after in pairwise(known):
+        first, last = out[before][1].middle_offset, out[after][1].middle_offset
+        for k in range(before + 1, after):
+            share = (k - before) / (after - before)
+            out[k] = out[k][0], replace(out[k][1], middle_offset=first + share * (last - first))
+    return tuple(out)
 
 
 def _intersections(crossing: IntArray, nodes: RawNodes, points: FloatArray, at: IntArray) -> tuple[Intersection, ...]:

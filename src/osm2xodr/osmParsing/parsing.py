@@ -15,7 +15,9 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame, Rule, StreetNetwork
 from osm2xodr.osmParsing.access import left_out, oneway
+from osm2xodr.osmParsing.connectivity import read_connectivities
 from osm2xodr.osmParsing.country import find_place
+from osm2xodr.osmParsing.cross_sections import is_transition
 from osm2xodr.osmParsing.file_format import OsmFile, open_osm_file
 from osm2xodr.osmParsing.network import make_streets, tags_on_streets
 from osm2xodr.osmParsing.options import ParseOptions
@@ -48,7 +50,8 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
     country, rule = _side(frame, carried, options, diagnostics)
     attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics)
-    streets, intersections = make_streets(pieces, nodes, points, attributes, directions)
+    transitions = frozenset(way.id for way in carried if is_transition(way.tags))
+    streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
     rows = np.unique(np.concatenate([street.node_ids for street in streets]))
     return StreetNetwork(
         frame=frame,
@@ -59,6 +62,7 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
         restrictions=read_restrictions(relations, carried, same_node, diagnostics),
         node_tags=tags_on_streets(rows, nodes, same_node),
         bounds_deg=_bounds(nodes, np.searchsorted(nodes.ids, rows)),
+        connectivities=read_connectivities(relations, carried, same_node, diagnostics),
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
@@ -24,6 +25,7 @@ RELATION_TYPES: Final = (
     "restriction:motorcar",
     "restriction:motor_vehicle",
     "restriction:vehicle",
+    "connectivity",
 )
 # libosmium keeps positions as whole numbers; positions that are missing or impossible are outside of the Earth.
 _UNITS_PER_DEGREE: Final = 1e7
@@ -76,8 +78,10 @@ class RawNodes:
     tags: Mapping[int, Mapping[str, str]]
 
 
-def read_ways(file: OsmFile, highways: frozenset[str], keys: Sequence[str]) -> tuple[list[RawWay], list[RawRelation]]:
-    """Read the ways with given values of ``highway`` and the relations that restrict turns, in ascending id.
+def read_ways(
+    file: OsmFile, highways: frozenset[str], keys: AbstractSet[str]
+) -> tuple[list[RawWay], list[RawRelation]]:
+    """Read the ways with given values of ``highway`` and the relations of `RELATION_TYPES`, in ascending id.
 
     Parameters
     ----------
@@ -86,7 +90,7 @@ def read_ways(file: OsmFile, highways: frozenset[str], keys: Sequence[str]) -> t
     highways
         Which ways.
     keys
-        Which of their tags, the most frequent first.
+        Which of their tags.
 
     Raises
     ------
@@ -95,14 +99,14 @@ def read_ways(file: OsmFile, highways: frozenset[str], keys: Sequence[str]) -> t
     """
     only_ways = osmium.filter.TagFilter(*(("highway", value) for value in sorted(highways)))
     only_ways.enable_for(osmium.osm.WAY)
-    only_restrictions = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
-    only_restrictions.enable_for(osmium.osm.RELATION)
+    only_relations = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
+    only_relations.enable_for(osmium.osm.RELATION)
     ways: dict[int, tuple[int, RawWay | None]] = {}
     relations: dict[int, tuple[int, RawRelation | None]] = {}
     with _readable(file):
         found = osmium.FileProcessor(_handle(file), osmium.osm.WAY | osmium.osm.RELATION)
         item: Any
-        for item in found.with_filter(only_ways).with_filter(only_restrictions):
+        for item in found.with_filter(only_ways).with_filter(only_relations):
             number, version = item.id, item.version
             if item.is_way():
                 if number not in ways or version >= ways[number][0]:
@@ -195,19 +199,10 @@ def _readable(file: OsmFile) -> Iterator[None]:
         ) from error
 
 
-def _way(item: Any, keys: Sequence[str]) -> RawWay:
-    tags = item.tags
-    found: dict[str, str] = {}
-    # Looking up single tags is many times faster than walking through them.
-    get, left = tags.get, len(tags)
-    for key in keys:
-        value = get(key)
-        if value is not None:
-            found[key] = value
-            left -= 1
-            if not left:
-                break
-    return RawWay(item.id, [node.ref for node in item.nodes], found)
+def _way(item: Any, keys: AbstractSet[str]) -> RawWay:
+    # The file's order of tags is not kept: what is made of them must not depend on it.
+    found = {tag.k: tag.v for tag in item.tags if tag.k in keys}
+    return RawWay(item.id, [node.ref for node in item.nodes], dict(sorted(found.items())))
 
 
 def _relation(item: Any) -> RawRelation:

@@ -8,6 +8,7 @@ from typing import Final
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import TurnRestriction
 from osm2xodr.osmParsing.reader import RawRelation, RawWay
+from osm2xodr.osmParsing.relation_members import find_members
 
 # OSM wiki, Relation:restriction: keys that hold for cars, the most specific first, and users it may except.
 _CAR_KEYS: Final = ("restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle", "restriction")
@@ -68,38 +69,16 @@ def _restriction(
     value = _value(relation, diagnostics)
     if value is None:
         return None
-    osm_id = f"relation/{relation.id}"
-    ways: dict[str, tuple[int, ...]] = {}
-    missing = False
-    for role in ("from", "via", "to"):
-        members = [member.ref for member in relation.members if member.role == role and member.type == "way"]
-        ways[role] = tuple(ref for ref in members if ref in carried)
-        missing |= len(ways[role]) < len(members)
-    nodes = [member.ref for member in relation.members if member.role == "via" and member.type == "node"]
-    via_missing = any(
-        member.role == "via" and member.type == "way" and member.ref not in carried for member in relation.members
-    )
-    if not ways["from"] or not ways["to"] or via_missing:
-        why = "needs ways that are absent or left out" if missing else "lacks a from or to member"
-        diagnostics.dropped("restriction", osm_id, f"{value} {why} and is not applied")
+    members = find_members(relation, carried, same_node)
+    if isinstance(members, str):
+        diagnostics.dropped("restriction", f"relation/{relation.id}", f"{value} {members} and is not applied")
         return None
-    if len(nodes) + (1 if ways["via"] else 0) != 1:
-        diagnostics.dropped("restriction", osm_id, f"{value} has {len(nodes) or 'no'} via nodes and is not applied")
-        return None
-    via_node = nodes[0] if nodes else None
-    if via_node is not None:
-        apart = [ref for ref in (*ways["from"], *ways["to"]) if via_node not in carried[ref].refs]
-        if apart:
-            words = f"{value} is via a node that is not on way {apart[0]} and is not applied"
-            diagnostics.dropped("restriction", osm_id, words)
-            return None
-        via_node = same_node.get(via_node, via_node)
     return TurnRestriction(
         osm_relation_id=relation.id,
         only=value.startswith("only_"),
         value=value,
-        from_ways=ways["from"],
-        to_ways=ways["to"],
-        via_node=via_node,
-        via_ways=ways["via"],
+        from_ways=members.from_ways,
+        to_ways=members.to_ways,
+        via_node=members.via_node,
+        via_ways=members.via_ways,
     )

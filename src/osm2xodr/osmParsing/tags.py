@@ -12,30 +12,26 @@ from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, Structur
 from osm2xodr.osmParsing.access import ACCESS_TAGS, closed_direction, is_in_turn, is_roundabout, oneway
 from osm2xodr.osmParsing.cross_sections import LANE_TAGS, CrossSection, cross_section
 from osm2xodr.osmParsing.lane_lists import Findings
+from osm2xodr.osmParsing.neighbours import lanes_of_neighbours
 from osm2xodr.osmParsing.reader import RawWay
 from osm2xodr.osmParsing.values import parse_grade, parse_layer, parse_speed
 
+# Tags that stand in for ``maxspeed`` where it is absent (OSM wiki, Key:source:maxspeed), the surest first.
+_IMPLIED_SPEED: Final = ("maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic")
+# Kinds of roads whose limit does not follow from the zone that they lie in.
+_OUT_OF_ZONE: Final = frozenset({"motorway", "motorway_link", "living_street", "pedestrian", "track"})
+# What holds at times only is not kept.
+_AT_TIMES: Final = tuple(
+    f"{key}:conditional"
+    for key in ("maxspeed", "oneway", "lanes", "access", "vehicle", "motor_vehicle", "motorcar", "overtaking")
+)
+# OSM wiki, Key:priority_road: signed as one, or known to be one.
+_PRIORITY: Final = frozenset({"designated", "yes_unposted", "yes"})
 _OTHER_TAGS: Final = (
-    "highway",
-    "name",
-    "ref",
-    "maxspeed",
-    "maxspeed:forward",
-    "maxspeed:backward",
-    "bridge",
-    "tunnel",
-    "layer",
-    "incline",
-    "driving_side",
+    *("highway", "name", "ref", "bridge", "tunnel", "layer", "incline", "driving_side", "priority_road"),
+    *("maxspeed", "maxspeed:forward", "maxspeed:backward"),
 )
-# Tags of ways that are read, the most frequent ones of 17 700 roads first. The reader stops looking when it has found
-# all that a way has, which is soon if it also looks for frequent tags that mean nothing here.
-_FREQUENT: Final = (
-    *("highway", "name", "maxspeed", "surface", "oneway", "lanes", "ref", "lit", "smoothness", "service", "sidewalk"),
-    *("access", "bicycle", "cycleway", "source", "foot", "layer", "bridge", "turn:lanes", "lanes:forward"),
-    *("motor_vehicle", "lanes:backward", "placement", "maxspeed:backward", "tunnel", "maxspeed:forward", "incline"),
-)
-WAY_TAGS: Final = tuple(dict.fromkeys((*_FREQUENT, *ACCESS_TAGS, *_OTHER_TAGS, *LANE_TAGS)))
+WAY_TAGS: Final = frozenset((*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_AT_TIMES, *LANE_TAGS))
 
 _LANE_TAGS: Final = frozenset(LANE_TAGS)
 # Values of ``tunnel`` that leave the road on the ground: passages through houses, galleries, and drains below it.
@@ -63,30 +59,42 @@ def way_attributes(
     attributes : list of StreetAttributes
         Of each way, seen along its order of nodes.
     directions : list of int
-        1 or -1 where it is one-way along or against its order of nodes, else 0.
+        1 or -1 where it is one-way for cars along or against its order of nodes, else 0.
     """
     # Most ways of a city have one of a few sets of tags about lanes.
     known: dict[tuple[object, ...], CrossSection] = {}
     attributes: list[StreetAttributes] = []
     directions: list[int] = []
-    for way in ways:
+    neighbours = lanes_of_neighbours(ways)
+    for index, way in enumerate(ways):
         tags = way.tags
         direction, certain = oneway(tags)
+        closed, closing_tag = (closed_direction(tags) if direction == 0 else None) or (0, "")
         lane_tags = {key: value for key, value in tags.items() if key in _LANE_TAGS}
-        key = (tags["highway"], direction, *lane_tags.items())
+        if index in neighbours:
+            lane_tags["lanes"] = str(neighbours[index])
+        key = (tags["highway"], direction, closed, *lane_tags.items())
         section = known.get(key)
         if section is None:
             lane_tags["highway"] = tags["highway"]
-            section = cross_section(lane_tags, direction, rule, default_lane_width)
+            section = cross_section(lane_tags, direction, rule, default_lane_width, closed)
             known[key] = section
         findings = list(section.findings)
         if not certain:
             findings.append(_unsure_direction(tags, direction))
-        closed = closed_direction(tags) if direction == 0 else None
+        if index in neighbours:
+            words = f"no lanes given, lanes={neighbours[index]} as on the same street on both sides"
+            findings.append((Kind.GUESSED, "lane-count", words))
         if closed:
-            findings.append((Kind.NOTE, "oneway", f"{closed} closes one direction to cars, which is kept open"))
+            words = f"{closing_tag} closes one direction to cars, for them it is one-way"
+            findings.append((Kind.NOTE, "oneway", words))
+        findings += [
+            (Kind.DROPPED, "conditional", f"{item}={tags[item]} holds at times only and is not kept")
+            for item in _AT_TIMES
+            if item in tags
+        ]
         attributes.append(_attributes(way, section, findings))
-        directions.append(direction)
+        directions.append(direction or -closed)
         if findings:
             osm_id = f"way/{way.id}"
             for kind, code, words in findings:
@@ -121,7 +129,7 @@ def _unsure_direction(tags: Mapping[str, str], direction: int) -> tuple[Kind, st
 
 def _attributes(way: RawWay, section: CrossSection, findings: Findings) -> StreetAttributes:
     tags = way.tags
-    both = _speed(tags, "maxspeed", findings)
+    both = _speed(tags, "maxspeed", findings) if "maxspeed" in tags else _implied_speed(tags)
     forward = _speed(tags, "maxspeed:forward", findings)
     backward = _speed(tags, "maxspeed:backward", findings)
     structure = _structure(tags)
@@ -139,6 +147,7 @@ def _attributes(way: RawWay, section: CrossSection, findings: Findings) -> Stree
         layer=_layer(tags, structure, findings),
         grade=_grade(tags, findings),
         roundabout=is_roundabout(tags),
+        priority_road=tags.get("priority_road") in _PRIORITY,
     )
 
 
@@ -153,6 +162,18 @@ def _speed(tags: Mapping[str, str], key: str, findings: Findings) -> float | Non
     if speed is None:
         findings.append((Kind.DROPPED, "speed", f"{key}={text} names no fixed speed and is ignored"))
     return speed
+
+
+def _implied_speed(tags: Mapping[str, str]) -> float | None:
+    """Return what the law says for the zone or kind of road that is tagged, as ``source:maxspeed=DE:urban``."""
+    for key in _IMPLIED_SPEED:
+        # Other values tell where the limit was read, not which one it is.
+        if ":" not in tags.get(key, "") or (key == "zone:traffic" and tags["highway"] in _OUT_OF_ZONE):
+            continue
+        speed = _speed_of(tags[key])
+        if speed is not None:
+            return speed
+    return None
 
 
 def _structure(tags: Mapping[str, str]) -> Structure:

@@ -1,13 +1,14 @@
 """Stage 2: elevation models to the height of the ground at local positions.
 
 `read_surface` makes a `DemSurface` from any number of GeoTIFF, HGT or VRT files; `FlatSurface` stands in where there
-are none. `fit_polynomial` is the least-squares trend alone.
+are none. `fit_polynomial` is the least-squares trend alone. `compare_surfaces` tells how well ways to find heights do
+on elevation models of one's own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,10 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, SurfaceQuality
+from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.projection import to_geographic
 from osm2xodr.surface.dem import DemSource
+from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, FlatSurface, qualities_of
 from osm2xodr.surface.grid import GridFrame
 from osm2xodr.surface.mosaic import (
     DemWindow,
@@ -28,153 +30,25 @@ from osm2xodr.surface.mosaic import (
     make_layers,
     read_windows,
 )
-from osm2xodr.surface.sampling import Layer, LayeredSurface
+from osm2xodr.surface.options import DEM_TYPES, METHODS, SurfaceOptions
+from osm2xodr.surface.sampling import LayeredSurface
+from osm2xodr.surface.survey import SurfaceComparison, compare_surfaces
 from osm2xodr.surface.trend import PolynomialTrend, fit_polynomial
+from osm2xodr.surface.vertical import convert_heights, parse_datum
 
 __all__ = [
+    "DEM_TYPES",
     "METHODS",
     "DemSummary",
     "DemSurface",
     "FlatSurface",
     "PolynomialTrend",
+    "SurfaceComparison",
     "SurfaceOptions",
+    "compare_surfaces",
     "fit_polynomial",
     "read_surface",
 ]
-
-METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
-
-Bounds = tuple[float, float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class SurfaceOptions:
-    """How heights are made from elevation models.
-
-    Parameters
-    ----------
-    method
-        One of `METHODS`: between cells ``nearest``, ``bilinear`` or ``bicubic``; ``polynomial`` takes the heights of
-        the trend alone, which has lost the terrain beyond about 1 km.
-    polynomial_order
-        Total degree of the trend, 2 to 5.
-    allow_partial
-        Whether elevation models may cover less than half of the roads.
-    sigma
-        Standard error of the heights, m, where it is known better than from the elevation models themselves.
-
-    Raises
-    ------
-    InputError
-        A value is none of these.
-    """
-
-    method: str = defaults.SURFACE_METHOD
-    polynomial_order: int = defaults.POLYNOMIAL_ORDER
-    allow_partial: bool = False
-    sigma: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise InputError(f"surface '{self.method}' is not known; choose one of {', '.join(METHODS)}")
-        if self.polynomial_order not in range(2, 6):
-            raise InputError(f"the surface's polynomial order {self.polynomial_order} is not offered; choose 2 to 5")
-        if self.sigma is not None and not 0.0 < self.sigma < np.inf:
-            raise InputError(f"the elevation model's standard error {self.sigma} m is not above 0; give metres")
-
-
-@dataclass(frozen=True, slots=True)
-class DemSummary:
-    """What an elevation model is and what was used of it.
-
-    Parameters
-    ----------
-    path, driver, crs, dtype, unit, nodata
-        As the file says; `crs` is its code, or its name where it has none.
-    cell_size
-        Geometric mean of the lengths of a column and a row near the roads, m.
-    bounds_deg
-        West, south, east, north of the whole file, degrees, WGS 84.
-    cells, voids
-        Cells that were read, and how many of them have no height.
-    share
-        Share of the road points in whose cell there is a height.
-    """
-
-    path: Path
-    driver: str
-    crs: str
-    dtype: str
-    unit: str
-    nodata: float | None
-    cell_size: float
-    bounds_deg: Bounds
-    cells: int
-    voids: int
-    share: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class DemSurface:
-    """The height of the ground from elevation models (a `osm2xodr.model.Surface`).
-
-    Parameters
-    ----------
-    cell_size
-        Distance between heights, m, of the elevation model that most roads lie on.
-    sigma
-        Standard error of its heights, m.
-    coverage
-        Share of the road points whose height is measured.
-    extent_deg
-        West, south, east, north of all elevation models used, degrees, WGS 84.
-    dems
-        What was read, in the order given.
-    polynomial
-        The trend.
-    layers
-        What the heights are made of.
-    """
-
-    cell_size: float
-    sigma: float
-    coverage: float
-    extent_deg: Bounds
-    dems: tuple[DemSummary, ...]
-    polynomial: PolynomialTrend
-    layers: LayeredSurface
-
-    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return z (n,), m, at local x, y (n,), m, and where it is measured.
-
-        Measured is what lies within the cells of an elevation model with a height in every cell that takes part.
-        Elsewhere, and farther than the margin (`defaults.DEM_MARGIN`) from the points the surface was made for, z is
-        continued without a step from the nearest measured heights along the trend.
-        """
-        z, source = self.layers.sample(x, y)
-        return z, source >= 0
-
-    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
-        """Return how far the heights at local x, y (n,), m, can be trusted."""
-        return SurfaceQuality(
-            np.full(len(x), self.cell_size), np.full(len(x), self.sigma), np.zeros(len(x), np.bool_)
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class FlatSurface:
-    """The ground where there is no elevation model: exact, at height 0."""
-
-    cell_size: float = 0.0
-    sigma: float = 0.0
-
-    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return 0 m for local x, y (n,), and that it is measured."""
-        return np.zeros(len(x)), np.ones(len(x), bool)
-
-    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
-        """Return that the heights at local x, y (n,), m, are exact."""
-        return SurfaceQuality(np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x), np.bool_))
 
 
 def read_surface(
@@ -206,7 +80,8 @@ def read_surface(
     Raises
     ------
     InputError
-        A file is missing, damaged, no raster, an image, not local, or without CRS.
+        A file is missing, damaged, no raster, an image, not local, or without CRS; or heights cannot be turned into
+        the vertical datum that is wanted.
     CoverageError
         The elevation models lie elsewhere, have no heights at the roads, or cover too little of them.
     """
@@ -220,8 +95,8 @@ def read_surface(
     cells_max = defaults.DEM_CELLS_MAX_BICUBIC if options.method == "bicubic" else defaults.DEM_CELLS_MAX
     windows = read_windows(described, x, y, cells_max, diagnostics)
     _say_averaged(windows, diagnostics)
-    used = _used(paths, windows, bounds, frame, x, y, diagnostics)
-    layers = make_layers(by_priority(used), cells_max, diagnostics)
+    used = _in_datum(_used(paths, windows, bounds, frame, x, y, diagnostics), options, diagnostics)
+    layers = make_layers(by_priority(used), cells_max, options.dem_type, diagnostics)
     trend = fit_trend(layers, options.polynomial_order)
     if trend.polynomial.order < options.polynomial_order:
         diagnostics.note(
@@ -233,17 +108,48 @@ def read_surface(
     layered = LayeredSurface(layers, trend, options.method)
     source = layered.sample(x, y)[1]
     coverage = _checked_coverage(paths, source, options, diagnostics)
-    main = layers[int(np.bincount(source[source >= 0]).argmax())]
+    main = int(np.bincount(source[source >= 0]).argmax())
+    sigmas = np.array([layer.sigma if options.sigma is None else options.sigma for layer in layers])
+    if options.method == "polynomial":
+        sigmas = np.maximum(sigmas, trend.polynomial.rms)
     summaries = tuple(_summary(*item) for item in zip(described, windows, bounds, strict=True))
     return DemSurface(
-        float(np.sqrt(np.prod(main.frame.steps()))),
-        _sigma(main, trend.polynomial, options),
+        layers[main].cell_size,
+        float(sigmas[main]),
         coverage,
         _union([box for box, window in zip(bounds, windows, strict=True) if window is not None]),
         summaries,
         trend.polynomial,
         layered,
+        qualities_of(layered, main, sigmas),
     )
+
+
+def _in_datum(windows: list[DemWindow], options: SurfaceOptions, diagnostics: Diagnostics) -> list[DemWindow]:
+    """Return windows with heights in the vertical datum that is wanted, if any; else say if they have several."""
+    if options.vertical_datum is None:
+        names = sorted({window.source.datum.name for window in windows if window.source.datum is not None})
+        if len(names) > 1:
+            diagnostics.note(
+                "dem-datums",
+                "",
+                f"{_names([window.source.path for window in windows])}: heights count from several datums "
+                f"({', '.join(names)}) and were taken as they are; --vertical-datum turns them into one.",
+            )
+        return windows
+    target = parse_datum(options.vertical_datum)
+    given = None if options.dem_vertical_datum is None else parse_datum(options.dem_vertical_datum)
+    out = []
+    for window in windows:
+        source = window.source.datum if given is None else given
+        if source is None:
+            raise InputError(
+                f"{window.source.path}: the elevation model does not say from which datum its heights count, so that "
+                "they cannot be turned into another; name it with --dem-vertical-datum, or leave --vertical-datum out"
+            )
+        z = convert_heights(window.source.path, window.z, window.frame, source, target, diagnostics)
+        out.append(replace(window, z=z))
+    return out
 
 
 def _say_averaged(windows: Sequence[DemWindow | None], diagnostics: Diagnostics) -> None:
@@ -317,12 +223,6 @@ def _checked_coverage(
     return coverage
 
 
-def _sigma(main: Layer, polynomial: PolynomialTrend, options: SurfaceOptions) -> float:
-    """Return the standard error of heights: as given, else of the layer, and of the trend if that is the surface."""
-    sigma = main.sigma if options.sigma is None else options.sigma
-    return max(sigma, polynomial.rms) if options.method == "polynomial" else sigma
-
-
 def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, bounds: Bounds) -> DemSummary:
     """Sum up an elevation model."""
     source, cells = described
@@ -339,6 +239,7 @@ def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, b
         0 if window is None else int(window.z.size),
         0 if window is None else int(np.count_nonzero(np.isnan(window.z))),
         0.0 if window is None else window.share,
+        0 if window is None else window.outliers,
     )
 
 

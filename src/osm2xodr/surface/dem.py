@@ -20,9 +20,11 @@ from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray
+from osm2xodr.surface.cover import named_cover
 from osm2xodr.surface.grid import Affine, GridFrame
 from osm2xodr.surface.interpolation import Cells, empty_cells
 from osm2xodr.surface.units import horizontal_crs, metres_per, vertical_unit
+from osm2xodr.surface.vertical import heights_of
 from osm2xodr.surface.vrt import check_virtual, is_virtual
 
 # Formats that hold their cells in local files. Others (web services, databases, archives) are not even tried.
@@ -32,6 +34,8 @@ _DRIVERS = (
 )  # fmt: skip
 _NETWORK = re.compile(r"^/vsi\w+(/|$)|^[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
 _STRIP_CELLS = 2**22
+# Metadata in which rasters describe themselves.
+_DESCRIPTIONS = ("TIFFTAG_IMAGEDESCRIPTION", "TIFFTAG_DOCUMENTNAME", "DESCRIPTION", "description", "TITLE", "title")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +56,10 @@ class DemSource:
         Heights are value * scale + offset, in `unit`.
     unit, metres
         Name of the unit of heights and what it is in metres.
+    datum
+        What heights count from: a vertical CRS, a geographic one with ellipsoidal heights, or None.
+    covered
+        Whether its name or description is that of a surface model (canopy and roofs); None if it says nothing.
     """
 
     path: Path
@@ -66,6 +74,8 @@ class DemSource:
     offset: float
     unit: str
     metres: float
+    datum: CRS | None
+    covered: bool | None
 
 
 @contextmanager
@@ -135,6 +145,7 @@ def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
                 return DemSource(
                     path, dataset.driver, dataset.dtypes[0], horizontal_crs(crs), (a, b, c, d, e, f),
                     dataset.height, dataset.width, dataset.nodata, scale, offset, unit, metres,
+                    heights_of(crs), named_cover(path.name, _descriptions(dataset)),
                 )  # fmt: skip
         except (rasterio.errors.RasterioError, OSError, ValueError):
             raise InputError(f"{path}: {_unreadable(path)}") from None
@@ -285,6 +296,12 @@ def _check_bands(path: Path, dataset: Any, diagnostics: Diagnostics) -> None:
         diagnostics.note(
             "dem-bands", "", f"{path}: of the raster's {dataset.count} bands the first was taken for heights."
         )
+
+
+def _descriptions(dataset: Any) -> list[str]:
+    """Return what a raster says about itself."""
+    own = [str(dataset.tags().get(key, "")) for key in _DESCRIPTIONS]
+    return [text[:1000] for text in (*own, dataset.descriptions[0] or "")]
 
 
 def _crs_of(path: Path, dataset: Any) -> CRS:

@@ -67,6 +67,10 @@ class GridFrame:
         x, y = self.positions(np.array([col - 0.5, col + 0.5, col, col]), np.array([row, row, row - 0.5, row + 0.5]))
         return float(np.hypot(x[1] - x[0], y[1] - y[0])), float(np.hypot(x[3] - x[2], y[3] - y[2]))
 
+    def cell_size(self) -> float:
+        """Return the geometric mean of the lengths of a column and a row at the middle of the grid, m."""
+        return float(np.sqrt(np.prod(self.steps())))
+
     def rim(self, per_side: int = 17) -> tuple[FloatArray, FloatArray]:
         """Return col, row of points all along the outer edge of the grid's cells."""
         t = np.linspace(-0.5, 0.5, per_side)

@@ -13,12 +13,15 @@ from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.projection import WGS84, transformer_to
+from osm2xodr.surface.cover import looks_covered
 from osm2xodr.surface.dem import DemSource, describe_dem, read_heights
 from osm2xodr.surface.grid import GridFrame
 from osm2xodr.surface.interpolation import Cells, empty_cells
 from osm2xodr.surface.noise import estimate_sigma, quantum_of, usual_sigma
+from osm2xodr.surface.outliers import find_outliers
 from osm2xodr.surface.sampling import Layer, Trend
 from osm2xodr.surface.trend import fit_polynomial, term_count
+from osm2xodr.surface.voids import rim_of
 
 # Cells of all layers that the trend is fitted to: a polynomial of 21 terms at most needs no more.
 _TREND_CELLS = 20_000
@@ -42,6 +45,8 @@ class DemWindow:
         Share of the road points in whose cell there is a height.
     block
         How many cells of the model, in either direction, one cell of the window is the mean of.
+    outliers
+        How many voids hold heights that are no ground.
     """
 
     source: DemSource
@@ -49,6 +54,7 @@ class DemWindow:
     z: Cells
     share: float
     block: int
+    outliers: int
 
 
 def describe_all(
@@ -121,7 +127,7 @@ def _plan(source: DemSource, cells: GridFrame, col: FloatArray, row: FloatArray)
     margin = np.maximum(defaults.DEM_MARGIN_CELLS, np.ceil(defaults.DEM_MARGIN / np.array(core.steps())))
     first = np.maximum(low - margin.astype(np.int64), 0)
     end = np.minimum(high + margin.astype(np.int64) + 1, [cells.cols, cells.rows])
-    return _Plan(source, cells, first, end, col, row, _cell_size(core))
+    return _Plan(source, cells, first, end, col, row, core.cell_size())
 
 
 def _count(plan: _Plan, block: int) -> int:
@@ -155,40 +161,100 @@ def _read(plan: _Plan, block: int, single: bool, points: int, diagnostics: Diagn
     cols, rows = end_col - first_col, end_row - first_row
     frame = plan.cells.window(first_col, first_row, cols, rows, block)
     z = read_heights(plan.source, frame, first_col, first_row, block, single, diagnostics)
+    outliers = void_outliers(plan.source, frame, z, block, diagnostics)
     col = np.clip((plan.col + 0.5 - first_col) / block, 0, frame.cols - 1).astype(np.int64)
     row = np.clip((plan.row + 0.5 - first_row) / block, 0, frame.rows - 1).astype(np.int64)
-    return DemWindow(plan.source, frame, z, int(np.isfinite(z[row, col]).sum()) / points, block)
+    return DemWindow(plan.source, frame, z, int(np.isfinite(z[row, col]).sum()) / points, block, outliers)
+
+
+def void_outliers(source: DemSource, frame: GridFrame, z: Cells, block: int, diagnostics: Diagnostics) -> int:
+    """Make voids, in place, of heights that are no ground; say which; return how many."""
+    found = find_outliers(z, frame.cell_size(), averaged=block > 1)
+    count = int(np.count_nonzero(found.mask))
+    if not count:
+        return 0
+    at = int(np.flatnonzero(found.mask)[0])
+    row, col = divmod(at, frame.cols)
+    a, b, c, d, e, f = frame.affine
+    lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(
+        a * (col + 0.5) + b * (row + 0.5) + c, d * (col + 0.5) + e * (row + 0.5) + f
+    )
+    lowest, highest = float(z[found.mask].min()), float(z[found.mask].max())
+    # Means of blocks on the rim are partly made of what was found.
+    z[found.mask | rim_of(found.mask) if block > 1 else found.mask] = np.nan
+    diagnostics.repaired(
+        "dem-outlier",
+        "",
+        f"{source.path}: {count} cells of {lowest:.0f} to {highest:.0f} m, the first at {lon:.5f} E, {lat:.5f} N, "
+        f"stand off all ground around them by more than {found.step:.0f} m, as no ground does; they were taken for "
+        "voids.",
+    )
+    return count
 
 
 def by_priority(windows: Sequence[DemWindow]) -> list[DemWindow]:
     """Put finer elevation models first and keep the given order among those alike (within 10 %)."""
-    by_size = sorted(windows, key=lambda window: _cell_size(window.frame))
+    by_size = sorted(windows, key=lambda window: window.frame.cell_size())
     out: list[DemWindow] = []
     while by_size:
-        finest = _cell_size(by_size[0].frame)
-        alike = [window for window in by_size if _cell_size(window.frame) <= 1.1 * finest]
+        finest = by_size[0].frame.cell_size()
+        alike = [window for window in by_size if window.frame.cell_size() <= 1.1 * finest]
         by_size = by_size[len(alike) :]
         out.extend(window for window in windows if any(window is other for other in alike))
     return out
 
 
-def make_layers(windows: Sequence[DemWindow], cells_max: int, diagnostics: Diagnostics) -> list[Layer]:
-    """Make layers of windows in the order of their priority; tiles of one model become one layer."""
-    grids: list[tuple[GridFrame, Cells, float]] = []
+def make_layers(windows: Sequence[DemWindow], cells_max: int, dem_type: str, diagnostics: Diagnostics) -> list[Layer]:
+    """Make layers of windows in the order of their priority; tiles of one model become one layer.
+
+    `dem_type` is that of `osm2xodr.surface.SurfaceOptions`.
+    """
+    grids: list[tuple[GridFrame, Cells, float, bool]] = []
     waiting = list(windows)
     while waiting:
         frame, z, taken = _join(waiting, cells_max, diagnostics)
         unit = abs(waiting[0].source.metres * waiting[0].source.scale) if waiting[0].block == 1 else 0.0
-        grids.append((frame, z, quantum_of(z, unit) if unit else 0.0))
+        covered = dem_type == "dsm" if dem_type != "auto" else _is_covered(taken, frame, z, diagnostics)
+        grids.append((frame, z, quantum_of(z, unit) if unit else 0.0, covered))
         waiting = [window for window in waiting if not any(window is other for other in taken)]
     layers = []
-    for index, (frame, z, quantum) in enumerate(grids):
+    for index, (frame, z, quantum, covered) in enumerate(grids):
         ramp = defaults.EDGE_RAMP
         if index + 1 < len(grids):
-            coarse = max(_cell_size(frame), _cell_size(grids[index + 1][0]))
+            coarse = max(frame.cell_size(), grids[index + 1][0].cell_size())
             ramp = max(defaults.SEAM_RAMP, defaults.SEAM_RAMP_CELLS * coarse)
-        layers.append(Layer(frame, z, estimate_sigma(z, frame.steps(), quantum), ramp))
+        layers.append(Layer(frame, z, estimate_sigma(z, frame.steps(), quantum), ramp, covered))
     return layers
+
+
+def _is_covered(windows: Sequence[DemWindow], frame: GridFrame, z: Cells, diagnostics: Diagnostics) -> bool:
+    """Return whether the elevation model of a layer shows canopy and roofs, by its name, else by its heights."""
+    named = [window.source.covered for window in windows if window.source.covered is not None]
+    covered = named[0] if named else looks_covered(_enough_to_tell(windows[0], z), frame.steps())
+    if covered:
+        diagnostics.guessed(
+            "dem-type",
+            "",
+            f"{windows[0].source.path}: by its {'name' if named else 'heights'} the elevation model shows canopy and "
+            "roofs, and was taken for a surface model; if it shows the ground, say --dem-type dtm.",
+        )
+    return covered
+
+
+def _enough_to_tell(window: DemWindow, z: Cells) -> Cells:
+    """Return a layer's heights, or those of more cells around its first window if they are few."""
+    wanted = defaults.COVER_CELLS
+    source, frame = window.source, window.frame
+    whole = GridFrame(source.crs, frame.to_crs, source.affine, source.rows, source.cols)
+    place = frame.offset_in(whole)
+    if z.size >= wanted**2 or window.block > 1 or place is None:
+        return z
+    cols, rows = min(max(wanted, frame.cols), source.cols), min(max(wanted, frame.rows), source.rows)
+    first_col = min(max(place[0] - (cols - frame.cols) // 2, 0), source.cols - cols)
+    first_row = min(max(place[1] - (rows - frame.rows) // 2, 0), source.rows - rows)
+    around = whole.window(first_col, first_row, cols, rows)
+    # What is amiss with cells that no road needs is not worth a word.
+    return read_heights(source, around, first_col, first_row, 1, False, Diagnostics())
 
 
 def fit_trend(layers: Sequence[Layer], order: int) -> Trend:
@@ -218,12 +284,7 @@ def _sample_cells(layer: Layer, count: int) -> tuple[FloatArray, FloatArray, Flo
         row, col = np.nonzero(known)
     row, col = row * stride + start, col * stride + start
     x, y = layer.frame.positions(col.astype(np.float64), row.astype(np.float64))
-    return x, y, layer.z[row, col].astype(np.float64), np.full(len(x), (_cell_size(layer.frame) * stride) ** 2)
-
-
-def _cell_size(frame: GridFrame) -> float:
-    """Return the geometric mean of the lengths of a column and a row, m."""
-    return float(np.sqrt(np.prod(frame.steps())))
+    return x, y, layer.z[row, col].astype(np.float64), np.full(len(x), (layer.frame.cell_size() * stride) ** 2)
 
 
 def _join(
@@ -232,7 +293,8 @@ def _join(
     """Join the first window with all others on its grid that agree with it where they meet."""
     anchor = windows[0]
     placed = [(window, window.frame.offset_in(anchor.frame)) for window in windows]
-    members = [(window, place) for window, place in placed if place is not None]
+    alike = (anchor.source.covered, None)
+    members = [(window, place) for window, place in placed if place is not None and window.source.covered in alike]
     (first_col, first_row), (cols, rows) = _span(members)
     # Tiles that lie far apart are not worth a grid that is mostly empty.
     if len(members) == 1 or cols * rows > 2 * cells_max:
@@ -241,7 +303,7 @@ def _join(
     taken = []
     for window, place in members:
         col, row = place[0] - first_col, place[1] - first_row
-        if _agrees(z, col, row, window.z, defaults.DEM_SAME_SHARE * usual_sigma(_cell_size(anchor.frame))):
+        if _agrees(z, col, row, window.z, defaults.DEM_SAME_SHARE * usual_sigma(anchor.frame.cell_size())):
             part = z[row : row + window.frame.rows, col : col + window.frame.cols]
             part[...] = np.where(np.isfinite(part), part, window.z)
             taken.append((window, place))

@@ -39,12 +39,20 @@ class Layer:
         Standard error of its heights, m.
     ramp
         Length over which its residual fades beyond its outermost cells, m.
+    covered
+        Whether it shows canopy and roofs rather than the ground.
     """
 
     frame: GridFrame
     z: Cells
     sigma: float
     ramp: float
+    covered: bool = False
+
+    @property
+    def cell_size(self) -> float:
+        """Geometric mean of the lengths of a column and a row, m."""
+        return self.frame.cell_size()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +107,7 @@ class LayeredSurface:
     """
 
     def __init__(self, layers: Sequence[Layer], trend: Trend, method: str) -> None:
+        self.layers = tuple(layers)
         self.trend = trend
         self.method = method
         self._filled: list[_FilledLayer] = []
@@ -116,6 +125,10 @@ class LayeredSurface:
             if self.method == "polynomial":
                 z[part] = self.trend.heights(x[part], y[part])
         return z, source
+
+    def sources(self, x: FloatArray, y: FloatArray) -> IntArray:
+        """Return the index of the layer that measures the height at local x, y (n,), m, -1 where none does."""
+        return self.sample(x, y)[1]
 
     def _fill(self, layer: Layer) -> _FilledLayer:
         """Fill the voids of a layer that goes on top of those there are, and make it ready."""

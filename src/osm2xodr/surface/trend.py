@@ -50,6 +50,12 @@ class PolynomialTrend:
             out[part] = basis @ self.coefficients[i, j]
         return out
 
+    def on_grid(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Return z (len(y), len(x)), m, at all pairs of x and y, m: two small matrix products."""
+        u, v = _scaled(np.asarray(x, np.float64), np.asarray(y, np.float64), self.centre, self.half_range)
+        out: FloatArray = (_chebyshev(v, self.order) @ self.coefficients.T) @ _chebyshev(u, self.order).T
+        return out
+
 
 def term_count(order: int) -> int:
     """Return the number of terms of a polynomial of a total degree in two variables."""

@@ -61,10 +61,10 @@ def _fill_box(
     strips = [slice(first, min(first + _STRIP, len(z))) for first in range(0, len(z), _STRIP)]
     out = np.zeros_like(z)
     for strip in strips:
-        out[strip] = np.where(rim[strip], z[strip] - _between(lattice, stride, strip, z.shape[1]), 0.0)
+        out[strip] = np.where(rim[strip], z[strip] - between(lattice, stride, strip, z.shape[1]), 0.0)
     fill_from_rim(out, rim, gap, steps, fade)
     for strip in strips:
-        out[strip] += _between(lattice, stride, strip, z.shape[1])
+        out[strip] += between(lattice, stride, strip, z.shape[1])
     return out
 
 
@@ -239,7 +239,7 @@ def _ask_lattice(
     return out
 
 
-def _between(lattice: FloatArray, stride: int, strip: slice, cols: int) -> FloatArray:
+def between(lattice: FloatArray, stride: int, strip: slice, cols: int) -> FloatArray:
     """Interpolate a lattice bilinearly to all cells of some rows."""
     row, col = np.arange(strip.start, strip.stop), np.arange(cols)
     u, v = (col % stride / stride)[None, :], (row % stride / stride)[:, None]

@@ -14,8 +14,8 @@ from osm2xodr.errors import OutputError
 
 # At most 12 significant digits: 10 nm at 1 km, 0.1 um at 99 km. Whoever needs fewer rounds before.
 NUMBER: Final = "%.12g"
-# Curvatures, and terms of lanes' widths: an arc of 1 km ends within 0.1 um, a taper of any length is true to 1 nm.
-COEFFICIENT: Final = "%.10g"
+# Of curvatures: an arc of 1 km ends within 0.1 um.
+CURVATURE: Final = "%.10g"
 # Of positions and lengths: 0.1 um.
 POSITION_DECIMALS: Final = 7
 
@@ -44,11 +44,6 @@ def position(value: float) -> str:
     return number(round(value, POSITION_DECIMALS))
 
 
-def coefficient(value: float) -> str:
-    """Write a number that is multiplied with lengths, as `number` does."""
-    return COEFFICIENT % (value + 0.0) if math.isfinite(value) else number(value)
-
-
 def start_of_last(s: float, length: float) -> str:
     """Write where the last lane section of a road starts, so that readers find its end on the road.
 
@@ -74,4 +69,5 @@ def attribute(text: str) -> str:
 def rounded(values: npt.NDArray[np.float64], decimals: int | npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return values with so many decimals, without negative zeros."""
     scale = np.power(10.0, decimals)
-    return np.rint(values * scale) / scale + 0.0
+    nearest: npt.NDArray[np.float64] = np.rint(values * scale) / scale + 0.0
+    return nearest

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark
-from osm2xodr.xodrWriter.formatting import coefficient, number, position, start_of_last
+from osm2xodr.xodrWriter.formatting import number, position, start_of_last
 from osm2xodr.xodrWriter.speeds import lane_speed_attributes
 from osm2xodr.xodrWriter.words import Words
 
@@ -23,12 +23,19 @@ class LaneWriter:
 
     def __init__(self, words: Words) -> None:
         self._words = words
+        self._sections: dict[int, str] = {}
         self._heads: dict[_Head, str] = {}
         self._widths: dict[tuple[Cubic, ...], str] = {}
         self._marks: dict[RoadMark, str] = {}
 
     def sections(self, sections: tuple[LaneSection, ...], length: float) -> str:
         """Return the ``<laneSection>`` elements of a road of a length, m."""
+        if len(sections) == 1 and sections[0].s == 0.0:
+            # Roads share sections that are alike; the map keeps them, so that they can be told by their identity.
+            known = self._sections.get(id(sections[0]))
+            if known is None:
+                known = self._sections[id(sections[0])] = self._section(sections[0], "0")
+            return known
         starts = [position(section.s) for section in sections]
         starts[-1] = start_of_last(sections[-1].s, length)
         return "".join([self._section(*pair) for pair in zip(sections, starts, strict=True)])
@@ -74,8 +81,8 @@ class LaneWriter:
     def _width(self, widths: tuple[Cubic, ...]) -> str:
         """Make and remember the ``<width>`` elements of a lane."""
         text = "".join(
-            f'      <width sOffset="{position(w.s)}" a="{position(w.a)}" b="{coefficient(w.b)}"'
-            f' c="{coefficient(w.c)}" d="{coefficient(w.d)}"/>\n'
+            f'      <width sOffset="{position(w.s)}" a="{position(w.a)}" b="{number(w.b)}"'
+            f' c="{number(w.c)}" d="{number(w.d)}"/>\n'
             for w in widths
         )
         self._widths[widths] = text

@@ -11,12 +11,12 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.model import CubicProfile, FloatArray, PlanView
-from osm2xodr.xodrWriter.formatting import COEFFICIENT, NUMBER, POSITION_DECIMALS, rounded
+from osm2xodr.xodrWriter.formatting import CURVATURE, NUMBER, POSITION_DECIMALS, rounded
 
 _GEOMETRY: Final = (
     f'   <geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">%s</geometry>\n'
 )
-_ARC: Final = f'<arc curvature="{COEFFICIENT}"/>'
+_ARC: Final = f'<arc curvature="{CURVATURE}"/>'
 _LINE: Final = "<line/>"
 _CUBIC: Final = f'   <%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
 

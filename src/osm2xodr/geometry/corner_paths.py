@@ -1,0 +1,198 @@
+"""Connecting roads that turn where the streets inside their junction turn.
+
+A junction of several nodes may hold streets with corners between them. One curve from arm to arm would swing far out
+of such streets, or cut through what lies between them: each corner then gets a turn of its own.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.geometry.connectors import connect, detours
+from osm2xodr.geometry.curves import joined_curves, lengths, pose, smallest_radius
+from osm2xodr.geometry.shortest_curves import shortest_curves
+from osm2xodr.geometry.through_paths import StreetPaths, lane_offsets, poses_on, replaced
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+_STEP = 1.0
+_WINDOW = 2
+_CHECKS = np.linspace(0.04, 0.96, 24)
+
+
+def follow_corners(
+    plan: PlanView,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+) -> PlanView:
+    """Replace those curves that stray far from a way through their junction that has several corners.
+
+    Parameters
+    ----------
+    plan
+        Curves of the connecting roads.
+    paths, streets
+        OSM's ways through the junctions, and the curves they run on.
+    path : (n,)
+        The path of each connecting road, in ascending order.
+    t0, t1 : (n,)
+        Where its entry and exit lanes lie left of the streets' curves in the direction of travel, m.
+    """
+    rows = np.flatnonzero(_winding(paths, streets)[path])
+    if not len(rows):
+        return plan
+    t0 = (t0 + paths.aside[paths.start[path]])[rows]
+    t1 = (t1 + paths.aside[paths.start[path + 1] - 1])[rows]
+    strays = _stray(plan, rows, paths, streets, path[rows], t0, t1)
+    # Lanes beside each other go the same way.
+    far = _all_of(path[rows], strays, defaults.STRAY_CORNERS, len(paths.length))
+    rows, t0, t1, strays = rows[far], t0[far], t1[far], strays[far]
+    least = np.minimum(smallest_radius(plan)[rows], defaults.CONNECTING_RADIUS) - 1e-9
+    for single in (False, True):
+        if not len(rows):
+            break
+        places = {
+            number: _between_corners(paths, streets, number, single) for number in np.unique(path[rows]).tolist()
+        }
+        turned = _turning(plan, rows, paths, streets, path[rows], t0, t1, places)
+        other = _stray(turned, np.arange(len(rows)), paths, streets, path[rows], t0, t1)
+        bad = (smallest_radius(turned) < least) | (other > defaults.STRAY_LESS * strays) | detours(turned)
+        good = ~_all_of(path[rows], bad.astype(float), 0.5, len(paths.length))
+        plan = replaced(plan, rows[good], turned, np.flatnonzero(good))
+        rows = rows[~good]
+        t0, t1, strays, least = (column[~good] for column in (t0, t1, strays, least))
+    return plan
+
+
+def _all_of(path: IntArray, value: FloatArray, limit: float, count: int) -> BoolArray:
+    """Say which connecting roads belong to a path with a value above the limit, (n,)."""
+    most = np.full(count, -np.inf)
+    np.maximum.at(most, path, value)
+    out: BoolArray = most[path] > limit
+    return out
+
+
+def _winding(paths: StreetPaths, streets: PlanView) -> BoolArray:
+    """Say which paths turn to and fro, or round more than one corner, (paths,)."""
+    h0 = pose(streets, paths.curve, paths.s_from)[2]
+    h1 = pose(streets, paths.curve, paths.s_to)[2]
+    against = np.where(paths.s_to < paths.s_from, np.pi, 0.0)
+    owner = np.repeat(np.arange(len(paths.length)), np.diff(paths.start))
+    joint = np.flatnonzero(owner[1:] == owner[:-1])
+    corner = _wrapped((h0 + against)[joint + 1] - (h1 + against)[joint])
+    turns = np.concatenate([h1 - h0, corner])
+    of = np.concatenate([owner, owner[joint]])
+    whole = np.bincount(of, np.abs(turns), len(paths.length))
+    net = np.abs(np.bincount(of, turns, len(paths.length)))
+    out: BoolArray = ~paths.on_ring & ((whole - net > defaults.SMOOTH_CORNER) | (whole > defaults.CORNERS_TURN))
+    return out
+
+
+def _wrapped(angle: FloatArray) -> FloatArray:
+    out: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
+    return out
+
+
+def _stray(
+    plan: PlanView,
+    row: IntArray,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+) -> FloatArray:
+    """Return how far curves and the lanes' ways over the streets lie apart at most, (n,), m."""
+    n, m = len(row), len(_CHECKS)
+    share = np.tile(_CHECKS, n)
+    each = np.repeat(np.arange(n), m)
+    x, y, _ = pose(plan, row[each], share * lengths(plan)[row[each]])
+    offset = lane_offsets(paths, path[each], t0[each], t1[each], share)
+    px, py, _ = poses_on(paths, streets, path[each], share * paths.length[path[each]], offset)
+    curve = np.column_stack([x, y]).reshape(n, m, 2)
+    way = np.column_stack([px, py]).reshape(n, m, 2)
+    return np.maximum(_apart(curve, way), _apart(way, curve))
+
+
+def _apart(points: FloatArray, line: FloatArray) -> FloatArray:
+    """Return the largest distance of points from a polyline, both (n, m, 2); (n,), m."""
+    nearest = np.full(points.shape[:2], np.inf)
+    for k in range(line.shape[1] - 1):
+        a, along = line[:, None, k], (line[:, k + 1] - line[:, k])[:, None]
+        size = np.maximum((along * along).sum(2), 1e-12)
+        at = np.clip(((points - a) * along).sum(2) / size, 0.0, 1.0)
+        gap = a + at[:, :, None] * along - points
+        nearest = np.minimum(nearest, np.hypot(gap[:, :, 0], gap[:, :, 1]))
+    out: FloatArray = nearest.max(1)
+    return out
+
+
+def _between_corners(paths: StreetPaths, streets: PlanView, number: int, single: bool) -> FloatArray:
+    """Return the chainages on a path between its corners where a car drives straight, (places,), m.
+
+    Parameters
+    ----------
+    single
+        Whether there is one place between two corners, in the middle, however far they are apart.
+    """
+    length = float(paths.length[number])
+    count = max(int(length / _STEP), 1)
+    chainage = (np.arange(count) + 0.5) * length / count
+    hdg = poses_on(paths, streets, np.full(count, number), chainage, np.zeros(count))[2]
+    turn = _wrapped(np.diff(hdg))
+    run = np.concatenate([[0.0], np.cumsum(np.abs(turn))])
+    at = np.arange(count)
+    bent = run[np.minimum(at + _WINDOW, count - 1)] - run[np.maximum(at - _WINDOW, 0)] > defaults.SMOOTH_CORNER / 2
+    edge = np.diff(np.concatenate([[False], bent, [False]]).astype(np.int8))
+    first, last = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1
+    sharp = run[last] - run[first] > defaults.SMOOTH_CORNER
+    out: list[float] = []
+    for a, b in zip(chainage[last[sharp]][:-1].tolist(), chainage[first[sharp]][1:].tolist(), strict=True):
+        if not single and b - a > 2 * defaults.CORNER_LEAD:
+            out += [a + defaults.CORNER_LEAD, b - defaults.CORNER_LEAD]
+        else:
+            out.append((a + b) / 2)
+    return np.array(out)
+
+
+def _turning(
+    plan: PlanView,
+    row: IntArray,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+    places: dict[int, FloatArray],
+) -> PlanView:
+    """Return curves that start and end as those in the rows do and pass the places between corners straight on."""
+    count = np.array([len(places[number]) for number in path.tolist()], np.int64)
+    each = np.repeat(np.arange(len(row)), count)
+    chainage = np.concatenate([places[number] for number in path.tolist()]) if len(row) else np.zeros(0)
+    offset = lane_offsets(paths, path[each], t0[each], t1[each], chainage / paths.length[path[each]])
+    passed = poses_on(paths, streets, path[each], chainage, offset)
+    begin = pose(plan, row, np.zeros(len(row)))
+    end = pose(plan, row, lengths(plan)[row])
+    # Per curve: its start, the places, its end; then one piece from each to the next.
+    start = np.concatenate([[0], np.cumsum(count + 2)]).astype(np.int64)
+    inside = np.ones(start[-1], bool)
+    inside[start[:-1]] = inside[start[1:] - 1] = False
+    columns = []
+    for one, middle, other in zip(begin, passed, end, strict=True):
+        column = np.zeros(start[-1])
+        column[start[:-1]], column[inside], column[start[1:] - 1] = one, middle, other
+        columns.append(column)
+    last = np.zeros(start[-1], bool)
+    last[start[1:] - 1] = True
+    leave, reach = np.flatnonzero(~last), np.flatnonzero(~last) + 1
+    poses = [column[leave] for column in columns] + [column[reach] for column in columns]
+    pieces = connect(*poses)
+    sharp = np.flatnonzero(smallest_radius(pieces) < defaults.CONNECTING_RADIUS)
+    if len(sharp):
+        wide = shortest_curves(*(column[sharp] for column in poses), radius=defaults.CONNECTING_RADIUS)
+        there = np.flatnonzero(lengths(wide) > 0)
+        pieces = replaced(pieces, sharp[there], wide, there)
+    return joined_curves(pieces, start - np.arange(len(start)))

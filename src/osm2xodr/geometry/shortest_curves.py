@@ -1,0 +1,101 @@
+"""The shortest curves between poses whose arcs have a radius: three arcs, or two with a line between."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from osm2xodr import defaults
+from osm2xodr.geometry.curves import arc_step
+from osm2xodr.model import BoolArray, FloatArray, PlanView
+
+# An arc of almost a full turn is one of almost none, rad.
+_FULL = 2 * np.pi - 1e-9
+# A curve must be shorter than another by this to be taken in its place, m.
+_SHORTER = 1e-3
+
+
+_Found = tuple[BoolArray, FloatArray, float]
+_Places = npt.NDArray[np.complex128]
+
+
+def shortest_curves(
+    x0: FloatArray,
+    y0: FloatArray,
+    hdg0: FloatArray,
+    x1: FloatArray,
+    y1: FloatArray,
+    hdg1: FloatArray,
+    *,
+    radius: float,
+) -> PlanView:
+    """Return the shortest curves from poses 0 to poses 1, (n,), whose arcs have a radius, m.
+
+    Three arcs, or two with a line between (Dubins 1957, doi:10.2307/2372560), but none that turns forth and back by
+    more than `MOST_SWING` in all (`MOST_SWING_BACK` to turn back): a full circle is no turn. Where there is none, the
+    curve has no records.
+    """
+    n = len(x0)
+    best = np.full(n, np.inf)
+    lengths_, curvatures = np.zeros((n, 3)), np.zeros((n, 3))
+    net = np.abs((hdg1 - hdg0 + np.pi) % (2 * np.pi) - np.pi)
+    most = np.where(net > defaults.SWING_BACK, defaults.MOST_SWING_BACK, defaults.MOST_SWING)
+    p0, p1 = (x0 + 1j * y0) / radius, (x1 + 1j * y1) / radius
+    for first in (1.0, -1.0):
+        for last in (1.0, -1.0):
+            c0 = p0 + first * 1j * np.exp(1j * hdg0)
+            c1 = p1 + last * 1j * np.exp(1j * hdg1)
+            found = [_by_line(c0, c1, hdg0, hdg1, first, last)]
+            if first == last:
+                found += [_by_arc(c0, c1, hdg0, hdg1, first, side) for side in (1.0, -1.0)]
+            for possible, pieces, middle in found:
+                turned = pieces[:, 0] + np.abs(middle) * pieces[:, 1] + pieces[:, 2]
+                whole = np.where(possible & (turned - net < most), pieces.sum(axis=1), np.inf)
+                better = whole < best - _SHORTER / radius
+                best = np.where(better, whole, best)
+                lengths_ = np.where(better[:, None], pieces * radius, lengths_)
+                curvatures = np.where(better[:, None], np.array([first, middle, last]) / radius, curvatures)
+    return _plan(x0, y0, hdg0, lengths_, curvatures)
+
+
+def _by_line(c0: _Places, c1: _Places, hdg0: FloatArray, hdg1: FloatArray, first: float, last: float) -> _Found:
+    """Return where an arc, a line and an arc do, their lengths (n, 3) in radii, and the sense of the middle."""
+    apart, bearing = np.abs(c1 - c0), np.angle(c1 - c0)
+    cross = first != last
+    possible = apart >= 2.0 if cross else apart >= 0.0
+    line = np.sqrt(np.maximum(apart**2 - 4.0, 0.0)) if cross else apart
+    lean = first * np.arcsin(np.clip(2.0 / np.maximum(apart, 1e-12), 0.0, 1.0)) if cross else 0.0
+    hdg = bearing + lean
+    return possible, np.stack([_turn(first * (hdg - hdg0)), line, _turn(last * (hdg1 - hdg))], axis=1), 0.0
+
+
+def _by_arc(c0: _Places, c1: _Places, hdg0: FloatArray, hdg1: FloatArray, sense: float, side: float) -> _Found:
+    """Return where three arcs do, their lengths (n, 3) in radii, and the sense of the middle one."""
+    apart, bearing = np.abs(c1 - c0), np.angle(c1 - c0)
+    out = bearing + side * np.arccos(np.clip(apart / 4.0, 0.0, 1.0))
+    middle = c0 + 2.0 * np.exp(1j * out)
+    hdg_a = out + sense * np.pi / 2
+    hdg_b = np.angle(c1 - middle) - sense * np.pi / 2
+    pieces = [_turn(sense * (hdg_a - hdg0)), _turn(sense * (hdg_a - hdg_b)), _turn(sense * (hdg1 - hdg_b))]
+    return apart <= 4.0, np.stack(pieces, axis=1), -sense
+
+
+def _turn(angle: FloatArray) -> FloatArray:
+    turn = angle % (2 * np.pi)
+    out: FloatArray = np.where(turn > _FULL, 0.0, turn)
+    return out
+
+
+def _plan(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray, curvature: FloatArray) -> PlanView:
+    """Return curves of three records each, (n, 3), that start in poses (n,)."""
+    places = []
+    for k in range(3):
+        places.append((x, y, hdg))
+        u, v, turn = arc_step(curvature[:, k], length[:, k])
+        x, y = x + np.cos(hdg) * u - np.sin(hdg) * v, y + np.sin(hdg) * u + np.cos(hdg) * v
+        hdg = hdg + turn
+    used = length > 1e-7
+    start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
+    xs, ys, hdgs = (np.column_stack([place[k] for place in places])[used] for k in range(3))
+    s = (np.cumsum(length * used, axis=1) - length * used)[used]
+    return PlanView(start, s, xs, ys, hdgs, length[used], curvature[used])

@@ -1,0 +1,201 @@
+"""How well interpolations and polynomials give back heights that they were not told.
+
+Every other row and column of a grid is kept, the cells between are predicted from them and held against what they
+are. Distances are twice those of the grid itself, so that errors are larger than those that a road will see; which
+method is better, and by how much, is what they tell. Polynomials have far fewer terms than there are cells and are
+held against the very heights that they are fitted to.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.model import FloatArray
+from osm2xodr.surface.interpolation import Cells, Interpolator, all_corners, make_interpolator
+from osm2xodr.surface.trend import fit_polynomial, term_count
+from osm2xodr.surface.voids import fill_voids
+
+INTERPOLATIONS = ("nearest", "bilinear", "bicubic")
+ORDERS = (2, 3, 4, 5)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """A part of a grid of heights.
+
+    Parameters
+    ----------
+    first_col, first_row
+        Where in the grid it begins.
+    z : (rows, cols)
+        Heights, m; NaN in voids.
+    """
+
+    first_col: int
+    first_row: int
+    z: Cells
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MethodResult:
+    """What one way to find heights is worth.
+
+    Parameters
+    ----------
+    name
+        The interpolation, or the order of the polynomial.
+    count
+        Cells that were predicted.
+    bias, rms, p95, maximum
+        Mean, root mean square, 95th percentile and largest of the errors (the last two of their magnitude), m;
+        predicted less true.
+    grade_rms
+        Root mean square of the error of the grade from cell to cell, rise per metre.
+    seconds
+        What it took.
+    errors : tuple of (rows, cols)
+        By patch, m; NaN where nothing was predicted.
+    """
+
+    name: str
+    count: int
+    bias: float
+    rms: float
+    p95: float
+    maximum: float
+    grade_rms: float
+    seconds: float
+    errors: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GridComparison:
+    """What ways to find heights are worth on one grid.
+
+    Parameters
+    ----------
+    patches
+        What was looked at.
+    steps
+        Length of one column and of one row, m.
+    interpolations, polynomials
+        The ways, in the order of `INTERPOLATIONS` and `ORDERS`; fewer orders where there are too few cells.
+    """
+
+    patches: tuple[Patch, ...]
+    steps: tuple[float, float]
+    interpolations: tuple[MethodResult, ...]
+    polynomials: tuple[MethodResult, ...]
+
+
+def compare_grid(patches: Sequence[Patch], steps: tuple[float, float]) -> GridComparison:
+    """Compare interpolations and polynomials on patches of one grid.
+
+    Parameters
+    ----------
+    patches
+        At least one, each with three rows and columns or more and some heights.
+    steps
+        Length of one column and of one row, m.
+    """
+    return GridComparison(
+        tuple(patches),
+        steps,
+        tuple(_leave_out(method, patches, steps) for method in INTERPOLATIONS),
+        tuple(_fit(order, patches, steps) for order in ORDERS if _heights(patches) >= 2 * term_count(order)),
+    )
+
+
+def _heights(patches: Sequence[Patch]) -> int:
+    """Return the number of cells with a height."""
+    return sum(int(np.count_nonzero(np.isfinite(patch.z))) for patch in patches)
+
+
+def _leave_out(method: str, patches: Sequence[Patch], steps: tuple[float, float]) -> MethodResult:
+    """Predict what lies between every other row and column."""
+    errors, seconds = [], 0.0
+    for patch in patches:
+        kept = np.ascontiguousarray(patch.z[::2, ::2])
+        known = np.isfinite(kept)
+        filled = kept
+        if not known.any():
+            errors.append(np.full(patch.z.shape, np.nan))
+            continue
+        if not known.all():
+            middle = float(np.mean(kept[known]))
+            filled = fill_voids(kept, _level(middle), (2.0 * steps[0], 2.0 * steps[1]), np.inf)
+        # Cells beyond the last row and column kept have nothing on their far side.
+        rows, cols = 2 * kept.shape[0] - 1, 2 * kept.shape[1] - 1
+        row, col = (place.reshape(-1) for place in np.mgrid[:rows, :cols])
+        between = (row % 2 == 1) | (col % 2 == 1)
+        at_row, at_col = 0.5 * row[between], 0.5 * col[between]
+        began = time.perf_counter()
+        predicted = make_interpolator(filled, method)(at_col, at_row)
+        seconds += time.perf_counter() - began
+        error = np.full(patch.z.shape, np.nan)
+        fair = all_corners(known, at_col, at_row)
+        target = row[between][fair], col[between][fair]
+        error[target] = predicted[fair] - patch.z[target]
+        errors.append(error)
+    return _result(method, patches, errors, seconds, steps)
+
+
+def _level(height: float) -> Interpolator:
+    """Return the surface of one height."""
+    return lambda col, row: np.full(len(col), height)
+
+
+def _fit(order: int, patches: Sequence[Patch], steps: tuple[float, float]) -> MethodResult:
+    """Fit a polynomial to all patches."""
+    parts = []
+    for patch in patches:
+        row, col = np.nonzero(np.isfinite(patch.z))
+        x, y = (col + patch.first_col) * steps[0], (row + patch.first_row) * steps[1]
+        parts.append((x, y, patch.z[row, col].astype(np.float64)))
+    x, y, z = (np.concatenate(values) for values in zip(*parts, strict=True))
+    began = time.perf_counter()
+    trend = fit_polynomial(x, y, z, order)
+    seconds = time.perf_counter() - began
+    errors = []
+    for patch in patches:
+        rows, cols = patch.z.shape
+        at_x = (np.arange(cols) + patch.first_col) * steps[0]
+        at_y = (np.arange(rows) + patch.first_row) * steps[1]
+        errors.append(trend.on_grid(at_x, at_y) - patch.z)
+    return _result(str(order), patches, errors, seconds, steps)
+
+
+def _result(
+    name: str, patches: Sequence[Patch], errors: Sequence[FloatArray], seconds: float, steps: tuple[float, float]
+) -> MethodResult:
+    """Sum up errors by patch."""
+    every = np.concatenate([error[np.isfinite(error)] for error in errors])
+    grades = []
+    for patch, error in zip(patches, errors, strict=True):
+        # What was not predicted is as it is, unless it is a void.
+        known = np.isfinite(patch.z)
+        full = np.where(np.isfinite(error) | ~known, error, 0.0)
+        for axis, step in ((1, steps[0]), (0, steps[1])):
+            grade = np.diff(full, axis=axis) / step
+            grades.append(grade[np.isfinite(grade)])
+    size = np.abs(every)
+    return MethodResult(
+        name,
+        len(every),
+        float(np.mean(every)) if len(every) else 0.0,
+        _rms(every),
+        float(np.percentile(size, 95.0)) if len(every) else 0.0,
+        float(size.max()) if len(every) else 0.0,
+        _rms(np.concatenate(grades)),
+        seconds,
+        tuple(errors),
+    )
+
+
+def _rms(values: FloatArray) -> float:
+    """Return the root of the mean of squares, 0 of nothing."""
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

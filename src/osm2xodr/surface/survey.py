@@ -1,0 +1,219 @@
+"""Looks at elevation models for their own sake: what they are, and how well heights between their cells are found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pyproj import Transformer
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import CoverageError, InputError
+from osm2xodr.projection import WGS84, make_frame, transformer_to
+from osm2xodr.surface.comparison import GridComparison, Patch, compare_grid
+from osm2xodr.surface.cover import looks_covered
+from osm2xodr.surface.dem import DemSource, describe_dem, read_heights
+from osm2xodr.surface.grid import GridFrame
+from osm2xodr.surface.mosaic import void_outliers
+from osm2xodr.surface.noise import estimate_sigma, quantum_of
+
+Box = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DemComparison:
+    """An elevation model, and what ways to find its heights are worth.
+
+    Parameters
+    ----------
+    path, driver, crs, dtype, unit
+        As the file says; `crs` is the name.
+    cell_size
+        Geometric mean of the lengths of a column and a row, m.
+    size
+        Columns and rows of what was looked at (the whole model, or the part within the box).
+    cells, voids, outliers
+        Cells that were read, and how many of them have no height; how many of these hold what is none.
+    sigma
+        Estimated standard error of heights, m.
+    covered
+        Whether it is taken for a surface model (canopy and roofs).
+    grid
+        The comparison.
+    """
+
+    path: Path
+    driver: str
+    crs: str
+    dtype: str
+    unit: str
+    cell_size: float
+    size: tuple[int, int]
+    cells: int
+    voids: int
+    outliers: int
+    sigma: float
+    covered: bool
+    grid: GridComparison
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceComparison:
+    """What ways to find heights are worth on a user's elevation models.
+
+    Parameters
+    ----------
+    box_deg
+        West, south, east, north of what was asked for, degrees, WGS 84; None for all there is.
+    models
+        One for each elevation model, in the order given.
+    """
+
+    box_deg: Box | None
+    models: tuple[DemComparison, ...]
+
+
+def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagnostics) -> SurfaceComparison:
+    """Compare interpolations and polynomials on elevation models.
+
+    Parameters
+    ----------
+    paths
+        Local raster files, one or more.
+    bbox
+        West, south, east, north, degrees, WGS 84; None for the whole of each. Of more than
+        `defaults.COMPARISON_CELLS` cells, evenly spread patches are taken.
+    diagnostics
+        Receives what was guessed or repaired.
+
+    Raises
+    ------
+    InputError
+        A file is missing, damaged or no elevation model; the box is none; there are too few cells.
+    CoverageError
+        A model has no heights in the box.
+    """
+    if not paths:
+        raise InputError("no elevation model was given; name at least one file")
+    if bbox is not None:
+        _check_box(bbox)
+    return SurfaceComparison(bbox, tuple(_compare(path, bbox, diagnostics) for path in paths))
+
+
+def _check_box(box: Box) -> None:
+    """Refuse a box that is none."""
+    west, south, east, north = box
+    if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
+        raise InputError(
+            f"the box {west:g},{south:g},{east:g},{north:g} is none; give west, south, east, north in degrees, the "
+            "lesser ones first"
+        )
+
+
+def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemComparison:
+    """Compare ways to find heights on one elevation model."""
+    source = describe_dem(path, diagnostics)
+    first_col, first_row, cols, rows = _window(source, box)
+    if min(cols, rows) < defaults.COMPARISON_CELLS_MIN:
+        raise InputError(
+            f"{path}: {cols} x {rows} cells are too few to compare anything; give a larger elevation model or --bbox"
+        )
+    frame = _frame(source, first_col, first_row, cols, rows)
+    patches, outliers = _patches(source, frame, first_col, first_row, diagnostics)
+    cells, voids = sum(patch.z.size for patch in patches), sum(int(np.isnan(patch.z).sum()) for patch in patches)
+    z = max((patch.z for patch in patches), key=lambda part: int(np.isfinite(part).sum()))
+    if not np.isfinite(z).any():
+        raise CoverageError(f"{path}: there are no heights to compare, all is nodata; give another part with --bbox")
+    unit = abs(source.metres * source.scale)
+    return DemComparison(
+        path,
+        source.driver,
+        source.crs.name,
+        source.dtype,
+        source.unit,
+        frame.cell_size(),
+        (cols, rows),
+        cells,
+        voids,
+        outliers,
+        estimate_sigma(z, frame.steps(), quantum_of(z, unit)),
+        looks_covered(z, frame.steps()) if source.covered is None else source.covered,
+        compare_grid([_upright(item, frame) for item in patches if np.isfinite(item.z).any()], frame.steps()),
+    )
+
+
+def _window(source: DemSource, box: Box | None) -> tuple[int, int, int, int]:
+    """Return first column and row, columns and rows of what is to be looked at."""
+    if box is None:
+        return 0, 0, source.cols, source.rows
+    west, south, east, north = box
+    t = np.linspace(0.0, 1.0, 21)
+    lon, lat = (place.reshape(-1) for place in np.meshgrid(west + (east - west) * t, south + (north - south) * t))
+    to_crs = Transformer.from_crs(WGS84, source.crs, always_xy=True)
+    cells = GridFrame(source.crs, to_crs, source.affine, source.rows, source.cols)
+    col, row = cells.cells(lon, lat)
+    inside = np.isfinite(col) & np.isfinite(row)
+    low = np.array([np.min(place[inside], initial=np.inf) for place in (col, row)])
+    high = np.array([np.max(place[inside], initial=-np.inf) for place in (col, row)])
+    size = np.array([source.cols, source.rows])
+    if not (np.all(high >= 0) and np.all(low <= size - 1)):
+        raise CoverageError(
+            f"{source.path}: the elevation model has nothing in the box {west:g},{south:g},{east:g},{north:g}; give "
+            "another --bbox"
+        )
+    first = np.maximum(np.floor(low), 0).astype(np.int64)
+    last = np.minimum(np.ceil(high), size - 1).astype(np.int64)
+    return int(first[0]), int(first[1]), int(last[0] - first[0]) + 1, int(last[1] - first[1]) + 1
+
+
+def _frame(source: DemSource, first_col: int, first_row: int, cols: int, rows: int) -> GridFrame:
+    """Return the frame of a window, local to its middle."""
+    a, b, c, d, e, f = source.affine
+    u, v = first_col + 0.5 * cols, first_row + 0.5 * rows
+    lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
+    limit = defaults.LATITUDE_MAX_DEG
+    local = make_frame(float(np.clip(lat, -limit, limit)), float(lon))
+    whole = GridFrame(source.crs, transformer_to(local, source.crs), source.affine, source.rows, source.cols)
+    return whole.window(first_col, first_row, cols, rows)
+
+
+def _patches(
+    source: DemSource, frame: GridFrame, first_col: int, first_row: int, diagnostics: Diagnostics
+) -> tuple[list[Patch], int]:
+    """Read patches of a window, or all of it where it is small; return how many outliers were found too."""
+    cols, rows, times = frame.cols, frame.rows, 1
+    if cols * rows > defaults.COMPARISON_CELLS:
+        times = defaults.COMPARISON_PATCHES
+        side = int(np.sqrt(defaults.COMPARISON_CELLS)) // times
+        # Of a long strip, patches are as long as leaves the number of cells.
+        cols = min(frame.cols // times, max(side, side**2 // frame.rows))
+        rows = min(frame.rows // times, side**2 // cols)
+    patches, outliers = [], 0
+    for row in _starts(frame.rows, rows, times):
+        for col in _starts(frame.cols, cols, times):
+            part = frame.window(col, row, cols, rows)
+            z = read_heights(source, part, first_col + col, first_row + row, 1, False, diagnostics)
+            outliers += void_outliers(source, part, z, 1, diagnostics)
+            patches.append(Patch(col, row, z))
+    return patches, outliers
+
+
+def _starts(size: int, part: int, times: int) -> list[int]:
+    """Return where parts begin that are spread evenly over a size."""
+    room = size - part * times
+    return [k * part + (2 * k + 1) * room // (2 * times) for k in range(times)]
+
+
+def _upright(patch: Patch, frame: GridFrame) -> Patch:
+    """Return a patch with its northernmost row first and its westernmost column first."""
+    a, _, _, _, e, _ = frame.affine
+    rows, cols = patch.z.shape
+    across, down = -1 if a < 0.0 else 1, -1 if e > 0.0 else 1
+    return Patch(
+        frame.cols - patch.first_col - cols if across < 0 else patch.first_col,
+        frame.rows - patch.first_row - rows if down < 0 else patch.first_row,
+        patch.z[::down, ::across].copy(),
+    )
