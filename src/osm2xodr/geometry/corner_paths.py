@@ -46,19 +46,21 @@ def follow_corners(
         return plan
     t0 = (t0 + paths.aside[paths.start[path]])[rows]
     t1 = (t1 + paths.aside[paths.start[path + 1] - 1])[rows]
-    strays = _stray(plan, rows, paths, streets, path[rows], t0, t1)
-    # Lanes beside each other go the same way.
-    far = _all_of(path[rows], strays, defaults.STRAY_CORNERS, len(paths.length))
-    rows, t0, t1, strays = rows[far], t0[far], t1[far], strays[far]
+    # Lanes beside each other go the same way. Most are soon seen not to stray; the rest is looked at more closely.
+    for measure in (_side_by_side, _apart_at_most):
+        strays = measure(*_sampled(plan, rows, paths, streets, path[rows], t0, t1))
+        far = _all_of(path[rows], strays, defaults.STRAY_CORNERS, len(paths.length))
+        rows, t0, t1, strays = rows[far], t0[far], t1[far], strays[far]
+    if not len(rows):
+        return plan
+    gaps = _corner_gaps(paths, streets, np.unique(path[rows]))
     least = np.minimum(smallest_radius(plan)[rows], defaults.CONNECTING_RADIUS) - 1e-9
     for single in (False, True):
         if not len(rows):
             break
-        places = {
-            number: _between_corners(paths, streets, number, single) for number in np.unique(path[rows]).tolist()
-        }
+        places = {number: _between_corners(gaps[number], single) for number in np.unique(path[rows]).tolist()}
         turned = _turning(plan, rows, paths, streets, path[rows], t0, t1, places)
-        other = _stray(turned, np.arange(len(rows)), paths, streets, path[rows], t0, t1)
+        other = _apart_at_most(*_sampled(turned, np.arange(len(rows)), paths, streets, path[rows], t0, t1))
         bad = (smallest_radius(turned) < least) | (other > defaults.STRAY_LESS * strays) | detours(turned)
         good = ~_all_of(path[rows], bad.astype(float), 0.5, len(paths.length))
         plan = replaced(plan, rows[good], turned, np.flatnonzero(good))
@@ -96,7 +98,7 @@ def _wrapped(angle: FloatArray) -> FloatArray:
     return out
 
 
-def _stray(
+def _sampled(
     plan: PlanView,
     row: IntArray,
     paths: StreetPaths,
@@ -104,16 +106,26 @@ def _stray(
     path: IntArray,
     t0: FloatArray,
     t1: FloatArray,
-) -> FloatArray:
-    """Return how far curves and the lanes' ways over the streets lie apart at most, (n,), m."""
+) -> tuple[FloatArray, FloatArray]:
+    """Return places along curves, and along the lanes' ways over the streets at the same share, (n, m, 2)."""
     n, m = len(row), len(_CHECKS)
     share = np.tile(_CHECKS, n)
     each = np.repeat(np.arange(n), m)
     x, y, _ = pose(plan, row[each], share * lengths(plan)[row[each]])
     offset = lane_offsets(paths, path[each], t0[each], t1[each], share)
     px, py, _ = poses_on(paths, streets, path[each], share * paths.length[path[each]], offset)
-    curve = np.column_stack([x, y]).reshape(n, m, 2)
-    way = np.column_stack([px, py]).reshape(n, m, 2)
+    return np.column_stack([x, y]).reshape(n, m, 2), np.column_stack([px, py]).reshape(n, m, 2)
+
+
+def _side_by_side(curve: FloatArray, way: FloatArray) -> FloatArray:
+    """Return the largest distance of places at the same share: an upper bound of `_apart_at_most`, (n,), m."""
+    gap = curve - way
+    out: FloatArray = np.hypot(gap[:, :, 0], gap[:, :, 1]).max(1)
+    return out
+
+
+def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:
+    """Return how far curves and ways lie apart at most, (n,), m."""
     return np.maximum(_apart(curve, way), _apart(way, curve))
 
 
@@ -130,27 +142,45 @@ def _apart(points: FloatArray, line: FloatArray) -> FloatArray:
     return out
 
 
-def _between_corners(paths: StreetPaths, streets: PlanView, number: int, single: bool) -> FloatArray:
+def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> dict[int, list[tuple[float, float]]]:
+    """Return between which chainages paths run from one of their corners to the next, by number of the path, m."""
+    length = paths.length[numbers]
+    count = np.maximum((length / _STEP).astype(np.int64), 1)
+    start = np.concatenate([[0], np.cumsum(count)])
+    each = np.repeat(np.arange(len(numbers)), count)
+    chainage = (np.arange(start[-1]) - start[each] + 0.5) * (length / count)[each]
+    hdg = poses_on(paths, streets, numbers[each], chainage, np.zeros(len(each)))[2]
+    return {
+        number: _gaps(chainage[lo:hi], hdg[lo:hi])
+        for number, lo, hi in zip(numbers.tolist(), start[:-1].tolist(), start[1:].tolist(), strict=True)
+    }
+
+
+def _gaps(chainage: FloatArray, hdg: FloatArray) -> list[tuple[float, float]]:
+    """Return where one corner is over and the next begins, m."""
+    turn = _wrapped(np.diff(hdg))
+    run = np.concatenate([[0.0], np.cumsum(np.abs(turn))])
+    at = np.arange(len(chainage))
+    bent = run[np.minimum(at + _WINDOW, len(at) - 1)] - run[np.maximum(at - _WINDOW, 0)] > defaults.SMOOTH_CORNER / 2
+    edge = np.diff(np.concatenate([[False], bent, [False]]).astype(np.int8))
+    first, last = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1
+    sharp = run[last] - run[first] > defaults.SMOOTH_CORNER
+    over, begin = chainage[last[sharp]][:-1].tolist(), chainage[first[sharp]][1:].tolist()
+    return list(zip(over, begin, strict=True))
+
+
+def _between_corners(gaps: list[tuple[float, float]], single: bool) -> FloatArray:
     """Return the chainages on a path between its corners where a car drives straight, (places,), m.
 
     Parameters
     ----------
+    gaps
+        Where one corner is over and the next begins.
     single
         Whether there is one place between two corners, in the middle, however far they are apart.
     """
-    length = float(paths.length[number])
-    count = max(int(length / _STEP), 1)
-    chainage = (np.arange(count) + 0.5) * length / count
-    hdg = poses_on(paths, streets, np.full(count, number), chainage, np.zeros(count))[2]
-    turn = _wrapped(np.diff(hdg))
-    run = np.concatenate([[0.0], np.cumsum(np.abs(turn))])
-    at = np.arange(count)
-    bent = run[np.minimum(at + _WINDOW, count - 1)] - run[np.maximum(at - _WINDOW, 0)] > defaults.SMOOTH_CORNER / 2
-    edge = np.diff(np.concatenate([[False], bent, [False]]).astype(np.int8))
-    first, last = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1
-    sharp = run[last] - run[first] > defaults.SMOOTH_CORNER
     out: list[float] = []
-    for a, b in zip(chainage[last[sharp]][:-1].tolist(), chainage[first[sharp]][1:].tolist(), strict=True):
+    for a, b in gaps:
         if not single and b - a > 2 * defaults.CORNER_LEAD:
             out += [a + defaults.CORNER_LEAD, b - defaults.CORNER_LEAD]
         else:

@@ -138,12 +138,12 @@ class _View:
 
 
 class _Arms:
-    """Lanes at road ends by direction of travel, worked out once for each."""
+    """Lanes at road ends by direction of travel, worked out once for each cross-section: streets share them."""
 
     def __init__(self, parts: RoadParts, rule: Rule) -> None:
         self._parts = parts
         self._rule = rule
-        self._known: dict[tuple[int, bool], tuple[tuple[EndLane, ...], ArmLanes]] = {}
+        self._known: dict[tuple[int, bool, float], tuple[tuple[EndLane, ...], ArmLanes]] = {}
 
     def into_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
         return self._at(end, end % 2 == 1, 1.0)
@@ -156,11 +156,14 @@ class _Arms:
         return centre_lanes(self._parts.at_end(end).section, along)
 
     def _at(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        found = self._known.get((end, along))
+        # The parts keep their cross-sections, so that these can be told by their identity.
+        section = self._parts.at_end(end).section
+        key = id(section), along, sign
+        found = self._known.get(key)
         if found is None:
-            lanes = end_lanes(self._parts.at_end(end).section, self._rule, along)
+            lanes = end_lanes(section, self._rule, along)
             found = lanes, ArmLanes(tuple(lane.spec for lane in lanes), tuple(sign * lane.t for lane in lanes))
-            self._known[end, along] = found
+            self._known[key] = found
         return found
 
 
@@ -172,6 +175,7 @@ def _junction_rows(
     entries: dict[int, ArmLanes] = {}
     exits: dict[int, ArmLanes] = {}
     moves: list[LaneMovement] = []
+    lanes: list[tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = []
     for number in group:
         entry, exit_ = view.entry[number], view.exit[number]
         into, entries_lanes = arms.into_junction(entry)
@@ -185,11 +189,11 @@ def _junction_rows(
         pairs = None if stated is None else stated.between(entries_lanes.specs, exit_lanes.specs)
         moves.append(LaneMovement(entry, exit_, view.turn[number], lateral, pairs))
         numbers.append(number)
+        lanes.append((into, out))
     rows = _centre_rows(junction, moves, numbers, arms)
     for k, lane_in, lane_out in assign_lanes(moves, entries, exits, rule is Rule.LEFT_HAND):
-        entry, exit_ = moves[k].entry, moves[k].exit
-        ends = arms.into_junction(entry)[0][lane_in], arms.out_of_junction(exit_)[0][lane_out]
-        rows.append(LaneRow(junction, numbers[k], entry, exit_, *ends))
+        into, out = lanes[k]
+        rows.append(LaneRow(junction, numbers[k], moves[k].entry, moves[k].exit, into[lane_in], out[lane_out]))
     return rows
 
 

@@ -12,7 +12,7 @@ from osm2xodr.geometry.cross_section import CrossSection, cross_section, end_lan
 from osm2xodr.geometry.curves import joined_plan_views, lengths
 from osm2xodr.geometry.plan_fit import cut_curves, fit_polylines
 from osm2xodr.geometry.rings import FittedRings, fit_rings, moved_ends
-from osm2xodr.model import FloatArray, PlanView, Rule, Street, StreetAttributes, StreetNetwork
+from osm2xodr.model import FloatArray, LaneSpec, PlanView, Rule, Street, StreetAttributes, StreetNetwork
 
 Piece = tuple[float, StreetAttributes, CrossSection]
 """(s on the street's curve from which it holds, attributes, cross-section)."""
@@ -60,7 +60,7 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     station = fitted.station.copy()
     for street_id, number in on_ring.items():
         station[start[street_id] : start[street_id + 1]] = rings.stations[number]
-    sections: dict[int, CrossSection] = {}
+    sections: dict[tuple[tuple[LaneSpec, ...], float], CrossSection] = {}
     pieces = tuple(
         tuple(
             (float(station[start[k] + index]), attributes, _section(attributes, network.rule, sections))
@@ -95,12 +95,15 @@ def _with_rings(plan: PlanView, rings: FittedRings) -> PlanView:
     return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
 
 
-def _section(attributes: StreetAttributes, rule: Rule, known: dict[int, CrossSection]) -> CrossSection:
-    """Return the cross-section, computed once for each set of attributes."""
-    key = id(attributes)
-    if key not in known:
-        known[key] = cross_section(attributes, rule)
-    return known[key]
+def _section(
+    attributes: StreetAttributes, rule: Rule, known: dict[tuple[tuple[LaneSpec, ...], float], CrossSection]
+) -> CrossSection:
+    """Return the cross-section; streets whose lanes are alike share it."""
+    key = attributes.lanes_ltr, attributes.middle_offset
+    found = known.get(key)
+    if found is None:
+        found = known[key] = cross_section(attributes, rule)
+    return found
 
 
 def _opened(street: Street) -> tuple[np.ndarray, tuple[tuple[int, StreetAttributes], ...]]:  # type: ignore[type-arg]
