@@ -30,6 +30,7 @@ SAMPLE = ROOT / "data" / "samples" / "andorra_ordino"
 TOOLS = ("osm2xodr", "netconvert", "Osm2Odr")
 _MEGABYTE = 1e6
 _KILOBYTE = 1024
+_FILE = re.compile(r"\s+\S*/\S+$")
 _STAGE = re.compile(r"^ *([\d.]+) s  (.+)$", re.MULTILINE)
 _CARLA = """
 import sys, carla
@@ -75,7 +76,8 @@ def run(command: Sequence[str], output: Path, limit: float) -> Run | None:
     if process.returncode or not output.exists():
         print(f"failed ({process.returncode}): {' '.join(command)}\n{text[-2000:]}", file=sys.stderr)
         return None
-    stages = {name: float(seconds) for seconds, name in _STAGE.findall(text)}
+    # Without the files' places, which differ from machine to machine.
+    stages = {_FILE.sub("", name): float(seconds) for seconds, name in _STAGE.findall(text)}
     cpu = usage.ru_utime + usage.ru_stime
     return Run(wall, cpu, usage.ru_maxrss * _KILOBYTE, output.stat().st_size, stages)
 
@@ -172,7 +174,7 @@ def table(results: Sequence[tuple[Area, int, dict[str, list[Run]]]], repeat: int
             lines.append(f"| {area.name} | {nodes:,} | {what} | {' | '.join(cells)} |")
         for name in dict.fromkeys(name for item in runs["osm2xodr"] for name in item.stages):
             seconds = _median([item.stages.get(name, 0.0) for item in runs["osm2xodr"]])
-            stages.append(f"| {area.name} | {name.replace(str(area.osm.parent), '').lstrip('/')} | {seconds:.2f} |")
+            stages.append(f"| {area.name} | {name} | {seconds:.2f} |")
     lines += ["", "## Stages of osm2xodr", "", "| area | stage | s |", "|---|---|--:|", *stages, ""]
     return "\n".join(lines)
 

@@ -106,6 +106,21 @@ def test_placement_holds_the_lane_that_it_names_in_place() -> None:
         assert (inner, outer) == pytest.approx((1.5, -1.5), abs=1e-6)
 
 
+def test_lanes_that_go_on_stay_where_placement_holds_them() -> None:
+    """A pocket on the left opens and ends; the middle of the carriageway moves, the other lanes do not."""
+    through = "oneway=yes lanes=2 placement=right_of:1"
+    pocket = "oneway=yes lanes=3 placement=right_of:2 turn:lanes=left|through|through"
+    roads = built(row(through, pocket, through), Rule.RIGHT_HAND)
+    (road,) = roads.roads
+    assert [len(section.lanes) for section in road.lane_sections] == [3, 4, 3]
+    for section, end in zip(road.lane_sections, (200.0, 400.0, 600.0), strict=True):
+        for k in range(41):
+            s = section.s + k * (end - section.s) / 40
+            edges = lane_edges(section, s - section.s, profile_value(roads.lane_offset, 0, s))
+            inner, outer = edges[min(edges)]
+            assert (inner, outer) == pytest.approx((0.0, -3.0), abs=1e-6)
+
+
 def test_a_smooth_step_has_no_slope_at_its_ends() -> None:
     cubic = smooth_step(5.0, 20.0, 1.0, 4.0)
 

@@ -41,6 +41,8 @@ def smallest_radius(plan: PlanView) -> FloatArray:
 
 # Lines whose headings differ by less are one, rad.
 _SAME_HEADING = 1e-8
+# Shorter pieces of curves are none, m.
+_SHORTEST_PIECE = 1e-7
 # So few queries are sooner answered one by one.
 _FEW = 16
 
@@ -103,6 +105,21 @@ def joined_plan_views(first: PlanView, second: PlanView) -> PlanView:
             for name in ("s", "x", "y", "hdg", "length", "curvature")
         ),
     )
+
+
+def curves_of(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray, curvature: FloatArray) -> PlanView:
+    """Return curves of several lines and arcs each, (n, pieces), that start in poses (n,); no piece of length 0."""
+    places = []
+    for k in range(length.shape[1]):
+        places.append((x, y, hdg))
+        u, v, turn = arc_step(curvature[:, k], length[:, k])
+        x, y = x + np.cos(hdg) * u - np.sin(hdg) * v, y + np.sin(hdg) * u + np.cos(hdg) * v
+        hdg = hdg + turn
+    used = length > _SHORTEST_PIECE
+    start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
+    xs, ys, hdgs = (np.column_stack([place[k] for place in places])[used] for k in range(3))
+    s = (np.cumsum(length * used, axis=1) - length * used)[used]
+    return PlanView(start, s, xs, ys, hdgs, length[used], curvature[used])
 
 
 def joined_curves(plan: PlanView, first: IntArray) -> PlanView:

@@ -10,6 +10,7 @@ from osm2xodr import defaults
 from osm2xodr.geometry.connectivity import Connectivity
 from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.geometry.lane_matching import match_lanes
+from osm2xodr.geometry.road_marks import centre_mark, outer_mark
 from osm2xodr.model import (
     Cubic,
     Direction,
@@ -17,14 +18,10 @@ from osm2xodr.model import (
     LaneSection,
     LaneSpec,
     LaneType,
-    RoadMark,
     RoadType,
     Rule,
     StreetAttributes,
 )
-
-_UNMARKED = ("residential", "living_street", "service", "track")
-_NO_MARK = RoadMark("none", width=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +227,8 @@ def lay_out_lanes(road: Sequence[Stretch], rule: Rule, known: Connectivity | Non
         )
         taper = min(most, defaults.TAPER_SHARE * length)
         ending = set() if ahead is None else {lane for lane in widths if lane not in ahead}
-        offset_after = _offset_without(stretch.section, ending)
+        following = road[k + 1].section if ahead is not None else None
+        offset_after = _offset_at_border(stretch.section, ending, following, ahead)
         begins = {lane: at_border.get(lane, 0.0) for lane in widths}
         behind = {to: lane for lane, to in links[k - 1].items()} if k else None
         lanes = _lanes(_Course(stretch, length, taper, begins, ending, behind, ahead))
@@ -251,6 +249,18 @@ def _widths(section: CrossSection) -> dict[int, float]:
     left = {number: lane.width for number, lane in enumerate(section.left, start=1)}
     right = {-number: lane.width for number, lane in enumerate(section.right, start=1)}
     return {**dict(reversed(left.items())), **right}
+
+
+def _offset_at_border(
+    section: CrossSection, ending: set[int], following: CrossSection | None, ahead: dict[int, int] | None
+) -> float:
+    """Return the centre's t at the end of a section.
+
+    Where lanes end and none opens, the others are led to where they go on; where some open as well, to the middle.
+    """
+    if ending and following is not None and ahead is not None and len(ahead) == len(_widths(following)):
+        return following.centre
+    return _offset_without(section, ending)
 
 
 def _offset_without(section: CrossSection, ending: set[int]) -> float:
@@ -312,7 +322,11 @@ def _lanes(course: _Course) -> tuple[Lane, ...]:
     section = course.stretch.section
     left = [_lane(course, number, spec) for number, spec in enumerate(section.left, start=1)]
     right = [_lane(course, -number, spec) for number, spec in enumerate(section.right, start=1)]
-    return (*reversed(left), Lane(0, LaneType.NONE, (), road_mark=_centre_mark(course.stretch)), *right)
+    return (
+        *reversed(left),
+        Lane(0, LaneType.NONE, (), road_mark=centre_mark(section, course.stretch.attributes.highway)),
+        *right,
+    )
 
 
 def _lane(course: _Course, lane_id: int, spec: LaneSpec) -> Lane:
@@ -325,36 +339,9 @@ def _lane(course: _Course, lane_id: int, spec: LaneSpec) -> Lane:
         widths=tapered(course.length, course.taper, course.begins[lane_id], spec.width, last_width),
         predecessor=None if course.behind is None else course.behind.get(lane_id),
         successor=None if course.ahead is None else course.ahead.get(lane_id),
-        road_mark=_outer_mark(lane_id, course.stretch),
+        road_mark=outer_mark(lane_id, course.stretch.section, course.stretch.attributes.highway),
         speed=own_speed if own_speed != _road_speed(attributes) else None,
     )
-
-
-def _outer_mark(lane_id: int, stretch: Stretch) -> RoadMark:
-    """Return the mark between a lane and the next one outwards, or the edge of the carriageway."""
-    lanes = stretch.section.left if lane_id > 0 else stretch.section.right
-    wide = stretch.attributes.highway in defaults.FAST_HIGHWAYS
-    width = defaults.MARK_WIDTH_WIDE if wide else defaults.MARK_WIDTH
-    if abs(lane_id) == len(lanes):
-        if stretch.attributes.highway in _UNMARKED:
-            return _NO_MARK
-        return RoadMark("solid", width=width)
-    if lanes[abs(lane_id) - 1].direction is not lanes[abs(lane_id)].direction:
-        return RoadMark("solid broken", width=width, lane_change="both")
-    return RoadMark("broken", width=width, lane_change="both")
-
-
-def _centre_mark(stretch: Stretch) -> RoadMark:
-    """Return the mark on the centre line, which is an edge where all lanes lie on one side of it."""
-    section, highway = stretch.section, stretch.attributes.highway
-    width = defaults.MARK_WIDTH_WIDE if highway in defaults.FAST_HIGHWAYS else defaults.MARK_WIDTH
-    if not section.left or not section.right:
-        return _NO_MARK if highway in _UNMARKED else RoadMark("solid", width=width)
-    if highway in _UNMARKED or section.left_edge - section.right_edge < defaults.CENTRE_LINE_FROM:
-        return RoadMark("none", width=0.0, lane_change="both")
-    if len(section.left) + len(section.right) > 2:
-        return RoadMark("solid", width=width)
-    return RoadMark("broken", width=width, lane_change="both")
 
 
 def _road_speed(attributes: StreetAttributes) -> float | None:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import arc_step
+from osm2xodr.geometry.curves import curves_of
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of almost a full turn is one of almost none, rad.
@@ -55,7 +55,7 @@ def shortest_curves(
                 best = np.where(better, whole, best)
                 lengths_ = np.where(better[:, None], pieces * radius, lengths_)
                 curvatures = np.where(better[:, None], np.array([first, middle, last]) / radius, curvatures)
-    return _plan(x0, y0, hdg0, lengths_, curvatures)
+    return curves_of(x0, y0, hdg0, lengths_, curvatures)
 
 
 def _by_line(c0: _Places, c1: _Places, hdg0: FloatArray, hdg1: FloatArray, first: float, last: float) -> _Found:
@@ -84,18 +84,3 @@ def _turn(angle: FloatArray) -> FloatArray:
     turn = angle % (2 * np.pi)
     out: FloatArray = np.where(turn > _FULL, 0.0, turn)
     return out
-
-
-def _plan(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray, curvature: FloatArray) -> PlanView:
-    """Return curves of three records each, (n, 3), that start in poses (n,)."""
-    places = []
-    for k in range(3):
-        places.append((x, y, hdg))
-        u, v, turn = arc_step(curvature[:, k], length[:, k])
-        x, y = x + np.cos(hdg) * u - np.sin(hdg) * v, y + np.sin(hdg) * u + np.cos(hdg) * v
-        hdg = hdg + turn
-    used = length > 1e-7
-    start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
-    xs, ys, hdgs = (np.column_stack([place[k] for place in places])[used] for k in range(3))
-    s = (np.cumsum(length * used, axis=1) - length * used)[used]
-    return PlanView(start, s, xs, ys, hdgs, length[used], curvature[used])

@@ -18,7 +18,7 @@ from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.cross_section import EndLane, end_lanes
-from osm2xodr.geometry.curves import arc_step, joined_plan_views, lengths
+from osm2xodr.geometry.curves import curves_of, joined_plan_views, lengths
 from osm2xodr.geometry.movements import Loop, Movement
 from osm2xodr.geometry.plan_fit import cut_curves
 from osm2xodr.geometry.street_ends import StreetEnds
@@ -272,18 +272,7 @@ def with_loops(
     sign = -1.0 if left else 1.0
     curvature = sign * np.column_stack([-1 / ease, 1 / radius, -1 / ease])
     length = np.column_stack([ease * bend, radius * (np.pi + 2 * bend), ease * bend])
-    x, y, hdg = plan.x[first], plan.y[first], plan.hdg[first]
-    places = []
-    for k in range(3):
-        places.append((x, y, hdg))
-        u, v, turn = arc_step(curvature[:, k], length[:, k])
-        x, y = x + np.cos(hdg) * u - np.sin(hdg) * v, y + np.sin(hdg) * u + np.cos(hdg) * v
-        hdg = hdg + turn
-    used = length > 0
-    start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
-    x, y, hdg = (np.column_stack([place[k] for place in places])[used] for k in range(3))
-    s = (np.cumsum(length, axis=1) - length)[used]
-    loops = PlanView(start, s, x, y, hdg, length[used], curvature[used])
+    loops = curves_of(plan.x[first], plan.y[first], plan.hdg[first], length, curvature)
     curves = len(plan.start) - 1
     source = np.arange(curves)
     source[row] = curves + np.arange(len(row))
