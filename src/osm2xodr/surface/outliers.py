@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -197,8 +198,9 @@ def _standing_off(z: Cells, known: BoolArray, candidates: BoolArray, step: float
     """
     from scipy import ndimage
 
-    patches: IntArray = np.zeros(z.shape, np.int32)
-    count = ndimage.label(candidates, np.ones((3, 3)), output=patches)
+    labelled: Any = ndimage.label(candidates, np.ones((3, 3)))
+    patches: IntArray = labelled[0]
+    count = int(labelled[1])
     sizes = np.bincount(patches.reshape(-1), minlength=count + 1)
     pairs, above, below = (np.zeros(count + 1) for _ in range(3))
     for i, j in ((0, 1), (1, 0), (1, 1), (1, -1)):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from pyproj import CRS, Transformer, network
-from pyproj.crs import CompoundCRS
+from pyproj.crs.crs import CompoundCRS
 from pyproj.exceptions import CRSError, ProjError
 from pyproj.transformer import TransformerGroup
 
