@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
 import click
 
 from osm2xodr.delivery import STANDARD_OUTPUT
 from osm2xodr.xodrWriter import check_target
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 @dataclass
@@ -17,6 +20,21 @@ class Session:
     """What outlives the reading of options: how much to say about a crash."""
 
     verbose: int = 0
+
+
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
+
+
+def output_option(what: str) -> Callable[[_Command], _Command]:
+    """Return the option -o, which names the file of some kind that a command writes."""
+    return click.option(
+        "-o",
+        "--output",
+        required=True,
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help=f"{what} to write; - for standard output.",
+    )
 
 
 def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *, overwrite: bool) -> None:
@@ -40,19 +58,19 @@ def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *
     """
     for k, (option, target) in enumerate(targets):
         for other_option, other in targets[:k]:
-            if same_file(target, other):
+            if _same_file(target, other):
                 raise click.UsageError(f"{other_option} and {option} name the same file; give two")
     for option, target in targets:
         if target == STANDARD_OUTPUT:
             continue
         check_target(target)
-        if any(same_file(target, item) for item in inputs):
+        if any(_same_file(target, item) for item in inputs):
             raise click.UsageError(f"{option} {target} is one of the inputs; give another file")
         if target.is_file() and not overwrite:
             raise click.UsageError(f"{target} exists; give another file, or --overwrite to replace it")
 
 
-def same_file(one: Path, other: Path) -> bool:
+def _same_file(one: Path, other: Path) -> bool:
     """Whether two paths lead to the same file, be it there or not."""
     try:
         return one.samefile(other)

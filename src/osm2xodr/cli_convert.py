@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from osm2xodr import __version__, defaults
-from osm2xodr.cli_common import Session, check_targets
+from osm2xodr.cli_common import Session, check_targets, output_option, overwrite_option
 from osm2xodr.delivery import deliver, label
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
@@ -84,15 +84,8 @@ Exit status: 0 written, 1 cannot convert, 2 wrong usage.""",
     metavar="FILE",
     help="Elevation model: GeoTIFF, HGT or VRT, any CRS. May be repeated; without it the world is flat at 0.",
 )
-@click.option(
-    "-o",
-    "--output",
-    required=True,
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="OpenDRIVE file to write; - for standard output.",
-)
-@click.option("--overwrite", is_flag=True, help="Replace files that exist.")
+@output_option("OpenDRIVE file")
+@overwrite_option
 @click.option("--name", metavar="TEXT", help="Name of the road network.  [default: that of AREA]")
 @click.option("--date", default="", metavar="TEXT", help="Date for the header, such as 2024-05-01.  [default: none]")
 @click.option(

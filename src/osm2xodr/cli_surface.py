@@ -6,12 +6,10 @@ from pathlib import Path
 
 import click
 
-from osm2xodr.cli_common import Session, check_targets
+from osm2xodr.cli_common import check_targets, output_option, overwrite_option
 from osm2xodr.delivery import label, stream_to
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.report import details
-
-_CORNERS = 4
 
 
 @click.command(
@@ -24,21 +22,11 @@ Examples:
 Exit status: 0 written, 1 cannot compare, 2 wrong usage.""",
 )
 @click.argument("dem", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
-    "-o",
-    "--output",
-    required=True,
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="HTML page to write; - for standard output.",
-)
+@output_option("HTML page")
 @click.option("--bbox", metavar="W,S,E,N", help="Look only there, degrees, WGS 84.  [default: all of each model]")
-@click.option("--overwrite", is_flag=True, help="Replace files that exist.")
+@overwrite_option
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
-@click.pass_obj
-def surface(
-    session: Session, /, dem: tuple[Path, ...], output: Path, bbox: str | None, overwrite: bool, quiet: bool
-) -> None:
+def surface(dem: tuple[Path, ...], output: Path, bbox: str | None, overwrite: bool, quiet: bool) -> None:
     """Compare interpolations and polynomials on elevation models DEM, as one page with tables and pictures."""
     check_targets([("-o", output)], dem, overwrite=overwrite)
     box = None if bbox is None else _box(bbox)
@@ -60,7 +48,5 @@ def _box(text: str) -> tuple[float, float, float, float]:
     try:
         west, south, east, north = (float(word) for word in text.split(","))
     except ValueError:
-        raise click.UsageError(
-            f"--bbox {text} is not {_CORNERS} numbers; write west,south,east,north in degrees"
-        ) from None
+        raise click.UsageError(f"--bbox {text} is not 4 numbers; write west,south,east,north in degrees") from None
     return west, south, east, north

@@ -11,7 +11,7 @@ from osm2xodr import defaults
 from osm2xodr.diagnostics import Kind
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
-from osm2xodr.surface import FlatSurface, SurfaceOptions
+from osm2xodr.surface import METHODS, FlatSurface, SurfaceOptions
 
 
 def lidar(path: Path, half: float = 300.0) -> Path:
@@ -51,6 +51,20 @@ def test_voids_of_the_fine_are_as_good_as_the_coarse(tmp_path: Path) -> None:
     quality = surface.quality(np.array([0.0, 80.0, 150.0]), np.zeros(3))
     assert quality.cell_size == pytest.approx([24.92, 24.92, 2.0], rel=2e-3)
     assert quality.sigma[2] == pytest.approx(0.15)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_layer_that_measures_is_the_one_that_gives_the_height(tmp_path: Path, method: str) -> None:
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 2.0, 300.0)
+    cells = np.full((rows, cols), 400.0, np.float32)
+    cells[100:140, 60:220] = np.nan
+    fine = write_raster(tmp_path / "fine.tif", cells, transform, "EPSG:32632")
+    surface, _ = read([fine, srtm(tmp_path / "coarse.tif")], BAVARIA, *scatter(half=900.0), method=method)
+    x, y = scatter(half=4000.0, count=4000, seed=9)
+    x, y = np.concatenate([x, x / 10.0]), np.concatenate([y, y / 10.0])
+    found = surface.layers.sources(x, y)
+    assert sorted(set(found.tolist())) == [-1, 0, 1]
+    assert np.array_equal(found, surface.layers.sample(x, y)[1])
 
 
 def test_one_sigma_for_all(tmp_path: Path) -> None:

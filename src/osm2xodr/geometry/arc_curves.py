@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import arc_step
+from osm2xodr.geometry.curves import arc_step, wrapped
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _FEWEST_ARCS, _MOST_ARCS = 20, 60
@@ -101,8 +101,7 @@ def turns_of(points: FloatArray, closed: bool) -> FloatArray:
     """Return the turns of a polyline at its points, rad."""
     line = np.concatenate([points, points[:2]]) if closed else points
     step = np.diff(line, axis=0)
-    out: FloatArray = (np.diff(np.arctan2(step[:, 1], step[:, 0])) + np.pi) % (2 * np.pi) - np.pi
-    return out
+    return wrapped(np.diff(np.arctan2(step[:, 1], step[:, 0])))
 
 
 def _first_guess(points: FloatArray, closed: bool) -> _Row:
@@ -113,7 +112,7 @@ def _first_guess(points: FloatArray, closed: bool) -> _Row:
     at = np.linspace(0.0, chainage[-1], arcs + 1)
     x, y = np.interp(at, chainage, line[:, 0]), np.interp(at, chainage, line[:, 1])
     chord = np.arctan2(np.diff(y), np.diff(x))
-    change = (np.diff(chord, append=chord[0]) + np.pi) % (2 * np.pi) - np.pi
+    change = wrapped(np.diff(chord, append=chord[0]))
     if not closed:
         change[-1] = 0.0
     turn = (np.roll(change, 1) + change) / 2

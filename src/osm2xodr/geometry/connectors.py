@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import arc_step, lengths, pose, smallest_radius
+from osm2xodr.geometry.curves import arc_step, lengths, pose, smallest_radius, wrapped
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # A line and an arc are used while both tangents are longer than this, m, and the turn lies between these, rad.
@@ -89,7 +89,7 @@ def _line_and_arc(
     x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
 ) -> tuple[BoolArray, FloatArray, FloatArray]:
     """Return where a line and an arc do, and lengths and curvatures (n, 3) of line, arc and line."""
-    turn = (hdg1 - hdg0 + np.pi) % (2 * np.pi) - np.pi
+    turn = wrapped(hdg1 - hdg0)
     vx, vy = x1 - x0, y1 - y0
     sin = np.sin(turn)
     safe = np.where(np.abs(sin) < 1e-9, 1.0, sin)

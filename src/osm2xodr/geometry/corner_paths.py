@@ -10,9 +10,10 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.geometry.connectors import connect, detours
-from osm2xodr.geometry.curves import joined_curves, lengths, pose, smallest_radius
+from osm2xodr.geometry.curves import joined_curves, lengths, pose, smallest_radius, wrapped
+from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.shortest_curves import shortest_curves
-from osm2xodr.geometry.through_paths import StreetPaths, lane_offsets, poses_on, replaced
+from osm2xodr.geometry.through_paths import StreetPaths, lane_offsets, poses_on
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _STEP = 1.0
@@ -84,17 +85,12 @@ def _winding(paths: StreetPaths, streets: PlanView) -> BoolArray:
     against = np.where(paths.s_to < paths.s_from, np.pi, 0.0)
     owner = np.repeat(np.arange(len(paths.length)), np.diff(paths.start))
     joint = np.flatnonzero(owner[1:] == owner[:-1])
-    corner = _wrapped((h0 + against)[joint + 1] - (h1 + against)[joint])
+    corner = wrapped((h0 + against)[joint + 1] - (h1 + against)[joint])
     turns = np.concatenate([h1 - h0, corner])
     of = np.concatenate([owner, owner[joint]])
     whole = np.bincount(of, np.abs(turns), len(paths.length))
     net = np.abs(np.bincount(of, turns, len(paths.length)))
     out: BoolArray = ~paths.on_ring & ((whole - net > defaults.SMOOTH_CORNER) | (whole > defaults.CORNERS_TURN))
-    return out
-
-
-def _wrapped(angle: FloatArray) -> FloatArray:
-    out: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
     return out
 
 
@@ -158,7 +154,7 @@ def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> di
 
 def _gaps(chainage: FloatArray, hdg: FloatArray) -> list[tuple[float, float]]:
     """Return where one corner is over and the next begins, m."""
-    turn = _wrapped(np.diff(hdg))
+    turn = wrapped(np.diff(hdg))
     run = np.concatenate([[0.0], np.cumsum(np.abs(turn))])
     at = np.arange(len(chainage))
     bent = run[np.minimum(at + _WINDOW, len(at) - 1)] - run[np.maximum(at - _WINDOW, 0)] > defaults.SMOOTH_CORNER / 2

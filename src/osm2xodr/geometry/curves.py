@@ -10,6 +10,12 @@ import numpy as np
 from osm2xodr.model import Cubic, CubicProfile, FloatArray, IntArray, PlanView
 
 
+def wrapped(angle: FloatArray) -> FloatArray:
+    """Return angles as turns: from -pi up to pi, rad."""
+    out: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
+    return out
+
+
 def arc_step(curvature: FloatArray, ds: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return u, v and the turn of a curve of constant curvature after ds, in the frame of its start tangent.
 
@@ -140,7 +146,7 @@ def joined_curves(plan: PlanView, first: IntArray) -> PlanView:
     curve = np.repeat(np.arange(len(length)), np.diff(plan.start))
     owner = group[curve]
     # A line that goes on as a line is one.
-    turn = np.abs((np.diff(plan.hdg) + np.pi) % (2 * np.pi) - np.pi)
+    turn = np.abs(wrapped(np.diff(plan.hdg)))
     lines = (plan.curvature[1:] == 0) & (plan.curvature[:-1] == 0)
     goes_on = (owner[1:] == owner[:-1]) & lines & (turn < _SAME_HEADING)
     kept = np.flatnonzero(np.concatenate([[True], ~goes_on])[: len(owner)])

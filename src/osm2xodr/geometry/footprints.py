@@ -7,6 +7,7 @@ from itertools import permutations
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.geometry.curves import wrapped
 from osm2xodr.geometry.street_ends import StreetEnds, outward_pose
 from osm2xodr.model import FloatArray, IntArray
 
@@ -54,7 +55,7 @@ def footprints(ends: StreetEnds, arms: list[list[int]]) -> tuple[FloatArray, Flo
 
 def _kerb(ends: StreetEnds, i: IntArray, j: IntArray) -> FloatArray:
     """Return what a rounded corner between two arms takes of each, m."""
-    angle = np.abs((ends.hdg[i] - ends.hdg[j] + np.pi) % (2 * np.pi) - np.pi)
+    angle = np.abs(wrapped(ends.hdg[i] - ends.hdg[j]))
     turned = (ends.enters[i] & ends.leaves[j]) | (ends.enters[j] & ends.leaves[i])
     radius = np.minimum(ends.kerb[i], ends.kerb[j])
     tangent = np.minimum(radius / np.tan(np.maximum(angle, 0.1) / 2), defaults.KERB_TANGENT_MAX)

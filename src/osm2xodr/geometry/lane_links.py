@@ -10,7 +10,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.geometry.cross_section import EndLane, centre_lanes, end_lanes
-from osm2xodr.geometry.curves import pose
+from osm2xodr.geometry.curves import pose, wrapped
 from osm2xodr.geometry.lane_assignment import ArmLanes, LaneMovement, assign_lanes
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.road_parts import RoadParts
@@ -119,7 +119,7 @@ def _kept(before: LaneLinks, movements: list[Movement], still: BoolArray) -> dic
 
 def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
     """Return the changes of heading, left positive; of a turn back, the side that the exit lies on tells its sign."""
-    turn = (hdg_out - hdg_in + np.pi) % (2 * np.pi) - np.pi
+    turn = wrapped(hdg_out - hdg_in)
     back = np.abs(turn) >= defaults.TURN_BACK
     side = dx * np.sin(hdg_in) - dy * np.cos(hdg_in)
     out: FloatArray = np.where(back, np.copysign(turn, side), turn)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import arc_step, find_record
+from osm2xodr.geometry.curves import arc_step, find_record, joined_plan_views, lengths
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _SPIKE = np.deg2rad(170.0)
@@ -261,6 +261,15 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
         end - begin,
         plan.curvature[k].copy(),
     )
+
+
+def replaced(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
+    """Return the table with some of its curves replaced by those of another table."""
+    curves = len(plan.start) - 1
+    source = np.arange(curves)
+    source[rows] = curves + other_rows
+    both = joined_plan_views(plan, other)
+    return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
 
 
 def snap_cuts(plan: PlanView, curve: IntArray, s: FloatArray, within: float = 0.01) -> FloatArray:

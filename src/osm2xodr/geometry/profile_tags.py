@@ -62,11 +62,12 @@ def tagged_heights(
     roads_of = defaultdict(list)
     for road, owner in enumerate(street.tolist()):
         roads_of[owner].append(road)
+    length = lengths(plan_view).tolist()
     nearest: dict[int, tuple[float, int, float]] = {}
     for item, k in _nodes(network, heights):
         node = int(item.node_ids[k])
         for road in roads_of[item.id]:
-            s, distance = _nearest(plan_view, road, *item.points[k].tolist())
+            s, distance = _nearest(plan_view, road, length[road], *item.points[k].tolist())
             found = (distance, road, s)
             nearest[node] = min(nearest.get(node, found), found)
     places = [(road, s, heights[node]) for node, (_, road, s) in sorted(nearest.items())]
@@ -86,26 +87,10 @@ def _nodes(network: StreetNetwork, wanted: Iterable[int]) -> list[tuple[Street, 
     ]
 
 
-def _nearest(plan_view: PlanView, road: int, x: float, y: float) -> tuple[float, float]:
-    """Return where a road is nearest to a place, and how near, m."""
-    records = slice(int(plan_view.start[road]), int(plan_view.start[road + 1]))
-    one = PlanView(
-        np.array([0, records.stop - records.start], np.int64),
-        *(
-            value[records]
-            for value in (
-                plan_view.s,
-                plan_view.x,
-                plan_view.y,
-                plan_view.hdg,
-                plan_view.length,
-                plan_view.curvature,
-            )
-        ),
-    )
-    length = float(lengths(one)[0])
+def _nearest(plan_view: PlanView, road: int, length: float, x: float, y: float) -> tuple[float, float]:
+    """Return where a road of a length is nearest to a place, and how near, m."""
     s = np.linspace(0.0, length, int(np.ceil(length / _STEP)) + 1)
-    px, py, _ = pose(one, np.zeros(len(s), np.int64), s)
+    px, py, _ = pose(plan_view, np.full(len(s), road), s)
     distance = np.hypot(px - x, py - y)
     k = int(np.argmin(distance))
     return float(s[k]), float(distance[k])

@@ -15,7 +15,7 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.arc_curves import fit_arcs, turns_of
-from osm2xodr.geometry.curves import joined_curves, pose
+from osm2xodr.geometry.curves import joined_curves, pose, wrapped
 from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts
 from osm2xodr.model import BoolArray, FloatArray, PlanView, Street, StreetNetwork
 
@@ -251,7 +251,7 @@ def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
         return None
     angle = np.unwrap(np.arctan2(dy, dx))
     if closed:
-        step = (np.diff(angle, append=angle[0]) + np.pi) % (2 * np.pi) - np.pi
+        step = wrapped(np.diff(angle, append=angle[0]))
         around = round(float(step.sum()) / (2 * np.pi))
         turn = 2 * np.pi * around
         if abs(around) != 1:

@@ -7,7 +7,7 @@ from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.model import RoadMark
 
 _UNMARKED = ("residential", "living_street", "service", "track")
-_NO_MARK = RoadMark("none", width=0.0)
+NO_MARK = RoadMark("none", width=0.0)
 
 
 def outer_mark(lane_id: int, section: CrossSection, highway: str) -> RoadMark:
@@ -17,7 +17,7 @@ def outer_mark(lane_id: int, section: CrossSection, highway: str) -> RoadMark:
     width = defaults.MARK_WIDTH_WIDE if wide else defaults.MARK_WIDTH
     if abs(lane_id) == len(lanes):
         if highway in _UNMARKED:
-            return _NO_MARK
+            return NO_MARK
         return RoadMark("solid", width=width)
     if lanes[abs(lane_id) - 1].direction is not lanes[abs(lane_id)].direction:
         return RoadMark("solid broken", width=width, lane_change="both")
@@ -28,7 +28,7 @@ def centre_mark(section: CrossSection, highway: str) -> RoadMark:
     """Return the mark on the centre line, which is an edge where all lanes lie on one side of it."""
     width = defaults.MARK_WIDTH_WIDE if highway in defaults.FAST_HIGHWAYS else defaults.MARK_WIDTH
     if not section.left or not section.right:
-        return _NO_MARK if highway in _UNMARKED else RoadMark("solid", width=width)
+        return NO_MARK if highway in _UNMARKED else RoadMark("solid", width=width)
     if highway in _UNMARKED or section.left_edge - section.right_edge < defaults.CENTRE_LINE_FROM:
         return RoadMark("none", width=0.0, lane_change="both")
     if len(section.left) + len(section.right) > 2:

@@ -25,6 +25,7 @@ from osm2xodr.geometry.movements import Movement, find_movements
 from osm2xodr.geometry.narrowing import fit_side_by_side
 from osm2xodr.geometry.priorities import Priorities, find_priorities
 from osm2xodr.geometry.reference_lines import lines_outside_bends
+from osm2xodr.geometry.road_marks import NO_MARK
 from osm2xodr.geometry.road_parts import RoadParts, cut_roads, without_idle_junctions
 from osm2xodr.geometry.straight_ends import beyond_bends
 from osm2xodr.geometry.street_ends import StreetEnds, street_ends
@@ -43,7 +44,6 @@ from osm2xodr.model import (
     Road,
     RoadLink,
     RoadMap,
-    RoadMark,
     RoadType,
     Rule,
     StreetNetwork,
@@ -83,6 +83,7 @@ def build_roads(
     movements += loops
     parts = cut_roads(network, fitted, layout)
     first = parts
+    # Measured from OSM's line, from which lines that are moved later say how far they are.
     inner_lanes = partial(outer_lanes, fitted, network.rule)
     links = find_lane_links(parts, movements, network.rule)
     connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
@@ -310,8 +311,7 @@ def _connecting(
     return out
 
 
-_NO_MARK = RoadMark("none", width=0.0)
-_CENTRE = Lane(0, LaneType.NONE, (), road_mark=_NO_MARK)
+_CENTRE = Lane(0, LaneType.NONE, (), road_mark=NO_MARK)
 _LaneKind = tuple[int, LaneType, float, float, float, int, int]
 
 
@@ -319,7 +319,7 @@ def _one_lane(
     own: int, lane_type: LaneType, start: float, end: float, length: float, lane_in: int, lane_out: int
 ) -> tuple[LaneSection, ...]:
     """Return the lane section of a connecting road, from one width to another."""
-    lane = Lane(own, lane_type, (_blend(length, start, end),), lane_in, lane_out, _NO_MARK)
+    lane = Lane(own, lane_type, (_blend(length, start, end),), lane_in, lane_out, NO_MARK)
     return (LaneSection(0.0, (_CENTRE, lane) if own < 0 else (lane, _CENTRE)),)
 
 

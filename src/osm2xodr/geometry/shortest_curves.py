@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import curves_of
+from osm2xodr.geometry.curves import curves_of, wrapped
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of almost a full turn is one of almost none, rad.
@@ -38,7 +38,7 @@ def shortest_curves(
     n = len(x0)
     best = np.full(n, np.inf)
     lengths_, curvatures = np.zeros((n, 3)), np.zeros((n, 3))
-    net = np.abs((hdg1 - hdg0 + np.pi) % (2 * np.pi) - np.pi)
+    net = np.abs(wrapped(hdg1 - hdg0))
     most = np.where(net > defaults.SWING_BACK, defaults.MOST_SWING_BACK, defaults.MOST_SWING)
     p0, p1 = (x0 + 1j * y0) / radius, (x1 + 1j * y1) / radius
     for first in (1.0, -1.0):

@@ -9,8 +9,7 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.cross_section import CrossSection, cross_section, end_lanes
-from osm2xodr.geometry.curves import joined_plan_views, lengths
-from osm2xodr.geometry.plan_fit import cut_curves, fit_polylines
+from osm2xodr.geometry.plan_fit import fit_polylines, replaced
 from osm2xodr.geometry.rings import FittedRings, fit_rings, moved_ends
 from osm2xodr.model import FloatArray, LaneSpec, PlanView, Rule, Street, StreetAttributes, StreetNetwork
 
@@ -68,7 +67,10 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
         )
         for k, (_, line_pieces) in enumerate(lines)
     )
-    return FittedStreets(_with_rings(fitted.plan_view, rings), pieces, np.zeros(len(pieces)))
+    plan = fitted.plan_view
+    if rings.streets:
+        plan = replaced(plan, np.array(rings.streets), rings.plan_view, np.arange(len(rings.streets)))
+    return FittedStreets(plan, pieces, np.zeros(len(pieces)))
 
 
 def _line(
@@ -82,17 +84,6 @@ def _line(
     ends = rings.moved.get(street.start), rings.moved.get(street.end)
     moved = any(shift is not None for shift in ends)
     return (moved_ends(street.points, *ends) if moved else street.points), street.pieces
-
-
-def _with_rings(plan: PlanView, rings: FittedRings) -> PlanView:
-    """Return the table with the curves of rings instead of those of their streets alone."""
-    if not rings.streets:
-        return plan
-    curves = len(plan.start) - 1
-    source = np.arange(curves)
-    source[list(rings.streets)] = curves + np.arange(len(rings.streets))
-    both = joined_plan_views(plan, rings.plan_view)
-    return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
 
 
 def _section(

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import joined_plan_views, lengths, pose, smallest_radius
+from osm2xodr.geometry.curves import lengths, pose, smallest_radius
 from osm2xodr.geometry.movements import Movement
-from osm2xodr.geometry.plan_fit import cut_curves, fit_polylines
+from osm2xodr.geometry.plan_fit import fit_polylines, replaced
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -236,12 +236,3 @@ def _followed(
         points[place] = np.column_stack([x, y])
         fixed[place] = True
     return fit_polylines(points, start, np.full(len(row), defaults.CORNER_RADIUS_OTHER), fixed=fixed).plan_view
-
-
-def replaced(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
-    """Return the table with some of its curves replaced by those of another table."""
-    curves = len(plan.start) - 1
-    source = np.arange(curves)
-    source[rows] = curves + other_rows
-    both = joined_plan_views(plan, other)
-    return cut_curves(both, np.zeros(curves), lengths(both)[source], source)

@@ -18,9 +18,9 @@ from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.cross_section import EndLane, end_lanes
-from osm2xodr.geometry.curves import curves_of, joined_plan_views, lengths
+from osm2xodr.geometry.curves import curves_of
 from osm2xodr.geometry.movements import Loop, Movement
-from osm2xodr.geometry.plan_fit import cut_curves
+from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.geometry.streets import FittedStreets
 from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
@@ -273,8 +273,4 @@ def with_loops(
     curvature = sign * np.column_stack([-1 / ease, 1 / radius, -1 / ease])
     length = np.column_stack([ease * bend, radius * (np.pi + 2 * bend), ease * bend])
     loops = curves_of(plan.x[first], plan.y[first], plan.hdg[first], length, curvature)
-    curves = len(plan.start) - 1
-    source = np.arange(curves)
-    source[row] = curves + np.arange(len(row))
-    both = joined_plan_views(plan, loops)
-    return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
+    return replaced(plan, row, loops, np.arange(len(row)))

@@ -9,9 +9,9 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.curves import lengths, pose, smallest_radius
+from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.shortest_curves import shortest_curves
-from osm2xodr.geometry.through_paths import replaced
 from osm2xodr.model import PlanView
 
 _STEP = 1.0

@@ -16,7 +16,7 @@ CLOSED_VALUES: Final = frozenset({"no", "private", "agricultural", "forestry", "
 
 _FORWARD: Final = frozenset({"yes", "true", "1"})
 _BACKWARD: Final = frozenset({"-1", "reverse"})
-_TWO_WAY: Final = frozenset({"no", "false", "0"})
+NO_VALUES: Final = frozenset({"no", "false", "0"})
 # OSM wiki, Key:oneway: both directions in turn.
 _IN_TURN: Final = frozenset({"reversible", "alternating"})
 _ROUND: Final = frozenset({"roundabout", "circular"})
@@ -60,7 +60,7 @@ def oneway(tags: Tags) -> tuple[int, bool]:
         return 1, True
     if value in _BACKWARD:
         return -1, True
-    if value in _TWO_WAY:
+    if value in NO_VALUES:
         return 0, True
     implied = int(is_roundabout(tags) or tags.get("highway") in _ONEWAY_HIGHWAYS)
     if value in _IN_TURN and "lanes:forward" in tags and "lanes:backward" in tags:

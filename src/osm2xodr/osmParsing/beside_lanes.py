@@ -14,7 +14,8 @@ from typing import Final
 from osm2xodr.defaults import TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
-from osm2xodr.osmParsing.lane_counts import LaneGroups
+from osm2xodr.osmParsing.access import NO_VALUES
+from osm2xodr.osmParsing.lane_counts import SIDES, LaneGroups
 from osm2xodr.osmParsing.lane_lists import Findings, Slot, motor_lanes
 from osm2xodr.osmParsing.values import parse_count, parse_length
 
@@ -34,7 +35,6 @@ BESIDE_TAGS: Final = (*CYCLE_TAGS, *BUS_TAGS)
 _LANES: Final = frozenset({"lane", "buffered_lane", "soft_lane"})
 _AGAINST: Final = frozenset({"opposite_lane"})
 _MARKED: Final = frozenset({"exclusive", "advisory", "soft_lane", "mandatory", "suggested"})
-_NO: Final = frozenset({"no", "false", "0"})
 _REVERSE: Final = frozenset({"-1", "reverse"})
 _CODE: Final = "cycle-lane"
 
@@ -112,7 +112,7 @@ def _cycle_lane(
     with_traffic = Direction(direction)
     against = Direction(-direction)
     far = own is against
-    if value in _AGAINST or (far and key != "cycleway" and tags.get("oneway:bicycle") in _NO):
+    if value in _AGAINST or (far and key != "cycleway" and tags.get("oneway:bicycle") in NO_VALUES):
         return _CycleLane(side, against, width)
     return _CycleLane(side, _along(tags, side, with_traffic, findings), width)
 
@@ -141,7 +141,7 @@ def _value(tags: Mapping[str, str], key: str, side: str, direction: int, own: Di
 def _along(tags: Mapping[str, str], side: str, usual: Direction, findings: Findings) -> Direction:
     """Return which way a bicycle lane runs, given which way it usually would."""
     text = next((tags[f"{name}:oneway"] for name in _names("cycleway", side) if f"{name}:oneway" in tags), "")
-    if text in _NO:
+    if text in NO_VALUES:
         findings.append((Kind.REPAIRED, _CODE, "a bicycle lane for both directions is written with one"))
     # ``yes`` says no more than that it has one direction.
     return Direction.BACKWARD if text in _REVERSE else usual
@@ -186,12 +186,8 @@ def _tagged(tags: Mapping[str, str], runs: Direction, direction: int) -> int:
     """Return how many lanes for cars a count gives for a direction, -1 where none does."""
     if direction and direction != runs:
         return -1
-    key = "lanes" if direction else f"lanes:{_word(runs)}"
+    key = "lanes" if direction else f"lanes:{SIDES[runs.value]}"
     return (parse_count(tags[key])[0] or -1) if key in tags else -1
-
-
-def _word(runs: Direction) -> str:
-    return "forward" if runs is Direction.FORWARD else "backward"
 
 
 # ---------------------------------------------------------------- buses
@@ -235,7 +231,7 @@ def _bus_lanes(
 ) -> tuple[int, int]:
     """Return how many lanes of a direction are for buses at its near side and at its far side."""
     for user in ("psv", "bus"):
-        own = _count(tags, f"lanes:{user}:{_word(runs)}")
+        own = _count(tags, f"lanes:{user}:{SIDES[runs.value]}")
         total = _count(tags, f"lanes:{user}")
         if own:
             return own, 0
@@ -260,7 +256,7 @@ def _count(tags: Mapping[str, str], key: str) -> int:
 
 def contraflow_bus_lane(tags: Mapping[str, str], direction: int) -> bool:
     """Whether tags of the whole way give a one-way road a bus lane against its direction."""
-    against = _word(Direction(-direction))
+    against = SIDES[-direction]
     if any(tags.get(f"busway{key}") in _AGAINST for key in _KEYS):
         return True
     return any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))

@@ -13,6 +13,7 @@ from typing import Final
 from osm2xodr.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import LaneType
+from osm2xodr.osmParsing.access import NO_VALUES
 from osm2xodr.osmParsing.lane_lists import Findings, Slot, motor_lanes, read_slots, read_turns
 from osm2xodr.osmParsing.values import parse_count
 
@@ -24,9 +25,9 @@ USER_TAGS: Final = (
     "oneway:psv",
     *(f"{user}:{way}" for user in _USERS for way in ("forward", "backward")),
 )
-_NO: Final = frozenset({"no", "false", "0"})
 _OPEN: Final = frozenset({"yes", "designated", "permissive", "official"})
-_SIDES: Final = {1: "forward", -1: "backward"}
+# How OSM names the directions along (1) and against (-1) a way.
+SIDES: Final = {1: "forward", -1: "backward"}
 _CODE: Final = "lane-count"
 
 
@@ -72,7 +73,7 @@ def lane_groups(
         return _oneway_groups(tags, direction, contraflow_bus, findings)
     if not closed:
         return _twoway_groups(tags, findings)
-    if not _count(tags, f"lanes:{_SIDES[closed]}", []) and _count(tags, "lanes", []) < 2:
+    if not _count(tags, f"lanes:{SIDES[closed]}", []) and _count(tags, "lanes", []) < 2:
         # One lane's width, where cars run one way.
         return _oneway_groups(tags, -closed, contraflow_bus, findings)
     groups = _twoway_groups(tags, findings)
@@ -83,17 +84,17 @@ def lane_groups(
 
 def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: int) -> tuple[Slot, ...]:
     """Return the lanes of a direction without cars: they are for buses if those may use them, else for bicycles."""
-    side = _SIDES[closed]
+    side = SIDES[closed]
     kind = LaneType.BIKING
     if any(tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv")):
         kind = LaneType.BUS
-    elif tags.get(f"bicycle:{side}") in _NO:
+    elif tags.get(f"bicycle:{side}") in NO_VALUES:
         kind = LaneType.NONE
     return tuple(replace(slot, type=kind) if slot.type is LaneType.DRIVING else slot for slot in slots)
 
 
 def _oneway_groups(tags: Mapping[str, str], direction: int, contraflow_bus: bool, findings: Findings) -> LaneGroups:
-    side, other = _SIDES[direction], _SIDES[-direction]
+    side, other = SIDES[direction], SIDES[-direction]
     along, against = _count(tags, f"lanes:{side}", findings), _count(tags, f"lanes:{other}", findings)
     tagged = _count(tags, "lanes", findings) or along
     contraflow = _contraflow_slots(tags, other, against, contraflow_bus, findings)
@@ -117,7 +118,9 @@ def _contraflow_slots(
     buses = tuple(slot for slot in listed if slot.type is LaneType.BUS)
     if buses:
         return buses
-    opened = any(tags.get(f"oneway:{user}") in _NO or tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv"))
+    opened = any(
+        tags.get(f"oneway:{user}") in NO_VALUES or tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv")
+    )
     if known or (opened and tagged):
         return (Slot(LaneType.BUS),) * max(tagged, 1)
     return ()

@@ -65,6 +65,12 @@ class _FilledLayer:
     steps: tuple[float, float]
     bounds: tuple[float, float, float, float]
 
+    def is_near(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Say which positions, local m, lie on the layer or so near that its heights die down there, (n,)."""
+        west, south, east, north = self.bounds
+        out: BoolArray = (x > west) & (x < east) & (y > south) & (y < north)
+        return out
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trend:
@@ -128,7 +134,12 @@ class LayeredSurface:
 
     def sources(self, x: FloatArray, y: FloatArray) -> IntArray:
         """Return the index of the layer that measures the height at local x, y (n,), m, -1 where none does."""
-        return self.sample(x, y)[1]
+        x, y = np.asarray(x, np.float64).reshape(-1), np.asarray(y, np.float64).reshape(-1)
+        source = np.empty(len(x), np.int64)
+        for first in range(0, len(x), _CHUNK):
+            part = slice(first, first + _CHUNK)
+            source[part] = self._sources(0, x[part], y[part])
+        return source
 
     def _fill(self, layer: Layer) -> _FilledLayer:
         """Fill the voids of a layer that goes on top of those there are, and make it ready."""
@@ -155,8 +166,7 @@ class LayeredSurface:
         if index == len(self._filled):
             return self.trend.heights(x, y), np.full(len(x), -1, np.int64)
         item = self._filled[index]
-        west, south, east, north = item.bounds
-        near = (x > west) & (x < east) & (y > south) & (y < north)
+        near = item.is_near(x, y)
         z, source = np.empty(len(x)), np.empty(len(x), np.int64)
         if not near.all():
             z[~near], source[~near] = self._compose(index + 1, x[~near], y[~near])
@@ -167,17 +177,8 @@ class LayeredSurface:
     def _near(self, index: int, x: FloatArray, y: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return heights and measuring layers at positions on or near a layer."""
         item, frame = self._filled[index], self._filled[index].layer.frame
-        col, row = frame.cells(x, y)
-        # A surface of steps reaches to the footprint's edge, a continuous one to the centres of the outermost cells.
-        half = 0.5 if self.method == "nearest" else 0.0
-        edge_col = np.clip(col, -half, frame.cols - 1.0 + half)
-        edge_row = np.clip(row, -half, frame.rows - 1.0 + half)
+        col, row, edge_col, edge_row, measured = self._places(item, x, y)
         z = item.interpolate(edge_col, edge_row)
-        reach = 0.5 - half + _ROUNDING
-        measured = (np.abs(col - edge_col) <= reach) & (np.abs(row - edge_row) <= reach)
-        if item.known is not None:
-            known = nearest_known if self.method == "nearest" else all_corners
-            measured &= known(item.known, edge_col, edge_row)
         source = np.where(measured, index, -1)
         outside = (col != edge_col) | (row != edge_row)
         if outside.any():
@@ -188,8 +189,36 @@ class LayeredSurface:
             source[outside] = np.where(measured[outside], index, low_source)
         inner_void = ~measured & ~outside
         if inner_void.any() and index + 1 < len(self._filled):
-            source[inner_void] = self._compose(index + 1, x[inner_void], y[inner_void])[1]
+            source[inner_void] = self._sources(index + 1, x[inner_void], y[inner_void])
         return z, source
+
+    def _places(
+        self, item: _FilledLayer, x: FloatArray, y: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]:
+        """Return col and row of positions, those of the nearest positions within a layer, and where it measures."""
+        frame = item.layer.frame
+        col, row = frame.cells(x, y)
+        # A surface of steps reaches to the footprint's edge, a continuous one to the centres of the outermost cells.
+        half = 0.5 if self.method == "nearest" else 0.0
+        edge_col = np.clip(col, -half, frame.cols - 1.0 + half)
+        edge_row = np.clip(row, -half, frame.rows - 1.0 + half)
+        reach = 0.5 - half + _ROUNDING
+        measured = (np.abs(col - edge_col) <= reach) & (np.abs(row - edge_row) <= reach)
+        if item.known is not None:
+            known = nearest_known if self.method == "nearest" else all_corners
+            measured &= known(item.known, edge_col, edge_row)
+        return col, row, edge_col, edge_row, measured
+
+    def _sources(self, index: int, x: FloatArray, y: FloatArray) -> IntArray:
+        """Return the first of the layers from an index on that measures each position, -1 for none."""
+        source = np.full(len(x), -1, np.int64)
+        left = np.arange(len(x))
+        for number, item in enumerate(self._filled[index:], start=index):
+            near = left[item.is_near(x[left], y[left])]
+            measured = self._places(item, x[near], y[near])[-1]
+            source[near[measured]] = number
+            left = left[source[left] < 0]
+        return source
 
 
 def _fading(t: FloatArray) -> FloatArray:
