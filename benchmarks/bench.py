@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import osmium
@@ -56,9 +56,13 @@ class Run:
     stages: dict[str, float] = field(default_factory=dict)
 
 
-def run(command: Sequence[str], output: Path, limit: float) -> Run | None:
-    """Run a command that writes `output` and measure it with all its children; None if it fails or takes too long."""
+def run(command: Sequence[str], output: Path, limit: float, *, watch: bool = False) -> Run | None:
+    """Run a command that writes `output` and measure it with all its children; None if it fails or takes too long.
+
+    Memory is that of the largest process; with `watch`, which costs time, that of all processes together.
+    """
     output.unlink(missing_ok=True)
+    together = 0
     with tempfile.TemporaryFile("w+") as log:
         began = time.monotonic()
         process = subprocess.Popen(command, stdout=log, stderr=log)
@@ -68,6 +72,8 @@ def run(command: Sequence[str], output: Path, limit: float) -> Run | None:
                 break
             if time.monotonic() - began > limit:
                 process.kill()
+            if watch:
+                together = max(together, memory_of(process.pid))
             time.sleep(0.005)
         wall = time.monotonic() - began
         process.returncode = os.waitstatus_to_exitcode(status)
@@ -79,7 +85,22 @@ def run(command: Sequence[str], output: Path, limit: float) -> Run | None:
     # Without the files' places, which differ from machine to machine.
     stages = {_FILE.sub("", name): float(seconds) for seconds, name in _STAGE.findall(text)}
     cpu = usage.ru_utime + usage.ru_stime
-    return Run(wall, cpu, usage.ru_maxrss * _KILOBYTE, output.stat().st_size, stages)
+    # The system's own figure is never below what this process had before it became the command.
+    memory = together or usage.ru_maxrss * _KILOBYTE
+    return Run(wall, cpu, memory, output.stat().st_size, stages)
+
+
+def memory_of(pid: int) -> int:
+    """Return the memory of a process and all that it started, bytes; what several share counts once. Linux only."""
+    total = 0
+    try:
+        rows = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+        total += sum(int(row.split()[1]) * _KILOBYTE for row in rows if row.startswith("Pss:"))
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    except OSError:
+        # It has just ended.
+        return total
+    return total + sum(memory_of(int(child)) for child in children)
 
 
 def as_xml(area: Area, folder: Path) -> Path:
@@ -116,20 +137,22 @@ def commands(area: Area, folder: Path) -> dict[str, tuple[list[str], Path]]:
 
 
 def measure(area: Area, folder: Path, repeat: int, limit: float) -> dict[str, list[Run]]:
-    """Run all tools in turns, after one unmeasured run that warms up the caches of the disk."""
+    """Run all tools in turns; a turn before the others measures memory alone, and warms up the caches of the disk."""
     todo = commands(area, folder)
     runs: dict[str, list[Run]] = {tool: [] for tool in TOOLS}
-    failed: set[str] = set()
-    for turn in range(repeat):
+    memory: dict[str, int] = {}
+    for turn in range(repeat + 1):
         for tool, (command, output) in todo.items():
-            if tool in failed:
+            if turn and tool not in memory:
                 continue
-            result = run(command, output, limit)
+            result = run(command, output, limit, watch=turn == 0)
             if result is None:
-                failed.add(tool)
+                memory.pop(tool, None)
+            elif turn == 0:
+                memory[tool] = result.memory
             else:
-                runs[tool].append(result)
-        print(f"{area.name}: turn {turn + 1} of {repeat} done", file=sys.stderr)
+                runs[tool].append(replace(result, memory=memory[tool]))
+        print(f"{area.name}: turn {turn} of {repeat} done", file=sys.stderr)
     for _, output in todo.values():
         output.unlink(missing_ok=True)
     return runs

@@ -19,7 +19,7 @@ MODULES = sorted(SOURCE.rglob("*.py"))
 STAGES = ("osmParsing", "surface", "geometry", "xodrWriter")
 
 # What the stages share, and what may use them.
-SHARED = {"model", "diagnostics", "elevation_report", "errors", "defaults", "projection"}
+SHARED = {"model", "diagnostics", "elevation_report", "errors", "defaults", "projection", "parallel", "memory"}
 OUTSIDE = {
     "cli",
     "cli_common",
@@ -158,9 +158,12 @@ def test_nobody_swallows_exceptions(module: Path) -> None:
 
 
 def test_the_version_stands_in_one_place() -> None:
-    found = re.findall(r'^version = "(.+)"$', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)
-    assert found == [osm2xodr.__version__]
-    assert [path for path in MODULES if f'"{found[0]}"' in path.read_text(encoding="utf-8")] == []
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert 'dynamic = ["version"]' in project
+    assert re.findall(r'^path = "(.+)"$', project, re.MULTILINE) == ["src/osm2xodr/__init__.py"]
+    number = f'"{osm2xodr.__version__}"'
+    assert number not in project
+    assert [path for path in MODULES if number in path.read_text(encoding="utf-8")] == [SOURCE / "__init__.py"]
 
 
 def test_runtime_dependencies_are_those_that_are_imported() -> None:

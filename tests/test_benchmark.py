@@ -41,6 +41,17 @@ def test_a_run_is_measured(tmp_path: Path) -> None:
     assert not target.exists()
 
 
+def test_memory_is_that_of_all_processes_together(tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    work = f"import time; held = bytearray(60_000_000); time.sleep(1); open({str(target)!r}, 'w').close()"
+    two = f"import subprocess, sys; child = subprocess.Popen([sys.executable, '-c', {work!r}]); {work}; child.wait()"
+    alone, together = (run([sys.executable, "-c", code], target, 60.0, watch=True) for code in (work, two))
+    assert alone is not None
+    assert together is not None
+    assert 60e6 < alone.memory < 90e6
+    assert 120e6 < together.memory < 180e6
+
+
 def test_the_table_has_medians_and_ratios(tmp_path: Path) -> None:
     runs: dict[str, list[Run]] = {tool: [] for tool in TOOLS}
     runs["osm2xodr"] = [Run(wall, 2.0, 200_000_000, 3_000_000, {"reading": 0.5}) for wall in (9.0, 2.0, 1.0)]

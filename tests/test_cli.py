@@ -510,7 +510,7 @@ def half_written(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], None
     """Make writing stop half way with whatever is done then."""
 
     def stop_with(action: Callable[[], None]) -> None:
-        def write(road_map: object, stream: Any, options: object, diagnostics: object) -> None:
+        def write(road_map: object, stream: Any, options: object, diagnostics: object, jobs: int) -> None:
             stream.write(b"<?xml half of a document")
             action()
 

@@ -6,6 +6,7 @@ Only what is needed to read options is imported at the top of commands; the stag
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import traceback
 from collections.abc import Iterator, Sequence
@@ -41,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Without the program's name; by default those of the process.
     """
     session = Session()
+    _calm_linear_algebra()
     try:
         with _signals():
             status = cli.main(
@@ -92,6 +94,16 @@ def _crash(error: Exception, verbose: int) -> int:
         f"sorry, the conversion stopped at a defect of osm2xodr ({type(error).__name__}: {text});"
         f" please report it with the command and the area{more}"
     )
+
+
+def _calm_linear_algebra() -> None:
+    """Keep linear algebra to one thread, if it is not loaded yet.
+
+    Sums over several threads round otherwise, so that bytes would depend on the number of cores; and its threads
+    wait busily for work that is too small for them. What can run at once runs in processes (`osm2xodr.parallel`).
+    """
+    for library in ("OPENBLAS", "MKL", "BLIS", "VECLIB"):
+        os.environ[f"{library}_NUM_THREADS"] = "1"
 
 
 @contextlib.contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import gc
 import math
 import sys
 import time
@@ -61,6 +62,7 @@ class _Arguments:
     superelevation: bool
     turnarounds: bool
     report_json: Path | None
+    jobs: int | None
     verbose: int
     quiet: bool
 
@@ -176,6 +178,13 @@ Exit status: 0 written, 1 cannot convert, 2 wrong usage.""",
     metavar="FILE",
     help="Write all that was guessed, dropped and repaired, each with its OSM id.",
 )
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Processes that work at once; the result is the same for any number.  [default: one per core, up to"
+    f" {defaults.MOST_JOBS}]",
+)
 @click.option("-v", "--verbose", count=True, help="Say how long each stage takes; -vv: all details, and tracebacks.")
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
 @click.pass_obj
@@ -192,6 +201,8 @@ def convert(session: Session, /, **options: Any) -> None:
     live = sys.stderr.isatty() and not arguments.quiet
     progress = Progress(sys.stderr, live=live, verbose=arguments.verbose > 0 and not arguments.quiet)
     began = time.monotonic()
+    # What the stages hand on has no circles. Looking for some takes up to a fifth of the time.
+    gc.disable()
     progress.stage("starting")
     try:
         from osm2xodr.pipeline import convert as run
@@ -203,9 +214,10 @@ def convert(session: Session, /, **options: Any) -> None:
         name = _area_name(arguments.area) if arguments.name is None else arguments.name
         how = WriteOptions(arguments.xodr_version, name, arguments.date, __version__)
         inputs = _inputs(arguments, name)
-        size = deliver(conversion, diagnostics, arguments.output, how, arguments.report_json, inputs)
+        size = deliver(conversion, diagnostics, arguments.output, how, arguments.report_json, inputs, wanted.jobs)
     finally:
         progress.done()
+        gc.enable()
     if not arguments.quiet:
         seconds = time.monotonic() - began
         click.echo(
@@ -230,6 +242,7 @@ def _convert_options(arguments: _Arguments) -> ConvertOptions:
     from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
     from osm2xodr.model import Rule
     from osm2xodr.osmParsing.options import ParseOptions, parse_ways_option
+    from osm2xodr.parallel import available_jobs
     from osm2xodr.pipeline import ConvertOptions
     from osm2xodr.surface import SurfaceOptions
 
@@ -257,7 +270,13 @@ def _convert_options(arguments: _Arguments) -> ConvertOptions:
         with _usage("--max-grade"):
             elevation = dataclasses.replace(elevation, grade_limit=parse_grade_limits(arguments.max_grade))
     return ConvertOptions(
-        arguments.area, arguments.dem, parse, surface, elevation, RoadOptions(arguments.turnarounds)
+        arguments.area,
+        arguments.dem,
+        parse,
+        surface,
+        elevation,
+        RoadOptions(arguments.turnarounds),
+        arguments.jobs or min(available_jobs(), defaults.MOST_JOBS),
     )
 
 

@@ -193,6 +193,9 @@ SAMPLE_SPACING_MAX: Final = 20.0
 
 # Elevation models with larger cells, m, do not show a road's own bed: the ground is estimated from the cells around.
 COARSE_CELL: Final = 15.0
+# How far from OSM's streets the ground is estimated before roads are built, m: beyond what junctions and turning
+# circles move roads by. What lies farther is estimated later.
+GROUND_REACH: Final = 40.0
 # Least standard error of heights, m: keeps the solve well conditioned on exact surfaces.
 HEIGHT_SIGMA_MIN: Final = 0.05
 # Length over which an elevation model's errors are correlated: cells, but at least so many m.
@@ -601,3 +604,9 @@ TURNAROUND_CLEARANCE: Final = 0.5
 TURNAROUND_PIECE: Final = 40.0
 # Lanes that lie this near to their loop's radius apart go round half a circle without more ado, m.
 TURNAROUND_ASIDE_MIN: Final = 0.05
+
+# ---------------------------------------------------------------- several cores
+
+# More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
+# eight are at most twice as fast as two (Amdahl's law).
+MOST_JOBS: Final = 8

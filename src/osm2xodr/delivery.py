@@ -44,6 +44,7 @@ def deliver(
     options: WriteOptions,
     report_target: Path | None,
     inputs: Mapping[str, Any],
+    jobs: int = 1,
 ) -> int:
     """Write the road network, and the report if there is to be one; both or none.
 
@@ -55,6 +56,8 @@ def deliver(
         Where the road network goes, and how it is written.
     report_target, inputs
         Where the report goes, if anywhere, and what it says about the input.
+    jobs
+        How many processes make the text of the road network.
 
     Returns
     -------
@@ -70,7 +73,7 @@ def deliver(
     """
     with stream_to(target) as stream:
         counting = _Counting(stream)
-        write_xodr(conversion.road_map, counting, options, diagnostics)
+        write_xodr(conversion.road_map, counting, options, diagnostics, jobs)
         if report_target is not None:
             # Only when the document is safe, but before its file gets its name: both are there in the end, or none.
             settle(stream)

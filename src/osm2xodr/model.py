@@ -9,7 +9,7 @@ section, junction, s, t, hdg) to what is written.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Protocol
 
@@ -25,8 +25,8 @@ BoolArray = npt.NDArray[np.bool_]
 
 def _freeze_arrays(record: object) -> None:
     """Set every array of a dataclass read-only, so that stages can share it."""
-    for item in fields(record):  # type: ignore[arg-type]
-        value = getattr(record, item.name)
+    for name in type(record).__slots__:  # type: ignore[attr-defined]
+        value = getattr(record, name)
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
 

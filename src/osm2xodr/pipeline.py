@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import ElevationOptions, RoadOptions, build_roads
+from osm2xodr.geometry import ElevationOptions, Ground, RoadOptions, build_roads, ground_around
 from osm2xodr.model import RoadMap, Surface
 from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.parallel import Task
 from osm2xodr.statistics import Statistics, summarize
 from osm2xodr.street_points import points_along
-from osm2xodr.surface import DemSummary, FlatSurface, SurfaceOptions, read_surface
+from osm2xodr.surface import FlatSurface, SurfaceOptions, read_surface
+
+if TYPE_CHECKING:
+    from osm2xodr.surface import DemSummary
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +35,8 @@ class ConvertOptions:
         How they are read.
     elevation, roads
         How roads are made of them.
+    jobs
+        How many processes work at once, at least 1. What comes out does not depend on it.
     """
 
     area: Path
@@ -37,6 +45,7 @@ class ConvertOptions:
     surface: SurfaceOptions = field(default_factory=SurfaceOptions)
     elevation: ElevationOptions = field(default_factory=ElevationOptions)
     roads: RoadOptions = field(default_factory=RoadOptions)
+    jobs: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,13 +91,21 @@ def convert(
     surface: Surface = FlatSurface()
     coverage: float | None = None
     elevation_models: tuple[DemSummary, ...] = ()
+    ground: Task[Ground] | None = None
     if options.dems:
         on_stage("reading the elevation model")
         x, y = points_along(network.streets)
         measured = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
         surface, coverage, elevation_models = measured, measured.coverage, measured.dems
+        # Beside the plan view, which takes as long and needs no heights.
+        ground = Task(partial(ground_around, surface, x, y, options.elevation), apart=options.jobs > 1)
     else:
         diagnostics.note("flat", "", "no elevation model was given: all ground is at height 0; give one with --dem")
     on_stage("building roads")
-    road_map = build_roads(network, surface, diagnostics, options.elevation, options.roads)
+    try:
+        found = ground.result if ground else None
+        road_map = build_roads(network, surface, diagnostics, options.elevation, options.roads, found)
+    finally:
+        if ground is not None:
+            ground.cancel()
     return Conversion(road_map, summarize(road_map, coverage), elevation_models)

@@ -6,11 +6,15 @@ with single-precision coordinates need; CARLA 0.9.16 understands no other kind o
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
-from pyproj import Transformer
 
 from osm2xodr.model import LocalFrame
+
+if TYPE_CHECKING:
+    from pyproj import Transformer
 
 WGS84 = "EPSG:4326"
 
@@ -34,9 +38,7 @@ def to_local(
     frame: LocalFrame, lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Project longitude and latitude (degrees, WGS 84) to local x (east) and y (north), m."""
-    x, y = Transformer.from_crs(WGS84, frame.proj, always_xy=True).transform(
-        np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64)
-    )
+    x, y = _transformer(WGS84, frame.proj).transform(np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64))
     return np.asarray(x, np.float64), np.asarray(y, np.float64)
 
 
@@ -44,12 +46,17 @@ def to_geographic(
     frame: LocalFrame, x: npt.ArrayLike, y: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Take local x, y (m) back to longitude and latitude (degrees, WGS 84)."""
-    lon, lat = Transformer.from_crs(frame.proj, WGS84, always_xy=True).transform(
-        np.asarray(x, np.float64), np.asarray(y, np.float64)
-    )
+    lon, lat = _transformer(frame.proj, WGS84).transform(np.asarray(x, np.float64), np.asarray(y, np.float64))
     return np.asarray(lon, np.float64), np.asarray(lat, np.float64)
 
 
 def transformer_to(frame: LocalFrame, crs: object) -> Transformer:
     """Return the transformation from local x, y (m) to x, y of another CRS, in its own units."""
-    return Transformer.from_crs(frame.proj, crs, always_xy=True)
+    return _transformer(frame.proj, crs)
+
+
+def _transformer(source: object, target: object) -> Transformer:
+    # PROJ takes a while to import.
+    from pyproj import Transformer
+
+    return Transformer.from_crs(source, target, always_xy=True)

@@ -95,6 +95,17 @@ def test_records_are_found_where_they_hold(table: list[list[float]], data: st.Da
     assert found == int(start[curve]) + (held[-1] if held else 0)
 
 
+def test_records_of_many_places_are_those_of_single_ones() -> None:
+    random = np.random.default_rng(7)
+    count = random.integers(1, 9, 40)
+    start = np.concatenate([[0], np.cumsum(count)])
+    begins = np.concatenate([np.append(0.0, np.sort(random.integers(0, 50, n - 1))) for n in count])
+    curve = random.integers(0, len(count), 500)
+    s = random.integers(-5, 60, 500) / 1.0
+    single = [int(find_record(start, begins, curve[k : k + 1], s[k : k + 1])[0]) for k in range(len(s))]
+    assert find_record(start, begins, curve, s).tolist() == single
+
+
 def test_cubics_and_their_slopes() -> None:
     profile = profile_of([[Cubic(0.0, 1.0, 2.0, 3.0, 4.0), Cubic(10.0, 5.0, -1.0)], [], [Cubic(0.0, 7.0)]])
     curve = np.array([0, 0, 0, 1, 2])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from osm2xodr.geometry.ground_trend import GroundReading, read_ground
+from osm2xodr.geometry.ground import GroundReading, completed, estimate_ground, read_ground
 from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
 
 CELL = 30.0
@@ -45,7 +45,8 @@ def noise(seed: int, sigma: float, length: float = 1.0) -> FloatArray:
 
 
 def read(model: Model, x: FloatArray, y: FloatArray, smoothing: float = 1.0) -> GroundReading:
-    return read_ground(model, x, y, model.cell_size, model.sigma, smoothing)
+    ground = estimate_ground(model, x, y, smoothing)
+    return read_ground(ground, np.full(len(x), model.cell_size), x, y)
 
 
 ROAD_X, ROAD_Y = np.linspace(-900.0, 900.0, 181), np.linspace(-300.0, 400.0, 181)
@@ -145,3 +146,47 @@ def test_too_few_heights_give_nothing() -> None:
 def test_no_places_give_no_heights() -> None:
     x, _ = grid()
     assert len(read(Model(x), np.zeros(0), np.zeros(0)).z) == 0
+
+
+def cells(x: FloatArray) -> FloatArray:
+    return np.full(len(x), CELL)
+
+
+def test_what_was_estimated_early_serves_places_nearby() -> None:
+    x, y = grid()
+    model = Model(hills(x, y) + noise(8, 1.5))
+    early = estimate_ground(model, ROAD_X, ROAD_Y, reach=40.0)
+    near_x, near_y = ROAD_X + 25.0, ROAD_Y - 30.0
+    assert completed(early, model, model.quality(near_x, near_y), near_x, near_y).layers == early.layers
+    aside = read_ground(early, cells(near_x), near_x, near_y).z
+    assert rms(aside - hills(near_x, near_y)) < 1.5
+
+
+def test_what_lacks_is_estimated_as_if_it_had_been_there() -> None:
+    x, y = grid()
+    model = Model(hills(x, y) + noise(9, 1.5))
+    first = estimate_ground(model, ROAD_X[:40], ROAD_Y[:40])
+    later = completed(first, model, model.quality(ROAD_X, ROAD_Y), ROAD_X, ROAD_Y)
+    at_once = estimate_ground(model, ROAD_X, ROAD_Y)
+    assert len(first.layers[0].number) < len(later.layers[0].number)
+    assert later.layers[0].number.tolist() == at_once.layers[0].number.tolist()
+    found = [read_ground(ground, cells(ROAD_X), ROAD_X, ROAD_Y).z for ground in (later, at_once)]
+    assert found[0] == pytest.approx(found[1], abs=1e-3)
+
+
+def test_slope_is_the_heights_slope() -> None:
+    x, y = grid()
+    ground = estimate_ground(Model(hills(x, y) + noise(10, 1.5)), ROAD_X, ROAD_Y, reach=40.0)
+    found = read_ground(ground, cells(ROAD_X), ROAD_X, ROAD_Y)
+    east, west = (read_ground(ground, cells(ROAD_X), ROAD_X + dx, ROAD_Y).z for dx in (0.5, -0.5))
+    north, south = (read_ground(ground, cells(ROAD_X), ROAD_X, ROAD_Y + dy).z for dy in (0.5, -0.5))
+    assert found.slope_x == pytest.approx(east - west, abs=2e-3)
+    assert found.slope_y == pytest.approx(north - south, abs=2e-3)
+
+
+def test_fine_cells_are_left_alone() -> None:
+    x, _ = grid()
+    model = Model(x, cell_size=5.0)
+    ground = estimate_ground(model, ROAD_X, ROAD_Y)
+    assert ground.layers == ()
+    assert np.isnan(read_ground(ground, np.full(len(ROAD_X), 5.0), ROAD_X, ROAD_Y).z).all()

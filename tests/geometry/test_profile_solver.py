@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from osm2xodr.geometry import profile_solver
 from osm2xodr.geometry.profile_solver import (
     Limits,
     Observations,
@@ -13,7 +16,6 @@ from osm2xodr.geometry.profile_solver import (
     joined_limits,
     joined_observations,
     solve_network,
-    solve_symmetric,
 )
 from osm2xodr.model import FloatArray
 
@@ -37,11 +39,6 @@ def bound(rows: sp.csr_matrix, low: float, high: float, stiffness: float, cap: f
 def solve(observations: Observations, limits: Limits, robust: Robust = PLAIN) -> tuple[FloatArray, FloatArray]:
     n = observations.rows.shape[1]
     return solve_network(sp.csr_matrix((n, n)), observations, limits, limits, robust)
-
-
-def test_symmetric_system() -> None:
-    matrix = sp.csr_matrix([[4.0, 1.0], [1.0, 3.0]])
-    assert solve_symmetric(matrix, np.array([1.0, 2.0])) == pytest.approx([1 / 11, 7 / 11], abs=1e-8)
 
 
 def test_limit_stops_what_is_observed() -> None:
@@ -90,3 +87,51 @@ def test_joined_observations_see_only_their_own_unknowns() -> None:
     joined = joined_observations([observe(row(1.0), [5.0]), observe(row(0.0, 2.0), [8.0])], 3)
     assert joined.rows.toarray().tolist() == [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
     assert joined.z.tolist() == [5.0, 8.0]
+
+
+def test_few_places_are_brought_to_rest_by_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A stiff chain on springs, pushed down at places whose limits come into play one after the other.
+    n = 9000
+    rng = np.random.default_rng(5)
+    second = sp.csr_matrix(sp.eye(n - 2, n) - 2.0 * sp.eye(n - 2, n, k=1) + sp.eye(n - 2, n, k=2))
+    stiffness = sp.csr_matrix(50.0 * (second.T @ second))
+    seen = observe(sp.csr_matrix(sp.eye(n)), np.cumsum(rng.normal(size=n)).tolist())
+    some = np.unique(rng.integers(0, n, 300))
+    high = seen.z[some] - rng.uniform(0.0, 3.0, len(some))
+    k = len(some)
+    # A few that give way take many steps.
+    cap = np.where(np.arange(k) < 6, rng.uniform(1.0, 30.0, k), np.inf)
+    limits = Limits(sp.csr_matrix(sp.eye(n))[some], np.full(k, -np.inf), high, np.full(k, 1e3), cap)
+    parts = []
+    settled_part = profile_solver._settled_part
+
+    def counted(*args: Any) -> FloatArray:
+        parts.append(len(args[-1]))
+        return settled_part(*args)
+
+    monkeypatch.setattr(profile_solver, "_settled_part", counted)
+    monkeypatch.setattr(profile_solver, "LEAST_FALL", 1e-9)
+
+    def solved(small: int) -> tuple[FloatArray, float]:
+        """Return the unknowns and what is minimised."""
+        monkeypatch.setattr(profile_solver, "SMALL", small)
+        x = solve_network(stiffness, seen, limits, limits, PLAIN)[0]
+        over = np.maximum(x[some] - high, 0.0)
+        yields = np.minimum(over, cap / 1e3)
+        quadratic = 0.5 * float(x @ (stiffness @ x) + ((x - seen.z) ** 2).sum())
+        return x, quadratic + float((1e3 * yields * (over - 0.5 * yields)).sum())
+
+    x, cost = solved(profile_solver.SMALL)
+    assert parts
+    assert max(parts) < n
+    plain_x, plain_cost = solved(n)
+    assert x == pytest.approx(plain_x, abs=0.02)
+    assert cost < plain_cost + 1e-3
+
+
+def test_what_is_given_stays_as_it_is() -> None:
+    rows = sp.csr_matrix(np.array([[1.0, 2.0, 0.0], [0.0, 3.0, 4.0], [5.0, 0.0, 6.0]]))
+    seen, limits = observe(rows.copy(), [3.0, 1.0, 2.0]), bound(rows.copy(), -0.5, 0.5, 10.0)
+    solve(seen, limits)
+    for after in (seen.rows, limits.rows):
+        assert after.toarray().tolist() == rows.toarray().tolist()

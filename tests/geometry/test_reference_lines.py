@@ -100,3 +100,17 @@ def test_a_wide_loop_keeps_its_line(rule: Rule) -> None:
     stages, moved, layout, _ = made(loop(40.0), rule)
     assert not moved.aside.any()
     assert layout is stages.layout
+
+
+def test_roads_cut_again_are_those_cut_anew() -> None:
+    """Of roads from before only those on lines that have stayed are taken: the street's, not the loop's."""
+    stages = loop(9.0).stages(Rule.RIGHT_HAND)
+    fitted = fit_streets(stages.network, stages.diagnostics)
+    before = cut_roads(stages.network, fitted, stages.layout)
+    moved, layout = lines_outside_bends(fitted, stages.layout, before)
+    again = cut_roads(stages.network, moved, layout, before)
+    assert again.stretches == cut_roads(stages.network, moved, layout).stretches
+    kept = [one is other for one, other in zip(again.stretches, before.stretches, strict=True)]
+    assert kept == [aside == 0.0 for aside in moved.aside[again.street].tolist()]
+    assert True in kept
+    assert False in kept

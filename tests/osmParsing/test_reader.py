@@ -1,6 +1,7 @@
 import bz2
 import gzip
 import os
+from array import array
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,10 +16,14 @@ from osm2xodr.osmParsing.reader import RawMember, RawWay, count_contents, read_n
 
 ROADS = frozenset({"residential", "primary"})
 KEYS = frozenset({"highway", "name", "lanes"})
+NODE_KEYS = frozenset({"highway", "a"})
 BIG = 9_000_000_000_000_000_000
 ELEMENTS = [
     '<node id="1" lat="50.1" lon="10.1"/>',
-    f'<node id="{BIG}" lat="50.2" lon="-10.2"><tag k="highway" v="crossing"/><tag k="a" v="b"/></node>',
+    (
+        f'<node id="{BIG}" lat="50.2" lon="-10.2"><tag k="highway" v="crossing"/><tag k="a" v="b"/>'
+        '<tag k="c" v="d"/></node>'
+    ),
     '<node id="-3" lat="-50.3" lon="10.3"><tag k="highway" v="stop"/></node>',
     '<node id="4" lat="91" lon="10"/>',
     '<node id="5" visible="false"/>',
@@ -68,8 +73,8 @@ def test_every_format_holds_the_same(tmp_path: Path, make: Callable[[Path], OsmF
     file = make(tmp_path)
     ways, relations = read_ways(file, ROADS, KEYS)
     assert ways == [
-        RawWay(-10, [4, 5, 1], {"highway": "residential"}),
-        RawWay(20, [1, BIG, 99, -3], {"highway": "primary", "name": "A & B"}),
+        RawWay(-10, array("q", [4, 5, 1]), {"highway": "residential"}),
+        RawWay(20, array("q", [1, BIG, 99, -3]), {"highway": "primary", "name": "A & B"}),
     ]
     assert [relation.id for relation in relations] == [7]
     assert relations[0].members == (
@@ -78,7 +83,7 @@ def test_every_format_holds_the_same(tmp_path: Path, make: Callable[[Path], OsmF
         RawMember("way", -10, "to"),
     )
     assert relations[0].tags == {"type": "restriction", "restriction": "no_left_turn"}
-    nodes = read_nodes(file, np.array([-3, 1, 4, 5, 99, BIG]))
+    nodes = read_nodes(file, np.array([-3, 1, 4, 5, 99, BIG]), NODE_KEYS)
     assert nodes.ids.tolist() == [-3, 1, BIG]
     assert nodes.lon_deg.tolist() == [10.3, 10.1, -10.2]
     assert nodes.lat_deg.tolist() == [-50.3, 50.1, 50.2]
@@ -87,7 +92,29 @@ def test_every_format_holds_the_same(tmp_path: Path, make: Callable[[Path], OsmF
 
 def test_nodes_are_found_in_any_order_without_negative_ids(tmp_path: Path) -> None:
     elements = [f'<node id="{number}" lat="{number}" lon="1"/>' for number in (7, 3, 9, 1)]
-    nodes = read_nodes(opened(tmp_path, elements), np.array([1, 2, 3, 9]))
+    nodes = read_nodes(opened(tmp_path, elements), np.array([1, 2, 3, 9]), NODE_KEYS)
+    assert nodes.ids.tolist() == [1, 3, 9]
+    assert nodes.lat_deg.tolist() == [1.0, 3.0, 9.0]
+
+
+@pytest.mark.parametrize("negative", [False, True])
+def test_nodes_without_tags(tmp_path: Path, negative: bool) -> None:
+    nodes = read_nodes(opened(tmp_path, ELEMENTS), np.array([-3] * negative + [1, BIG]))
+    assert nodes.ids.tolist() == [-3] * negative + [1, BIG]
+    assert nodes.tags == {}
+
+
+def test_tables_for_sorted_files_hold_the_same(tmp_path: Path) -> None:
+    elements = [f'<node id="{number}" lat="{number}" lon="1"/>' for number in (1, 3, 7, 9)]
+    source = opened(tmp_path, elements)
+    header = osmium.io.Header()
+    header.set("sorting", "Type_then_ID")
+    target = tmp_path / "sorted.osm.pbf"
+    with osmium.SimpleWriter(str(target), header=header) as writer:
+        for item in osmium.FileProcessor(osmium.io.File(str(source.path), "osm")):
+            writer.add(item)
+    assert osmium.io.Reader(str(target)).header().get("sorting") == "Type_then_ID"
+    nodes = read_nodes(open_osm_file(target), np.array([1, 2, 3, 9]), NODE_KEYS)
     assert nodes.ids.tolist() == [1, 3, 9]
     assert nodes.lat_deg.tolist() == [1.0, 3.0, 9.0]
 
@@ -105,7 +132,7 @@ def test_the_newest_version_counts(tmp_path: Path) -> None:
     assert name(way(' version="2"', "new"), way(' version="1"', "old")) == "new"
     assert name(way("", "first"), way("", "second")) == "second"
     elements = ['<node id="1" lat="1" lon="1"/>', '<node id="1" lat="2" lon="1"/>']
-    assert read_nodes(opened(tmp_path, elements), np.array([1])).lat_deg.tolist() == [2.0]
+    assert read_nodes(opened(tmp_path, elements), np.array([1]), NODE_KEYS).lat_deg.tolist() == [2.0]
 
 
 def test_deleted_elements_are_not_there(tmp_path: Path) -> None:
@@ -124,7 +151,7 @@ def test_deleted_elements_are_not_there(tmp_path: Path) -> None:
     ways, relations = read_ways(file, ROADS, KEYS)
     assert [way.id for way in ways] == [7]
     assert relations == []
-    assert read_nodes(file, np.array([-3, 1, 2])).ids.tolist() == [2]
+    assert read_nodes(file, np.array([-3, 1, 2]), NODE_KEYS).ids.tolist() == [2]
 
 
 def test_counts_for_messages(tmp_path: Path) -> None:
@@ -141,7 +168,7 @@ def test_names_that_look_like_addresses_are_files(tmp_path: Path, monkeypatch: p
 def read_all(path: Path) -> None:
     file = open_osm_file(path)
     read_ways(file, ROADS, KEYS)
-    read_nodes(file, np.array([1]))
+    read_nodes(file, np.array([1]), NODE_KEYS)
 
 
 @pytest.mark.parametrize(
@@ -189,7 +216,7 @@ def test_archives_that_end_too_early(tmp_path: Path, pack: Callable[[bytes], byt
     path = tmp_path / "area.osm.x"
     path.write_bytes(whole[: len(whole) * 2 // 3])
     with pytest.raises(InputError, match="damaged or incomplete"):
-        read_nodes(open_osm_file(path), np.array([1]))
+        read_nodes(open_osm_file(path), np.array([1]), NODE_KEYS)
 
 
 def test_causes_are_one_printable_line(tmp_path: Path) -> None:

@@ -134,14 +134,18 @@ def test_ways_on_top_of_others_are_left_out(tmp_path: Path) -> None:
 
 def test_nodes_at_one_place_are_one_node(tmp_path: Path) -> None:
     nodes = ROW | {30: (200.0004, 0.0), 31: (200.0004, 0.0)}
-    area = Area(nodes, {20: ([1, 2, 31, 30], ROAD), 21: ([30, 3], ROAD), 22: ([31, 12], ROAD)}, node_tags={30: "a=b"})
+    area = Area(
+        nodes,
+        {20: ([1, 2, 31, 30], ROAD), 21: ([30, 3], ROAD), 22: ([31, 12], ROAD)},
+        node_tags={30: "highway=stop a=b"},
+    )
     network, diagnostics = area.parse(tmp_path)
     assert nodes_of(network) == [[1, 2], [2, 3], [2, 12]]
     assert [(item.osm_id, item.kind) for item in about(diagnostics, "same-place")] == [
         ("node/30", Kind.REPAIRED),
         ("node/31", Kind.REPAIRED),
     ]
-    assert network.node_tags == {2: {"a": "b"}}
+    assert network.node_tags == {2: {"highway": "stop"}}
 
 
 def test_absent_nodes(tmp_path: Path) -> None:

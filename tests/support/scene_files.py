@@ -74,17 +74,21 @@ class Conversions:
     """Converts scenes on demand, each in each version only once."""
 
     folder: Path
-    _done: dict[tuple[str, str, str], Conversion] = field(default_factory=dict)
+    _done: dict[tuple[str, str, int], Conversion] = field(default_factory=dict)
 
-    def of(self, scene: Scene, version: str = "1.7", hash_seed: str = "0") -> Conversion:
-        """Return the conversion of a scene to a version of OpenDRIVE."""
-        key = (scene.name, version, hash_seed)
+    def of(self, scene: Scene, version: str = "1.7", jobs: int = 1) -> Conversion:
+        """Return the conversion of a scene to a version of OpenDRIVE, by so many processes.
+
+        Runs with another number of them also differ in what must not matter: the order of sets, and the threads that
+        linear algebra is told to use.
+        """
+        key = (scene.name, version, jobs)
         if key not in self._done:
             self._done[key] = self._convert(*key, scene)
         return self._done[key]
 
-    def _convert(self, name: str, version: str, hash_seed: str, scene: Scene) -> Conversion:
-        out = self.folder / f"{name}.{version}.{hash_seed}.xodr"
+    def _convert(self, name: str, version: str, jobs: int, scene: Scene) -> Conversion:
+        out = self.folder / f"{name}.{version}.{jobs}.xodr"
         report = out.with_suffix(".json")
         command = [
             sys.executable,
@@ -98,12 +102,13 @@ class Conversions:
             str(out),
         ]
         command += ["--name", name, "--xodr-version", version, "--report-json", str(report)]
+        command += ["--jobs", str(jobs)]
         done = subprocess.run(
             command,
             capture_output=True,
             text=True,
             timeout=CONVERSION_TIMEOUT,
-            env={**os.environ, "PYTHONHASHSEED": hash_seed},
+            env={**os.environ, "PYTHONHASHSEED": str(jobs), "OPENBLAS_NUM_THREADS": str(jobs)},
             check=False,
         )
         if done.returncode:

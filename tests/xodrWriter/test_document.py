@@ -13,7 +13,7 @@ from sample_road_maps import FRAME, crossing, profile, straight_roads
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
-from osm2xodr.model import RoadMap, Rule
+from osm2xodr.model import RoadMap, RoadType, Rule
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
 
 
@@ -221,3 +221,22 @@ def test_what_is_not_finite_is_refused() -> None:
             replace(road_map, elevation=replace(road_map.elevation, a=heights)), stream, WriteOptions(), Diagnostics()
         )
     assert stream.getvalue() == b""
+
+
+@pytest.mark.parametrize("version", ["1.4", "1.7"])
+def test_several_processes_write_the_same_bytes(monkeypatch: pytest.MonkeyPatch, version: str) -> None:
+    # Blocks of one road, so that a small map is dealt out to several processes in several rounds.
+    monkeypatch.setattr("osm2xodr.xodrWriter.document._BLOCK", 1)
+    monkeypatch.setattr("osm2xodr.xodrWriter.document._BLOCKS_EACH", 2)
+    road_map = straight_roads(21)
+    # A word that the first version lacks, where another process than this one writes it.
+    roads = [replace(road, types=(RoadType(0.0, "townPrivate", None),) * (road.id == 4)) for road in road_map.roads]
+    road_map = replace(road_map, roads=tuple(roads))
+    found = []
+    for jobs in (1, 2, 3):
+        stream, diagnostics = io.BytesIO(), Diagnostics()
+        write_xodr(road_map, stream, WriteOptions(version), diagnostics, jobs)
+        found.append((stream.getvalue(), list(diagnostics)))
+    assert found[1] == found[2] == found[0]
+    assert found[0][0].count(b"</road>") == 21
+    assert [item.code for item in found[0][1]] == ["word-lost"] * (version == "1.4")

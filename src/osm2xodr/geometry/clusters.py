@@ -68,6 +68,8 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     median = _between_carriageways(network, ends)
     needed = np.where(ring, 0.0, defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS)
     bare = wished = np.zeros(len(ends.length))
+    members = {node: [node] for node in np.flatnonzero(is_junction).tolist()}
+    low, high = xy.copy(), xy.copy()
     stale: set[int] | None = None
     for _ in range(_ROUNDS):
         arms = _arms(ends, group, inner)
@@ -84,11 +86,14 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
         for street in np.flatnonzero(tight)[np.argsort(left_over[tight], kind="stable")].tolist():
             one, other = int(group[a[street]]), int(group[b[street]])
             if one != other:
-                members = (group == one) | (group == other)
-                if np.ptp(xy[members], axis=0).max() > defaults.JUNCTION_EXTENT:
+                one, other = min(one, other), max(one, other)
+                lower, upper = np.minimum(low[one], low[other]), np.maximum(high[one], high[other])
+                if (upper - lower).max() > defaults.JUNCTION_EXTENT:
                     continue
-                group[members] = min(one, other)
-                stale -= {max(one, other)}
+                low[one], high[one] = lower, upper
+                group[members[other]] = one
+                members[one] += members.pop(other)
+                stale -= {other}
             inner[street] = True
             stale.add(int(group[a[street]]))
         if not stale:

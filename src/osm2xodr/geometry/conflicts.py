@@ -7,9 +7,10 @@ import numpy as np
 from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# Connecting roads are compared as polylines of this many segments; pairs are worked off in parts of this many.
+# Connecting roads are compared as polylines of this many segments; pairs are worked off in parts of this many,
+# which the processor's cache holds.
 _SEGMENTS = 12
-_PART = 20_000
+_PART = 300
 
 
 def crossing(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:

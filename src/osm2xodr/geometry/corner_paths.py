@@ -19,6 +19,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 _STEP = 1.0
 _WINDOW = 2
 _CHECKS = np.linspace(0.04, 0.96, 24)
+_ROWS_AT_ONCE = 256
 
 
 def follow_corners(
@@ -48,10 +49,12 @@ def follow_corners(
     t0 = (t0 + paths.aside[paths.start[path]])[rows]
     t1 = (t1 + paths.aside[paths.start[path + 1] - 1])[rows]
     # Lanes beside each other go the same way. Most are soon seen not to stray; the rest is looked at more closely.
+    sampled = _sampled(plan, rows, paths, streets, path[rows], t0, t1)
     for measure in (_side_by_side, _apart_at_most):
-        strays = measure(*_sampled(plan, rows, paths, streets, path[rows], t0, t1))
+        strays = measure(*sampled)
         far = _all_of(path[rows], strays, defaults.STRAY_CORNERS, len(paths.length))
         rows, t0, t1, strays = rows[far], t0[far], t1[far], strays[far]
+        sampled = sampled[0][:, far], sampled[1][:, far]
     if not len(rows):
         return plan
     gaps = _corner_gaps(paths, streets, np.unique(path[rows]))
@@ -103,20 +106,20 @@ def _sampled(
     t0: FloatArray,
     t1: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return places along curves, and along the lanes' ways over the streets at the same share, (n, m, 2)."""
+    """Return places along curves, and along the lanes' ways over the streets at the same share, (2, n, m)."""
     n, m = len(row), len(_CHECKS)
     share = np.tile(_CHECKS, n)
     each = np.repeat(np.arange(n), m)
     x, y, _ = pose(plan, row[each], share * lengths(plan)[row[each]])
     offset = lane_offsets(paths, path[each], t0[each], t1[each], share)
     px, py, _ = poses_on(paths, streets, path[each], share * paths.length[path[each]], offset)
-    return np.column_stack([x, y]).reshape(n, m, 2), np.column_stack([px, py]).reshape(n, m, 2)
+    return np.stack([x, y]).reshape(2, n, m), np.stack([px, py]).reshape(2, n, m)
 
 
 def _side_by_side(curve: FloatArray, way: FloatArray) -> FloatArray:
     """Return the largest distance of places at the same share: an upper bound of `_apart_at_most`, (n,), m."""
     gap = curve - way
-    out: FloatArray = np.hypot(gap[:, :, 0], gap[:, :, 1]).max(1)
+    out: FloatArray = np.hypot(gap[0], gap[1]).max(1)
     return out
 
 
@@ -126,15 +129,29 @@ def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:
 
 
 def _apart(points: FloatArray, line: FloatArray) -> FloatArray:
-    """Return the largest distance of points from a polyline, both (n, m, 2); (n,), m."""
-    nearest = np.full(points.shape[:2], np.inf)
-    for k in range(line.shape[1] - 1):
-        a, along = line[:, None, k], (line[:, k + 1] - line[:, k])[:, None]
-        size = np.maximum((along * along).sum(2), 1e-12)
-        at = np.clip(((points - a) * along).sum(2) / size, 0.0, 1.0)
-        gap = a + at[:, :, None] * along - points
-        nearest = np.minimum(nearest, np.hypot(gap[:, :, 0], gap[:, :, 1]))
-    out: FloatArray = nearest.max(1)
+    """Return the largest distance of points from a polyline, both (2, n, m); (n,), m."""
+    out = np.zeros(points.shape[1])
+    # As many rows at once as the processor's cache holds, side by side.
+    for lo in range(0, len(out), _ROWS_AT_ONCE):
+        part = slice(lo, lo + _ROWS_AT_ONCE)
+        (x, y), (ax, ay) = (np.ascontiguousarray(item[:, part].transpose(0, 2, 1)) for item in (points, line))
+        along_x, along_y = np.diff(ax, axis=0), np.diff(ay, axis=0)
+        size = np.maximum(along_x * along_x + along_y * along_y, 1e-12)
+        nearest = np.full(x.shape, np.inf)
+        for k in range(len(size)):
+            dx, dy = x - ax[k], y - ay[k]
+            at = dx * along_x[k]
+            at += dy * along_y[k]
+            at /= size[k]
+            np.maximum(at, 0.0, out=at)
+            np.minimum(at, 1.0, out=at)
+            dx -= at * along_x[k]
+            dy -= at * along_y[k]
+            dx *= dx
+            dy *= dy
+            dx += dy
+            np.minimum(nearest, dx, out=nearest)
+        out[part] = np.sqrt(nearest.max(axis=0))
     return out
 
 
@@ -146,23 +163,39 @@ def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> di
     each = np.repeat(np.arange(len(numbers)), count)
     chainage = (np.arange(start[-1]) - start[each] + 0.5) * (length / count)[each]
     hdg = poses_on(paths, streets, numbers[each], chainage, np.zeros(len(each)))[2]
-    return {
-        number: _gaps(chainage[lo:hi], hdg[lo:hi])
-        for number, lo, hi in zip(numbers.tolist(), start[:-1].tolist(), start[1:].tolist(), strict=True)
-    }
+    first, last = _corners(hdg, start, each)
+    # One corner is over where the next of the same path begins.
+    joint = np.flatnonzero(each[last[:-1]] == each[first[1:]])
+    out: dict[int, list[tuple[float, float]]] = {number: [] for number in numbers.tolist()}
+    owner = numbers[each[last[joint]]]
+    over, begin = chainage[last[joint]], chainage[first[joint + 1]]
+    for number, gap in zip(owner.tolist(), zip(over.tolist(), begin.tolist(), strict=True), strict=True):
+        out[number].append(gap)
+    return out
 
 
-def _gaps(chainage: FloatArray, hdg: FloatArray) -> list[tuple[float, float]]:
-    """Return where one corner is over and the next begins, m."""
-    turn = wrapped(np.diff(hdg))
-    run = np.concatenate([[0.0], np.cumsum(np.abs(turn))])
-    at = np.arange(len(chainage))
-    bent = run[np.minimum(at + _WINDOW, len(at) - 1)] - run[np.maximum(at - _WINDOW, 0)] > defaults.SMOOTH_CORNER / 2
-    edge = np.diff(np.concatenate([[False], bent, [False]]).astype(np.int8))
-    first, last = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1
+def _corners(hdg: FloatArray, start: IntArray, each: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the first and the last station of each corner, (corners,).
+
+    Parameters
+    ----------
+    hdg : (stations,)
+        Headings along paths, rad.
+    start : (paths + 1,)
+        Index of each path's first station.
+    each : (stations,)
+        The path of each station.
+    """
+    at = np.arange(len(hdg))
+    turn = np.where(np.diff(each, prepend=-1) > 0, 0.0, np.abs(wrapped(np.diff(hdg, prepend=0.0))))
+    run = np.cumsum(turn)
+    ahead, behind = np.minimum(at + _WINDOW, start[each + 1] - 1), np.maximum(at - _WINDOW, start[each])
+    bent = run[ahead] - run[behind] > defaults.SMOOTH_CORNER / 2
+    goes_on = np.append(each[1:] == each[:-1], False) & bent & np.append(bent[1:], False)
+    last = np.flatnonzero(bent & ~goes_on)
+    first = np.flatnonzero(bent & ~np.append(False, goes_on[:-1]))
     sharp = run[last] - run[first] > defaults.SMOOTH_CORNER
-    over, begin = chainage[last[sharp]][:-1].tolist(), chainage[first[sharp]][1:].tolist()
-    return list(zip(over, begin, strict=True))
+    return first[sharp], last[sharp]
 
 
 def _between_corners(gaps: list[tuple[float, float]], single: bool) -> FloatArray:

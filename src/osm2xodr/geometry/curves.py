@@ -61,15 +61,20 @@ def find_record(start: IntArray, record_s: FloatArray, curve: IntArray, s: Float
     if len(curve) <= _FEW:
         pairs = zip(start[curve].tolist(), start[curve + 1].tolist(), s.tolist(), strict=True)
         return np.array([max(bisect_right(record_s, at, lo, hi) - 1, lo) for lo, hi, at in pairs], np.int64)
-    lo = start[curve].astype(np.int64)
+    out = start[curve].astype(np.int64)
     hi = start[curve + 1].astype(np.int64) - 1
-    # A bisection over all queries at once: curves are short, so a few rounds do.
-    for _ in range(max(1, int(np.ceil(np.log2(max(2, int((hi - lo).max(initial=0)) + 1))))) + 1):
-        mid = (lo + hi + 1) // 2
-        right = record_s[np.maximum(mid, 0)] <= s
+    # A bisection over all queries at once, each for as long as more than one record is left of its curve.
+    todo = np.flatnonzero(out < hi)
+    lo, hi, at = out[todo], hi[todo], s[todo]
+    while len(todo):
+        mid = (lo + hi + 1) >> 1
+        right = record_s[mid] <= at
         lo = np.where(right, mid, lo)
-        hi = np.where(right, hi, np.maximum(mid - 1, lo))
-    return lo
+        hi = np.where(right, hi, mid - 1)
+        out[todo] = lo
+        more = np.flatnonzero(lo < hi)
+        todo, lo, hi, at = todo[more], lo[more], hi[more], at[more]
+    return out
 
 
 def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -17,6 +17,7 @@ from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.elevation_report import ElevationReport
 from osm2xodr.geometry.curves import lengths, pose
+from osm2xodr.geometry.ground import Ground, estimate_ground
 from osm2xodr.geometry.junction_surface import connector_profiles
 from osm2xodr.geometry.profile_cover import keep_ground
 from osm2xodr.geometry.profile_crossfall import road_superelevation
@@ -63,9 +64,11 @@ from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Struct
 __all__ = [
     "ConnectorProblem",
     "ElevationOptions",
+    "Ground",
     "ProfileProblem",
     "ProfileSolution",
     "connector_profiles",
+    "ground_around",
     "solve_profiles",
 ]
 
@@ -73,11 +76,27 @@ __all__ = [
 OUTLIER_SIGMAS = 3.0
 
 
+def ground_around(surface: Surface, x: FloatArray, y: FloatArray, options: ElevationOptions | None = None) -> Ground:
+    """Estimate the ground around where roads are expected, for `solve_profiles`.
+
+    Parameters
+    ----------
+    surface
+        Height of the ground.
+    x, y : (n,)
+        Points along all streets, local, m; at most a few hundred metres apart.
+    options
+        The user's choices.
+    """
+    return estimate_ground(surface, x, y, _roughness_factor(options or ElevationOptions()), defaults.GROUND_REACH)
+
+
 def solve_profiles(
     problem: ProfileProblem,
     surface: Surface,
     diagnostics: Diagnostics,
     options: ElevationOptions | None = None,
+    ground: Ground | None = None,
 ) -> ProfileSolution:
     """Find the heights of all roads and junctions.
 
@@ -91,18 +110,24 @@ def solve_profiles(
         Where guesses and unmet limits are told.
     options
         The user's choices.
+    ground
+        What `estimate_ground` found with the same choices around where the roads were expected. It saves time only:
+        what lacks is estimated here.
 
     Raises
     ------
     ValueError
-        `problem.end_link` is not symmetric.
+        `problem.end_link` is not symmetric, or the ground was estimated with another smoothing.
     """
     options = options or ElevationOptions()
     problem = problem if options.structures else _without_structures(problem)
     spacing = road_spacing(problem, surface)
     elements = build_elements(problem, spacing.knots)
     samples = build_samples(problem, elements, spacing.samples)
-    reading, at_junctions = read_heights(surface, samples, problem.junction_xy, options.smoothing**4)
+    ground = ground or Ground(_roughness_factor(options))
+    if ground.smoothing != _roughness_factor(options):
+        raise ValueError("the ground must be estimated with the smoothing that the roads are")
+    reading, at_junctions = read_heights(surface, samples, problem.junction_xy, ground)
     level = np.concatenate([reading.z, at_junctions.z])
     if not len(elements.h) or (not reading.cell.any() and np.ptp(level) == 0):
         return _level(problem, float(level[0]) if len(level) else 0.0)
@@ -175,6 +200,11 @@ def solve_profiles(
     if not options.superelevation:
         return solution
     return replace(solution, superelevation=road_superelevation(problem, elements, samples, surface, diagnostics))
+
+
+def _roughness_factor(options: ElevationOptions) -> float:
+    """Return the factor on the penalty on roughness: lengths go with its fourth root."""
+    return options.smoothing**4
 
 
 def _without_structures(problem: ProfileProblem) -> ProfileProblem:

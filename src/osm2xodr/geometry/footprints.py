@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from osm2xodr.model import FloatArray, IntArray
 _NEAR = np.arange(0.0, 16.1, 0.5)
 _FAR = np.concatenate([np.arange(0.0, 16.0, 0.5), np.arange(16.0, 40.0, 1.0), np.arange(40.0, 101.0, 2.0)])
 _PAIRS_AT_ONCE = 1500
+_DISTANCES_AT_ONCE = 40_000
+# Numbers of stations after which it is seen whether more are needed.
+_LOOKED_AT = (10, 25)
 _GAP_BETWEEN_EDGES = 0.3
 _FIRST_ENTRY = 12.0
 
@@ -86,26 +89,53 @@ def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[Flo
 
 
 def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
-    xi, yi, hi = _samples(ends, i, stations)
-    xj, yj, hj = _samples(ends, j, stations)
-    cos, sin = np.cos(hj), np.sin(hj)
+    used, number = np.unique(np.concatenate([i, j]), return_inverse=True)
+    one, other = number[: len(i)], number[len(i) :]
+    x, y, hdg = _samples(ends, used, stations)
+    cos, sin = np.cos(hdg), np.sin(hdg)
     cover, across = np.zeros(len(i)), np.zeros(len(i))
-    rows = np.arange(len(i))[:, None]
-    for edge in (ends.left[i], ends.right[i]):
-        px = xi - edge[:, None] * np.sin(hi)
-        py = yi + edge[:, None] * np.cos(hi)
-        near = ((px[:, :, None] - xj[:, None, :]) ** 2 + (py[:, :, None] - yj[:, None, :]) ** 2).argmin(2)
-        dx, dy = px - xj[rows, near], py - yj[rows, near]
-        ds = dx * cos[rows, near] + dy * sin[rows, near]
-        dt = dy * cos[rows, near] - dx * sin[rows, near]
-        outside = np.maximum(dt - ends.left[j][:, None], ends.right[j][:, None] - dt) - _GAP_BETWEEN_EDGES
-        behind = ((near == 0) & (ds < -1e-6)) | ((near == len(stations) - 1) & (ds > 1.0))
-        outside = np.where(behind, np.maximum(outside, 0.1), outside)
+    for edge in (ends.left[used], ends.right[used]):
+        px, py = x - edge[:, None] * sin, y + edge[:, None] * cos
+        near = np.zeros((len(i), len(stations)), np.int64)
+        outside = np.full(near.shape, np.inf)
+        todo = np.arange(len(i))
+        # Most edges are soon seen to have left the other arm: the stations farther away need not be looked at.
+        for lo, hi in pairwise((0, *_LOOKED_AT, len(stations))):
+            a, b = one[todo], other[todo]
+            qx, qy = px[a, lo:hi], py[a, lo:hi]
+            found = _nearest(qx, qy, x[b], y[b])
+            at = b[:, None], found
+            dx, dy = qx - x[at], qy - y[at]
+            ds = dx * cos[at] + dy * sin[at]
+            dt = dy * cos[at] - dx * sin[at]
+            off = np.maximum(dt - ends.left[j[todo], None], ends.right[j[todo], None] - dt) - _GAP_BETWEEN_EDGES
+            behind = ((found == 0) & (ds < -1e-6)) | ((found == len(stations) - 1) & (ds > 1.0))
+            near[todo, lo:hi] = found
+            outside[todo, lo:hi] = np.where(behind, np.maximum(off, 0.1), off)
+            inside = outside[todo, :hi] < 0
+            may_enter = ~inside.any(1) & (hi < len(stations) and stations[hi] <= _FIRST_ENTRY)
+            todo = todo[may_enter | inside[:, -1]]
         here = _end_of_first_run(outside, stations)
         last = np.searchsorted(stations, here, side="right") - 1
-        there = np.where(here > 0, stations[near[rows[:, 0], last]], 0.0)
+        there = np.where(here > 0, stations[near[np.arange(len(i)), last]], 0.0)
         cover, across = np.maximum(cover, here), np.maximum(across, there)
     return cover, across
+
+
+def _nearest(px: FloatArray, py: FloatArray, x: FloatArray, y: FloatArray) -> IntArray:
+    """Return which of the places x, y of its row is nearest to each point, (n, points) and (n, m)."""
+    out = np.empty(px.shape, np.int64)
+    # As many rows at once as the processor's cache holds.
+    size = max(1, _DISTANCES_AT_ONCE // (px.shape[1] * x.shape[1]))
+    for lo in range(0, len(px), size):
+        part = slice(lo, lo + size)
+        square = px[part, :, None] - x[part, None, :]
+        square *= square
+        across = py[part, :, None] - y[part, None, :]
+        across *= across
+        square += across
+        square.argmin(2, out=out[part])
+    return out
 
 
 def _end_of_first_run(outside: FloatArray, stations: FloatArray) -> FloatArray:

@@ -82,7 +82,7 @@ def assign_lanes(
     near_side_left
         Whether traffic drives on the left, so that lanes come and go at the left edge.
     """
-    if all(_is_one_lane(arm) for arms in (entries, exits) for arm in arms.values()):
+    if have_one_lane(entries, exits):
         return [(k, 0, 0) for k in range(len(movements))]
     served: dict[int, list[int]] = {}
     links: list[LaneLink] = []
@@ -109,9 +109,13 @@ def assign_lanes(
     return sorted(set(links))
 
 
-def _is_one_lane(arm: ArmLanes) -> bool:
-    """Whether an arm has one lane for cars and no other."""
-    return len(arm.specs) == 1 and arm.specs[0].type is LaneType.DRIVING
+def have_one_lane(entries: dict[int, ArmLanes], exits: dict[int, ArmLanes]) -> bool:
+    """Whether all arms of a junction have one lane for cars and no other: lane 0 then leads to lane 0."""
+    for arms in (entries, exits):
+        for arm in arms.values():
+            if len(arm.specs) != 1 or arm.specs[0].type is not LaneType.DRIVING:
+                return False
+    return True
 
 
 def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool) -> list[tuple[int, int]]:

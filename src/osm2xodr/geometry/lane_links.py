@@ -11,7 +11,7 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.geometry.cross_section import EndLane, centre_lanes, end_lanes
 from osm2xodr.geometry.curves import pose, wrapped
-from osm2xodr.geometry.lane_assignment import ArmLanes, LaneMovement, assign_lanes
+from osm2xodr.geometry.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
@@ -144,19 +144,33 @@ class _Arms:
         self._parts = parts
         self._rule = rule
         self._known: dict[tuple[int, bool, float], tuple[tuple[EndLane, ...], ArmLanes]] = {}
+        self._into: dict[int, tuple[tuple[EndLane, ...], ArmLanes]] = {}
+        self._out: dict[int, tuple[tuple[EndLane, ...], ArmLanes]] = {}
+        self._centre: dict[tuple[int, bool], tuple[EndLane, ...]] = {}
 
     def into_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        return self._at(end, end % 2 == 1, 1.0)
+        found = self._into.get(end)
+        if found is None:
+            found = self._into[end] = self._at(end, end % 2 == 1, 1.0)
+        return found
 
     def out_of_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        return self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
+        found = self._out.get(end)
+        if found is None:
+            found = self._out[end] = self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
+        return found
 
     def centre(self, end: int, along: bool) -> tuple[EndLane, ...]:
         """Return the lanes for both directions, as drivers along the road or against it see them."""
-        return centre_lanes(self._parts.at_end(end).section, along)
+        # The parts keep their cross-sections, so that these can be told by their identity.
+        section = self._parts.at_end(end).section
+        key = id(section), along
+        found = self._centre.get(key)
+        if found is None:
+            found = self._centre[key] = centre_lanes(section, along)
+        return found
 
     def _at(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        # The parts keep their cross-sections, so that these can be told by their identity.
         section = self._parts.at_end(end).section
         key = id(section), along, sign
         found = self._known.get(key)
@@ -172,10 +186,9 @@ def _junction_rows(
 ) -> list[LaneRow]:
     """Return every lane link of one junction."""
     numbers: list[int] = []
+    lanes: list[tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = []
     entries: dict[int, ArmLanes] = {}
     exits: dict[int, ArmLanes] = {}
-    moves: list[LaneMovement] = []
-    lanes: list[tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = []
     for number in group:
         entry, exit_ = view.entry[number], view.exit[number]
         into, entries_lanes = arms.into_junction(entry)
@@ -183,31 +196,53 @@ def _junction_rows(
         if not into or not out:
             continue
         entries[entry], exits[exit_] = entries_lanes, exit_lanes
-        offset, scale = view.offset[number], view.scale[number]
-        lateral = tuple([offset + scale * lane.t for lane in into])
-        stated = movements[number].stated
-        pairs = None if stated is None else stated.between(entries_lanes.specs, exit_lanes.specs)
-        moves.append(LaneMovement(entry, exit_, view.turn[number], lateral, pairs))
         numbers.append(number)
         lanes.append((into, out))
-    rows = _centre_rows(junction, moves, numbers, arms)
-    for k, lane_in, lane_out in assign_lanes(moves, entries, exits, rule is Rule.LEFT_HAND):
+    links = [(k, 0, 0) for k in range(len(numbers))]
+    if not have_one_lane(entries, exits):
+        moves = [
+            _as_lanes_see_it(number, into, movements, view, entries, exits)
+            for number, (into, _) in zip(numbers, lanes, strict=True)
+        ]
+        links = assign_lanes(moves, entries, exits, rule is Rule.LEFT_HAND)
+    rows = _centre_rows(junction, numbers, view, arms)
+    for k, lane_in, lane_out in links:
+        number = numbers[k]
         into, out = lanes[k]
-        rows.append(LaneRow(junction, numbers[k], moves[k].entry, moves[k].exit, into[lane_in], out[lane_out]))
+        rows.append(LaneRow(junction, number, view.entry[number], view.exit[number], into[lane_in], out[lane_out]))
     return rows
 
 
-def _centre_rows(junction: int, moves: list[LaneMovement], numbers: list[int], arms: _Arms) -> list[LaneRow]:
+def _as_lanes_see_it(
+    number: int,
+    into: tuple[EndLane, ...],
+    movements: list[Movement],
+    view: _View,
+    entries: dict[int, ArmLanes],
+    exits: dict[int, ArmLanes],
+) -> LaneMovement:
+    entry, exit_ = view.entry[number], view.exit[number]
+    offset, scale = view.offset[number], view.scale[number]
+    lateral = tuple([offset + scale * lane.t for lane in into])
+    stated = movements[number].stated
+    pairs = None if stated is None else stated.between(entries[entry].specs, exits[exit_].specs)
+    return LaneMovement(entry, exit_, view.turn[number], lateral, pairs)
+
+
+def _centre_rows(junction: int, numbers: list[int], view: _View, arms: _Arms) -> list[LaneRow]:
     """Return the links between lanes for both directions that face each other.
 
     Ids make readers take such a lane for one along its road (or, on the left of its centre, against it), so only
     those are linked whose ids agree on a direction; the way back then runs against the id of its lane.
     """
     rows: list[LaneRow] = []
-    for number, move in zip(numbers, moves, strict=True):
-        if abs(move.turn) >= defaults.SMOOTH_CORNER or move.entry % 2 == move.exit % 2:
+    for number in numbers:
+        entry, exit_ = view.entry[number], view.exit[number]
+        if abs(view.turn[number]) >= defaults.SMOOTH_CORNER or entry % 2 == exit_ % 2:
             continue
-        along = move.entry % 2 == 1
-        pairs = zip(arms.centre(move.entry, along), arms.centre(move.exit, along), strict=False)
-        rows += [LaneRow(junction, number, move.entry, move.exit, *pair, against=not along) for pair in pairs]
+        along = entry % 2 == 1
+        here, there = arms.centre(entry, along), arms.centre(exit_, along)
+        if here and there:
+            pairs = zip(here, there, strict=False)
+            rows += [LaneRow(junction, number, entry, exit_, *pair, against=not along) for pair in pairs]
     return rows

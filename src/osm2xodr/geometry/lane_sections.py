@@ -77,6 +77,9 @@ def stretches(
     pieces
         (s on the street from which it holds, attributes, cross-section), in ascending s.
     """
+    if len(pieces) == 1:
+        _, attributes, section = pieces[0]
+        return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
     found: list[Stretch] = []
     for k, (s, attributes, section) in enumerate(pieces):
         lower = max(s, begin) if k else begin

@@ -67,10 +67,13 @@ def _factors(network: StreetNetwork, fitted: FittedStreets) -> FloatArray:
     piece = find_record(first, piece_s, street, s)
     x, y, hdg = pose(plan, street, s)
     pairs = cKDTree(np.column_stack([x, y])).query_pairs(defaults.PARALLEL_REACH, output_type="ndarray")
-    a, b = np.concatenate([pairs, pairs[:, ::-1]]).T
-    apart = (street[a] != street[b]) & (layer[piece[a]] == layer[piece[b]])
-    apart &= np.abs(np.sin(hdg[a] - hdg[b])) < defaults.PARALLEL_SINE
-    a, b = a[apart], b[apart]
+    one, other = np.ascontiguousarray(pairs.T)
+    apart = street[one] != street[other]
+    one, other = one[apart], other[apart]
+    alike = layer[piece[one]] == layer[piece[other]]
+    alike &= np.abs(np.sin(hdg[one] - hdg[other])) < defaults.PARALLEL_SINE
+    one, other = one[alike], other[alike]
+    a, b = np.concatenate([one, other]), np.concatenate([other, one])
     dx, dy = x[b] - x[a], y[b] - y[a]
     ds = dx * np.cos(hdg[a]) + dy * np.sin(hdg[a])
     dt = dy * np.cos(hdg[a]) - dx * np.sin(hdg[a])

@@ -173,7 +173,9 @@ def _turns(unit: FloatArray, interior: BoolArray) -> FloatArray:
 
 def _share(wish: FloatArray, length: FloatArray, interior: BoolArray) -> FloatArray:
     """Give each vertex as much of its two segments as it wishes and its neighbours leave."""
-    room = length - np.minimum(_LEFTOVER_LINE, 0.2 * length)
+    # Arcs may follow one another, but a street's end stays straight for a little.
+    at_end = ~(interior[:-1] & interior[1:])
+    room = length - np.where(at_end, np.minimum(_LEFTOVER_LINE, 0.2 * length), 0.0)
     before = np.concatenate([[0.0], room])
     after = np.concatenate([room, [0.0]])
     free_before = np.concatenate([[True], ~interior[:-1]])

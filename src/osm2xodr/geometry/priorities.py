@@ -99,7 +99,7 @@ def find_priorities(
     counts = dict.fromkeys(_COUNTS, 0)
     used: set[int] = set()
     entries = connecting.entry.tolist()
-    for junction, group in groupby(range(len(entries)), key=lambda k: int(connecting.junction[k])):
+    for junction, group in groupby(range(len(entries)), key=connecting.junction.tolist().__getitem__):
         rows: dict[int, list[int]] = {}
         for k in group:
             rows.setdefault(street_end[entries[k]], []).append(k)
@@ -114,9 +114,8 @@ def find_priorities(
         ranks = [_rank(network, end) for end in layout.arms[junction]]
         decided = [(a, b) for a, b in permutations(arms, 2) if goes_first(arms[a], arms[b], ranks)]
         for a, b in decided:
-            pairs = [(i, j) for i in rows[a] for j in rows[b]]
-            high += [i for i, _ in pairs]
-            low += [j for _, j in pairs]
+            high += [i for i in rows[a] for _ in rows[b]]
+            low += rows[b] * len(rows[a])
         used.update(end for _, end in decided if arms[end].yields)
         counts["junctions_with_priorities"] += bool(decided)
         counts["roundabout_entries"] += len({b for a, b in decided if arms[a].ring and not arms[b].ring})

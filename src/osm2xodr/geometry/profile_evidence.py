@@ -7,8 +7,9 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from osm2xodr import defaults
+from osm2xodr.geometry.ground import is_coarse
 from osm2xodr.geometry.profile_problem import ProfileProblem
-from osm2xodr.geometry.profile_reading import Reading, is_coarse, noise_length
+from osm2xodr.geometry.profile_reading import Reading, noise_length
 from osm2xodr.geometry.profile_solver import Observations
 from osm2xodr.geometry.profile_structures import portal_distance
 from osm2xodr.geometry.profile_system import (

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.geometry.curves import lengths, pose
-from osm2xodr.geometry.ground_trend import read_ground
+from osm2xodr.geometry.ground import Ground, cell_class, completed, is_coarse, read_ground
 from osm2xodr.geometry.profile_problem import ProfileProblem
 from osm2xodr.geometry.profile_system import Samples
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface
 
-# Cell sizes within this share of each other are one, as those of the rows of a geographic grid are.
-_SAME_CELL = 0.1
 # Distance of the places at which a road's cell size is looked up, m: below the ramp that blends elevation models.
 _LOOK_UP = 50.0
 
@@ -22,11 +20,6 @@ _LOOK_UP = 50.0
 def noise_length(cell: FloatArray) -> FloatArray:
     """Return the length over which an elevation model's errors are correlated, m."""
     return np.maximum(defaults.NOISE_LENGTH_MIN, defaults.NOISE_LENGTH_CELLS * cell)
-
-
-def is_coarse(cell: FloatArray) -> BoolArray:
-    """Return where the ground has to be estimated from the cells around a road."""
-    return np.asarray(cell >= defaults.COARSE_CELL)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,39 +100,10 @@ class Reading:
         )
 
 
-def _read(surface: Surface, x: FloatArray, y: FloatArray, smoothing: float) -> Reading:
-    """Read the surface, or the ground estimated from it where its cells are coarse."""
-    surface_z, measured = surface.heights(x, y)
-    quality = surface.quality(x, y)
-    z = surface_z.copy()
-    sigma = np.maximum(quality.sigma, defaults.HEIGHT_SIGMA_MIN)
-    correlation = noise_length(quality.cell_size)
-    covered = quality.covered & ~is_coarse(quality.cell_size)
-    size = _cell_class(quality.cell_size)
-    for one in np.unique(size[is_coarse(quality.cell_size)]).tolist():
-        here = np.flatnonzero(is_coarse(quality.cell_size) & (size == one))
-        cell, noise = float(np.median(quality.cell_size[here])), float(np.median(sigma[here]))
-        ground = read_ground(surface, x[here], y[here], cell, noise, smoothing)
-        known = np.isfinite(ground.z)
-        here = here[known]
-        z[here] = ground.z[known]
-        sigma[here] = np.maximum(ground.sigma[known], defaults.HEIGHT_SIGMA_MIN)
-        correlation[here] = np.maximum(ground.correlation[known], correlation[here])
-    return Reading(
-        z,
-        surface_z,
-        np.where(measured, sigma, defaults.GUESS_SIGMA),
-        np.where(measured, correlation, defaults.GUESS_LENGTH),
-        quality.cell_size,
-        measured,
-        covered & measured,
-    )
-
-
 def read_heights(
-    surface: Surface, samples: Samples, junction_xy: FloatArray, smoothing: float
+    surface: Surface, samples: Samples, junction_xy: FloatArray, ground: Ground
 ) -> tuple[Reading, Reading]:
-    """Read the ground at the samples and at the junctions' origins.
+    """Read the surface, or the ground estimated from it where its cells are coarse.
 
     The standard error at the samples has a part for the road's position: what the ground rises across the road
     over that distance.
@@ -152,36 +116,52 @@ def read_heights(
         Where it is read.
     junction_xy : (J, 2)
         Origins of the junctions, m.
-    smoothing
-        Factor on the penalty on the ground's roughness.
+    ground
+        What was estimated of it so far.
+
+    Returns
+    -------
+    The reading at the samples and that at the junctions' origins.
     """
-    cell = surface.quality(samples.x, samples.y).cell_size
-    aside = np.maximum(2.0, 0.5 * cell)
-    nx, ny = -np.sin(samples.hdg) * aside, np.cos(samples.hdg) * aside
     n = len(samples.x)
-    x = np.concatenate([samples.x, samples.x + nx, samples.x - nx, junction_xy[:, 0]])
-    y = np.concatenate([samples.y, samples.y + ny, samples.y - ny, junction_xy[:, 1]])
-    everywhere = _read(surface, x, y, smoothing)
-    middle, left, right = (everywhere.part(slice(k * n, (k + 1) * n)) for k in range(3))
-    slope = np.where(left.measured & right.measured, (left.z - right.z) / (2 * aside), 0.0)
-    sigma = np.hypot(middle.sigma, slope * (defaults.POSITION_ERROR + defaults.POSITION_ERROR_CELLS * cell))
-    reading = Reading(
-        middle.z, middle.surface_z, sigma, middle.correlation, middle.cell, middle.measured, middle.covered
+    x, y = np.concatenate([samples.x, junction_xy[:, 0]]), np.concatenate([samples.y, junction_xy[:, 1]])
+    surface_z, measured = surface.heights(x, y)
+    quality = surface.quality(x, y)
+    found = read_ground(completed(ground, surface, quality, x, y), quality.cell_size, x, y)
+    known = np.isfinite(found.z)
+    sigma = np.where(known, found.sigma, quality.sigma)
+    everywhere = Reading(
+        np.where(known, found.z, surface_z),
+        surface_z,
+        np.where(measured, np.maximum(sigma, defaults.HEIGHT_SIGMA_MIN), defaults.GUESS_SIGMA),
+        np.where(measured, np.fmax(found.correlation, noise_length(quality.cell_size)), defaults.GUESS_LENGTH),
+        quality.cell_size,
+        measured,
+        quality.covered & ~is_coarse(quality.cell_size) & measured,
     )
-    return reading, everywhere.part(slice(3 * n, None))
+    across = np.cos(samples.hdg) * found.slope_y[:n] - np.sin(samples.hdg) * found.slope_x[:n]
+    fine = np.flatnonzero(~known[:n])
+    across[fine] = _slope_across(surface, samples, quality.cell_size[:n], fine)
+    middle = everywhere.part(slice(n))
+    off = defaults.POSITION_ERROR + defaults.POSITION_ERROR_CELLS * middle.cell
+    return replace(middle, sigma=np.hypot(middle.sigma, across * off)), everywhere.part(slice(n, None))
 
 
-def _cell_class(cell: FloatArray) -> IntArray:
-    """Return equal numbers for cell sizes that are about the same."""
-    out: IntArray = np.round(np.log(np.maximum(cell, 1e-3)) / _SAME_CELL).astype(np.int64)
-    return out
+def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: IntArray) -> FloatArray:
+    """Return what the surface rises per metre to the left at some of the samples, 0 where it is not known."""
+    aside = np.maximum(2.0, 0.5 * cell[some])
+    nx, ny = -np.sin(samples.hdg[some]) * aside, np.cos(samples.hdg[some]) * aside
+    x, y = samples.x[some], samples.y[some]
+    left, left_measured = surface.heights(x + nx, y + ny)
+    right, right_measured = surface.heights(x - nx, y - ny)
+    return np.where(left_measured & right_measured, (left - right) / (2 * aside), 0.0)
 
 
 def typical_density(reading: Reading, cell: FloatArray) -> FloatArray:
     """Return the weight per metre of road that is usual at places with cells of these sizes, (n,), 1/m³."""
     measured = reading.measured if reading.measured.any() else np.ones(len(reading.z), bool)
-    density, size = reading.density[measured], _cell_class(reading.cell[measured])
-    wanted = _cell_class(cell)
+    density, size = reading.density[measured], cell_class(reading.cell[measured])
+    wanted = cell_class(cell)
     out = np.full(len(cell), float(np.median(density)) if len(density) else 1.0)
     for one in np.unique(size).tolist():
         out[wanted == one] = float(np.median(density[size == one]))

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
+from osm2xodr.geometry.profile_linear import System
 from osm2xodr.model import FloatArray, IntArray
 
-# Added to the diagonal, so that what nothing determines stays at the mean height instead of failing the solve.
-TINY = 1e-9
 # No observation loses more of its weight than this: where all that there is stands out, it still holds the road.
 LEAST_FACTOR = 1e-3
-# Most steps of the solve, those in which the robust weights follow, and the fall of the function that is worth none.
-STEPS = 30
+# Steps in which the robust weights follow, most steps after these, and the fall of the function that is worth none.
 ROBUST_STEPS = 4
+STEPS = 30
 LEAST_FALL = 0.1
+# Unknowns that a step moves by less are at rest, m. In networks of more unknowns than are few, the others are brought
+# to rest by themselves if they are no more than this share, together with so many knots around them.
+STILL = 1e-4
+SMALL = 4000
+FEW = 0.2
+AROUND = 4
 # Steps of each stage on the way through canopy and roofs.
 STAGE_STEPS = 4
 # A line search always goes on by this share, so that rounding cannot stop it short of the minimum.
@@ -166,32 +170,19 @@ def see_through(stages: Sequence[Stage], observations: Observations, robust: Rob
         How observations lose weight.
     """
     obs = observations
-    transposed = obs.rows.T.tocsr()
+    system = System([stage.stiffness for stage in stages], [obs.rows])
+    rows = system.ordered(obs.rows)
+    transposed = rows.T.tocsr()
     factors = np.ones(len(obs.z))
     for stage in stages:
         sigma = np.hypot(obs.sigma, stage.tolerance)
+        stiffness = system.placed(stage.stiffness)
         for _ in range(STAGE_STEPS):
             weight = obs.weight * factors
-            matrix = stage.stiffness + transposed @ sp.diags(weight) @ obs.rows
-            x = solve_symmetric(matrix, transposed @ (weight * obs.z))
-            factors = robust.factors(obs.z - obs.rows @ x, sigma, late=False)
+            matrix = stiffness + system.normal(rows, transposed, weight)
+            x = system.solve(matrix, transposed @ (weight * obs.z))
+            factors = robust.factors(obs.z - rows @ x, sigma, late=False)
     return factors
-
-
-def solve_symmetric(matrix: sp.csr_matrix, rhs: FloatArray) -> FloatArray:
-    """Solve a sparse symmetric positive definite system. Chains eliminate without fill: linear in road length."""
-    system = sp.csc_matrix(matrix + sp.diags(np.full(matrix.shape[0], TINY)))
-    # Rows have a handful of entries: panels of columns, made for denser systems, would only cost time.
-    factor = splu(
-        system,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        relax=4,
-        panel_size=1,
-        options={"SymmetricMode": True},
-    )
-    x: FloatArray = factor.solve(rhs)
-    return x
 
 
 def solve_network(
@@ -233,49 +224,112 @@ def solve_network(
     """
     obs = observations
     factors = np.ones(len(obs.z)) if first is None else first
-    transposed = obs.rows.T.tocsr()
+    system = System([stiffness], [obs.rows, limits.rows])
+    rows, inner, limits = system.ordered(obs.rows), _ordered(system, inner), _ordered(system, limits)
+    transposed = rows.T.tocsr()
+    plain = system.placed(stiffness)
     x = np.zeros(0)
-    for step in range(STEPS):
-        if step <= ROBUST_STEPS:
-            if step:
-                factors = robust.factors(obs.z - obs.rows @ x, obs.sigma, late=step > 2)
-            weight = obs.weight * factors
-            matrix = stiffness + transposed @ sp.diags(weight) @ obs.rows
-            right = transposed @ (weight * obs.z)
-        if not step:
-            x = solve_symmetric(matrix, right)
-            continue
-        bounds = inner if step < ROBUST_STEPS else limits
-        direction = _newton_aim(matrix, right, bounds, x) - x
-        share, fall = _line_search(matrix, right, bounds, x, direction)
-        x = x + share * direction
-        if step > ROBUST_STEPS and fall < LEAST_FALL:
+    for step in range(ROBUST_STEPS + 1):
+        if step:
+            factors = robust.factors(obs.z - rows @ x, obs.sigma, late=step > 2)
+        weight = obs.weight * factors
+        matrix = plain + system.normal(rows, transposed, weight)
+        right = transposed @ (weight * obs.z)
+        if step:
+            x = x + _newton_step(system, matrix, right, inner if step < ROBUST_STEPS else limits, x)[0]
+        else:
+            x = system.solve(matrix, right)
+    return _settled(system, matrix, right, limits, x, LEAST_FALL)[system.place], factors
+
+
+def _settled(
+    system: System, matrix: FloatArray, right: FloatArray, limits: Limits, x: FloatArray, least_fall: float
+) -> FloatArray:
+    """Return the minimum under limits, from a place nearby.
+
+    What limits bend is soon at rest but for a few places, far from each other. These are brought to rest by
+    themselves, what is around them held, before the next step of all.
+    """
+    for _ in range(STEPS):
+        step, fall = _newton_step(system, matrix, right, limits, x)
+        x = x + step
+        if fall < least_fall:
             break
-    return x, factors
+        moving = np.abs(step) > STILL
+        if len(x) > SMALL and moving.sum() < FEW * len(x):
+            some = system.around(moving, AROUND)
+            x[some] = _settled_part(system, matrix, right, limits, x, some)
+    return x
 
 
-def _newton_aim(matrix: sp.csr_matrix, right: FloatArray, limits: Limits, x: FloatArray) -> FloatArray:
-    """Return the minimum of the parabola that touches the function at x, from above where a limit gives way."""
+def _settled_part(
+    system: System, matrix: FloatArray, right: FloatArray, limits: Limits, x: FloatArray, some: IntArray
+) -> FloatArray:
+    """Return some of the unknowns, (n,), at their minimum under limits while the others stay."""
+    inside = np.zeros(len(x))
+    inside[some] = 1.0
+    near = np.flatnonzero(abs(limits.rows) @ inside)
+    rows = limits.rows[near]
+    part, own = system.part(matrix, some), sp.csr_matrix(rows[:, some])
+    # What the others give is a constant.
+    rest = rows @ x - own @ x[some]
+    system_part = System([part], [own])
+    place = system_part.place
+    x_part, right_part = np.empty(len(some)), np.empty(len(some))
+    x_part[place] = x[some]
+    right_part[place] = (right - system.product(matrix, x))[some] + part @ x[some]
+    limits_part = Limits(
+        system_part.ordered(own),
+        limits.low[near] - rest,
+        limits.high[near] - rest,
+        limits.stiffness[near],
+        limits.cap[near],
+    )
+    values = system_part.placed(part)
+    return _settled(system_part, values, right_part, limits_part, x_part, 0.1 * LEAST_FALL)[place]
+
+
+def _newton_step(
+    system: System, matrix: FloatArray, right: FloatArray, limits: Limits, x: FloatArray
+) -> tuple[FloatArray, float]:
+    """Return a step toward the minimum under limits, and the fall that a whole one promised."""
     value = limits.rows @ x
+    direction = _newton_aim(system, matrix, right, limits, value) - x
+    share, fall = _line_search(system.product(matrix, direction), right, limits, x, value, direction)
+    return share * direction, fall
+
+
+def _ordered(system: System, limits: Limits) -> Limits:
+    """Return limits on the unknowns in the system's order."""
+    return replace(limits, rows=system.ordered(limits.rows))
+
+
+def _newton_aim(
+    system: System, matrix: FloatArray, right: FloatArray, limits: Limits, value: FloatArray
+) -> FloatArray:
+    """Return the minimum of the parabola that touches the function, from above where a limit gives way."""
     force = limits.force(value)
     at_work = np.flatnonzero(force)
     if len(at_work):
-        rows = limits.rows[at_work.tolist()]
+        rows = limits.rows[at_work]
         # The secant, which is the stiffness itself until the force reaches its cap. The tangent, 0 beyond that,
         # would overshoot.
-        secant = force[at_work] / limits.excess(value)[at_work]
-        matrix = matrix + rows.T @ sp.diags(secant) @ rows
-        right = right + rows.T @ (secant * value[at_work] - force[at_work])
-    return solve_symmetric(matrix, right)
+        secant = force[at_work] / limits.excess(value[at_work], at_work)
+        transposed = rows.T.tocsr()
+        matrix = matrix + system.normal(rows, transposed, secant)
+        right = right + transposed @ (secant * value[at_work] - force[at_work])
+    return system.solve(matrix, right)
 
 
 def _line_search(
-    matrix: sp.csr_matrix, right: FloatArray, limits: Limits, x: FloatArray, direction: FloatArray
+    along: FloatArray, right: FloatArray, limits: Limits, x: FloatArray, value: FloatArray, direction: FloatArray
 ) -> tuple[float, float]:
-    """Return the share of a step, at most 1, after which the function no longer falls, and the fall it promised."""
-    along = matrix @ direction
+    """Return the share of a step, at most 1, after which the function no longer falls, and the fall it promised.
+
+    `along` is the matrix times the direction, `value` what is limited at x.
+    """
     start, growth = float(along @ x - right @ direction), float(along @ direction)
-    value, rate = limits.rows @ x, limits.rows @ direction
+    rate = limits.rows @ direction
     # Excess is convex along the line: what keeps its bound at both ends keeps it between them.
     k = np.flatnonzero((limits.excess(value) != 0.0) | (limits.excess(value + rate) != 0.0))
     value, rate = value[k], rate[k]

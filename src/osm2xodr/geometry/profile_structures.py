@@ -16,6 +16,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 # Roads are taken as chords of at most this length where crossings are looked for, m, in a grid of such cells.
 CHORD = 12.0
 CELL = 24.0
+_HASHES = 1 << 20
 # Roads that meet at a node do not cross there, however their layers are tagged: within this distance of it, m.
 NEAR_NODE = 25.0
 # Width that carriageways one above the other share at least, m: below it they rather lie side by side.
@@ -174,9 +175,12 @@ def _chords(problem: ProfileProblem) -> tuple[IntArray, FloatArray, FloatArray, 
     within = np.arange(len(road)) - np.repeat(np.cumsum(count) - count, count)
     step = (length / count)[road]
     s = within * step
-    ax, ay, _ = pose(problem.plan_view, road, s)
-    bx, by, _ = pose(problem.plan_view, road, s + step)
-    return road, s, step, np.column_stack([ax, ay, bx, by])
+    # A chord ends where the next one of its road begins.
+    every = np.arange(len(length), dtype=np.int64)
+    x, y, _ = pose(problem.plan_view, np.concatenate([road, every]), np.concatenate([s, length]))
+    end = np.arange(1, len(road) + 1)
+    end[np.cumsum(count) - 1] = len(road) + every
+    return road, s, step, np.column_stack([x[: len(road)], y[: len(road)], x[end], y[end]])
 
 
 def _pairs_in_cells(box: FloatArray, probe: IntArray) -> tuple[IntArray, IntArray]:
@@ -187,11 +191,14 @@ def _pairs_in_cells(box: FloatArray, probe: IntArray) -> tuple[IntArray, IntArra
     stride = int(hi[:, 0].max()) + 2
     corners = np.stack([lo[:, 0] + stride * lo[:, 1], hi[:, 0] + stride * lo[:, 1],
                         lo[:, 0] + stride * hi[:, 1], hi[:, 0] + stride * hi[:, 1]])  # fmt: skip
-    cell = corners.ravel()
-    chord = np.tile(np.arange(len(box), dtype=np.int64), 4)
+    asked = corners[:, probe].ravel()
+    # Few cells are asked for; most others are told apart from them by a part of their number.
+    wanted = np.zeros(_HASHES, bool)
+    wanted[asked % _HASHES] = True
+    chord = np.flatnonzero(wanted[corners % _HASHES].any(axis=0))
+    cell, chord = corners[:, chord].ravel(), np.tile(chord, 4)
     order = np.argsort(cell, kind="stable")
     cell, chord = cell[order], chord[order]
-    asked = corners[:, probe].ravel()
     who = np.tile(probe, 4)
     left, right = np.searchsorted(cell, asked, "left"), np.searchsorted(cell, asked, "right")
     size = right - left

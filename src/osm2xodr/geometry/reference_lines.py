@@ -16,7 +16,7 @@ from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.geometry.curves import find_record, lengths
 from osm2xodr.geometry.road_parts import RoadParts
-from osm2xodr.geometry.straight_ends import outermost_lanes
+from osm2xodr.geometry.straight_ends import bends_tightly, outermost_lanes
 from osm2xodr.geometry.streets import FittedStreets
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -129,9 +129,14 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     """Return how far to the left each street's line is to move, (streets,), m: as little as does, mostly 0."""
     plan = fitted.plan_view
     out = np.zeros(len(plan.start) - 1)
-    street, s = _places(parts)
-    curvature = plan.curvature[find_record(plan.start, plan.s, street, s)]
     right, left = (np.array(column) for column in zip(*(outermost_lanes(p) for p in fitted.pieces), strict=True))
+    tight = bends_tightly(plan, np.arange(len(out)), right, left)
+    if not tight.any():
+        return out
+    street, s = _places(parts)
+    near = tight[street]
+    street, s = street[near], s[near]
+    curvature = plan.curvature[find_record(plan.start, plan.s, street, s)]
 
     def stretch(aside: FloatArray) -> FloatArray:
         share = 1.0 - curvature * aside[street]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,8 +30,8 @@ class RoadParts:
         m.
     street : (roads,)
         The street each is part of.
-    begin : (roads,)
-        s on the street where the road begins, m.
+    begin, end : (roads,)
+        s on the street where the road begins and where it ends, m.
     road_end : (street ends,)
         Road end that each street end became, -1 for none.
     end_junction : (roads, 2)
@@ -38,16 +40,23 @@ class RoadParts:
         Road end that touches directly, -1 for none.
     stretches
         Of each road.
+    fitted
+        The streets that they were cut from.
+    pieces
+        Of each street, with borders where lanes may change.
     """
 
     plan_view: PlanView
     length: FloatArray
     street: IntArray
     begin: FloatArray
+    end: FloatArray
     road_end: IntArray
     end_junction: IntArray
     end_link: IntArray
     stretches: tuple[tuple[Stretch, ...], ...]
+    fitted: FittedStreets
+    pieces: tuple[tuple[Piece, ...], ...]
 
     def at_end(self, end: int) -> Stretch:
         """Return the stretch at a road end."""
@@ -62,11 +71,20 @@ def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) ->
     return replace(layout, junction=np.where(idle, -1, layout.junction), trim=np.where(idle, 0.0, layout.trim))
 
 
-def cut_roads(network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout) -> RoadParts:
+def cut_roads(
+    network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, earlier: RoadParts | None = None
+) -> RoadParts:
     """Cut streets to roads at their junctions.
 
     A closed ring, and a street that leaves a junction and comes back to it, become two roads that touch: no road may
     be its own successor, and readers take a road with one junction at both ends for a way through it.
+
+    Parameters
+    ----------
+    network, fitted, layout
+        The streets, and what the junctions take of them.
+    earlier
+        What they were cut to before, if they were: what has stayed as it was is taken from there.
     """
     length = lengths(fitted.plan_view)
     begin = layout.trim[0::2]
@@ -101,37 +119,52 @@ def cut_roads(network: StreetNetwork, fitted: FittedStreets, layout: JunctionLay
     ring = first[halves] < 0
     end_link[before[ring], 0] = 2 * after[ring] + 1
     end_link[after[ring], 1] = 2 * before[ring]
-    pieces = _lane_pieces(fitted, length)
-    road_stretches = tuple(
-        tuple(stretches(pieces[k], a, b)) for k, a, b in zip(street.tolist(), lo.tolist(), hi.tolist(), strict=True)
-    )
+    pieces = earlier.pieces if earlier is not None and earlier.fitted is fitted else _lane_pieces(fitted, length)
     return RoadParts(
         plan_view=plan,
         length=lengths(plan),
         street=street,
         begin=lo,
+        end=hi,
         road_end=road_end,
         end_junction=end_junction,
         end_link=end_link,
-        stretches=road_stretches,
+        stretches=_stretches(pieces, street, lo, hi, earlier),
+        fitted=fitted,
+        pieces=pieces,
     )
 
 
-def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> list[tuple[Piece, ...]]:
+def _stretches(
+    pieces: Sequence[tuple[Piece, ...]], street: IntArray, lo: FloatArray, hi: FloatArray, earlier: RoadParts | None
+) -> tuple[tuple[Stretch, ...], ...]:
+    """Return the stretches of the roads from lo to hi of streets, all (roads,); those of equal roads as before."""
+    known: dict[tuple[int, float, float], tuple[Stretch, ...]] = {}
+    if earlier is not None:
+        roads = zip(earlier.street.tolist(), earlier.begin.tolist(), earlier.end.tolist(), strict=True)
+        same = [one is other for one, other in zip(earlier.pieces, pieces, strict=True)]
+        known = {road: found for road, found in zip(roads, earlier.stretches, strict=True) if same[road[0]]}
+    return tuple(
+        known.get(road) or tuple(stretches(pieces[road[0]], road[1], road[2]))
+        for road in zip(street.tolist(), lo.tolist(), hi.tolist(), strict=True)
+    )
+
+
+def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> tuple[tuple[Piece, ...], ...]:
     """Return the pieces of all streets with their borders moved out of tight bends, where lanes may change."""
-    inner = [(k, i) for k, pieces in enumerate(fitted.pieces) for i in range(1, len(pieces))]
+    inner = [(k, i) for k, pieces in enumerate(fitted.pieces) if len(pieces) > 1 for i in range(1, len(pieces))]
     if not inner:
-        return list(fitted.pieces)
+        return fitted.pieces
     curve = np.array([k for k, _ in inner], np.int64)
     s = np.array([fitted.pieces[k][i][0] for k, i in inner])
     right, left = np.array([outermost_lanes(fitted.pieces[k][i - 1 : i + 1]) for k, i in inner]).T
     moved = out_of_bends(fitted.plan_view, curve, s, right, left, length)
-    at = dict(zip(inner, moved.tolist(), strict=True))
-    out: list[tuple[Piece, ...]] = []
-    for k, pieces in enumerate(fitted.pieces):
-        starts = [pieces[0][0], *(at[k, i] for i in range(1, len(pieces)))]
-        ordered = bool((np.diff(starts) > 0).all()) if len(starts) > 1 else True
-        out.append(
-            tuple((start, a, c) for start, (_, a, c) in zip(starts, pieces, strict=True)) if ordered else pieces
-        )
-    return out
+    out = list(fitted.pieces)
+    changed = np.unique(curve[moved != s])
+    first, last = np.searchsorted(curve, changed), np.searchsorted(curve, changed, side="right")
+    for k, lo, hi in zip(changed.tolist(), first.tolist(), last.tolist(), strict=True):
+        pieces = fitted.pieces[k]
+        starts = [pieces[0][0], *moved[lo:hi].tolist()]
+        if all(one < other for one, other in pairwise(starts)):
+            out[k] = tuple((start, a, c) for start, (_, a, c) in zip(starts, pieces, strict=True))
+    return tuple(out)

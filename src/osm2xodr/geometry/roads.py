@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
@@ -17,7 +17,7 @@ from osm2xodr.geometry.connectivity import Connectivity
 from osm2xodr.geometry.connectivity_report import report_unheeded
 from osm2xodr.geometry.connectors import detours
 from osm2xodr.geometry.curves import joined_plan_views, joined_profiles, profile_of, smallest_radius
-from osm2xodr.geometry.elevation import ElevationOptions, connector_profiles, solve_profiles
+from osm2xodr.geometry.elevation import ElevationOptions, Ground, connector_profiles, solve_profiles
 from osm2xodr.geometry.height_problems import connector_problem, profile_problem
 from osm2xodr.geometry.lane_links import find_lane_links
 from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_all, smooth_step
@@ -36,6 +36,7 @@ from osm2xodr.geometry.wide_turns import with_wide_turns
 from osm2xodr.model import (
     Connection,
     Cubic,
+    CubicProfile,
     IntArray,
     Junction,
     Lane,
@@ -57,6 +58,7 @@ def build_roads(
     diagnostics: Diagnostics,
     elevation_options: ElevationOptions | None = None,
     road_options: RoadOptions | None = None,
+    ground: Callable[[], Ground] | None = None,
 ) -> RoadMap:
     """Turn streets into roads, intersections into junctions, and give all of them heights.
 
@@ -72,6 +74,8 @@ def build_roads(
         What the user chose about heights.
     road_options
         What the user chose about roads.
+    ground
+        Called for what `ground_around` found, once the plan view is there.
     """
     fitted = fit_side_by_side(network, fit_streets(network, diagnostics), diagnostics)
     ends = _ends(network, fitted)
@@ -91,12 +95,12 @@ def build_roads(
     trim = beyond_bends(ends, layout.junction, widened, layout.trim)
     if (trim != layout.trim).any():
         layout = replace(layout, trim=trim)
-        parts = cut_roads(network, fitted, layout)
+        parts = cut_roads(network, fitted, layout, parts)
     moved, layout = lines_outside_bends(fitted, layout, parts)
     if moved is not fitted:
         fitted = moved
         ends = _ends(network, fitted)
-        parts = cut_roads(network, fitted, layout)
+        parts = cut_roads(network, fitted, layout, parts)
     if parts is not first:
         links = find_lane_links(parts, movements, network.rule, links)
         connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
@@ -105,13 +109,13 @@ def build_roads(
     _report(network, layout, connecting, diagnostics)
     _report_connectivity(network, movements, parts, diagnostics)
     problem = profile_problem(network, fitted, layout, parts, diagnostics)
-    solution = solve_profiles(problem, surface, diagnostics, elevation_options)
+    solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
     elevation, superelevation = connector_profiles(problem, connector_problem(connecting), solution)
     priorities = find_priorities(network, ends, layout, parts, connecting, diagnostics)
     numbers = _Numbers(len(parts.length), len(connecting.length))
     known = Connectivity.of(network.connectivities)
     lanes = lay_out_all(parts.stretches, network.rule, known)
-    offsets = [layout.offset for layout in lanes] + _connecting_offsets(connecting, network.rule)
+    offsets = profile_of([layout.offset for layout in lanes])
     none = profile_of([() for _ in lanes])
     return RoadMap(
         frame=network.frame,
@@ -124,7 +128,7 @@ def build_roads(
         plan_view=joined_plan_views(parts.plan_view, connecting.plan_view),
         elevation=joined_profiles(solution.elevation, elevation),
         superelevation=joined_profiles(solution.superelevation or none, superelevation),
-        lane_offset=profile_of(offsets),
+        lane_offset=joined_profiles(offsets, _connecting_offsets(connecting, network.rule)),
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
             "connecting_road_km": float(connecting.length.sum()) / 1000,
@@ -196,18 +200,17 @@ def _report_connectivity(
     report_unheeded(network, sections, parts.stretches, diagnostics)
 
 
-def _connecting_offsets(connecting: ConnectingRoads, rule: Rule) -> list[tuple[Cubic, ...]]:
+def _connecting_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicProfile:
     """Return the lane offsets that put a connecting road's one lane around its reference line."""
+    n = len(connecting.length)
     side = -0.5 * _own_lanes(connecting, rule)
-    return [
-        (_blend(length, w0, w1),)
-        for length, w0, w1 in zip(
-            connecting.length.tolist(),
-            (side * connecting.entry_width).tolist(),
-            (side * connecting.exit_width).tolist(),
-            strict=True,
-        )
-    ]
+    start, end = side * connecting.entry_width, side * connecting.exit_width
+    bent = np.flatnonzero(start != end)
+    columns = (column[bent].tolist() for column in (connecting.length, start, end))
+    steps = [smooth_step(0.0, *values) for values in zip(*columns, strict=True)]
+    c, d = np.zeros(n), np.zeros(n)
+    c[bent], d[bent] = [step.c for step in steps], [step.d for step in steps]
+    return CubicProfile(np.arange(n + 1), np.zeros(n), start, np.zeros(n), c, d)
 
 
 def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
@@ -225,13 +228,12 @@ def _roads(
 ) -> list[Road]:
     out: list[Road] = []
     connected = set(connecting.entry.tolist()) | set(connecting.exit.tolist())
+    beyond = zip(parts.end_junction.ravel().tolist(), parts.end_link.ravel().tolist(), strict=True)
+    ends = [_beyond(*there, end in connected, numbers) for end, there in enumerate(beyond)]
     for k, layout in enumerate(lanes):
         stretches = parts.stretches[k]
-        longest = max(stretches, key=lambda item: item.end - item.start)
-        links = [
-            _beyond(int(parts.end_junction[k, end]), int(parts.end_link[k, end]), 2 * k + end in connected, numbers)
-            for end in (0, 1)
-        ]
+        longest = max(stretches, key=lambda item: item.end - item.start) if len(stretches) > 1 else stretches[0]
+        links = ends[2 * k : 2 * k + 2]
         ways = dict.fromkeys(item.attributes.osm_way_id for item in stretches)
         out.append(
             Road(
@@ -275,6 +277,14 @@ def _connecting(
     out: list[Road] = []
     kinds: dict[_LaneKind, tuple[LaneSection, ...]] = {}
     types: dict[tuple[str, float | None], tuple[RoadType, ...]] = {}
+    arms = np.unique(np.concatenate([connecting.entry, connecting.exit])).tolist()
+    links = {end: RoadLink(False, numbers.road(end // 2), end % 2 == 0) for end in arms}
+    type_at: dict[int, tuple[RoadType, ...]] = {}
+    for end in np.unique(connecting.entry).tolist():
+        attributes = parts.at_end(end).attributes
+        speed = attributes.speed_forward if end % 2 else attributes.speed_backward
+        road_type = lanes[end // 2].types[-1 if end % 2 else 0].type, speed
+        type_at[end] = types.setdefault(road_type, (RoadType(0.0, *road_type),))
     columns = (
         connecting.junction,
         connecting.entry,
@@ -293,17 +303,14 @@ def _connecting(
         sections = kinds.get(kind)
         if sections is None:
             sections = kinds[kind] = _one_lane(*kind)
-        attributes = parts.at_end(entry).attributes
-        speed = attributes.speed_forward if entry % 2 else attributes.speed_backward
-        road_type = lanes[entry // 2].types[-1 if entry % 2 else 0].type, speed
         out.append(
             Road(
                 id=numbers.connecting(k),
                 name="",
                 junction=numbers.junction(junction),
-                predecessor=RoadLink(False, numbers.road(entry // 2), entry % 2 == 0),
-                successor=RoadLink(False, numbers.road(exit_ // 2), exit_ % 2 == 0),
-                types=types.get(road_type) or types.setdefault(road_type, (RoadType(0.0, *road_type),)),
+                predecessor=links[entry],
+                successor=links[exit_],
+                types=type_at[entry],
                 lane_sections=sections,
                 osm_way_ids=(),
             )
@@ -331,18 +338,20 @@ def _junctions(
     numbers: _Numbers,
 ) -> tuple[Junction, ...]:
     own = _own_lanes(connecting, network.rule).tolist()
+    of = connecting.junction.tolist()
     pairs: dict[int, list[tuple[int, int]]] = {}
     for high, low in zip(priorities.high.tolist(), priorities.low.tolist(), strict=True):
         pair = numbers.connecting(high), numbers.connecting(low)
-        pairs.setdefault(int(connecting.junction[high]), []).append(pair)
+        pairs.setdefault(of[high], []).append(pair)
+    entry, entry_lane = connecting.entry.tolist(), connecting.entry_lane.tolist()
     out: list[Junction] = []
-    for junction, group in groupby(range(len(connecting.length)), key=lambda k: int(connecting.junction[k])):
+    for junction, group in groupby(range(len(of)), key=of.__getitem__):
         connections = tuple(
             Connection(
                 id=number,
-                incoming_road=numbers.road(int(connecting.entry[k]) // 2),
+                incoming_road=numbers.road(entry[k] // 2),
                 connecting_road=numbers.connecting(k),
-                lane_links=((int(connecting.entry_lane[k]), own[k]),),
+                lane_links=((entry_lane[k], own[k]),),
             )
             for number, k in enumerate(group)
         )

@@ -89,9 +89,20 @@ def _outer_excess(curvature: FloatArray, right: FloatArray, left: FloatArray) ->
 
 def outermost_lanes(pieces: Sequence[Piece]) -> tuple[float, float]:
     """Return t of about the middles of the outermost lanes of a street, right and left, m."""
-    right = min(section.right_edge for _, _, section in pieces) + defaults.HALF_LANE
-    left = max(section.left_edge for _, _, section in pieces) - defaults.HALF_LANE
+    right = min([section.right_edge for _, _, section in pieces]) + defaults.HALF_LANE
+    left = max([section.left_edge for _, _, section in pieces]) - defaults.HALF_LANE
     return right, max(left, right)
+
+
+def bends_tightly(plan: PlanView, curve: IntArray, right: FloatArray, left: FloatArray) -> BoolArray:
+    """Say which curves are somewhere too tight for lanes at right and left, all (n,)."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    least, most = np.zeros(len(plan.start) - 1), np.zeros(len(plan.start) - 1)
+    np.minimum.at(least, owner, plan.curvature)
+    np.maximum.at(most, owner, plan.curvature)
+    excess = np.maximum(_outer_excess(least[curve], right, left), _outer_excess(most[curve], right, left))
+    out: BoolArray = excess > defaults.TIGHT_BEND
+    return out
 
 
 def out_of_bends(
@@ -111,7 +122,9 @@ def out_of_bends(
         t of the middles of the outermost lanes, m.
     """
     moved = s.copy()
-    todo = np.arange(len(s))
+    # Most curves bend nowhere that much: their places stay unless they are close to an end.
+    fits = (s > _PROBES[-1]) & (s < length[curve] - _PROBES[-1]) & ~bends_tightly(plan, curve, right, left)
+    todo = np.flatnonzero(~fits)
     for shift in _SHIFTS:
         at = s[todo] + shift
         fits = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])

@@ -6,13 +6,13 @@ ramp joins it, a roundabout's ring passes arm after arm), the curve must follow 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import lengths, pose, smallest_radius
+from osm2xodr.geometry.curves import find_record, lengths, pose, smallest_radius, wrapped
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.plan_fit import fit_polylines, replaced
 from osm2xodr.geometry.street_ends import StreetEnds
@@ -78,38 +78,36 @@ def street_paths(
         For a street and whether it is driven along, t of the middles of its outermost lanes, right and left in the
         direction of travel, m.
     """
-    legs: list[tuple[int, float, float]] = []
-    count: list[int] = []
-    sharpest: list[float] = []
-    sides: list[tuple[float, float]] = []
-    ring: list[bool] = []
-    node_s = np.where(np.arange(len(trim)) % 2 == 1, ends.length, 0.0).tolist()
-    trim_s = np.where(np.arange(len(trim)) % 2 == 1, ends.length - trim, trim).tolist()
-    hdg = ends.hdg.tolist()
-    for item in movements:
-        own = [(item.entry // 2, trim_s[item.entry], node_s[item.entry])]
-        last, corner = item.entry, 0.0
-        for street, along in item.inner:
-            near = 2 * street + (0 if along else 1)
-            own.append((street, node_s[near], node_s[near ^ 1]))
-            corner = max(corner, _corner(hdg, last, near))
-            last = near ^ 1
-        corner = max(corner, _corner(hdg, last, item.exit))
-        own.append((item.exit // 2, node_s[item.exit], trim_s[item.exit]))
-        legs += own
-        count.append(len(own))
-        sharpest.append(corner)
-        ring.append(any(bool(ends.roundabout[2 * street]) for street, _ in item.inner))
-        inside = [lanes(street, along) for street, along in item.inner]
-        right, left = zip(*inside, strict=True) if inside else ((-np.inf,), (np.inf,))
-        sides.append((max(right), max(*right, min(left))))
-    curve = np.array([leg[0] for leg in legs], np.int64)
-    s_from = np.array([leg[1] for leg in legs])
-    s_to = np.array([leg[2] for leg in legs])
+    entry = np.array([item.entry for item in movements], np.int64)
+    exit_ = np.array([item.exit for item in movements], np.int64)
+    inner = [(k, *leg) for k, item in enumerate(movements) if item.inner for leg in item.inner]
+    of, street, along = np.array(inner, np.int64).reshape(-1, 3).T
+    count = 2 + np.bincount(of, minlength=len(movements))
     start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    owner = np.repeat(np.arange(len(count)), count)
+    # Street ends at which legs begin and end. The first begins, and the last ends, where its street is cut.
+    near, far = np.zeros(start[-1], np.int64), np.zeros(start[-1], np.int64)
+    between = np.ones(start[-1], bool)
+    between[start[:-1]] = between[start[1:] - 1] = False
+    near[between] = 2 * street + 1 - along
+    far[between] = near[between] ^ 1
+    near[start[:-1]] = far[start[:-1]] = entry
+    near[start[1:] - 1] = far[start[1:] - 1] = exit_
+    at_end = np.arange(len(trim)) % 2 == 1
+    node_s = np.where(at_end, ends.length, 0.0)
+    trim_s = np.where(at_end, ends.length - trim, trim)
+    s_from, s_to = node_s[near], node_s[far]
+    s_from[start[:-1]], s_to[start[1:] - 1] = trim_s[entry], trim_s[exit_]
+    joint = np.flatnonzero(owner[1:] == owner[:-1])
+    sharpest = np.zeros(len(count))
+    corner = np.abs(wrapped(ends.hdg[near[joint + 1]] - ends.hdg[far[joint]] - np.pi))
+    np.maximum.at(sharpest, owner[joint], corner)
+    ring = np.zeros(len(count), bool)
+    ring[of[ends.roundabout[2 * street]]] = True
+    inner_right, inner_left = _inner_sides(inner, len(count), lanes)
+    curve = near // 2
     size = np.abs(s_to - s_from)
     before = np.concatenate([[0.0], np.cumsum(size)])
-    owner = np.repeat(np.arange(len(count)), count)
     return StreetPaths(
         start=start,
         curve=curve,
@@ -117,29 +115,32 @@ def street_paths(
         s_to=s_to,
         chainage=before[:-1] - before[start[:-1]][owner],
         length=before[start[1:]] - before[start[:-1]],
-        sharpest=np.array(sharpest),
-        inner_right=np.array([right for right, _ in sides]),
-        inner_left=np.array([left for _, left in sides]),
-        on_ring=np.array(ring, bool),
+        sharpest=sharpest,
+        inner_right=inner_right,
+        inner_left=inner_left,
+        on_ring=ring,
         aside=ends.aside[2 * curve] * np.where(s_to < s_from, -1.0, 1.0),
     )
 
 
-def _corner(hdg: list[float], arriving: int, leaving: int) -> float:
-    """Return the turn from one street end to another at their node, rad."""
-    turn = hdg[leaving] - hdg[arriving] - np.pi
-    return float(abs((turn + np.pi) % (2 * np.pi) - np.pi))
+def _inner_sides(
+    inner: Sequence[tuple[int, int, bool]], paths: int, lanes: Callable[[int, bool], tuple[float, float]]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the middles of the outermost lanes that all inner streets of each path have, (paths,), m."""
+    known = {leg: lanes(*leg) for leg in dict.fromkeys((street, along) for _, street, along in inner)}
+    right, left = np.full(paths, -np.inf), np.full(paths, np.inf)
+    of = np.array([path for path, _, _ in inner], np.int64)
+    sides = np.array([known[street, along] for _, street, along in inner]).reshape(-1, 2)
+    np.maximum.at(right, of, sides[:, 0])
+    np.minimum.at(left, of, sides[:, 1])
+    return right, np.maximum(right, left)
 
 
 def poses_on(
     paths: StreetPaths, streets: PlanView, path: IntArray, chainage: FloatArray, offset: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return x, y and heading at places along paths, moved to the left of the direction of travel; all (n,)."""
-    leg = paths.start[path].copy()
-    last = paths.start[path + 1] - 1
-    for _ in range(int(np.diff(paths.start).max(initial=1))):
-        further = (leg < last) & (paths.chainage[np.minimum(leg + 1, len(paths.curve) - 1)] <= chainage)
-        leg = leg + further
+    leg = find_record(paths.start, paths.chainage, path, chainage)
     sign = np.sign(paths.s_to[leg] - paths.s_from[leg])
     s = paths.s_from[leg] + sign * (chainage - paths.chainage[leg])
     x, y, hdg = pose(streets, paths.curve[leg], s)
@@ -179,27 +180,42 @@ def follow_streets(
     t0, t1 : (n,)
         Where its entry and exit lanes lie left of the streets' curves in the direction of travel, m.
     """
-    n = len(path)
-    if not n:
+    if not len(path):
         return simple
     t0 = t0 + paths.aside[paths.start[path]]
     t1 = t1 + paths.aside[paths.start[path + 1] - 1]
-    total = lengths(simple)
     smooth = paths.sharpest[path] < defaults.SMOOTH_CORNER
-    rows = np.arange(n)
-    stray = np.zeros(n)
-    for share in _CHECKS:
-        offset = lane_offsets(paths, path, t0, t1, np.full(n, share))
-        px, py, _ = poses_on(paths, streets, path, share * paths.length[path], offset)
-        x, y, hdg = pose(simple, rows, share * total)
-        stray = np.maximum(stray, np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)))
     long = paths.length[path] > 6 * _LEAD
-    wanted = np.flatnonzero(long & (stray > defaults.STRAY) & (smooth | paths.on_ring[path]))
+    rows = np.flatnonzero(long & (smooth | paths.on_ring[path]))
+    wanted = rows[_strays(simple, rows, paths, streets, path[rows], t0[rows], t1[rows])]
     if not len(wanted):
         return simple
     followed = _followed(simple, paths, streets, path[wanted], wanted, t0[wanted], t1[wanted])
     better = smallest_radius(followed) >= np.minimum(smallest_radius(simple)[wanted], defaults.CONNECTING_RADIUS)
     return replaced(simple, wanted[better], followed, np.flatnonzero(better))
+
+
+def _strays(
+    simple: PlanView,
+    row: IntArray,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+) -> BoolArray:
+    """Say which curves lie aside of their lanes' ways over the streets, (n,)."""
+    total = lengths(simple)[row]
+    out = np.zeros(len(row), bool)
+    todo = np.arange(len(row))
+    for share in _CHECKS:
+        here = path[todo]
+        offset = lane_offsets(paths, here, t0[todo], t1[todo], np.full(len(todo), share))
+        px, py, _ = poses_on(paths, streets, here, share * paths.length[here], offset)
+        x, y, hdg = pose(simple, row[todo], share * total[todo])
+        out[todo] = np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)) > defaults.STRAY
+        todo = todo[~out[todo]]
+    return out
 
 
 def _followed(

@@ -8,11 +8,12 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.geometry.curves import lengths, pose, smallest_radius
 from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.shortest_curves import shortest_curves
-from osm2xodr.model import PlanView
+from osm2xodr.model import FloatArray, IntArray, PlanView
 
 _STEP = 1.0
 
@@ -38,7 +39,13 @@ def with_wide_turns(connecting: ConnectingRoads, parts: RoadParts) -> Connecting
     wide = shortest_curves(*begin, *end, radius=defaults.CONNECTING_RADIUS)
     found = np.flatnonzero(lengths(wide) > 0)
     at = _road_ends(parts)
-    free = [not _in_the_way(wide, k, at[int(connecting.junction[row[k]])], parts) for k in found.tolist()]
+    near = [at[junction] for junction in connecting.junction[row[found]].tolist()]
+    arms = _arms_along(sorted({end for ends in near for end in ends}), parts)
+    paths = _paths_along(wide, found)
+    free = [
+        not any(_runs_onto(x, y, arms[end], parts.at_end(end).section) for end in ends)
+        for (x, y), ends in zip(paths, near, strict=True)
+    ]
     found = found[np.array(free, bool)]
     plan = replaced(plan, row[found], wide, found)
     return replace(connecting, plan_view=plan, length=lengths(plan))
@@ -52,22 +59,43 @@ def _road_ends(parts: RoadParts) -> dict[int, list[int]]:
     return out
 
 
-def _in_the_way(plan: PlanView, curve: int, ends: list[int], parts: RoadParts) -> bool:
-    """Say whether a curve runs onto one of the roads that end at its junction."""
-    last = int(plan.start[curve + 1]) - 1
-    length = float(plan.s[last] + plan.length[last])
-    s = np.linspace(0.0, length, max(int(length / (_STEP / 2)), 2))
-    x, y, _ = pose(plan, np.full(len(s), curve), s)
+def _paths_along(plan: PlanView, curve: IntArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Return x and y of places along each curve."""
+    stations = [
+        np.linspace(0.0, length, max(int(length / (_STEP / 2)), 2)) for length in lengths(plan)[curve].tolist()
+    ]
+    x, y, _ = _poses(plan, curve, stations)
+    return list(zip(x, y, strict=True))
+
+
+def _arms_along(ends: list[int], parts: RoadParts) -> dict[int, tuple[FloatArray, FloatArray, FloatArray]]:
+    """Return x, y and heading of places along the roads from each of their ends."""
+    stations = []
     for end in ends:
-        number = end // 2
-        along = np.arange(_STEP, min(float(parts.length[number]), defaults.WIDE_TURN_REACH), _STEP)
-        at = float(parts.length[number]) - along if end % 2 else along
-        px, py, hdg = pose(parts.plan_view, np.full(len(at), number), at)
-        dx, dy = x[:, None] - px, y[:, None] - py
-        ds = dx * np.cos(hdg) + dy * np.sin(hdg)
-        dt = dy * np.cos(hdg) - dx * np.sin(hdg)
-        section = parts.at_end(end).section
-        beside = (dt < section.left_edge + defaults.HALF_LANE) & (dt > section.right_edge - defaults.HALF_LANE)
-        if (beside & (np.abs(ds) <= _STEP / 2)).any():
-            return True
-    return False
+        length = float(parts.length[end // 2])
+        along = np.arange(_STEP, min(length, defaults.WIDE_TURN_REACH), _STEP)
+        stations.append(length - along if end % 2 else along)
+    found = _poses(parts.plan_view, np.array(ends, np.int64) // 2, stations)
+    return dict(zip(ends, zip(*found, strict=True), strict=True))
+
+
+def _poses(plan: PlanView, curve: IntArray, stations: list[FloatArray]) -> tuple[list[FloatArray], ...]:
+    """Return x, y and heading at the stations of each curve."""
+    if not stations:
+        return [], [], []
+    count = [len(s) for s in stations]
+    found = pose(plan, np.repeat(curve, count), np.concatenate(stations))
+    return tuple(np.split(column, np.cumsum(count)[:-1]) for column in found)
+
+
+def _runs_onto(
+    x: FloatArray, y: FloatArray, arm: tuple[FloatArray, FloatArray, FloatArray], section: CrossSection
+) -> bool:
+    """Say whether places lie on the carriageway of an arm."""
+    px, py, hdg = arm
+    dx, dy = x[:, None] - px, y[:, None] - py
+    cos, sin = np.cos(hdg), np.sin(hdg)
+    ds = dx * cos + dy * sin
+    dt = dy * cos - dx * sin
+    beside = (dt < section.left_edge + defaults.HALF_LANE) & (dt > section.right_edge - defaults.HALF_LANE)
+    return bool((beside & (np.abs(ds) <= _STEP / 2)).any())

@@ -11,6 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from osm2xodr.memory import release_memory
 from osm2xodr.osmParsing.options import HIGHWAYS, PRESETS, ParseOptions, WaySelection, parse_ways_option
 
 if TYPE_CHECKING:
@@ -40,4 +41,7 @@ def parse_osm(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> St
     # What reading needs takes a while to import, which a command line that only prints its help should not wait for.
     from osm2xodr.osmParsing.parsing import parse
 
-    return parse(path, options, diagnostics)
+    network = parse(path, options, diagnostics)
+    # Many times the network's size was needed to read it.
+    release_memory()
+    return network

@@ -34,8 +34,7 @@ def lanes_of_neighbours(ways: Sequence[RawWay]) -> dict[int, int]:
     """
     streets = [_street(way.tags) for way in ways]
     silent = [
-        street is not None and not any(key in way.tags for key in _TELLING)
-        for way, street in zip(ways, streets, strict=True)
+        street is not None and way.tags.keys().isdisjoint(_TELLING) for way, street in zip(ways, streets, strict=True)
     ]
     if not any(silent):
         return {}

@@ -26,6 +26,10 @@ from osm2xodr.osmParsing.reader import RawNodes, RawWay, count_contents, read_no
 from osm2xodr.osmParsing.restrictions import read_restrictions
 from osm2xodr.osmParsing.tags import WAY_TAGS, way_attributes
 
+# Tags of nodes that a later stage asks for: signs and signals, turning circles, heights.
+NODE_TAGS: Final = frozenset(
+    {"highway", "traffic_signals", "traffic_signals:direction", "direction", "stop", "diameter", "ele"}
+)
 # Values of ``highway`` for roads that are not there yet; reported, because maps show them.
 _UNBUILT: Final = frozenset({"construction", "proposed"})
 
@@ -37,7 +41,7 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
     ways = _carried(found, options, diagnostics)
     if not ways:
         raise InputError(_nothing_to_drive_on(file, found, options))
-    nodes = read_nodes(file, np.unique(np.fromiter((ref for way in ways for ref in way.refs), np.int64)))
+    nodes = read_nodes(file, np.unique(np.concatenate([way.refs for way in ways])), NODE_TAGS)
     lines = make_lines(ways, nodes, diagnostics)
     if not len(lines.node):
         raise InputError(f"{path} has ways but not the nodes that they are made of; export the area with its nodes")

@@ -68,7 +68,7 @@ class Pieces:
 def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics) -> Lines:
     """Look up the nodes of ways; absent ones, repeated ones and ways of less than two nodes are left out."""
     lengths = np.array([len(way.refs) for way in ways], np.int64)
-    refs = np.fromiter((ref for way in ways for ref in way.refs), np.int64, int(lengths.sum()))
+    refs = np.concatenate([way.refs for way in ways])
     way = np.repeat(np.arange(len(ways)), lengths)
     node = np.minimum(np.searchsorted(nodes.ids, refs), max(len(nodes.ids) - 1, 0))
     present = nodes.ids[node] == refs if len(nodes.ids) else np.zeros(len(refs), np.bool_)

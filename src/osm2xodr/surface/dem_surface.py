@@ -123,19 +123,3 @@ def qualities_of(layers: LayeredSurface, main: int, sigmas: FloatArray) -> Surfa
         np.array([*sigmas, max(defaults.GUESS_SIGMA, float(np.max(sigmas)))]),
         np.array([*covered, False]),
     )
-
-
-@dataclass(frozen=True, slots=True)
-class FlatSurface:
-    """The ground where there is no elevation model: exact, at height 0."""
-
-    cell_size: float = 0.0
-    sigma: float = 0.0
-
-    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return 0 m for local x, y (n,), and that it is measured."""
-        return np.zeros(len(x)), np.ones(len(x), bool)
-
-    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
-        """Return that the heights at local x, y (n,), m, are exact."""
-        return SurfaceQuality(np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x), np.bool_))

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 __all__ = ["VERSIONS", "ByteSink", "WriteOptions", "atomic_output", "check_target", "settle", "write_xodr"]
 
 
-def write_xodr(road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagnostics: Diagnostics) -> None:
+def write_xodr(
+    road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagnostics: Diagnostics, jobs: int = 1
+) -> None:
     """Write a road network as OpenDRIVE to a binary stream.
 
     The same road map and options give the same bytes. Text is made and written in blocks of roads, so that the
@@ -30,6 +32,8 @@ def write_xodr(road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagn
         Version of OpenDRIVE, and what the header says.
     diagnostics
         Takes what the chosen version cannot say.
+    jobs
+        How many processes make text, at least 1; the bytes are the same for any.
 
     Raises
     ------
@@ -42,4 +46,4 @@ def write_xodr(road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagn
     # Here, so that the command line starts without numpy.
     from osm2xodr.xodrWriter.document import write_document
 
-    write_document(road_map, stream, options, diagnostics)
+    write_document(road_map, stream, options, diagnostics, jobs)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import CubicProfile, FloatArray, RoadMap, Rule
+from osm2xodr.parallel import map_parallel
 from osm2xodr.xodrWriter.bounds import plan_view_bounds
 from osm2xodr.xodrWriter.check import check_road_map
 from osm2xodr.xodrWriter.elements import RoadTables, RoadWriter, junction_text
@@ -16,21 +16,24 @@ from osm2xodr.xodrWriter.output import ByteSink
 from osm2xodr.xodrWriter.tables import cubic_texts, plan_view_texts, says_nothing
 from osm2xodr.xodrWriter.words import Words
 
-# Roads (or junctions) whose text is made at a time: a few megabytes.
+# Roads (or junctions) whose text is made at a time, 1 to 3 MB, and how many times each process does it before what it
+# made is written: enough to be worth the copy of the process, and few enough to hold in memory.
 _BLOCK: Final = 1000
+_BLOCKS_EACH: Final = 5
 
 _ATTRIBUTION: Final = "© OpenStreetMap contributors, Open Database License 1.0 (ODbL)"
 _LICENSE: Final = '  <license name="Open Data Commons Open Database License v1.0" spdxid="ODbL-1.0"/>\n'
 
 
-def write_document(road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagnostics: Diagnostics) -> None:
+def write_document(
+    road_map: RoadMap, stream: ByteSink, options: WriteOptions, diagnostics: Diagnostics, jobs: int = 1
+) -> None:
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
     words = Words(options.dialect)
     rule = road_map.rule.value if options.dialect.has_rule else None
     stream.write(_header(road_map, options).encode())
-    for block in _roads(road_map, lengths, rule, words):
-        stream.write(block.encode())
+    _write_roads(road_map, stream, _RoadBlocks(road_map, lengths, rule, words), words, jobs)
     for first in range(0, len(road_map.junctions), _BLOCK):
         stream.write("".join(map(junction_text, road_map.junctions[first : first + _BLOCK])).encode())
     stream.write(b"</OpenDRIVE>\n")
@@ -59,10 +62,18 @@ def _header(road_map: RoadMap, options: WriteOptions) -> str:
     )
 
 
-def _roads(road_map: RoadMap, lengths: FloatArray, rule: str | None, words: Words) -> Iterator[str]:
-    """Yield the text of all roads in blocks."""
-    writer = RoadWriter(rule, words)
-    for first in range(0, len(road_map.roads), _BLOCK):
+class _RoadBlocks:
+    """Makes the text of a block of roads, in this process or a copy of it."""
+
+    def __init__(self, road_map: RoadMap, lengths: FloatArray, rule: str | None, words: Words) -> None:
+        self._map = road_map
+        self._lengths = lengths
+        self._words = words
+        self._writer = RoadWriter(rule, words)
+
+    def __call__(self, first: int) -> tuple[bytes, frozenset[tuple[str, str]]]:
+        """Return the text from road `first` on, and the words that have been replaced so far."""
+        road_map, lengths = self._map, self._lengths
         last = min(first + _BLOCK, len(road_map.roads))
         tables = map(
             RoadTables,
@@ -73,7 +84,21 @@ def _roads(road_map: RoadMap, lengths: FloatArray, rule: str | None, words: Word
             _where_it_matters(road_map.lane_offset, lengths, "laneOffset", first, last),
         )
         roads = road_map.roads[first:last]
-        yield "".join([writer.road(road, table) for road, table in zip(roads, tables, strict=True)])
+        texts = [self._writer.road(road, table) for road, table in zip(roads, tables, strict=True)]
+        return "".join(texts).encode(), frozenset(self._words.replaced)
+
+
+def _write_roads(road_map: RoadMap, stream: ByteSink, blocks: _RoadBlocks, words: Words, jobs: int) -> None:
+    """Write all roads, in rounds, so that the text of few of them is held at a time."""
+    firsts = range(0, len(road_map.roads), _BLOCK)
+    # Less than two rounds' work is done sooner than the process is copied.
+    jobs = min(jobs, len(firsts) // _BLOCKS_EACH)
+    each = jobs * _BLOCKS_EACH if jobs > 1 else 1
+    for at in range(0, len(firsts), each):
+        for text, replaced in map_parallel(blocks, firsts[at : at + each], jobs):
+            stream.write(text)
+            # What a copy of the process found out is unknown here.
+            words.replaced |= replaced
 
 
 def _where_it_matters(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:

@@ -5,7 +5,6 @@ Formatting a thousand records with one ``%`` is several times faster than one el
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -13,12 +12,12 @@ import numpy as np
 from osm2xodr.model import CubicProfile, FloatArray, PlanView
 from osm2xodr.xodrWriter.formatting import CURVATURE, NUMBER, POSITION_DECIMALS, rounded
 
-_GEOMETRY: Final = (
-    f'   <geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">%s</geometry>\n'
-)
-_ARC: Final = f'<arc curvature="{CURVATURE}"/>'
-_LINE: Final = "<line/>"
+_GEOMETRY: Final = f'   <geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">'
+_ARC: Final = f'{_GEOMETRY}<arc curvature="{CURVATURE}"/></geometry>\n'
+_LINE: Final = f"{_GEOMETRY}<line/></geometry>\n"
 _CUBIC: Final = f'   <%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
+# Stands between curves while the text of many is made; no XML may hold it.
+_BETWEEN: Final = "\0"
 
 # Decimals of headings, and of what the terms of a cubic come to at their record's end (10 nm). What readers work out
 # from them is true to well below a micrometre, and no digit is written in vain.
@@ -27,19 +26,28 @@ _CUBIC_DECIMALS: Final = 8
 
 
 def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
-    """Return the ``<geometry>`` elements of the curves from `first` up to `last`, one text per curve."""
-    records = slice(int(plan.start[first]), int(plan.start[last]))
-    shapes = [_LINE if bend == 0.0 else _ARC % bend for bend in plan.curvature[records].tolist()]
+    """Return the ``<geometry>`` elements of the curves from `first` up to `last`, one text per curve.
+
+    Every curve has records.
+    """
+    start = plan.start[first : last + 1]
+    records = slice(int(start[0]), int(start[-1]))
+    curvature = plan.curvature[records]
     columns = [
         rounded(plan.s[records], POSITION_DECIMALS),
         rounded(plan.x[records], POSITION_DECIMALS),
         rounded(plan.y[records], POSITION_DECIMALS),
         rounded(plan.hdg[records], _HEADING_DECIMALS),
         rounded(plan.length[records], POSITION_DECIMALS),
+        curvature,
     ]
-    values = _interleaved(columns, 6)
-    values[5::6] = shapes
-    return _per_curve(_GEOMETRY * len(shapes) % tuple(values), plan.start[first : last + 1].tolist())
+    patterns = [_ARC if bends else _LINE for bends in (curvature != 0.0).tolist()]
+    for record in (start[1:-1] - start[0]).tolist():
+        patterns[record] = _BETWEEN + patterns[record]
+    table = np.column_stack(columns)
+    written = np.ones(table.shape, np.bool_)
+    written[:, -1] = curvature != 0.0
+    return _per_curve("".join(patterns) % tuple(table[written].tolist()), last - first)
 
 
 def cubic_texts(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
@@ -47,9 +55,10 @@ def cubic_texts(profile: CubicProfile, lengths: FloatArray, element: str, first:
 
     `lengths` (curves,), m, are those of all curves: they tell where last records end.
     """
-    columns = _cubic_columns(profile, lengths, first, last)
-    text = _CUBIC.replace("%s", element) * len(columns[0]) % tuple(_interleaved(columns, 5))
-    return _per_curve(text, profile.start[first : last + 1].tolist())
+    values = np.column_stack(_cubic_columns(profile, lengths, first, last)).ravel()
+    pattern = _CUBIC.replace("%s", element)
+    counts = np.diff(profile.start[first : last + 1]).tolist()
+    return _per_curve(_BETWEEN.join([pattern * count for count in counts]) % tuple(values.tolist()), last - first)
 
 
 def _cubic_columns(profile: CubicProfile, lengths: FloatArray, first: int, last: int) -> list[FloatArray]:
@@ -84,19 +93,9 @@ def curve_lengths(plan: PlanView) -> FloatArray:
     return ends
 
 
-def _interleaved(columns: list[FloatArray], width: int) -> list[object]:
-    """Columns of equal length as one list, record by record, with room for `width` values in each."""
-    values: list[object] = [None] * (width * len(columns[0]))
-    for index, column in enumerate(columns):
-        values[index::width] = column.tolist()
-    return values
-
-
-def _per_curve(text: str, start: list[int]) -> list[str]:
-    """Cut the text of many records, one per line, into one text per curve."""
-    lines = text.splitlines(keepends=True)
-    base = start[0]
-    return ["".join(lines[a - base : b - base]) for a, b in pairwise(start)]
+def _per_curve(text: str, count: int) -> list[str]:
+    """Cut the text of several curves."""
+    return text.split(_BETWEEN) if count else []
 
 
 def all_finite(*tables: PlanView | CubicProfile) -> bool:

@@ -1,0 +1,155 @@
+"""Sparse symmetric systems that differ in their values only: what their pattern decides is worked out once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import SuperLU, splu
+
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Added to the diagonal, so that what nothing determines stays at the mean height instead of failing the solve.
+TINY = 1e-9
+
+
+class System:
+    """Systems of one pattern, in an order of the unknowns in which elimination fills little.
+
+    A matrix is the array of its values at the places of the pattern, so that matrices are added as arrays are.
+    Chains eliminate without fill: the cost is linear in road length.
+
+    Parameters
+    ----------
+    matrices
+        Symmetric matrices, (N, N), that are to be placed in the pattern.
+    rows
+        Matrices (n, N) whose products with themselves are.
+    """
+
+    def __init__(self, matrices: Sequence[sp.csr_matrix], rows: Sequence[sp.csr_matrix]) -> None:
+        size = matrices[0].shape[0]
+        pattern = sp.csr_matrix(sp.identity(size))
+        for matrix in matrices:
+            pattern = pattern + _ones(matrix)
+        for some in rows:
+            ones = _ones(some)
+            pattern = pattern + sp.csr_matrix(ones.T) @ ones
+        order = _elimination_order(pattern)
+        self._place = np.empty(size, np.int64)
+        self._place[order] = np.arange(size)
+        self._size = size
+        pattern = self._reordered(pattern)
+        self._keys = _keys(pattern)
+        self._indices, self._start = pattern.indices, pattern.indptr
+        self._diagonal = np.searchsorted(self._keys, (size + 1) * np.arange(size, dtype=np.int64))
+        self._last: tuple[sp.csr_matrix, IntArray] | None = None
+
+    @property
+    def place(self) -> IntArray:
+        """The place of each unknown in the system's order, (N,)."""
+        return self._place
+
+    def ordered(self, rows: sp.csr_matrix) -> sp.csr_matrix:
+        """Return rows (n, N) with their columns in the system's order."""
+        # Sorted in place later, shared data would no longer fit the rows they came from.
+        out = sp.csr_matrix((rows.data.copy(), self._place[rows.indices].astype(np.int32), rows.indptr), rows.shape)
+        out.sort_indices()
+        return out
+
+    def placed(self, matrix: sp.csr_matrix) -> FloatArray:
+        """Return a symmetric matrix, its unknowns in their own order, with `TINY` added to its diagonal."""
+        values: FloatArray = np.zeros(len(self._keys))
+        matrix = self._reordered(matrix)
+        values[np.searchsorted(self._keys, _keys(matrix))] = matrix.data
+        values[self._diagonal] += TINY
+        return values
+
+    def normal(self, rows: sp.csr_matrix, transposed: sp.csr_matrix, weight: FloatArray) -> FloatArray:
+        """Return transposed · diag(weight) · rows of ordered rows (n, N)."""
+        weighted = rows.data * np.repeat(weight, np.diff(rows.indptr))
+        product = transposed @ sp.csr_matrix((weighted, rows.indices, rows.indptr), rows.shape)
+        last = self._last
+        if last is None or not (
+            np.array_equal(last[0].indptr, product.indptr) and np.array_equal(last[0].indices, product.indices)
+        ):
+            last = product, np.searchsorted(self._keys, _keys(product))
+            # Few rows change from step to step, all of them do not.
+            if product.nnz > 0.5 * len(self._keys):
+                self._last = last
+        values: FloatArray = np.zeros(len(self._keys))
+        values[last[1]] = product.data
+        return values
+
+    def product(self, matrix: FloatArray, x: FloatArray) -> FloatArray:
+        """Return a matrix times the unknowns, (N,), in the system's order."""
+        rows = sp.csr_matrix((matrix, self._indices, self._start), (self._size, self._size))
+        return np.asarray(rows @ x, np.float64)
+
+    def around(self, some: BoolArray, steps: int) -> IntArray:
+        """Return which unknowns some of them, (N,), reach in so many steps from one to the next."""
+        near = some.astype(np.float64)
+        ones = np.ones(len(self._keys))
+        for _ in range(steps):
+            near = np.minimum(self.product(ones, near), 1.0)
+        return np.flatnonzero(near)
+
+    def part(self, matrix: FloatArray, some: IntArray) -> sp.csr_matrix:
+        """Return the part of a matrix that relates some of the unknowns, in the system's order, to each other."""
+        rows = sp.csr_matrix((matrix, self._indices, self._start), (self._size, self._size))[some]
+        return sp.csr_matrix(rows[:, some])
+
+    def solve(self, matrix: FloatArray, right: FloatArray) -> FloatArray:
+        """Return the unknowns, in the system's order, that solve a positive definite system."""
+        # Symmetric: columns are rows.
+        columns = sp.csc_matrix((matrix, self._indices, self._start), (self._size, self._size))
+        columns.has_canonical_format = True
+        x: FloatArray = _factor(columns, "NATURAL").solve(right)
+        return x
+
+    def _reordered(self, matrix: sp.csr_matrix) -> sp.csr_matrix:
+        """Return a square matrix with its unknowns in the system's order, rows sorted."""
+        place = self._place.astype(np.int32)
+        row = np.repeat(place, np.diff(matrix.indptr))
+        out = sp.csr_matrix(sp.coo_matrix((matrix.data, (row, place[matrix.indices])), matrix.shape))
+        out.sort_indices()
+        return out
+
+
+def _keys(matrix: sp.csr_matrix) -> IntArray:
+    """Return numbers of a square matrix's entries, which grow from row to row and within sorted ones."""
+    size = matrix.shape[0]
+    out: IntArray = np.repeat(size * np.arange(size, dtype=np.int64), np.diff(matrix.indptr))
+    out += matrix.indices
+    return out
+
+
+def _ones(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """Return the matrix with ones for all entries."""
+    return sp.csr_matrix((np.ones(matrix.nnz, np.int32), matrix.indices, matrix.indptr), matrix.shape)
+
+
+def _elimination_order(pattern: sp.csr_matrix) -> IntArray:
+    """Return the order of the unknowns in which eliminating them fills little (minimum degree)."""
+    size = pattern.shape[0]
+    # Any values do whose diagonal outweighs the rest.
+    values = np.ones(pattern.nnz)
+    dominant = sp.csc_matrix((values, pattern.indices, pattern.indptr), pattern.shape)
+    dominant = dominant + sp.diags(np.diff(pattern.indptr).astype(np.float64))
+    order: IntArray = np.argsort(_factor(sp.csc_matrix(dominant), "MMD_AT_PLUS_A").perm_c)
+    return order if size else np.zeros(0, np.int64)
+
+
+def _factor(matrix: sp.csc_matrix, order: Literal["NATURAL", "MMD_AT_PLUS_A"]) -> SuperLU:
+    """Factorise a positive definite matrix: no pivots are looked for."""
+    # Rows have a handful of entries: panels of columns, made for denser systems, would only cost time.
+    return splu(
+        matrix,
+        permc_spec=order,
+        diag_pivot_thresh=0.0,
+        relax=4,
+        panel_size=1,
+        options={"SymmetricMode": True, "Equil": False},
+    )

@@ -1,0 +1,151 @@
+"""Work on several cores: functions that run in copies of this process.
+
+Copies are made by `fork`: they see all of the parent's arrays without copying them, and hand back what they return.
+What is computed never depends on the number of jobs, so the bytes written are the same for any of them. Where the
+system cannot fork, everything runs in this process, one after the other.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import warnings
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from osm2xodr.errors import Osm2xodrError
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+    from multiprocessing.process import BaseProcess
+
+T = TypeVar("T")
+Item = TypeVar("Item")
+
+
+class Task(Generic[T]):
+    """A function's result, computed at once or in a copy of this process.
+
+    Parameters
+    ----------
+    function
+        What is computed; it must not write files or change what the parent sees, since only its result comes back.
+    apart
+        Whether it runs beside this process.
+    """
+
+    def __init__(self, function: Callable[[], T], *, apart: bool) -> None:
+        self._function = function
+        self._process: BaseProcess | None = None
+        if apart and can_fork():
+            self._start()
+
+    def _start(self) -> None:
+        # Here, because most runs of most commands need nothing of it.
+        import multiprocessing
+
+        context = multiprocessing.get_context("fork")
+        self._receiver, sender = context.Pipe(duplex=False)
+        self._process = context.Process(target=_run, args=(self._function, sender), daemon=True)
+        with warnings.catch_warnings():
+            # Python warns of threads, which a copy does not have: those of OSM's reader and of linear algebra wait
+            # for work, hold no lock, and are not used in the copy.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self._process.start()
+        sender.close()
+
+    def result(self) -> T:
+        """Return what the function returned, once it has.
+
+        Raises
+        ------
+        Exception
+            Whatever the function raised.
+        Osm2xodrError
+            If the copy of the process was killed.
+        """
+        if self._process is None:
+            return self._function()
+        try:
+            value, error = self._receiver.recv()
+        except EOFError:
+            self._process.join()
+            raise Osm2xodrError(
+                f"a worker process was killed (exit status {self._process.exitcode}), perhaps for want of memory;"
+                " try again with --jobs 1"
+            ) from None
+        finally:
+            self._receiver.close()
+        self._process.join()
+        if error is not None:
+            raise error
+        out: T = value
+        return out
+
+    def cancel(self) -> None:
+        """Stop the copy of the process, if one runs."""
+        if self._process is not None and self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+def can_fork() -> bool:
+    """Return whether this system copies processes."""
+    return hasattr(os, "fork")
+
+
+def available_jobs() -> int:
+    """Return how many processes can run at once: the cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def map_parallel(function: Callable[[Item], T], items: Sequence[Item], jobs: int) -> list[T]:
+    """Return the function's value for each item, in order.
+
+    Items are dealt out in turns, so neighbours that cost alike spread over the jobs; this process does its share.
+
+    Parameters
+    ----------
+    function
+        What is computed; it must change nothing that the parent sees.
+    items
+        What for.
+    jobs
+        How many processes work, at least 1.
+    """
+    jobs = max(1, min(jobs, len(items)))
+    tasks = [Task(_Share(function, items[k::jobs]), apart=True) for k in range(1, jobs)]
+    try:
+        shares = [_Share(function, items[::jobs])(), *(task.result() for task in tasks)]
+    except BaseException:
+        for task in tasks:
+            task.cancel()
+        raise
+    return [shares[k % jobs][k // jobs] for k in range(len(items))]
+
+
+class _Share(Generic[Item, T]):
+    """A function's values for some items."""
+
+    def __init__(self, function: Callable[[Item], T], items: Sequence[Item]) -> None:
+        self._function = function
+        self._items = items
+
+    def __call__(self) -> list[T]:
+        return [self._function(item) for item in self._items]
+
+
+def _run(function: Callable[[], T], sender: Connection) -> None:
+    """Send a function's result or error to the parent."""
+    # The parent tells of an interruption; copies just end.
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+    try:
+        value: tuple[T | None, BaseException | None] = function(), None
+    except Exception as error:
+        value = None, error
+    # Nobody listens any more if the parent was killed.
+    with contextlib.suppress(BrokenPipeError):
+        sender.send(value)
+    sender.close()

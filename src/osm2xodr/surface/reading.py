@@ -1,0 +1,223 @@
+"""Reads elevation models and makes the surface of the ground from them: the steps of stage 2 in order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import CoverageError, InputError
+from osm2xodr.model import FloatArray, IntArray, LocalFrame
+from osm2xodr.projection import to_geographic
+from osm2xodr.surface.dem import DemSource
+from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, qualities_of
+from osm2xodr.surface.grid import GridFrame
+from osm2xodr.surface.mosaic import (
+    DemWindow,
+    bounds_deg,
+    by_priority,
+    describe_all,
+    fit_trend,
+    make_layers,
+    read_windows,
+)
+from osm2xodr.surface.options import SurfaceOptions
+from osm2xodr.surface.sampling import LayeredSurface
+from osm2xodr.surface.vertical import convert_heights, parse_datum
+
+
+def read(
+    paths: Sequence[Path],
+    frame: LocalFrame,
+    x: FloatArray,
+    y: FloatArray,
+    options: SurfaceOptions,
+    diagnostics: Diagnostics,
+) -> DemSurface:
+    """Do what `osm2xodr.surface.read_surface` says."""
+    if not paths:
+        raise InputError("no elevation model was given; name at least one file")
+    x, y = np.asarray(x, np.float64).reshape(-1), np.asarray(y, np.float64).reshape(-1)
+    if not len(x):
+        raise InputError("there are no roads to find heights for; choose an area that has some")
+    described = describe_all(paths, frame, diagnostics)
+    bounds = [bounds_deg(source, cells) for source, cells in described]
+    cells_max = defaults.DEM_CELLS_MAX_BICUBIC if options.method == "bicubic" else defaults.DEM_CELLS_MAX
+    windows = read_windows(described, x, y, cells_max, diagnostics)
+    _say_averaged(windows, diagnostics)
+    used = _in_datum(_used(paths, windows, bounds, frame, x, y, diagnostics), options, diagnostics)
+    layers = make_layers(by_priority(used), cells_max, options.dem_type, diagnostics)
+    trend = fit_trend(layers, options.polynomial_order)
+    if trend.polynomial.order < options.polynomial_order:
+        diagnostics.note(
+            "trend-order",
+            "",
+            f"{paths[0]}: too few heights for a trend of degree {options.polynomial_order}; degree "
+            f"{trend.polynomial.order} was fitted.",
+        )
+    layered = LayeredSurface(layers, trend, options.method)
+    source = layered.sample(x, y)[1]
+    coverage = _checked_coverage(paths, source, options, diagnostics)
+    main = int(np.bincount(source[source >= 0]).argmax())
+    sigmas = np.array([layer.sigma if options.sigma is None else options.sigma for layer in layers])
+    if options.method == "polynomial":
+        sigmas = np.maximum(sigmas, trend.polynomial.rms)
+    summaries = tuple(_summary(*item) for item in zip(described, windows, bounds, strict=True))
+    return DemSurface(
+        layers[main].cell_size,
+        float(sigmas[main]),
+        coverage,
+        _union([box for box, window in zip(bounds, windows, strict=True) if window is not None]),
+        summaries,
+        trend.polynomial,
+        layered,
+        qualities_of(layered, main, sigmas),
+    )
+
+
+def _in_datum(windows: list[DemWindow], options: SurfaceOptions, diagnostics: Diagnostics) -> list[DemWindow]:
+    """Return windows with heights in the vertical datum that is wanted, if any; else say if they have several."""
+    if options.vertical_datum is None:
+        names = sorted({window.source.datum.name for window in windows if window.source.datum is not None})
+        if len(names) > 1:
+            diagnostics.note(
+                "dem-datums",
+                "",
+                f"{_names([window.source.path for window in windows])}: heights count from several datums "
+                f"({', '.join(names)}) and were taken as they are; --vertical-datum turns them into one.",
+            )
+        return windows
+    target = parse_datum(options.vertical_datum)
+    given = None if options.dem_vertical_datum is None else parse_datum(options.dem_vertical_datum)
+    out = []
+    for window in windows:
+        source = window.source.datum if given is None else given
+        if source is None:
+            raise InputError(
+                f"{window.source.path}: the elevation model does not say from which datum its heights count, so that "
+                "they cannot be turned into another; name it with --dem-vertical-datum, or leave --vertical-datum out"
+            )
+        z = convert_heights(window.source.path, window.z, window.frame, source, target, diagnostics)
+        out.append(replace(window, z=z))
+    return out
+
+
+def _say_averaged(windows: Sequence[DemWindow | None], diagnostics: Diagnostics) -> None:
+    """Say which elevation models have more cells around the roads than are kept."""
+    averaged = [window for window in windows if window is not None and window.block > 1]
+    if averaged:
+        block = max(window.block for window in averaged)
+        diagnostics.note(
+            "dem-averaged",
+            "",
+            f"{_names([window.source.path for window in averaged])}: the roads span more cells than are kept; "
+            f"blocks of {block} x {block} cells were averaged.",
+        )
+
+
+def _used(
+    paths: Sequence[Path],
+    windows: Sequence[DemWindow | None],
+    bounds: Sequence[Bounds],
+    frame: LocalFrame,
+    x: FloatArray,
+    y: FloatArray,
+    diagnostics: Diagnostics,
+) -> list[DemWindow]:
+    """Return the windows that have heights, say which elevation models have none at the roads, fail if none has."""
+    used, away, empty = [], [], []
+    for path, window in zip(paths, windows, strict=True):
+        if window is None:
+            away.append(path)
+        elif bool(np.isfinite(window.z).any()):
+            used.append(window)
+        else:
+            empty.append(path)
+    for unused, why in ((away, "nothing of it reaches the roads"), (empty, "it is all nodata around the roads")):
+        if unused:
+            diagnostics.note("dem-unused", "", f"{_names(unused)}: not used, {why}.")
+    if used:
+        return used
+    names = _names(paths)
+    if empty:
+        raise CoverageError(
+            f"{names}: all cells around the roads are nodata; give an elevation model with heights there"
+        )
+    lon, lat = to_geographic(frame, x, y)
+    roads = float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+    raise CoverageError(
+        f"{names}: the elevation model covers {_in_words(_union(bounds))} but the roads lie at {_in_words(roads)}; "
+        "give one that covers the roads"
+    )
+
+
+def _checked_coverage(
+    paths: Sequence[Path], source: IntArray, options: SurfaceOptions, diagnostics: Diagnostics
+) -> float:
+    """Return the share of measured points; fail if it is too small, and say what was filled."""
+    coverage = float(np.mean(source >= 0))
+    names = _names(paths)
+    if coverage == 0.0:
+        raise CoverageError(f"{names}: no road has a measured height; give an elevation model that covers the roads")
+    if coverage < defaults.DEM_COVERAGE_MIN and not options.allow_partial:
+        raise CoverageError(
+            f"{names}: only {_percent(coverage)} of the roads have a measured height; give elevation models that "
+            "cover the roads, or allow the rest to be guessed with --allow-partial"
+        )
+    if coverage < 1.0:
+        diagnostics.guessed(
+            "dem-gap",
+            "",
+            f"{names}: {_percent(1.0 - coverage)} of the roads have no measured height; it was filled in.",
+        )
+    return coverage
+
+
+def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, bounds: Bounds) -> DemSummary:
+    """Sum up an elevation model."""
+    source, cells = described
+    code = source.crs.to_json_dict().get("id")
+    return DemSummary(
+        source.path,
+        source.driver,
+        f"{code['authority']}:{code['code']}" if code else source.crs.name,
+        source.dtype,
+        source.unit,
+        source.nodata,
+        float(np.sqrt(np.prod((cells if window is None else window.frame).steps()))),
+        bounds,
+        0 if window is None else int(window.z.size),
+        0 if window is None else int(np.count_nonzero(np.isnan(window.z))),
+        0.0 if window is None else window.share,
+        0 if window is None else window.outliers,
+    )
+
+
+def _names(paths: Sequence[Path]) -> str:
+    """Name files in a sentence, the first few of many."""
+    more = f" and {len(paths) - 3} more" if len(paths) > 3 else ""
+    return ", ".join(str(path) for path in paths[:3]) + more
+
+
+def _union(boxes: Sequence[Bounds]) -> Bounds:
+    """Return the box around boxes."""
+    west, south, east, north = zip(*boxes, strict=True)
+    return min(west), min(south), max(east), max(north)
+
+
+def _in_words(box: Bounds) -> str:
+    """Say where a box is."""
+    west, south, east, north = box
+    return f"{west:.4f} to {east:.4f} E, {south:.4f} to {north:.4f} N"
+
+
+def _percent(share: float) -> str:
+    """Write a share with as many digits as it takes not to be rounded to nothing or everything."""
+    percent = 100.0 * share
+    return (
+        f"{percent:.0f} %" if 1.0 <= percent <= 99.0 else f"{percent:.2g} %" if percent < 1.0 else f"{percent:.2f} %"
+    )
