@@ -163,6 +163,11 @@ JUNCTION_TILT_MAX: Final = 0.20
 # Mean grade of the shortest way between the lanes of two road ends at a junction: the cubic that joins them may be
 # one and a half times as steep in its middle.
 JUNCTION_STEP_MAX: Final = 0.15
+# Largest difference in height of two road ends at a junction whose edges touch, m; with a gap, what such a path
+# climbs over it is added, up to the gap across which connecting roads do not come to the same place at once, m.
+# Choices: both that meet there then give way by half of it.
+JUNCTION_EDGE_STEP_MAX: Final = 0.06
+JUNCTION_EDGES_NEAR: Final = 1.5
 
 # Variance of a road's vertical curvature times the length over which it is correlated, 1/m: (1e-3 1/m)² over 50 m, a
 # vertical radius of 1000 m. Height and grade errors against known terrain are flat from 2e-5 to 2e-4; on coarsened
@@ -285,9 +290,14 @@ CROSSFALL_PLAUSIBLE: Final = 0.12
 CROSSFALL_MAX: Final = 0.08
 CROSSFALL_TOLERANCE: Final = 0.001
 
-# Connecting roads: distance of samples, m, and at which distance from its arms a junction's plane counts like an arm.
+# Connecting roads: distance of samples, m, at which distance from its arms a junction's plane counts like an arm, and
+# how far to the side of an arm's end its level counts. Choices: with these, fewest connecting roads of seven steep
+# places disagree.
 CONNECTOR_SAMPLE_SPACING: Final = 2.0
-JUNCTION_PLANE_DISTANCE: Final = 6.0
+JUNCTION_PLANE_DISTANCE: Final = 4.0
+ARM_LEVEL_DISTANCE: Final = 3.0
+# Within how many metres of its ends a connecting road makes up for what is left between surface and arms there.
+CONNECTOR_END_REACH: Final = 8.0
 # Grade of a connecting road above which it leaves the junction's surface if that makes it less steep.
 CONNECTOR_STEEP: Final = 0.30
 
@@ -337,6 +347,10 @@ CORNER_RADIUS: Final = MappingProxyType(
     }
 )
 CORNER_RADIUS_OTHER: Final = 6.0
+# Radius that the inner edge of a carriageway keeps in a bend, m, and how far the line may move for it. Choices: an
+# edge without a radius folds over itself, and nodes in bends are a metre or two off; hairpins of few nodes more.
+INNER_EDGE_RADIUS: Final = 0.5
+BEND_ASIDE: Final = 2.5
 
 # How far, m, a roundabout's ring may pass its nodes: at most, and as the root of the mean square if it is a circle,
 # and if it is another smooth curve. Nodes set by hand on an image are a few decimetres off their neighbours (the 1 to
@@ -374,6 +388,10 @@ KERB_TANGENT_MAX: Final = 8.0
 ARM_CLEARANCE: Final = 0.5
 # How far along its arms a junction may reach where a street turns on the spot, m; there they lie on each other.
 ARM_REACH_TURN: Final = 12.0
+# Arms of a node at which nobody can turn lie on each other within the angle of this cosine (45 degrees); and nobody
+# turns on the spot from one fast road into another within that of the second (20 degrees). Choices.
+ACUTE_COSINE: Final = 0.7
+NO_TURN_COSINE: Final = 0.94
 # How far along its arms a junction may reach; more where ramps join at acute angles (RAA 2008: gores of 100 m).
 ARM_REACH: Final = 40.0
 ARM_REACH_MOTORWAY: Final = 100.0
@@ -586,6 +604,8 @@ PARALLEL_SINE: Final = 0.2
 PARALLEL_SPACING: Final = 8.0
 PARALLEL_GAP: Final = 0.2
 NARROWEST: Final = 0.7
+# Streets that leave each other less than this share of their widths are no carriageways side by side; a choice.
+LEAST_ROOM: Final = 0.5
 # A connecting road that is longer than this many times the distance it bridges, and this much more, m, is none: its
 # arms lie on each other. They are cut back, and what stays so is left out.
 DETOUR: Final = 4.0
@@ -610,3 +630,112 @@ TURNAROUND_ASIDE_MIN: Final = 0.05
 # More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
 # eight are at most twice as fast as two (Amdahl's law).
 MOST_JOBS: Final = 8
+
+# ---------------------------------------------------------------- roads as points and faces
+
+# How far a chord may lie from its curve, m, and the longest chord, m. A twentieth of a metre is less than the width
+# of a road mark (RMS: 0.12 m and more), so no lane is drawn over its neighbour's mark.
+SAMPLE_TOLERANCE: Final = 0.05
+SAMPLE_STEP: Final = 10.0
+# Most chords of one record: a damaged file must not fill the memory. At 0.1 m each they make 1 km.
+SAMPLE_MOST: Final = 10_000
+# Distance between the points by which roads are looked up, m: near enough that the nearest point of a curve lies
+# next to the nearest of them.
+FIND_STEP: Final = 4.0
+# Roads are looked up so far beside their reference lines at most, m; wider ones are a damage of the file.
+FIND_REACH: Final = 100.0
+# How far from a lane's border a place still lies on the lane, m: rounding of what is typed in.
+FIND_SLACK: Final = 1e-6
+# Up to here coordinates of meshes stay those of the file, m: single precision (24 bits) knows them to 1 mm at least.
+# Beyond, they count from a round place, m. Choices.
+EXPORT_EXACT: Final = 16_384.0
+EXPORT_ORIGIN_GRID: Final = 1000.0
+# Lanes that are nowhere wider than this are left out of maps, m: less than any road mark.
+EXPORT_THINNEST: Final = 0.01
+
+# ---------------------------------------------------------------- checking files
+
+# What is a finding, and from where on it is an error where it would else be a warning.
+# Distance between places that should be one, m: ASAM's checker allows lanes 0.01 at touching points. An error is what
+# shakes a wheel: a choice.
+CHECK_GAP: Final = 0.01
+CHECK_GAP_GRAVE: Final = 0.1
+# Turn of the heading in one place, degrees: a car at 50 km/h is 0.24 m beside its line after a second. An error above
+# what the steering of a car takes up over its own length: a choice.
+CHECK_KINK: Final = 1.0
+CHECK_KINK_GRAVE: Final = 10.0
+# Step of the grade in one place, %: a car pitches by 0.3 degrees at 0.5; an error is a break on which low cars
+# ground. Choices.
+CHECK_GRADE_STEP: Final = 0.5
+CHECK_GRADE_STEP_GRAVE: Final = 8.0
+# Grade, %: steeper than any street that cars use (Baldwin Street, Dunedin: 34.8), and than all but a few (15).
+CHECK_GRADE: Final = 35.0
+CHECK_GRADE_STEEP: Final = 15.0
+# Stated length less that of the curve, m: ASAM's checker for paramPoly3; sums of records, m: rounding of many.
+CHECK_RECORD_LENGTH: Final = 0.001
+CHECK_ROAD_LENGTH: Final = 0.01
+# Two stations along s are one, m; records and sections shorter than this are of no use, m: RoadRunner rounds lengths
+# to 1 cm.
+CHECK_SAME_S: Final = 1e-6
+CHECK_SHORT: Final = 0.01
+# Widths below this are negative, m: the tolerance of ASAM's checker for widths of 0. A lane narrower than that much
+# where it ends is one that has tapered out, m: half of a shoe.
+CHECK_ZERO_WIDTH: Final = 1e-6
+CHECK_TAPERED: Final = 0.15
+# A lane's border folds where it is nearer to the centre of the curve than this, m.
+CHECK_FOLD: Final = 0.0
+# Coordinates that single precision (24 bits) still tells apart to 1 cm, m: 2**17 at 2**-6 m; a round number below.
+CHECK_COORDINATE: Final = 1e5
+# Largest id that readers keep in 32 bits with a sign. Junction ids of 3e9 fail in CARLA, its limit was not sought.
+CHECK_ID_MAX: Final = 2**31 - 1
+# Places of two connecting roads that are one place, m; distances between samples along and the shares of the
+# carriageway at which they lie; heights that differ by more are not one surface, m (half of a low kerb), or an error;
+# by still more: another level.
+CHECK_SURFACE_PLACE: Final = 0.12
+CHECK_SURFACE_STEP: Final = 1.0
+CHECK_SURFACE_SHARES: Final = (0.05, 0.35, 0.65, 0.95)
+CHECK_SURFACE: Final = 0.12
+CHECK_SURFACE_GRAVE: Final = 0.3
+CHECK_LEVELS: Final = 2.0
+# Overlaps of carriageways are counted in cells of this size, m, that far from edges and from ends; an area above this
+# is a finding, m2: a car's.
+CHECK_OVERLAP_CELL: Final = 0.7
+CHECK_OVERLAP_EDGE: Final = 0.4
+CHECK_OVERLAP_END: Final = 1.5
+CHECK_OVERLAP: Final = 8.0
+# Pieces of a road over which its steepness is looked at, m; findings that are listed per rule.
+CHECK_SAMPLE_STEP: Final = 1.0
+CHECK_FINDINGS: Final = 20
+# Larger files are not held against the schema of 1.8, bytes: xmlschema takes ten seconds and more for each MB.
+CHECK_SCHEMA_18_BYTES: Final = 2_000_000
+
+# ---------------------------------------------------------------- reports and pictures
+
+# How far chords of the page's and of pictures' roads lie from their curves at most, m, and the longest chord, m: less
+# than a pixel up to 30 pixels per metre; and between stations of a profile a grade is as good as straight. Choices.
+VIEW_TOLERANCE: Final = 0.03
+VIEW_STEP: Final = 10.0
+# Points of the grid that shows the ground, and how far it reaches beyond the roads at least, m. Choices: the page
+# gets 40 kB heavier.
+REPORT_TERRAIN_CELLS: Final = 40_000
+REPORT_TERRAIN_MARGIN: Final = 60.0
+# Roads, findings per rule and ways that tables list at most; a choice.
+REPORT_WORST: Final = 25
+REPORT_FINDINGS: Final = 500
+REPORT_MISSING: Final = 2000
+# OSM's ways beside a file's roads: distance of their points, m; how far beside a lane a point still counts as on it,
+# m (a way drawn on the kerb); how far their directions may differ, rad (30 degrees); least length on a road of a way
+# that is listed with it, m, or half of the road; and least length without a road of a way listed as missing, m.
+COVER_SPACING: Final = 10.0
+COVER_SLACK: Final = 1.0
+COVER_ANGLE: Final = 0.5236
+COVER_WAY_LENGTH: Final = 15.0
+COVER_MISSING: Final = 15.0
+# Pictures: width, pixels, and the largest; pixels in all at most; margin as a share of the longer side; samples per
+# pixel in either direction, fewer where there would be more samples than the last (450 MB). Choices.
+RENDER_WIDTH: Final = 1600
+RENDER_WIDTH_MOST: Final = 16_384
+RENDER_PIXELS_MOST: Final = 100_000_000
+RENDER_MARGIN: Final = 0.03
+RENDER_SAMPLES: Final = 3
+RENDER_SAMPLES_MOST: Final = 150_000_000

@@ -28,9 +28,7 @@ def make_frame(lat_0_deg: float, lon_0_deg: float) -> LocalFrame:
         Origin, degrees, WGS 84. Rounded to 5 decimals (about 1 m), so that the written text is the exact frame.
     """
     lat, lon = round(lat_0_deg, 5), round(lon_0_deg, 5)
-    proj = (
-        f"+proj=tmerc +lat_0={lat:.5f} +lon_0={lon:.5f} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +vunits=m +no_defs"
-    )
+    proj = f"+proj=tmerc +lat_0={lat:.5f} +lon_0={lon:.5f} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +vunits=m"
     return LocalFrame(proj, lat, lon)
 
 

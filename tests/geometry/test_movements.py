@@ -95,6 +95,17 @@ def test_a_restriction_over_a_street_that_stays_a_road_is_told() -> None:
     assert (5, 4) in pairs(stages)
 
 
+def test_a_way_that_restrictions_leave_without_a_way_on_is_told() -> None:
+    ways = {1: ("w o", ""), 2: ("e o", "oneway=yes"), 3: ("o s", "oneway=yes")}
+    free, banned = Case(_NODES, ways), Case(_NODES, ways, (("no_right_turn", 1, "o", 3),))
+    assert [item for item in free.stages().diagnostics if item.code == "no-way-on"] == []
+    stages = banned.stages()
+    assert (1, 3) not in pairs(stages)
+    (told,) = [item for item in stages.diagnostics if item.code == "no-way-on"]
+    assert told.osm_id == "way/1"
+    assert told.message.startswith("restrictions or one-way streets leave no way on from it at node/")
+
+
 def test_movements_come_by_junction_and_each_once() -> None:
     stages = _OFFSET.stages()
     keys = [(item.junction, item.entry, item.exit) for item in stages.movements]

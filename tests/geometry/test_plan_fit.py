@@ -255,3 +255,20 @@ def test_cuts_next_to_a_border_of_records_move_onto_it() -> None:
     cuts = np.array([0.004, 46.995, 47.006, 47.2, 30.0])
     snapped = snap_cuts(plan, np.zeros(5, np.int64), cuts)
     assert snapped == pytest.approx([0.0, 47.0, 47.0, 47.2, 30.0], abs=1e-9)
+
+
+def test_no_line_between_two_arcs_is_too_short_to_count() -> None:
+    """Corners of 25 degrees and more wish for tangents that leave almost nothing of the segment between them."""
+    for between in np.linspace(3.0, 12.0, 181).tolist():
+        turn = math.radians(40.0)
+        x, y = 30.0 + between * math.cos(turn), between * math.sin(turn)
+        line = [(0.0, 0.0), (30.0, 0.0), (x, y), (x + 20 * math.cos(2 * turn), y + 20 * math.sin(2 * turn))]
+        plan = fit(line).plan_view
+        assert_smooth(plan, 0)
+        assert plan.length.min() > 0.01
+
+
+@settings(max_examples=60, deadline=None)
+@given(streets(), st.sampled_from([4.0, 6.0, 15.0, 100.0]))
+def test_no_record_is_shorter_than_a_centimetre(line: Points, radius: float) -> None:
+    assert fit(line, radius=radius).plan_view.length.min() > 0.0099

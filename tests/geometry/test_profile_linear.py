@@ -27,7 +27,8 @@ def rows(seed: int, count: int) -> sp.csr_matrix:
 
 
 def values(system: System, some: sp.csr_matrix, weight: FloatArray) -> FloatArray:
-    ordered = system.ordered(some)
+    ordered = some.copy()
+    system.put_in_order(ordered)
     return system.normal(ordered, sp.csr_matrix(ordered.T), weight)
 
 

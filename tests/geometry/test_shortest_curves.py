@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
 from osm2xodr import defaults
-from osm2xodr.geometry.shortest_curves import shortest_curves
+from osm2xodr.geometry.shortest_curves import shortest_curves, wide_curves
 from osm2xodr.model import PlanView
 
 RADIUS = 3.0
@@ -78,3 +78,16 @@ def test_lanes_six_metres_apart_are_joined_by_half_a_circle() -> None:
 def test_a_full_circle_is_no_turn() -> None:
     # To be met one metre to the left in the same heading takes a circle.
     assert not found(shortest(Pose(0.0, 0.0, 0.0), Pose(-1.0, 1.0, 0.0)))
+
+
+def test_a_radius_a_little_larger_leaves_no_tiny_record() -> None:
+    """A line and an arc lead to the second pose, but for another arc of a tenth of a millimetre."""
+    turn = 1.2
+    one, other = Pose(0.0, 0.0, 0.0), Pose(20.0 + RADIUS * math.sin(turn), RADIUS * (1 - math.cos(turn)), turn + 5e-5)
+    values = [np.array([value]) for value in (one.x, one.y, one.hdg, other.x, other.y, other.hdg)]
+    assert 0 < shortest(one, other).length.min() < 1e-2
+    plan = wide_curves(*values, radius=np.array([RADIUS]))
+    assert_smooth(plan, 0)
+    assert plan.length.min() > 0.02
+    assert RADIUS * (1 - 1e-12) <= smallest_radius_of(plan, 0) <= 1.3 * RADIUS * (1 + 1e-12)
+    assert pose_at(plan, 0, curve_length(plan, 0)).gap(other) < 1e-6

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from road_measures import RoadMeasures, assert_sound, smallest_radius_of
@@ -48,3 +49,20 @@ def test_a_turn_back_has_the_radius_that_cars_drive(rule: Rule) -> None:
     assert smallest_radius_of(roads.plan_view, k) == pytest.approx(defaults.CONNECTING_RADIUS)
     turned = RoadMeasures(roads).length(roads.roads[k]) / defaults.CONNECTING_RADIUS
     assert math.pi < turned < math.pi + defaults.MOST_SWING_BACK
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+@pytest.mark.parametrize("apart", [2.2, 2.8, 3.4, 4.0])
+def test_no_turn_back_folds_its_lane(apart: float, rule: Rule) -> None:
+    """Even where there is no room to swing out, the inner edge keeps a radius."""
+    nodes = {name: (x, math.copysign(apart / 2, y) if abs(y) < 10 else y) for name, (x, y) in DUAL.nodes.items()}
+    case = replace(DUAL, nodes=nodes)
+    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
+    assert_sound(roads)
+    widths = {road.id: lane.widths[0].a for road in roads.roads for lane in road.lane_sections[0].lanes if lane.id}
+    inner = [
+        smallest_radius_of(roads.plan_view, k) - widths[road.id] / 2
+        for k, road in enumerate(roads.roads)
+        if road.junction is not None
+    ]
+    assert min(inner) > 0.1 * defaults.INNER_EDGE_RADIUS - 1e-9

@@ -56,6 +56,8 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     # Two arms alone are an intersection only where the street could not simply run on (a turn on the spot).
     is_junction = degree >= 2
     on_the_spot = (ends.node >= 0) & (np.append(degree, 0)[ends.node] == 2)
+    # Where it cannot turn, or will not at speed, its ends are to lie apart.
+    on_the_spot &= ~_without_a_turn(ends) & (ends.reach < defaults.ARM_REACH_MOTORWAY)
     ends = replace(ends, reach=np.where(on_the_spot, defaults.ARM_REACH_TURN, ends.reach))
     group = np.where(is_junction, np.arange(len(xy)), -1)
     mergeable = _mergeable(ends)
@@ -99,6 +101,18 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
         if not stale:
             break
     return _settle(ends, group, inner, bare, wished)
+
+
+def _without_a_turn(ends: StreetEnds) -> BoolArray:
+    """Say which ends lie at nodes into which, or out of which, none leads: nobody turns there, (ends,)."""
+    at = np.flatnonzero(ends.node >= 0)
+    node = ends.node[at]
+    nodes = int(node.max(initial=-1)) + 1
+    ways_in = np.bincount(node, ends.enters[at], nodes)
+    ways_out = np.bincount(node, ends.leaves[at], nodes)
+    out = np.zeros(len(ends.node), bool)
+    out[at] = np.minimum(ways_in, ways_out)[node] == 0
+    return out
 
 
 def _mergeable(ends: StreetEnds) -> BoolArray:

@@ -12,7 +12,7 @@ from osm2xodr import defaults
 from osm2xodr.geometry.connectors import connect, detours
 from osm2xodr.geometry.curves import joined_curves, lengths, pose, smallest_radius, wrapped
 from osm2xodr.geometry.plan_fit import replaced
-from osm2xodr.geometry.shortest_curves import shortest_curves
+from osm2xodr.geometry.shortest_curves import wide_curves
 from osm2xodr.geometry.through_paths import StreetPaths, lane_offsets, poses_on
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -251,7 +251,8 @@ def _turning(
     pieces = connect(*poses)
     sharp = np.flatnonzero(smallest_radius(pieces) < defaults.CONNECTING_RADIUS)
     if len(sharp):
-        wide = shortest_curves(*(column[sharp] for column in poses), radius=defaults.CONNECTING_RADIUS)
+        radius = np.full(len(sharp), defaults.CONNECTING_RADIUS)
+        wide = wide_curves(*(column[sharp] for column in poses), radius=radius)
         there = np.flatnonzero(lengths(wide) > 0)
         pieces = replaced(pieces, sharp[there], wide, there)
     return joined_curves(pieces, start - np.arange(len(start)))

@@ -28,6 +28,10 @@ class CrossSection:
     right_edge: float
 
 
+Piece = tuple[float, StreetAttributes, CrossSection]
+"""(s on a street's curve from which it holds, attributes, cross-section)."""
+
+
 @dataclass(frozen=True, slots=True)
 class EndLane:
     """One lane where its street ends.

@@ -59,6 +59,7 @@ from osm2xodr.geometry.profile_system import (
     stretching,
 )
 from osm2xodr.geometry.profile_tables import elevation_report, figures
+from osm2xodr.memory import release_memory
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
 __all__ = [
@@ -135,34 +136,42 @@ def solve_profiles(
     unknowns = number_unknowns(problem, elements)
     weight, floating = height_weights(problem, elements, unknowns, samples, reading)
     mean = float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z))
-    evidence = [
-        height_evidence(elements, unknowns, samples, reading, weight, mean),
-        junction_evidence(unknowns, at_junctions, mean),
-        incline_evidence(problem, elements, unknowns),
-        ele_evidence(problem, elements, unknowns, mean),
-        twin_evidence(problem, elements, unknowns, samples, reading),
-    ]
     limit = _class_values(problem, options.grade_limit, defaults.GRADE_LIMIT_OTHER)
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / options.smoothing**4
     q = defaults.ROAD_FLEXIBILITY * factor[elements.span]
     density = typical_density(reading, spacing.cell)[elements.road]
     crossings = find_crossings(problem, unknowns.end_node)
-    inner = [
-        *grade_limits(elements, unknowns, limit[elements.span], q, density),
-        *tilt_limits(
-            problem,
-            unknowns,
-            limit[_end_spans(problem)],
-            defaults.ROAD_FLEXIBILITY,
-            typical_density(reading, at_junctions.cell),
-        ),
-    ]
     sigma = surface.quality(*pose(problem.plan_view, crossings.lower, crossings.lower_s)[:2]).sigma
     apart = clearance_limits(elements, unknowns, crossings, q, density, sigma)
     chains = find_chains(problem, elements)
     stiffness = _stiffness(elements, unknowns, chains, q)
     columns = stiffness.shape[0]
-    observations = joined_observations(evidence, columns)
+    release_memory()
+    # What these are made of is as large as they are, and is let go at once.
+    observations = joined_observations(
+        [
+            height_evidence(elements, unknowns, samples, reading, weight, mean),
+            junction_evidence(unknowns, at_junctions, mean),
+            incline_evidence(problem, elements, unknowns),
+            ele_evidence(problem, elements, unknowns, mean),
+            twin_evidence(problem, elements, unknowns, samples, reading),
+        ],
+        columns,
+    )
+    limits = joined_limits(
+        [
+            *grade_limits(elements, unknowns, limit[elements.span], q, density),
+            *tilt_limits(
+                problem,
+                unknowns,
+                limit[_end_spans(problem)],
+                defaults.ROAD_FLEXIBILITY,
+                typical_density(reading, at_junctions.cell),
+            ),
+            apart,
+        ],
+        columns,
+    )
     covered = np.zeros(len(observations.z), bool)
     covered[: len(level)] = np.concatenate([reading.covered, at_junctions.covered])
     robust, first = _robust(covered), np.ones(len(covered))
@@ -170,21 +179,17 @@ def solve_profiles(
         stages = _stages(elements, unknowns, chains, q, density)
         first[covered] = see_through(stages, observations, robust)[covered]
         robust = keep_ground(robust, first, covered, elements.road[samples.element], samples.s, reading.z)
-    x, _ = solve_network(
-        stiffness,
-        observations,
-        joined_limits(inner, columns),
-        joined_limits([*inner, apart], columns),
-        robust,
-        first,
-    )
+    release_memory()
+    solved = solve_network(stiffness, observations, limits, len(limits.low) - len(apart.low), robust, first)
+    del observations, limits
+    release_memory()
 
-    x = x[: unknowns.to_knots.shape[1]]
+    x = solved.x[: unknowns.to_knots.shape[1]]
     x[unknowns.z_columns] += mean
     knots = (unknowns.to_knots @ x).reshape(-1, 2)
     planes = x[: 3 * len(problem.junction_xy)].reshape(-1, 3).copy()
     outcome = Outcome(
-        z=evidence[0].rows @ x,
+        z=solved.z[: len(samples.s)] + mean,
         reading=reading,
         floating=floating,
         grade=element_grades(elements, knots),

@@ -3,9 +3,10 @@
 Roads are level across. Where one ends at a junction whose plane is tilted across it, the plane alone would leave a
 step at every lane that does not lie on the reference line. The surface here is therefore a blend: near the end of
 an arm it is the arm's own continuation (level across, the arm's grade along), elsewhere the junction's plane. The
-weights fall with the fourth power of the distance to the line across each arm's end (Shepard's interpolation), so
-that value and gradient on that line are the arm's own. Two connecting roads that cross have one height there,
-because both take it from the same surface.
+weights fall with the square of the distance to the line across each arm's end (Shepard's interpolation), so that
+value and gradient on that line are the arm's own. A higher power keeps these, too, but goes from one arm to the next
+in a steeper step: half-way between two of them the slope is the power times the mean slope. Two connecting roads
+that cross have one height there, because both take it from the same surface.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Pairs of knots and arms that are treated at once: bounds the memory.
 CHUNK = 400_000
-# Keeps weights finite on the line itself, m^4.
-ON_LINE = 1e-12
+# Keeps weights finite on the line itself, and slopes where two arms end all but in one place, m².
+ON_LINE = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,23 +75,25 @@ def _surface(
     cos, sin = np.cos(arms.hdg[arm]), np.sin(arms.hdg[arm])
     dx, dy = x[place] - arms.x[arm], y[place] - arms.y[arm]
     along, t = cos * dx + sin * dy, cos * dy - sin * dx
-    beyond = t - np.clip(t, arms.low[arm], arms.high[arm])
-    square = along * along + beyond * beyond
-    bottom = square * square + ON_LINE
-    weight = 1.0 / bottom
-    slope = -2.0 * square / (bottom * bottom)  # d weight / d square
-    wx, wy = slope * 2.0 * (along * cos - beyond * sin), slope * 2.0 * (along * sin + beyond * cos)
+    inside = np.clip(t, arms.low[arm], arms.high[arm])
+    beyond = t - inside
+    square = along * along + beyond * beyond + ON_LINE
+    weight = 1.0 / square
+    wx, wy = (-2.0 * weight * weight * d for d in (along * cos - beyond * sin, along * sin + beyond * cos))
     tilt = arms.tilt[arm]
-    level = -tilt * t
+    # Beside the arm its level runs out: what is far to the side is no continuation of it.
+    fade = 1.0 / (1.0 + np.abs(beyond) / defaults.ARM_LEVEL_DISTANCE)
+    level = -tilt * (inside + beyond * fade)
+    turn = tilt * fade * fade
 
     def total(value: FloatArray) -> FloatArray:
         return np.bincount(place, value, len(x)).astype(np.float64)
 
-    weights = total(weight) + defaults.JUNCTION_PLANE_DISTANCE**-4
+    weights = total(weight) + defaults.JUNCTION_PLANE_DISTANCE**-2
     lift = total(weight * level) / weights
     gap = level - lift[place]
-    gx = total(wx * gap + weight * tilt * sin) / weights
-    gy = total(wy * gap - weight * tilt * cos) / weights
+    gx = total(wx * gap + weight * turn * sin) / weights
+    gy = total(wy * gap - weight * turn * cos) / weights
     return z + lift, plane[:, 1] + gx, plane[:, 2] + gy
 
 
@@ -114,13 +117,27 @@ def _end_state(solution: ProfileSolution, end: IntArray, leaving: bool) -> tuple
     return z, np.where(along, grade, -grade)
 
 
-def _blend(u: FloatArray, length: FloatArray, ends: tuple[FloatArray, ...]) -> tuple[FloatArray, FloatArray]:
-    """Return value and slope of the cubics with given values and slopes (v0, g0, v1, g1) at their ends."""
-    v0, g0, v1, g1 = ends
+def _blend(
+    s: FloatArray, length: FloatArray, reach: FloatArray, ends: tuple[FloatArray, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Return value and slope, at s, of what has given values and slopes (v0, g0, v1, g1) at the ends of a curve.
+
+    Each end's cubic has come down to 0, with slope 0, at its `reach`, at most the length. Where both reach from end
+    to end, their sum is the cubic through both.
+    """
+    (value, slope), (value_1, slope_1) = (
+        _bump(np.minimum(way / reach, 1.0), reach, v, g)
+        for way, v, g in ((s, ends[0], ends[1]), (length - s, ends[2], -ends[3]))
+    )
+    return value + value_1, slope - slope_1
+
+
+def _bump(u: FloatArray, reach: FloatArray, v: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return value and slope of cubics with value v and slope g at u = 0 and with none of both at u = 1."""
     u2, u3 = u * u, u * u * u
-    value = v0 * (1 - 3 * u2 + 2 * u3) + v1 * (3 * u2 - 2 * u3) + length * (g0 * (u - 2 * u2 + u3) + g1 * (u3 - u2))
-    slope = 6 * (u - u2) * (v1 - v0) / length + g0 * (1 - 4 * u + 3 * u2) + g1 * (3 * u2 - 2 * u)
-    return value, slope
+    return v * (1 - 3 * u2 + 2 * u3) + reach * g * (u - 2 * u2 + u3), 6 * (u2 - u) * v / reach + g * (
+        1 - 4 * u + 3 * u2
+    )
 
 
 def _steepest(start: IntArray, s: FloatArray, z: FloatArray, grade: FloatArray) -> FloatArray:
@@ -175,10 +192,11 @@ def connector_profiles(
     z0, g0 = _end_state(solution, connectors.start_end, leaving=True)
     z1, g1 = _end_state(solution, connectors.end_end, leaving=False)
     rest = (z0 - z[first], g0 - grade[first], z1 - z[last], g1 - grade[last])
-    dz, dg = _blend(u, run, tuple(value[curve] for value in rest))
+    reach = np.minimum(run, defaults.CONNECTOR_END_REACH)
+    dz, dg = _blend(s, run, reach, tuple(value[curve] for value in rest))
     z, grade = z + dz, grade + dg
     # Where the surface would be too steep, as between ends that all but touch, the straightest way is taken instead.
-    plain_z, plain_grade = _blend(u, run, tuple(value[curve] for value in (z0, g0, z1, g1)))
+    plain_z, plain_grade = _blend(s, run, run, tuple(value[curve] for value in (z0, g0, z1, g1)))
     steep = _steepest(start, s, z, grade)
     plain_steep = _steepest(start, s, plain_z, plain_grade)
     plain = (steep > defaults.CONNECTOR_STEEP) & (plain_steep < steep)
@@ -190,7 +208,7 @@ def connector_profiles(
 
     zero = np.zeros(len(length))
     rest = (-cross[first], zero, -cross[last], zero)
-    cross = cross + _blend(u, run, tuple(value[curve] for value in rest))[0]
+    cross = cross + _blend(s, run, reach, tuple(value[curve] for value in rest))[0]
     cross[first] = cross[last] = 0.0
     superelevation = np.arctan(cross)
     tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, 0.5)

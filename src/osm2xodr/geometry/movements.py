@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.connectivity import Connectivity, StatedLanes
@@ -110,9 +113,24 @@ def find_movements(
         for entry in arms:
             if ends.enters[entry]:
                 ways_out = _ways_out(entry, network.streets, ends, osm_node, inner_at, exits_at, rules)
+                if not ways_out and any(exit_ != entry for there in exits_at.values() for exit_ in there):
+                    diagnostics.note(
+                        "no-way-on",
+                        f"way/{_way_at(network.streets, entry)}",
+                        "restrictions or one-way streets leave no way on from it at "
+                        f"node/{osm_node[ends.node[entry]]}",
+                    )
                 found += [Movement(junction, entry, exit_, path) for exit_, path in sorted(ways_out.items())]
+    found = [item for item in found if not _turns_on_the_spot(item, layout, ends)]
     known = Connectivity.of(network.connectivities)
     return [replace(item, stated=_stated(item, network, osm_node, known)) for item in found] if known else found
+
+
+def _turns_on_the_spot(item: Movement, layout: JunctionLayout, ends: StreetEnds) -> bool:
+    """Say whether a movement turns back where one of two fast roads is cut off and its ramp is not."""
+    fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= defaults.ARM_REACH_MOTORWAY
+    back = np.cos(ends.hdg[item.entry] - ends.hdg[item.exit]) > defaults.NO_TURN_COSINE
+    return bool(fast and back and len(layout.arms[item.junction]) == 2)
 
 
 def _stated(item: Movement, network: StreetNetwork, osm_node: list[int], known: Connectivity) -> StatedLanes | None:

@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.cross_section import cross_section
+from osm2xodr.geometry.cross_section import Piece, cross_section
 from osm2xodr.geometry.curves import find_record, lengths, pose
-from osm2xodr.geometry.streets import FittedStreets, Piece
+from osm2xodr.geometry.streets import FittedStreets
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetAttributes, StreetNetwork
 
 
@@ -85,8 +85,9 @@ def _factors(network: StreetNetwork, fitted: FittedStreets) -> FloatArray:
     other = np.where((dt > 0) == same_way, -right[piece[b]], left[piece[b]])
     both = np.maximum(own + other, 0.1)
     room = np.abs(dt) - defaults.PARALLEL_GAP
-    tight = (room < both) & (room > defaults.NARROWEST * both) & (own > 0) & (other > 0)
-    np.minimum.at(out, piece[a[tight]], np.floor(100 * room[tight] / both[tight]) / 100)
+    tight = (room < both) & (room > defaults.LEAST_ROOM * both) & (own > 0) & (other > 0)
+    share = np.maximum(room[tight] / both[tight], defaults.NARROWEST)
+    np.minimum.at(out, piece[a[tight]], np.floor(100 * share) / 100)
     return out
 
 
@@ -104,9 +105,12 @@ def _near_shared_node(
     """Say which places are close to a node at which both streets end: there they are one junction's arms."""
     xy = np.array([(node.x, node.y) for node in network.intersections] or [(0.0, 0.0)])
     ends = np.array([(street.start, street.end) for street in network.streets])
+    fast_ones = defaults.FAST_HIGHWAYS
+    fast = np.array([any(item.highway in fast_ones for _, item in street.pieces) for street in network.streets])
+    reach = np.where(fast[one] | fast[other], defaults.ARM_REACH_MOTORWAY, defaults.ARM_REACH)
     near = np.zeros(len(one), bool)
     for p in (0, 1):
         node = ends[one, p]
         shared = (node >= 0) & ((node == ends[other, 0]) | (node == ends[other, 1]))
-        near |= shared & (np.hypot(x - xy[node, 0], y - xy[node, 1]) < defaults.ARM_REACH_MOTORWAY)
+        near |= shared & (np.hypot(x - xy[node, 0], y - xy[node, 1]) < reach)
     return near

@@ -18,6 +18,11 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _SPIKE = np.deg2rad(170.0)
 _LEFTOVER_LINE = 0.1
+# Between two arcs lies a line at least so long, or none, m: some readers round to centimetres.
+_SHORTEST_LINE = 0.02
+_NO_LINE = 1e-9
+# A smaller turn is none, rad: its arc would be shorter than a centimetre even with the largest radius.
+_NO_TURN = 5e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,7 +164,20 @@ def _displaced_fillets(
         last_moved = moved
         moved = original + out[:, None] * bisector
     # The last tangents belong to the vertices that they were computed for.
-    return last_moved, tangent, turn
+    return last_moved, _without_slivers(tangent, length), turn
+
+
+def _without_slivers(tangent: FloatArray, length: FloatArray) -> FloatArray:
+    """Return tangents some of which are a little shorter, so that no line between two arcs is too short to count.
+
+    Either of the two may give way, and on its other side, too, a line long enough is left then.
+    """
+    left = length - tangent[:-1] - tangent[1:]
+    short = np.flatnonzero((left > _NO_LINE) & (left < _SHORTEST_LINE))
+    longer = np.where(tangent[short] >= tangent[short + 1], short, short + 1)
+    out = tangent.copy()
+    out[longer] = np.maximum(out[longer] - _SHORTEST_LINE, 0.5 * out[longer])
+    return out
 
 
 def _turns(unit: FloatArray, interior: BoolArray) -> FloatArray:
@@ -167,7 +185,7 @@ def _turns(unit: FloatArray, interior: BoolArray) -> FloatArray:
     turn = np.zeros(len(interior))
     cross = unit[:-1, 0] * unit[1:, 1] - unit[:-1, 1] * unit[1:, 0]
     turn[1:-1] = np.arctan2(cross, (unit[:-1] * unit[1:]).sum(1))
-    turn[~interior] = 0.0
+    turn[~interior | (np.abs(turn) < _NO_TURN)] = 0.0
     return turn
 
 
@@ -223,7 +241,7 @@ def _records(
     base = np.repeat((end_s[0::2] - flat_length[0::2])[first_of], np.diff(np.append(np.flatnonzero(first_of), n)))
     s = end_s - flat_length - np.repeat(base, 2)
     station = s[1::2] + 0.5 * flat_length[1::2]
-    used = flat_length > 1e-9
+    used = flat_length > _NO_LINE
     curve = np.repeat(owner, 2)[used]
     per_curve = np.bincount(curve, minlength=curves)
     start = np.concatenate([[0], np.cumsum(per_curve)]).astype(np.int64)

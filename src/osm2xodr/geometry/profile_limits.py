@@ -81,7 +81,8 @@ def tilt_limits(
 
     In no direction may the plane be steeper than the flattest class that ends there allows. And where two road
     ends come close to each other, as carriageways do that part, the paths between their lanes are short: their
-    heights may differ by no more than such a path can climb.
+    heights may differ by no more than such a path can climb. Where their edges touch, as those of a ring and of the
+    arm beside it, cars come to the same place from both: there the two are all but level with each other.
 
     Parameters
     ----------
@@ -116,7 +117,8 @@ def tilt_limits(
 def _close_ends(problem: ProfileProblem) -> tuple[IntArray, FloatArray]:
     """Return pairs of road ends that are nearer sideways than their middles: junction, and offset / distance.
 
-    The plane's gradient times the second is the grade between the nearest lanes of both ends.
+    The plane's gradient times the second is the grade between the nearest lanes of both ends, at most
+    `JUNCTION_STEP_MAX`. The distance is less than that of the lanes where less is allowed.
     """
     junction = problem.end_junction.ravel()
     order = np.flatnonzero(junction >= 0)
@@ -129,32 +131,35 @@ def _close_ends(problem: ProfileProblem) -> tuple[IntArray, FloatArray]:
     b = np.repeat(first[junction[order]], size) + np.arange(len(a)) - np.repeat(np.cumsum(size) - size, size)
     a, b = order[a[a < b]], order[b[a < b]]
     x, y, hdg = end_poses(problem)
-    half = _half_widths(problem)
+    half, middle = _half_widths(problem)
     nx, ny = -np.sin(hdg), np.cos(hdg)
 
-    def reach(p: IntArray, q: IntArray) -> FloatArray:
-        """Return the distance from the outer lanes of p to the row of lanes of q."""
+    def reach(p: IntArray, q: IntArray, edge: float) -> FloatArray:
+        """Return the distance from the outer lanes of p, or from its edges, to the row of those of q."""
         best = np.full(len(p), np.inf)
+        width_p, width_q = (np.maximum(half[k] - edge, 0.0) for k in (p, q))
         for side in (-1.0, 1.0):
-            dx = x[p] + side * half[p] * nx[p] - x[q]
-            dy = y[p] + side * half[p] * ny[p] - y[q]
-            t = np.clip(dx * nx[q] + dy * ny[q], -half[q], half[q])
+            t = middle[p] + side * width_p
+            dx, dy = x[p] + t * nx[p] - x[q], y[p] + t * ny[p] - y[q]
+            t = np.clip(dx * nx[q] + dy * ny[q], middle[q] - width_q, middle[q] + width_q)
             best = np.minimum(best, np.hypot(dx - t * nx[q], dy - t * ny[q]))
         return best
 
-    distance = np.maximum(np.minimum(reach(a, b), reach(b, a)), SHORTEST_PATH)
+    lanes, gap = (np.minimum(reach(a, b, edge), reach(b, a, edge)) for edge in (HALF_LANE, 0.0))
+    allowed = defaults.JUNCTION_EDGE_STEP_MAX + defaults.JUNCTION_STEP_MAX * gap
+    allowed = np.where(gap < defaults.JUNCTION_EDGES_NEAR, allowed, np.inf)
+    distance = np.minimum(np.maximum(lanes, SHORTEST_PATH), allowed / defaults.JUNCTION_STEP_MAX)
     offset = np.column_stack([x[a] - x[b], y[a] - y[b]])
     near = np.hypot(offset[:, 0], offset[:, 1]) > distance
     return junction[a[near]], offset[near] / distance[near, None]
 
 
-def _half_widths(problem: ProfileProblem) -> FloatArray:
-    """Return how far the outermost lanes' middles lie from the middle of the road, at each road end, (2 R,), m."""
-    if problem.span_width is None:
-        return np.full(problem.end_junction.size, 0.5 * USUAL_WIDTH - HALF_LANE)
+def _half_widths(problem: ProfileProblem) -> tuple[FloatArray, FloatArray]:
+    """Return half the carriageway's width and t of its middle at each road end, (2 R,), m."""
     ends = np.column_stack([problem.span_start[:-1], problem.span_start[1:] - 1]).ravel()
-    half: FloatArray = np.maximum(0.5 * problem.span_width[ends] - HALF_LANE, 0.0)
-    return half
+    width = np.full(len(ends), USUAL_WIDTH) if problem.span_width is None else problem.span_width[ends]
+    middle = np.zeros(len(ends)) if problem.span_middle is None else problem.span_middle[ends]
+    return 0.5 * width, middle
 
 
 def clearance_rows(elements: Elements, unknowns: Unknowns, crossings: Crossings) -> sp.csr_matrix:

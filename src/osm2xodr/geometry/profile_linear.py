@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.linalg import SuperLU, splu
 
@@ -45,19 +46,18 @@ class System:
         self._keys = _keys(pattern)
         self._indices, self._start = pattern.indices, pattern.indptr
         self._diagonal = np.searchsorted(self._keys, (size + 1) * np.arange(size, dtype=np.int64))
-        self._last: tuple[sp.csr_matrix, IntArray] | None = None
+        self._last: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None
 
     @property
     def place(self) -> IntArray:
         """The place of each unknown in the system's order, (N,)."""
         return self._place
 
-    def ordered(self, rows: sp.csr_matrix) -> sp.csr_matrix:
-        """Return rows (n, N) with their columns in the system's order."""
-        # Sorted in place later, shared data would no longer fit the rows they came from.
-        out = sp.csr_matrix((rows.data.copy(), self._place[rows.indices].astype(np.int32), rows.indptr), rows.shape)
-        out.sort_indices()
-        return out
+    def put_in_order(self, rows: sp.csr_matrix) -> None:
+        """Put the columns of rows (n, N) into the system's order, in place: they are too large to be there twice."""
+        rows.indices[:] = self._place[rows.indices]
+        rows.has_sorted_indices = False
+        rows.sort_indices()
 
     def placed(self, matrix: sp.csr_matrix) -> FloatArray:
         """Return a symmetric matrix, its unknowns in their own order, with `TINY` added to its diagonal."""
@@ -72,15 +72,14 @@ class System:
         weighted = rows.data * np.repeat(weight, np.diff(rows.indptr))
         product = transposed @ sp.csr_matrix((weighted, rows.indices, rows.indptr), rows.shape)
         last = self._last
-        if last is None or not (
-            np.array_equal(last[0].indptr, product.indptr) and np.array_equal(last[0].indices, product.indices)
-        ):
-            last = product, np.searchsorted(self._keys, _keys(product))
+        if last is None or not (np.array_equal(last[0], product.indptr) and np.array_equal(last[1], product.indices)):
+            at = np.searchsorted(self._keys, _keys(product)).astype(np.int32)
+            last = product.indptr, product.indices, at
             # Few rows change from step to step, all of them do not.
             if product.nnz > 0.5 * len(self._keys):
                 self._last = last
         values: FloatArray = np.zeros(len(self._keys))
-        values[last[1]] = product.data
+        values[last[2]] = product.data
         return values
 
     def product(self, matrix: FloatArray, x: FloatArray) -> FloatArray:

@@ -134,11 +134,13 @@ def _report_crossings(problem: ProfileProblem, outcome: Outcome, diagnostics: Di
     crossings = outcome.crossings
     upper = problem.span_way[span_at(problem, crossings.upper, crossings.upper_s)]
     lower = problem.span_way[span_at(problem, crossings.lower, crossings.lower_s)]
+    # Rounded, and 0 without a sign.
+    clearance = np.round(outcome.clearance, 1) + 0.0
     for k in np.flatnonzero(too_close(outcome)).tolist():
         diagnostics.note(
             "clearance",
             f"way/{upper[k]}",
-            f"it passes {outcome.clearance[k]:.1f} m above way/{lower[k]} instead of {crossings.clearance[k]:.1f} m, "
+            f"it passes {clearance[k]:.1f} m above way/{lower[k]} instead of {crossings.clearance[k]:.1f} m, "
             "more would make the roads too steep",
         )
 

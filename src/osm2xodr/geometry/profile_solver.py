@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.geometry.profile_linear import System
+from osm2xodr.memory import release_memory
 from osm2xodr.model import FloatArray, IntArray
 
 # No observation loses more of its weight than this: where all that there is stands out, it still holds the road.
@@ -74,6 +75,11 @@ class Limits:
     stiffness: FloatArray
     cap: FloatArray
 
+    def first(self, count: int) -> Limits:
+        """Return the first of them, which share their arrays with these."""
+        bounds = (column[:count] for column in (self.low, self.high, self.stiffness, self.cap))
+        return Limits(first_rows(self.rows, count), *bounds)
+
     def excess(self, value: FloatArray, index: IntArray | slice = _ALL) -> FloatArray:
         """Return by how much the values of some functions are beyond their bounds, with its sign."""
         out: FloatArray = value - np.clip(value, self.low[index], self.high[index])
@@ -84,6 +90,12 @@ class Limits:
         cap = self.cap[index]
         out: FloatArray = np.clip(self.stiffness[index] * self.excess(value, index), -cap, cap)
         return out
+
+
+def first_rows(rows: sp.csr_matrix, count: int) -> sp.csr_matrix:
+    """Return the first rows of a matrix, which share its arrays."""
+    end = rows.indptr[count]
+    return sp.csr_matrix((rows.data[:end], rows.indices[:end], rows.indptr[: count + 1]), (count, rows.shape[1]))
 
 
 def joined_limits(parts: list[Limits], columns: int) -> Limits:
@@ -171,7 +183,8 @@ def see_through(stages: Sequence[Stage], observations: Observations, robust: Rob
     """
     obs = observations
     system = System([stage.stiffness for stage in stages], [obs.rows])
-    rows = system.ordered(obs.rows)
+    rows = obs.rows.copy()
+    system.put_in_order(rows)
     transposed = rows.T.tocsr()
     factors = np.ones(len(obs.z))
     for stage in stages:
@@ -185,14 +198,33 @@ def see_through(stages: Sequence[Stage], observations: Observations, robust: Rob
     return factors
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Solved:
+    """What came out.
+
+    Parameters
+    ----------
+    x : (N,)
+        The unknowns.
+    z : (n,)
+        The heights that were observed, as they came out, m.
+    factors : (n,)
+        The robust factors that were put on the observations' weights.
+    """
+
+    x: FloatArray
+    z: FloatArray
+    factors: FloatArray
+
+
 def solve_network(
     stiffness: sp.csr_matrix,
     observations: Observations,
-    inner: Limits,
     limits: Limits,
+    inner: int,
     robust: Robust,
     first: FloatArray | None = None,
-) -> tuple[FloatArray, FloatArray]:
+) -> Solved:
     """Minimise bending, tension and misfit under elastic limits.
 
     Newton's method on a convex, piecewise quadratic function with an exact line search, so that limits that come
@@ -205,29 +237,26 @@ def solve_network(
     stiffness : (N, N)
         The quadratic part that does not change.
     observations
-        What is known.
-    inner
-        Limits that a road has by itself.
+        What is known. Their rows are used up: afterwards the order of their columns is that of the elimination.
     limits
-        All limits.
+        All limits; likewise.
+    inner
+        How many of them, the first, a road has by itself.
     robust
         How outliers lose weight.
     first : (n,), optional
         Factors on the weights to begin with.
-
-    Returns
-    -------
-    x : (N,)
-        The unknowns.
-    factors : (n,)
-        The robust factors that were put on the observations' weights.
     """
     obs = observations
     factors = np.ones(len(obs.z)) if first is None else first
     system = System([stiffness], [obs.rows, limits.rows])
-    rows, inner, limits = system.ordered(obs.rows), _ordered(system, inner), _ordered(system, limits)
+    rows = obs.rows
+    system.put_in_order(rows)
+    system.put_in_order(limits.rows)
+    alone = limits.first(inner)
     transposed = rows.T.tocsr()
     plain = system.placed(stiffness)
+    release_memory()
     x = np.zeros(0)
     for step in range(ROBUST_STEPS + 1):
         if step:
@@ -236,10 +265,11 @@ def solve_network(
         matrix = plain + system.normal(rows, transposed, weight)
         right = transposed @ (weight * obs.z)
         if step:
-            x = x + _newton_step(system, matrix, right, inner if step < ROBUST_STEPS else limits, x)[0]
+            x = x + _newton_step(system, matrix, right, alone if step < ROBUST_STEPS else limits, x)[0]
         else:
             x = system.solve(matrix, right)
-    return _settled(system, matrix, right, limits, x, LEAST_FALL)[system.place], factors
+    x = _settled(system, matrix, right, limits, x, LEAST_FALL)
+    return Solved(x[system.place], rows @ x, factors)
 
 
 def _settled(
@@ -274,12 +304,13 @@ def _settled_part(
     # What the others give is a constant.
     rest = rows @ x - own @ x[some]
     system_part = System([part], [own])
+    system_part.put_in_order(own)
     place = system_part.place
     x_part, right_part = np.empty(len(some)), np.empty(len(some))
     x_part[place] = x[some]
     right_part[place] = (right - system.product(matrix, x))[some] + part @ x[some]
     limits_part = Limits(
-        system_part.ordered(own),
+        own,
         limits.low[near] - rest,
         limits.high[near] - rest,
         limits.stiffness[near],
@@ -297,11 +328,6 @@ def _newton_step(
     direction = _newton_aim(system, matrix, right, limits, value) - x
     share, fall = _line_search(system.product(matrix, direction), right, limits, x, value, direction)
     return share * direction, fall
-
-
-def _ordered(system: System, limits: Limits) -> Limits:
-    """Return limits on the unknowns in the system's order."""
-    return replace(limits, rows=system.ordered(limits.rows))
 
 
 def _newton_aim(

@@ -8,13 +8,17 @@ from itertools import pairwise
 
 import numpy as np
 
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
+from osm2xodr.geometry.cross_section import Piece
 from osm2xodr.geometry.curves import lengths
 from osm2xodr.geometry.lane_sections import Stretch, stretches
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts
 from osm2xodr.geometry.straight_ends import out_of_bends, outermost_lanes
-from osm2xodr.geometry.streets import FittedStreets, Piece
+from osm2xodr.geometry.street_ends import StreetEnds
+from osm2xodr.geometry.streets import FittedStreets
 from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
 
 
@@ -69,6 +73,39 @@ def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) ->
     used[[item.junction for item in movements]] = True
     idle = (layout.junction >= 0) & ~np.append(used, False)[layout.junction]
     return replace(layout, junction=np.where(idle, -1, layout.junction), trim=np.where(idle, 0.0, layout.trim))
+
+
+def dead_ends_apart(
+    network: StreetNetwork, ends: StreetEnds, before: JunctionLayout, layout: JunctionLayout, diagnostics: Diagnostics
+) -> JunctionLayout:
+    """Cut back dead ends that lie on another that ends at the same node.
+
+    Areas are cut where carriageways part or merge, too: both roads are there, the rest of the way is not. The widest
+    keeps its length.
+
+    Parameters
+    ----------
+    network, ends
+        The streets.
+    before, layout
+        With the junctions that nobody can drive through, and without them.
+    diagnostics
+        Where it is told what was cut back.
+    """
+    trim = layout.trim.copy()
+    for junction in np.unique(before.junction[before.junction != layout.junction]).tolist():
+        arms = before.arms[junction]
+        # The first of those that are equally wide stays.
+        widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
+        for end in arms:
+            if end == widest or np.cos(ends.hdg[end] - ends.hdg[widest]) < defaults.ACUTE_COSINE:
+                continue
+            trim[end] = before.trim[end]
+            way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id
+            diagnostics.repaired(
+                "lies-on-another", f"way/{way}", "it ends on another road, and is cut back to where it is apart"
+            )
+    return replace(layout, trim=trim)
 
 
 def cut_roads(

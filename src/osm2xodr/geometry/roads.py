@@ -4,35 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import groupby
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
-from osm2xodr.geometry.connecting_roads import ConnectingRoads, build_connecting_roads
+from osm2xodr.geometry.clusters import JunctionLayout
+from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connectivity import Connectivity
-from osm2xodr.geometry.connectivity_report import report_unheeded
-from osm2xodr.geometry.connectors import detours
-from osm2xodr.geometry.curves import joined_plan_views, joined_profiles, profile_of, smallest_radius
+from osm2xodr.geometry.curves import joined_plan_views, joined_profiles, profile_of
 from osm2xodr.geometry.elevation import ElevationOptions, Ground, connector_profiles, solve_profiles
 from osm2xodr.geometry.height_problems import connector_problem, profile_problem
-from osm2xodr.geometry.lane_links import find_lane_links
 from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_all, smooth_step
-from osm2xodr.geometry.movements import Movement, find_movements
-from osm2xodr.geometry.narrowing import fit_side_by_side
 from osm2xodr.geometry.priorities import Priorities, find_priorities
-from osm2xodr.geometry.reference_lines import lines_outside_bends
 from osm2xodr.geometry.road_marks import NO_MARK
-from osm2xodr.geometry.road_parts import RoadParts, cut_roads, without_idle_junctions
-from osm2xodr.geometry.straight_ends import beyond_bends
-from osm2xodr.geometry.street_ends import StreetEnds, street_ends
-from osm2xodr.geometry.streets import FittedStreets, fit_streets, outer_lanes
-from osm2xodr.geometry.turnarounds import RoadOptions, add_turnarounds
-from osm2xodr.geometry.turning_room import widened_trims
-from osm2xodr.geometry.wide_turns import with_wide_turns
+from osm2xodr.geometry.road_parts import RoadParts
+from osm2xodr.geometry.road_plan import plan_roads
+from osm2xodr.geometry.turnarounds import RoadOptions
+from osm2xodr.memory import release_memory
 from osm2xodr.model import (
     Connection,
     Cubic,
@@ -77,41 +66,13 @@ def build_roads(
     ground
         Called for what `ground_around` found, once the plan view is there.
     """
-    fitted = fit_side_by_side(network, fit_streets(network, diagnostics), diagnostics)
-    ends = _ends(network, fitted)
-    layout = lay_out_junctions(network, ends)
-    movements = find_movements(network, ends, layout, diagnostics)
-    layout = without_idle_junctions(layout, movements)
-    road_options = road_options or RoadOptions()
-    layout, loops = add_turnarounds(network, fitted, ends, layout, road_options, diagnostics)
-    movements += loops
-    parts = cut_roads(network, fitted, layout)
-    first = parts
-    # Measured from OSM's line, from which lines that are moved later say how far they are.
-    inner_lanes = partial(outer_lanes, fitted, network.rule)
-    links = find_lane_links(parts, movements, network.rule)
-    connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
-    widened = widened_trims(ends, layout, parts, connecting)
-    trim = beyond_bends(ends, layout.junction, widened, layout.trim)
-    if (trim != layout.trim).any():
-        layout = replace(layout, trim=trim)
-        parts = cut_roads(network, fitted, layout, parts)
-    moved, layout = lines_outside_bends(fitted, layout, parts)
-    if moved is not fitted:
-        fitted = moved
-        ends = _ends(network, fitted)
-        parts = cut_roads(network, fitted, layout, parts)
-    if parts is not first:
-        links = find_lane_links(parts, movements, network.rule, links)
-        connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
-    connecting = with_wide_turns(connecting, parts)
-    connecting = _without_detours(network, layout, connecting, diagnostics)
-    _report(network, layout, connecting, diagnostics)
-    _report_connectivity(network, movements, parts, diagnostics)
-    problem = profile_problem(network, fitted, layout, parts, diagnostics)
+    plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
+    parts, connecting, layout = plan.parts, plan.connecting, plan.layout
+    release_memory()
+    problem = profile_problem(network, plan.fitted, layout, parts, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
     elevation, superelevation = connector_profiles(problem, connector_problem(connecting), solution)
-    priorities = find_priorities(network, ends, layout, parts, connecting, diagnostics)
+    priorities = find_priorities(network, plan.ends, layout, parts, connecting, diagnostics)
     numbers = _Numbers(len(parts.length), len(connecting.length))
     known = Connectivity.of(network.connectivities)
     lanes = lay_out_all(parts.stretches, network.rule, known)
@@ -139,11 +100,6 @@ def build_roads(
     )
 
 
-def _ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:
-    sections = tuple((pieces[0][2], pieces[-1][2]) for pieces in fitted.pieces)
-    return street_ends(network, fitted.plan_view, sections, fitted.aside)
-
-
 class _Numbers:
     """Ids in OpenDRIVE: roads, then connecting roads, then junctions, from 1 in one range."""
 
@@ -159,45 +115,6 @@ class _Numbers:
 
     def junction(self, index: int) -> int:
         return self._roads + self._connecting + index + 1
-
-
-def _without_detours(
-    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
-) -> ConnectingRoads:
-    """Leave out connecting roads that no car would drive because the arms that they join lie on each other."""
-    # Loops that turn back are long by design.
-    astray = detours(connecting.plan_view) & (connecting.entry != connecting.exit)
-    for junction in np.unique(connecting.junction[astray]).tolist():
-        node = network.intersections[layout.nodes[junction][0]].osm_node_id
-        diagnostics.dropped(
-            "no-room-to-turn", f"node/{node}", "the arms lie on each other, a turn between is left out"
-        )
-    return connecting.chosen(~astray) if astray.any() else connecting
-
-
-def _report(
-    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
-) -> None:
-    for street in np.flatnonzero(layout.squeezed).tolist():
-        way = network.streets[street].pieces[0][1].osm_way_id
-        diagnostics.repaired(
-            "street-too-short", f"way/{way}", "too short for the junctions at its ends, which were cut back"
-        )
-    sharp = smallest_radius(connecting.plan_view) < defaults.CONNECTING_RADIUS
-    tight = np.unique(connecting.junction[sharp])
-    for junction in tight.tolist():
-        node = network.intersections[layout.nodes[junction][0]].osm_node_id
-        diagnostics.repaired("tight-turn", f"node/{node}", "a turn through the junction is sharper than a car drives")
-
-
-def _report_connectivity(
-    network: StreetNetwork, movements: Sequence[Movement], parts: RoadParts, diagnostics: Diagnostics
-) -> None:
-    if not network.connectivities:
-        return
-    ends = [(item, int(parts.road_end[item.entry]), int(parts.road_end[item.exit])) for item in movements]
-    sections = [(item, parts.at_end(one).section, parts.at_end(other).section) for item, one, other in ends]
-    report_unheeded(network, sections, parts.stretches, diagnostics)
 
 
 def _connecting_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicProfile:

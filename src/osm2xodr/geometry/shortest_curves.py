@@ -7,12 +7,16 @@ import numpy.typing as npt
 
 from osm2xodr import defaults
 from osm2xodr.geometry.curves import curves_of, wrapped
+from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of almost a full turn is one of almost none, rad.
 _FULL = 2 * np.pi - 1e-9
 # A curve must be shorter than another by this to be taken in its place, m.
 _SHORTER = 1e-3
+# Shorter records are not written, m: with a radius larger by one of these factors there is none, or a longer one.
+_SLIVER = 0.02
+_LARGER = (1.03, 1.07, 1.15, 1.3)
 
 
 _Found = tuple[BoolArray, FloatArray, float]
@@ -27,15 +31,16 @@ def shortest_curves(
     y1: FloatArray,
     hdg1: FloatArray,
     *,
-    radius: float,
+    radius: float | FloatArray,
 ) -> PlanView:
-    """Return the shortest curves from poses 0 to poses 1, (n,), whose arcs have a radius, m.
+    """Return the shortest curves from poses 0 to poses 1, (n,), whose arcs have a radius, one for all or (n,), m.
 
     Three arcs, or two with a line between (Dubins 1957, doi:10.2307/2372560), but none that turns forth and back by
     more than `MOST_SWING` in all (`MOST_SWING_BACK` to turn back): a full circle is no turn. Where there is none, the
     curve has no records.
     """
     n = len(x0)
+    radius = np.broadcast_to(np.asarray(radius, np.float64), n)
     best = np.full(n, np.inf)
     lengths_, curvatures = np.zeros((n, 3)), np.zeros((n, 3))
     net = np.abs(wrapped(hdg1 - hdg0))
@@ -53,9 +58,32 @@ def shortest_curves(
                 whole = np.where(possible & (turned - net < most), pieces.sum(axis=1), np.inf)
                 better = whole < best - _SHORTER / radius
                 best = np.where(better, whole, best)
-                lengths_ = np.where(better[:, None], pieces * radius, lengths_)
-                curvatures = np.where(better[:, None], np.array([first, middle, last]) / radius, curvatures)
+                lengths_ = np.where(better[:, None], pieces * radius[:, None], lengths_)
+                senses = np.array([first, middle, last])
+                curvatures = np.where(better[:, None], senses / radius[:, None], curvatures)
     return curves_of(x0, y0, hdg0, lengths_, curvatures)
+
+
+def wide_curves(
+    x0: FloatArray,
+    y0: FloatArray,
+    hdg0: FloatArray,
+    x1: FloatArray,
+    y1: FloatArray,
+    hdg1: FloatArray,
+    *,
+    radius: FloatArray,
+) -> PlanView:
+    """Return what `shortest_curves` does, with radii a little larger, (n,), where a record would be tiny."""
+    out = shortest_curves(x0, y0, hdg0, x1, y1, hdg1, radius=radius)
+    for larger in _LARGER:
+        owner = np.repeat(np.arange(len(x0)), np.diff(out.start))
+        row = np.unique(owner[out.length < _SLIVER])
+        if not len(row):
+            break
+        again = (column[row] for column in (x0, y0, hdg0, x1, y1, hdg1))
+        out = replaced(out, row, shortest_curves(*again, radius=larger * radius[row]), np.arange(len(row)))
+    return out
 
 
 def _by_line(c0: _Places, c1: _Places, hdg0: FloatArray, hdg1: FloatArray, first: float, last: float) -> _Found:

@@ -8,13 +8,11 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.cross_section import CrossSection, cross_section, end_lanes
+from osm2xodr.geometry.cross_section import CrossSection, Piece, cross_section, end_lanes
 from osm2xodr.geometry.plan_fit import fit_polylines, replaced
 from osm2xodr.geometry.rings import FittedRings, fit_rings, moved_ends
+from osm2xodr.geometry.wide_bends import with_wide_bends
 from osm2xodr.model import FloatArray, LaneSpec, PlanView, Rule, Street, StreetAttributes, StreetNetwork
-
-Piece = tuple[float, StreetAttributes, CrossSection]
-"""(s on the street's curve from which it holds, attributes, cross-section)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,6 +68,12 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     plan = fitted.plan_view
     if rings.streets:
         plan = replaced(plan, np.array(rings.streets), rings.plan_view, np.arange(len(rings.streets)))
+    round_about = np.zeros(len(pieces), bool)
+    round_about[list(rings.streets)] = True
+    plan, pieces, narrow = with_wide_bends(plan, pieces, round_about)
+    for k in narrow.tolist():
+        way = pieces[k][0][1].osm_way_id
+        diagnostics.note("tight-bend", f"way/{way}", "a bend is tighter than its carriageway is wide")
     return FittedStreets(plan, pieces, np.zeros(len(pieces)))
 
 

@@ -12,10 +12,12 @@ from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.geometry.curves import lengths, pose, smallest_radius
 from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.road_parts import RoadParts
-from osm2xodr.geometry.shortest_curves import shortest_curves
+from osm2xodr.geometry.shortest_curves import wide_curves
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 _STEP = 1.0
+# Where there is no room for an inner edge of the full radius, one of these shares of it does.
+_SHARES = (1.0, 0.5, 0.1)
 
 
 def with_wide_turns(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
@@ -34,9 +36,8 @@ def with_wide_turns(connecting: ConnectingRoads, parts: RoadParts) -> Connecting
     row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
     if not len(row):
         return connecting
-    begin = pose(plan, row, np.zeros(len(row)))
-    end = pose(plan, row, connecting.length[row])
-    wide = shortest_curves(*begin, *end, radius=defaults.CONNECTING_RADIUS)
+    poses = *pose(plan, row, np.zeros(len(row))), *pose(plan, row, connecting.length[row])
+    wide = wide_curves(*poses, radius=np.full(len(row), defaults.CONNECTING_RADIUS))
     found = np.flatnonzero(lengths(wide) > 0)
     at = _road_ends(parts)
     near = [at[junction] for junction in connecting.junction[row[found]].tolist()]
@@ -48,7 +49,22 @@ def with_wide_turns(connecting: ConnectingRoads, parts: RoadParts) -> Connecting
     ]
     found = found[np.array(free, bool)]
     plan = replaced(plan, row[found], wide, found)
+    plan = _unfolded(plan, connecting)
     return replace(connecting, plan_view=plan, length=lengths(plan))
+
+
+def _unfolded(plan: PlanView, connecting: ConnectingRoads) -> PlanView:
+    """Replace turns so sharp that their one lane folds over itself, even where the way out lies on another road."""
+    half = np.maximum(connecting.entry_width, connecting.exit_width) / 2
+    for share in _SHARES:
+        row = np.flatnonzero((smallest_radius(plan) < half) & (connecting.entry != connecting.exit))
+        if not len(row):
+            break
+        poses = *pose(plan, row, np.zeros(len(row))), *pose(plan, row, lengths(plan)[row])
+        wide = wide_curves(*poses, radius=half[row] + share * defaults.INNER_EDGE_RADIUS)
+        found = np.flatnonzero(lengths(wide) > 0)
+        plan = replaced(plan, row[found], wide, found)
+    return plan
 
 
 def _road_ends(parts: RoadParts) -> dict[int, list[int]]:

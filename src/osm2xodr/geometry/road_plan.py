@@ -1,0 +1,141 @@
+"""The plan view: where roads run, where junctions cut them, and the roads that connect them there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
+from osm2xodr.geometry.connecting_roads import ConnectingRoads, build_connecting_roads
+from osm2xodr.geometry.connectivity_report import report_unheeded
+from osm2xodr.geometry.connectors import detours
+from osm2xodr.geometry.curves import smallest_radius
+from osm2xodr.geometry.lane_links import find_lane_links
+from osm2xodr.geometry.movements import Movement, find_movements
+from osm2xodr.geometry.narrowing import fit_side_by_side
+from osm2xodr.geometry.reference_lines import lines_outside_bends
+from osm2xodr.geometry.road_parts import RoadParts, cut_roads, dead_ends_apart, without_idle_junctions
+from osm2xodr.geometry.straight_ends import beyond_bends
+from osm2xodr.geometry.street_ends import StreetEnds, street_ends
+from osm2xodr.geometry.streets import FittedStreets, fit_streets, outer_lanes
+from osm2xodr.geometry.turnarounds import RoadOptions, add_turnarounds
+from osm2xodr.geometry.turning_room import widened_trims
+from osm2xodr.geometry.wide_turns import with_wide_turns
+from osm2xodr.model import StreetNetwork
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadPlan:
+    """Roads and junctions in plan.
+
+    Parameters
+    ----------
+    fitted, ends
+        The streets' curves, and their ends.
+    layout
+        The junctions.
+    parts
+        The roads between junctions.
+    connecting
+        The roads within junctions.
+    """
+
+    fitted: FittedStreets
+    ends: StreetEnds
+    layout: JunctionLayout
+    parts: RoadParts
+    connecting: ConnectingRoads
+
+
+def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics) -> RoadPlan:
+    """Lay out the roads of a network.
+
+    Parameters
+    ----------
+    network
+        What is to be driven on.
+    options
+        What the user chose about roads.
+    diagnostics
+        Where repairs and compromises are told.
+    """
+    fitted = fit_side_by_side(network, fit_streets(network, diagnostics), diagnostics)
+    ends = _ends(network, fitted)
+    layout = lay_out_junctions(network, ends)
+    movements = find_movements(network, ends, layout, diagnostics)
+    layout = dead_ends_apart(network, ends, layout, without_idle_junctions(layout, movements), diagnostics)
+    layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
+    movements += loops
+    parts = cut_roads(network, fitted, layout)
+    first = parts
+    # Measured from OSM's line, from which lines that are moved later say how far they are.
+    inner_lanes = partial(outer_lanes, fitted, network.rule)
+    links = find_lane_links(parts, movements, network.rule)
+    connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
+    widened = widened_trims(ends, layout, parts, connecting)
+    trim = beyond_bends(ends, layout.junction, widened, layout.trim)
+    if (trim != layout.trim).any():
+        layout = replace(layout, trim=trim)
+        parts = cut_roads(network, fitted, layout, parts)
+    moved, layout = lines_outside_bends(fitted, layout, parts)
+    if moved is not fitted:
+        fitted = moved
+        ends = _ends(network, fitted)
+        parts = cut_roads(network, fitted, layout, parts)
+    if parts is not first:
+        links = find_lane_links(parts, movements, network.rule, links)
+        connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
+    connecting = with_wide_turns(connecting, parts)
+    connecting = _without_detours(network, layout, connecting, diagnostics)
+    _report(network, layout, connecting, diagnostics)
+    _report_connectivity(network, movements, parts, diagnostics)
+    return RoadPlan(fitted, ends, layout, parts, connecting)
+
+
+def _ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:
+    sections = tuple((pieces[0][2], pieces[-1][2]) for pieces in fitted.pieces)
+    return street_ends(network, fitted.plan_view, sections, fitted.aside)
+
+
+def _without_detours(
+    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
+) -> ConnectingRoads:
+    """Leave out connecting roads that no car would drive because the arms that they join lie on each other."""
+    # Loops that turn back are long by design.
+    astray = detours(connecting.plan_view) & (connecting.entry != connecting.exit)
+    for junction in np.unique(connecting.junction[astray]).tolist():
+        node = network.intersections[layout.nodes[junction][0]].osm_node_id
+        diagnostics.dropped(
+            "no-room-to-turn", f"node/{node}", "the arms lie on each other, a turn between is left out"
+        )
+    return connecting.chosen(~astray) if astray.any() else connecting
+
+
+def _report(
+    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
+) -> None:
+    for street in np.flatnonzero(layout.squeezed).tolist():
+        way = network.streets[street].pieces[0][1].osm_way_id
+        diagnostics.repaired(
+            "street-too-short", f"way/{way}", "too short for the junctions at its ends, which were cut back"
+        )
+    sharp = smallest_radius(connecting.plan_view) < defaults.CONNECTING_RADIUS
+    tight = np.unique(connecting.junction[sharp])
+    for junction in tight.tolist():
+        node = network.intersections[layout.nodes[junction][0]].osm_node_id
+        diagnostics.repaired("tight-turn", f"node/{node}", "a turn through the junction is sharper than a car drives")
+
+
+def _report_connectivity(
+    network: StreetNetwork, movements: Sequence[Movement], parts: RoadParts, diagnostics: Diagnostics
+) -> None:
+    if not network.connectivities:
+        return
+    ends = [(item, int(parts.road_end[item.entry]), int(parts.road_end[item.exit])) for item in movements]
+    sections = [(item, parts.at_end(one).section, parts.at_end(other).section) for item, one, other in ends]
+    report_unheeded(network, sections, parts.stretches, diagnostics)
