@@ -12,7 +12,10 @@ RESULT := build/andorra_ordino.xodr
 AREAS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test bench lint format clean distclean
+.PHONY: help run test browser bench lint format clean distclean
+
+# Debian's and Ubuntu's: what the tests open reports in.
+BROWSER_PACKAGES := chromium chromium-driver
 
 help:
 	@echo 'make run        convert the sample in $(SAMPLE) to $(RESULT)'
@@ -35,8 +38,17 @@ run: $(VENV)/.run
 	@echo '  RoadRunner   File > Import > OpenDRIVE'
 	@echo 'Of an area of your own: $(BIN)/osm2xodr convert AREA.osm --dem DEM.tif -o OUT.xodr'
 
-test: lint
+test: lint browser
 	$(BIN)/python -m pytest -n 2
+
+browser:
+	@if ! command -v chromium >/dev/null || ! command -v chromedriver >/dev/null; then \
+		echo 'installing $(BROWSER_PACKAGES): reports are tried in a browser'; \
+		if [ "$$(id -u)" = 0 ]; then as_root=; else as_root='sudo -n'; fi; \
+		{ $$as_root apt-get update -qq && $$as_root env DEBIAN_FRONTEND=noninteractive \
+			apt-get install -y -qq --no-install-recommends $(BROWSER_PACKAGES) >/dev/null; } || { \
+			echo 'the tests need a browser; install it: sudo apt-get install $(BROWSER_PACKAGES)' >&2; exit 1; }; \
+	fi
 
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/bench.py $(if $(AREAS),--areas $(AREAS))

@@ -16,7 +16,8 @@ settings.load_profile("gate")
 # Where pyproject.toml installs all real readers of OpenDRIVE. Elsewhere some have no packages, and what needs them is
 # left out; here nothing may be, not even by a skip.
 ALL_READERS = sys.version_info < (3, 13) and sys.platform == "linux" and platform.machine() == "x86_64"
-collect_ignore = [] if ALL_READERS else ["readers", "xodrWriter/test_schema.py"]
+NEED_READERS = ["readers", "xodrWriter/test_schema.py", "checking/test_check_schema.py", "checking/test_damage.py"]
+collect_ignore = [] if ALL_READERS else NEED_READERS
 
 
 def pytest_report_header() -> str:

@@ -189,7 +189,46 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["convert", "--help"]) == 0
     text = capsys.readouterr().out
     assert "osm2xodr convert area.osm --dem dem.tif -o area.xodr" in text
-    assert "Exit status: 0 written, 1 cannot convert, 2 wrong usage." in text
+    assert "Exit status: 0 written, 1 cannot convert" in text
+
+
+def test_check_and_page_in_one_go(area: Path, dem: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page, report = out.with_suffix(".html"), out.with_suffix(".json")
+    assert convert(area, "--dem", dem, "-o", out, "--check", "--html", page, "--report-json", report) == 0
+    told = capsys.readouterr().err
+    assert f"{out}: 0 errors, 0 warnings" in told
+    assert f"wrote {page}" in told
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("<!doctype html>")
+    assert "Content-Security-Policy" in text
+    assert report.exists()
+
+
+# Two streets that cross without a node, as if one passed above the other, and no tag that says so.
+CROSSING = """<osm version="0.6">
+  <node id="1" lat="50" lon="11"/><node id="2" lat="50" lon="11.002"/>
+  <node id="3" lat="49.999" lon="11.001"/><node id="4" lat="50.001" lon="11.001"/>
+  <way id="1"><nd ref="1"/><nd ref="2"/><tag k="highway" v="residential"/></way>
+  <way id="2"><nd ref="3"/><nd ref="4"/><tag k="highway" v="residential"/></way>
+</osm>
+"""
+
+
+def test_findings_of_the_check_decide_the_exit_status(
+    tmp_path: Path, out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    area = tmp_path / "crossing.osm"
+    area.write_text(CROSSING, encoding="utf-8")
+    assert convert(area, "-o", out, "--check") == 1
+    assert "[overlap]" in capsys.readouterr().err
+    assert len(etree.parse(out).findall("road")) == 2
+
+
+@pytest.mark.parametrize("option", ["--check", "--html"])
+def test_what_reads_the_file_needs_one(option: str, area: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    more = ["page.html"] if option == "--html" else []
+    assert convert(area, "-o", "-", option, *more) == 2
+    assert f"{option} needs what was written as a file" in capsys.readouterr().err
 
 
 def test_surface_methods_are_those_of_the_surface() -> None:

@@ -15,8 +15,13 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from osm2xodr import __version__
+from osm2xodr.cli_check import check
 from osm2xodr.cli_common import Session
 from osm2xodr.cli_convert import convert
+from osm2xodr.cli_export import export
+from osm2xodr.cli_locate import locate
+from osm2xodr.cli_render import render
+from osm2xodr.cli_report import report
 from osm2xodr.cli_surface import surface
 from osm2xodr.delivery import silence_standard_output
 from osm2xodr.errors import Osm2xodrError
@@ -75,7 +80,12 @@ def cli() -> None:
 
 
 cli.add_command(convert)
+cli.add_command(check)
+cli.add_command(report)
+cli.add_command(render)
 cli.add_command(surface)
+cli.add_command(locate)
+cli.add_command(export)
 
 
 def _fail(message: str, status: int = CANNOT) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import gc
+import json
 import math
 import sys
 import time
@@ -16,14 +17,14 @@ import click
 
 from osm2xodr import __version__, defaults
 from osm2xodr.cli_common import Session, check_targets, output_option, overwrite_option
-from osm2xodr.delivery import deliver, label
+from osm2xodr.delivery import STANDARD_OUTPUT, deliver, label, report_text
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.report import Progress, details, summary
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions
 
 if TYPE_CHECKING:
-    from osm2xodr.pipeline import ConvertOptions
+    from osm2xodr.pipeline import Conversion, ConvertOptions
 
 # `osm2xodr.surface.METHODS`, which is too slow to load for --help; a test holds them equal.
 SURFACE_METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
@@ -62,6 +63,8 @@ class _Arguments:
     superelevation: bool
     turnarounds: bool
     report_json: Path | None
+    check: bool
+    html: Path | None
     jobs: int | None
     verbose: int
     quiet: bool
@@ -74,9 +77,10 @@ Examples:
   osm2xodr convert area.osm --dem dem.tif -o area.xodr
   osm2xodr convert area.osm.pbf --dem west.tif --dem east.tif -o area.xodr --overwrite
   osm2xodr convert area.osm.gz -o flat.xodr --ways major --xodr-version 1.4
+  osm2xodr convert area.osm --dem dem.tif -o area.xodr --check --html area.html
   osm2xodr convert area.osm -o - --ways motorway,motorway_link | gzip > area.xodr.gz
 
-Exit status: 0 written, 1 cannot convert, 2 wrong usage.""",
+Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong usage.""",
 )
 @click.argument("area", type=click.Path(path_type=Path))
 @click.option(
@@ -178,6 +182,13 @@ Exit status: 0 written, 1 cannot convert, 2 wrong usage.""",
     metavar="FILE",
     help="Write all that was guessed, dropped and repaired, each with its OSM id.",
 )
+@click.option("--check", is_flag=True, help="Check what was written, as the command check does.")
+@click.option(
+    "--html",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write a page to explore the road network with, as the command report does.",
+)
 @click.option(
     "--jobs",
     type=click.IntRange(1),
@@ -188,16 +199,11 @@ Exit status: 0 written, 1 cannot convert, 2 wrong usage.""",
 @click.option("-v", "--verbose", count=True, help="Say how long each stage takes; -vv: all details, and tracebacks.")
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
 @click.pass_obj
-def convert(session: Session, /, **options: Any) -> None:
+def convert(session: Session, /, **options: Any) -> int:
     """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf), to OpenDRIVE."""
     arguments = _Arguments(**options)
     session.verbose = arguments.verbose
-    if arguments.left_hand and arguments.right_hand:
-        raise click.UsageError("--left-hand and --right-hand exclude each other; give one of them")
-    targets = [("-o", arguments.output)]
-    if arguments.report_json is not None:
-        targets.append(("--report-json", arguments.report_json))
-    check_targets(targets, (arguments.area, *arguments.dem), overwrite=arguments.overwrite)
+    _refuse_contradictions(arguments)
     live = sys.stderr.isatty() and not arguments.quiet
     progress = Progress(sys.stderr, live=live, verbose=arguments.verbose > 0 and not arguments.quiet)
     began = time.monotonic()
@@ -219,22 +225,62 @@ def convert(session: Session, /, **options: Any) -> None:
         progress.done()
         gc.enable()
     if not arguments.quiet:
-        seconds = time.monotonic() - began
-        click.echo(
-            f"osm2xodr: wrote {label(arguments.output)} ({size / _MEGABYTE:,.1f} MB, OpenDRIVE"
-            f" {arguments.xodr_version}) in {seconds:,.1f} s",
-            err=True,
-        )
-        for line in summary(
-            conversion.statistics,
-            diagnostics,
-            has_heights=bool(arguments.dem),
-            elevation=conversion.road_map.elevation_report if arguments.dem else None,
-        ):
+        _tell(arguments, conversion, diagnostics, size, time.monotonic() - began)
+    log = report_text(conversion, diagnostics, arguments.output, how, inputs, size) if arguments.html else b""
+    # The page and the check read what was written, and need the memory.
+    del conversion
+    return _look_at(arguments, log)
+
+
+def _refuse_contradictions(arguments: _Arguments) -> None:
+    """Refuse options that do not go together, and outputs that cannot be, before any work is done."""
+    if arguments.left_hand and arguments.right_hand:
+        raise click.UsageError("--left-hand and --right-hand exclude each other; give one of them")
+    targets = [("-o", arguments.output)]
+    if arguments.report_json is not None:
+        targets.append(("--report-json", arguments.report_json))
+    if arguments.html is not None:
+        targets.append(("--html", arguments.html))
+    for option, given in (("--check", arguments.check), ("--html", arguments.html is not None)):
+        if given and arguments.output == STANDARD_OUTPUT:
+            raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
+    check_targets(targets, (arguments.area, *arguments.dem), overwrite=arguments.overwrite)
+
+
+def _tell(arguments: _Arguments, conversion: Conversion, diagnostics: Diagnostics, size: int, seconds: float) -> None:
+    """Say what was written."""
+    click.echo(
+        f"osm2xodr: wrote {label(arguments.output)} ({size / _MEGABYTE:,.1f} MB, OpenDRIVE"
+        f" {arguments.xodr_version}) in {seconds:,.1f} s",
+        err=True,
+    )
+    elevation = conversion.road_map.elevation_report if arguments.dem else None
+    for line in summary(conversion.statistics, diagnostics, has_heights=bool(arguments.dem), elevation=elevation):
+        click.echo(line, err=True)
+    if arguments.verbose > 1:
+        for line in details(diagnostics):
             click.echo(line, err=True)
-        if arguments.verbose > 1:
-            for line in details(diagnostics):
-                click.echo(line, err=True)
+
+
+def _look_at(arguments: _Arguments, log: bytes) -> int:
+    """Check what was written and make the page about it, where wanted; return the exit status."""
+    status = 0
+    if arguments.check:
+        from osm2xodr.checking import CheckOptions, Severity, check_file
+
+        result = check_file(arguments.output, CheckOptions())
+        for line in [result.headline()] if arguments.quiet else result.lines(Severity.WARNING):
+            click.echo(line, err=True)
+        status = int(result.failed())
+    if arguments.html is not None:
+        from osm2xodr.viewing import write_report
+        from osm2xodr.viewing.options import ReportOptions
+
+        about = ReportOptions(arguments.area, arguments.dem, json.loads(log))
+        size = write_report(arguments.output, arguments.html, about, Diagnostics())
+        if not arguments.quiet:
+            click.echo(f"osm2xodr: wrote {label(arguments.html)} ({size / _MEGABYTE:,.1f} MB)", err=True)
+    return status
 
 
 def _convert_options(arguments: _Arguments) -> ConvertOptions:

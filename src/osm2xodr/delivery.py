@@ -77,12 +77,23 @@ def deliver(
         if report_target is not None:
             # Only when the document is safe, but before its file gets its name: both are there in the end, or none.
             settle(stream)
-            output = {"file": str(target), "bytes": counting.size, "xodr_version": options.version}
-            elevation = conversion.road_map.elevation_report
-            text = report(inputs, conversion.elevation_models, conversion.statistics, elevation, diagnostics, output)
             with stream_to(report_target) as reports:
-                reports.write(text)
+                reports.write(report_text(conversion, diagnostics, target, options, inputs, counting.size))
     return counting.size
+
+
+def report_text(
+    conversion: Conversion,
+    diagnostics: Diagnostics,
+    target: Path,
+    options: WriteOptions,
+    inputs: Mapping[str, Any],
+    size: int,
+) -> bytes:
+    """Return the report on a conversion, JSON, for parameters as those of `deliver` and the size that it returns."""
+    output = {"file": str(target), "bytes": size, "xodr_version": options.version}
+    elevation = conversion.road_map.elevation_report
+    return report(inputs, conversion.elevation_models, conversion.statistics, elevation, diagnostics, output)
 
 
 @contextlib.contextmanager

@@ -1,0 +1,25 @@
+"""Checks files of OpenDRIVE of any writer: against the standard, and against what readers stumble over."""
+
+from __future__ import annotations
+
+from osm2xodr.checking.checker import check_drive, check_file
+from osm2xodr.checking.findings import Count, Finding
+from osm2xodr.checking.formats import FORMATS
+from osm2xodr.checking.result import CheckOptions, CheckResult
+from osm2xodr.checking.rule_table import RULES
+from osm2xodr.checking.rules import DEFAULT_READERS, READERS, Rule, Severity
+
+__all__ = [
+    "DEFAULT_READERS",
+    "FORMATS",
+    "READERS",
+    "RULES",
+    "CheckOptions",
+    "CheckResult",
+    "Count",
+    "Finding",
+    "Rule",
+    "Severity",
+    "check_drive",
+    "check_file",
+]

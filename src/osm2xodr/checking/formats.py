@@ -1,0 +1,139 @@
+"""Results of checks as text, JSON, SARIF and JUnit."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, Final
+from urllib.parse import quote
+from xml.etree import ElementTree
+
+from osm2xodr import __version__
+from osm2xodr.checking.findings import Finding
+from osm2xodr.checking.result import CheckResult, place
+from osm2xodr.checking.rule_table import RULES
+from osm2xodr.checking.rules import Severity
+
+_SARIF_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
+
+
+def as_text(result: CheckResult, fail_on: Severity) -> str:
+    """Return a result for people."""
+    del fail_on
+    return "\n".join(result.lines()) + "\n"
+
+
+def as_json(result: CheckResult, fail_on: Severity) -> str:
+    """Return a result as JSON."""
+    roads, junctions, length = result.size
+    document = {
+        "osm2xodr": __version__,
+        "file": str(result.path),
+        "version": result.version,
+        "roads": roads,
+        "junctions": junctions,
+        "reference_km": round(length, 6),
+        "readers": list(result.readers),
+        "failed": result.failed(fail_on),
+        "errors": result.count(Severity.ERROR),
+        "warnings": result.count(Severity.WARNING),
+        "notes": result.count(Severity.INFO),
+        "counts": [
+            {"rule": item.rule, "severity": item.severity.word, "findings": item.findings} for item in result.counts
+        ],
+        "findings": [_finding(item) for item in result.findings],
+        "not_checked": list(result.notes),
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    """Return a finding's fields."""
+    fields = {item.name: getattr(finding, item.name) for item in dataclasses.fields(finding)}
+    words = {"severity": finding.severity.word, "unit": RULES[finding.rule].unit}
+    return {**fields, **words, "readers": list(finding.readers)}
+
+
+def as_sarif(result: CheckResult, fail_on: Severity) -> str:
+    """Return a result as SARIF 2.1.0 (OASIS), which code hosts show beside files."""
+    del fail_on
+    names = sorted({item.rule for item in result.findings})
+    rules = [
+        {
+            "id": name,
+            "shortDescription": {"text": RULES[name].meaning},
+            "help": {"text": RULES[name].remedy},
+            "defaultConfiguration": {"level": _SARIF_LEVELS[RULES[name].severity]},
+        }
+        for name in names
+    ]
+    document = {
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [
+            {
+                "tool": {"driver": {"name": "osm2xodr", "version": __version__, "rules": rules}},
+                "results": [_sarif_result(result, item, names.index(item.rule)) for item in result.findings],
+                "properties": {"counts": result.by_rule(), "notChecked": list(result.notes)},
+            }
+        ],
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def _sarif_result(result: CheckResult, finding: Finding, rule: int) -> dict[str, Any]:
+    """Return a finding as a result of SARIF."""
+    location: dict[str, Any] = {
+        "physicalLocation": {
+            "artifactLocation": {"uri": quote(result.path.as_posix())},
+            # SARIF counts lines from 1.
+            "region": {"startLine": max(finding.line, 1)},
+        },
+    }
+    if finding.road:
+        lane = "" if finding.lane is None else f"/lane/{finding.lane}"
+        location["logicalLocations"] = [{"fullyQualifiedName": f"road/{finding.road}{lane}"}]
+    fields = _finding(finding)
+    properties = {name: fields[name] for name in ("s", "x", "y", "lat", "lon", "value", "limit", "unit", "readers")}
+    return {
+        "ruleId": finding.rule,
+        "ruleIndex": rule,
+        "level": _SARIF_LEVELS[finding.severity],
+        "message": {"text": f"{place(finding)}: {finding.text}"},
+        "locations": [location],
+        "properties": {name: value for name, value in properties.items() if value is not None},
+    }
+
+
+def as_junit(result: CheckResult, fail_on: Severity) -> str:
+    """Return a result as JUnit's XML: each rule is a test, and fails if there are findings that count."""
+    failing = {item.rule for item in result.counts if item.severity >= fail_on}
+    counts = result.by_rule()
+    suite = ElementTree.Element(
+        "testsuite", name=f"osm2xodr check {result.path}", tests=str(len(result.rules)), failures=str(len(failing))
+    )
+    for name in sorted(result.rules):
+        case = ElementTree.SubElement(suite, "testcase", classname="osm2xodr.check", name=name)
+        if name not in counts:
+            continue
+        text = "\n".join(f"{place(item)}: {item.text}" for item in result.findings if item.rule == name)
+        tag = "failure" if name in failing else "system-out"
+        element = ElementTree.SubElement(case, tag)
+        if name in failing:
+            element.set("message", f"{counts[name]} findings: {RULES[name].meaning}")
+        element.text = _printable(text)
+    root = ElementTree.Element("testsuites")
+    root.append(suite)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _printable(text: str) -> str:
+    """Return text without characters that XML does not know."""
+    return "".join(letter for letter in text if letter >= " " or letter in "\n\t")
+
+
+FORMATS: Final[Mapping[str, Callable[[CheckResult, Severity], str]]] = MappingProxyType(
+    {"text": as_text, "json": as_json, "sarif": as_sarif, "junit": as_junit}
+)

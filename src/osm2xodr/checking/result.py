@@ -1,0 +1,164 @@
+"""What checking a file gives, and how it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from osm2xodr import defaults
+from osm2xodr.checking.findings import Count, Finding
+from osm2xodr.checking.rule_table import RULES
+from osm2xodr.checking.rules import DEFAULT_READERS, READERS, Severity
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """What is looked at.
+
+    Parameters
+    ----------
+    readers
+        Readers of OpenDRIVE that must be able to use the file (`READERS`).
+    schema
+        XML schema; by default that of ASAM's checker, if installed.
+    only, ignore
+        Names of rules: nothing but these, all but these.
+    most
+        Findings that are listed per rule and severity; all are counted.
+
+    Raises
+    ------
+    ValueError
+        If a reader or rule is unknown, or `most` is negative.
+    """
+
+    readers: tuple[str, ...] = DEFAULT_READERS
+    schema: Path | None = None
+    only: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    most: int = defaults.CHECK_FINDINGS
+
+    def __post_init__(self) -> None:
+        for name in self.readers:
+            if name not in READERS:
+                raise ValueError(f"{name} is no reader that is known; known are {', '.join(READERS)}")
+        for name in (*self.only, *self.ignore):
+            if name not in RULES:
+                raise ValueError(f"{name} is no rule; rules are listed in docs/check.md")
+        if self.most < 0:
+            raise ValueError(f"{self.most} findings per rule cannot be listed; give 0 or more")
+
+    def rules(self) -> frozenset[str]:
+        """Return the names of the rules that are looked at."""
+        readers = frozenset(self.readers)
+        wanted = {name for name, rule in RULES.items() if rule.matters_to(readers)}
+        # A rule that is asked for by name is looked at whoever suffers.
+        return frozenset((set(self.only) if self.only else wanted) - set(self.ignore))
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """What was found in a file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    version
+        Its version as stated, such as ``1.7``; empty where it states none.
+    size
+        Roads, junctions and length of reference lines, km.
+    readers
+        Those that were asked for.
+    rules
+        Names of the rules that were looked at.
+    counts
+        How often each rule was broken, complete.
+    findings
+        The worst of them, ranked.
+    notes
+        What could not be looked at, and why.
+    """
+
+    path: Path
+    version: str
+    size: tuple[int, int, float]
+    readers: tuple[str, ...]
+    rules: frozenset[str]
+    counts: tuple[Count, ...]
+    findings: tuple[Finding, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    def count(self, severity: Severity) -> int:
+        """Return the number of findings of a severity."""
+        return sum(item.findings for item in self.counts if item.severity == severity)
+
+    def failed(self, severity: Severity = Severity.WARNING) -> bool:
+        """Whether there are findings of a severity or worse."""
+        return any(item.severity >= severity for item in self.counts)
+
+    def by_rule(self) -> dict[str, int]:
+        """Return the number of findings of each rule that was broken."""
+        out: dict[str, int] = {}
+        for item in self.counts:
+            out[item.rule] = out.get(item.rule, 0) + item.findings
+        return out
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        roads, junctions, length = self.size
+        words = [
+            _number(self.count(severity), word)
+            for severity, word in ((Severity.ERROR, "error"), (Severity.WARNING, "warning"), (Severity.INFO, "note"))
+        ]
+        version = f"OpenDRIVE {self.version}" if self.version else "OpenDRIVE of no stated version"
+        size = f"{_number(roads, 'road')}, {_number(junctions, 'junction')}, {length:,.1f} km"
+        return f"{self.path}: {', '.join(words)} ({version}, {size})"
+
+    def lines(self, least: Severity = Severity.INFO) -> Iterator[str]:
+        """Yield the result as text: a headline, the findings, the worst first, and how many there are by rule.
+
+        Those below a severity are left to the headline, which counts them.
+        """
+        yield self.headline()
+        for finding in (item for item in self.findings if item.severity >= least):
+            yield f"{finding.severity.word:8}{place(finding)}: {finding.text} [{finding.rule}]{_sufferers(finding)}"
+        counts = [item for item in self.counts if item.severity >= least]
+        if counts:
+            yield ""
+            yield "findings  rule"
+        for count in counts:
+            shown = sum(item.rule == count.rule and item.severity == count.severity for item in self.findings)
+            more = f", {count.findings - shown:,} of them not listed" if shown < count.findings else ""
+            yield f"{count.findings:8,}  {count.rule} ({count.severity.word}{more}): {RULES[count.rule].remedy}"
+        for note in self.notes:
+            yield f"note: {note}"
+
+
+def place(finding: Finding) -> str:
+    """Say where a finding is."""
+    words = []
+    if finding.road:
+        words.append(f"road {finding.road}")
+    if finding.lane is not None:
+        words.append(f"lane {finding.lane}")
+    if finding.s is not None:
+        words.append(f"s {finding.s:.2f}")
+    if finding.x is not None and finding.y is not None:
+        words.append(f"at {finding.x:.2f},{finding.y:.2f}")
+    if finding.lat is not None and finding.lon is not None:
+        words.append(f"({finding.lat:.6f} {finding.lon:.6f})")
+    if finding.line:
+        words.append(f"line {finding.line}")
+    return " ".join(words) or "file"
+
+
+def _sufferers(finding: Finding) -> str:
+    """Say who suffers."""
+    return f" ({', '.join(finding.readers)})" if finding.readers else ""
+
+
+def _number(n: int, word: str) -> str:
+    """Return a number of things."""
+    return f"{n:,} {word}" if n == 1 else f"{n:,} {word}s"

@@ -1,0 +1,122 @@
+"""Files held against the XML schema of their version, where a schema and a library that knows it are there."""
+
+from __future__ import annotations
+
+import gzip
+import importlib
+import importlib.util
+from pathlib import Path
+from typing import Any, Final
+
+from osm2xodr import defaults
+from osm2xodr.errors import InputError
+
+# Where the schemas lie in the package of ASAM's checker, by version.
+_PACKAGE: Final = "qc_opendrive"
+_SCHEMAS: Final = {
+    (1, 1): "1.1/OpenDRIVE_1.1.xsd",
+    (1, 2): "1.2/OpenDRIVE_1.2.xsd",
+    (1, 4): "1.4/OpenDRIVE_1.4H.xsd",
+    (1, 5): "1.5/OpenDRIVE_1.5M.xsd",
+    (1, 6): "1.6.1/opendrive_16_core.xsd",
+    (1, 7): "1.7.0/opendrive_17_core.xsd",
+    (1, 8): "1.8.0/OpenDRIVE_Core.xsd",
+}
+
+# Line of the file and what is wrong there.
+Violation = tuple[int, str]
+
+
+def schema_violations(
+    path: Path, revision: tuple[int, int], schema: Path | None
+) -> tuple[tuple[Violation, ...], str | None]:
+    """Hold a file against a schema.
+
+    Parameters
+    ----------
+    path
+        The file.
+    revision
+        Its version.
+    schema
+        The schema; None: that of the version from the package of ASAM's checker, if it is installed.
+
+    Returns
+    -------
+    tuple
+        Violations, and a note on why the schema was not looked at, if it was not.
+
+    Raises
+    ------
+    InputError
+        If a schema that was given cannot be used.
+    """
+    if str(path) == "-":
+        return (), "the schema was not checked: standard input can be read only once"
+    found = schema or _installed(revision)
+    if found is None:
+        version = ".".join(str(part) for part in revision)
+        if importlib.util.find_spec(_PACKAGE) is None:
+            return (), "the schema was not checked: give one with --schema, or install asam-qc-opendrive"
+        return (), f"the schema was not checked: there is none for version {version}; give one with --schema"
+    try:
+        found.read_bytes()
+    except OSError as error:
+        raise InputError(
+            f"cannot read the schema {found}: {(error.strerror or str(error)).lower()}; give its .xsd file"
+        ) from error
+    etree = _module("lxml.etree")
+    if etree is None:
+        return (), "the schema was not checked: install lxml"
+    try:
+        compiled = etree.XMLSchema(etree.parse(str(found)))
+    except etree.LxmlError as error:
+        # The schemas of 1.8 are of XML Schema 1.1, which lxml does not know.
+        if schema is None and path.stat().st_size > defaults.CHECK_SCHEMA_18_BYTES:
+            return (), f"the schema was not checked: it takes long for so large a file; --schema {found.name} does it"
+        return _by_xmlschema(_tree(etree, path), found, str(error))
+    compiled.validate(_tree(etree, path))
+    return tuple((error.line, " ".join(error.message.split())) for error in compiled.error_log), None
+
+
+def _installed(revision: tuple[int, int]) -> Path | None:
+    """Return the schema of a version in the package of ASAM's checker."""
+    spec = importlib.util.find_spec(_PACKAGE)
+    if spec is None or spec.origin is None or revision not in _SCHEMAS:
+        return None
+    path = Path(spec.origin).parent / "schema" / _SCHEMAS[revision]
+    return path if path.is_file() else None
+
+
+def _module(name: str) -> Any:
+    """Return a library that is not among those that are always installed, or None."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        return None
+
+
+def _tree(etree: Any, path: Path) -> Any:
+    """Return a file as a tree of lxml."""
+    with path.open("rb") as stream:
+        packed = stream.read(2) == b"\x1f\x8b"
+    parser = etree.XMLParser(huge_tree=True, resolve_entities=False, no_network=True)
+    with gzip.open(path) if packed else path.open("rb") as stream:
+        return etree.parse(stream, parser)
+
+
+def _by_xmlschema(tree: Any, found: Path, refused: str) -> tuple[tuple[Violation, ...], str | None]:
+    """Check by xmlschema, which knows XML Schema 1.1 as well."""
+    library = _module("xmlschema")
+    if library is None:
+        return (), "the schema was not checked: install xmlschema, which knows XML Schema 1.1"
+    try:
+        schema = library.XMLSchema11(str(found))
+    except (library.XMLSchemaException, SyntaxError) as error:
+        raise InputError(
+            f"{found} is no XML schema that can be used ({refused}); give another with --schema"
+        ) from error
+    return tuple(
+        (int(error.sourceline or 0), f"{error.path}: {' '.join(str(error.reason).split())}")
+        for error in schema.iter_errors(tree)
+    ), None

@@ -1,0 +1,154 @@
+"""What roads can be coloured by, and the values of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive import OpenDrive
+from osm2xodr.viewing import colours
+from osm2xodr.viewing.colours import Ramp
+from osm2xodr.viewing.scene import Scene
+
+# m/s to km/h.
+KMH = 3.6
+
+
+@dataclass(frozen=True)
+class Categories:
+    """Kinds, each with a colour.
+
+    Parameters
+    ----------
+    names, colours, labels
+        Of each kind.
+    present
+        Whether it occurs, and so stands in the legend.
+    """
+
+    names: tuple[str, ...]
+    colours: tuple[str, ...]
+    labels: tuple[str, ...]
+    present: tuple[bool, ...]
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A way to colour roads.
+
+    Parameters
+    ----------
+    key
+        ``type``, ``class``, ``height``, ``grade``, ``error``, ``speed`` or ``finding``.
+    label, title
+        For the switch, and for the legend with its unit.
+    scale
+        Colours.
+    digits
+        After the point of the legend's numbers.
+    """
+
+    key: str
+    label: str
+    title: str
+    scale: Categories | Ramp
+    digits: int = 0
+
+
+def lane_speeds(file: OpenDrive, scene: Scene) -> FloatArray:
+    """Return the speed limit of each lane of a scene, km/h: its own, or else the road's in its strip's middle."""
+    strip_of_lane = np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start))
+    row = _type_rows(file, scene)[strip_of_lane]
+    road_speed = np.full(len(row), np.nan)
+    road_speed[row >= 0] = file.types.speed[row[row >= 0]]
+    own = file.lanes.speed[scene.lane]
+    speed = np.where(np.isfinite(own), own, road_speed) * KMH
+    return np.where(np.isfinite(speed), speed, np.nan)
+
+
+def strip_classes(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray]:
+    """Return names of road types, and the one of each strip: that of its middle."""
+    names = tuple(sorted({*file.types.type, "unknown"}))
+    row = _type_rows(file, scene)
+    number = {name: k for k, name in enumerate(names)}
+    of_row = np.array([number[name] for name in file.types.type] or [0], np.int64)
+    return names, np.where(row >= 0, of_row[np.maximum(row, 0)] if len(file.types.type) else 0, number["unknown"])
+
+
+def _type_rows(file: OpenDrive, scene: Scene) -> IntArray:
+    """Return the row of the ``<type>`` that holds at the middle of each strip; -1 without one."""
+    first, last = scene.station_start[:-1], scene.station_start[1:] - 1
+    middle = 0.5 * (scene.s[first] + scene.s[last])
+    start = file.types.start
+    out = np.full(len(middle), -1)
+    for k, road in enumerate(scene.strip_road.tolist()):
+        a, b = int(start[road]), int(start[road + 1])
+        if b > a:
+            out[k] = a + max(0, int(np.searchsorted(file.types.s[a:b], middle[k], "right")) - 1)
+    return out
+
+
+def lane_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray]:
+    """Return names of lane types, and the one of each lane of a scene."""
+    found = [file.lanes.type[row] for row in scene.lane.tolist()]
+    names = tuple(sorted(set(found) | {"driving"}))
+    number = {name: k for k, name in enumerate(names)}
+    return names, np.array([number[name] for name in found], np.int64)
+
+
+def make_modes(file: OpenDrive, scene: Scene, *, has_findings: bool) -> list[Mode]:
+    """Return the ways to colour a scene, the usual one first."""
+    types, _ = lane_types(file, scene)
+    used = {types[k] for k in lane_types(file, scene)[1].tolist()}
+    classes, class_of = strip_classes(file, scene)
+    class_used = {classes[k] for k in class_of.tolist()}
+    modes = [
+        Mode("type", "lane type", "Lanes", _categories(types, colours.LANE_TYPES, colours.LANE_OTHER, used)),
+        Mode(
+            "class", "road class", "Roads", _categories(classes, colours.ROAD_TYPES, colours.ROAD_OTHER, class_used)
+        ),
+        Mode("height", "height", "Height, m", _ramp(colours.CIVIDIS, scene.z, 1.0, 99.0, 10.0, "m")),
+        Mode("grade", "grade", "Grade, %", Ramp(colours.STEEPNESS, 0.0, _steep(scene), "%")),
+    ]
+    if np.isfinite(scene.ground).any():
+        error = np.abs(scene.z - scene.ground)
+        far = colours.round_range(0.0, float(np.nanpercentile(error, 90.0)), 1.0)[1]
+        title = "Road less elevation model, m"
+        modes.append(Mode("error", "height error", title, Ramp(colours.ERROR, -far, far, "m"), 1))
+    speed = lane_speeds(file, scene)
+    if np.isfinite(speed).any():
+        modes.append(Mode("speed", "speed", "Speed, km/h", _ramp(colours.VIRIDIS, speed, 0.0, 100.0, 20.0, "km/h")))
+    if has_findings:
+        names = ("none", *reversed(colours.SEVERITIES))
+        shades = ("#9aa5af", *reversed(tuple(colours.SEVERITIES.values())))
+        labels = ("nothing found", *(f"road with {name}" for name in reversed(colours.SEVERITIES)))
+        scale = Categories(names, shades, labels, (True,) * len(names))
+        modes.append(Mode("finding", "findings", "Findings", scale))
+    return modes
+
+
+def _categories(names: tuple[str, ...], table: Mapping[str, str], other: str, used: set[str]) -> Categories:
+    """Give kinds their colours; those of one colour share the first's place in the legend."""
+    shades = tuple(table.get(name, other) for name in names)
+    labels, present = [], []
+    for name, shade in zip(names, shades, strict=True):
+        alike = [item for item, colour in zip(names, shades, strict=True) if colour == shade and item in used]
+        labels.append(", ".join(alike))
+        present.append(bool(alike) and name == alike[0])
+    return Categories(names, shades, tuple(labels), tuple(present))
+
+
+def _ramp(stops: tuple[str, ...], values: FloatArray, low: float, high: float, least: float, unit: str) -> Ramp:
+    """Spread a ramp over percentiles of values."""
+    known = values[np.isfinite(values)]
+    ends = np.percentile(known, (low, high)) if len(known) else (np.nan, np.nan)
+    return Ramp(stops, *colours.round_range(float(ends[0]), float(ends[1]), least), unit)
+
+
+def _steep(scene: Scene) -> float:
+    """Return the grade at the end of the ramp, %."""
+    known = np.abs(scene.grade[np.isfinite(scene.grade)])
+    return colours.round_range(0.0, 100.0 * float(np.percentile(known, 98.0)) if len(known) else 0.0, 4.0)[1]

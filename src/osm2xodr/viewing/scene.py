@@ -1,0 +1,108 @@
+"""What is drawn of a file: stations along its roads, and across them the borders of lanes.
+
+A *strip* is one lane section: rows of stations, each with the same borders from left to right. Its surface is the
+grid that they span. Page and picture share all this.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from osm2xodr.model import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Stations, strips and lanes of all roads, in the order of the file.
+
+    Parameters
+    ----------
+    strip_road : (strips,)
+        Index of the road.
+    strip_section : (strips,)
+        Index of the lane section.
+    station_start : (strips + 1,)
+        Into the stations.
+    lane_start : (strips + 1,)
+        Into the lanes.
+    s, x, y, z, heading, roll, grade : (stations,)
+        On the reference line: m, rad, rise per metre. Roll lowers what is to the right when it is positive, as
+        OpenDRIVE's superelevation does. NaN where the file does not say.
+    ground : (stations,)
+        Height of the elevation model, m; NaN where there is none.
+    border : (stations x borders,)
+        t of the borders, m, from left to right; one more than lanes. Strip after strip, station after station.
+    lane : (lanes,)
+        Row in the file's table of lanes; from left to right, without centre lanes.
+    centre : (strips,)
+        Row of the centre lane, -1 without one.
+    """
+
+    strip_road: IntArray
+    strip_section: IntArray
+    station_start: IntArray
+    lane_start: IntArray
+    s: FloatArray
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+    heading: FloatArray
+    roll: FloatArray
+    grade: FloatArray
+    ground: FloatArray
+    border: FloatArray
+    lane: IntArray
+    centre: IntArray
+
+    @property
+    def strip_stations(self) -> IntArray:
+        """Number of stations of each strip."""
+        return np.diff(self.station_start)
+
+    @property
+    def strip_borders(self) -> IntArray:
+        """Number of borders of each strip."""
+        return np.diff(self.lane_start) + 1
+
+    @property
+    def border_start(self) -> IntArray:
+        """Where the borders of each strip begin, and where the last ones end."""
+        return np.concatenate(([0], np.cumsum(self.strip_stations * self.strip_borders)))
+
+    @property
+    def station_strip(self) -> IntArray:
+        """Strip of each station."""
+        return np.repeat(np.arange(len(self.strip_road)), self.strip_stations)
+
+    @property
+    def station_road(self) -> IntArray:
+        """Road of each station."""
+        return self.strip_road[self.station_strip]
+
+    def border_station(self) -> IntArray:
+        """Return the station of each border."""
+        return np.repeat(np.arange(len(self.s)), self.strip_borders[self.station_strip])
+
+    def border_places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return x, y, z of the borders, m."""
+        at = self.border_station()
+        across = self.border * np.cos(self.roll)[at]
+        return (
+            self.x[at] - across * np.sin(self.heading)[at],
+            self.y[at] + across * np.cos(self.heading)[at],
+            self.z[at] + self.border * np.sin(self.roll)[at],
+        )
+
+    def edges(self) -> tuple[FloatArray, FloatArray]:
+        """Return t of the leftmost and the rightmost border at each station, m."""
+        first = self.border_start[:-1][self.station_strip]
+        row = np.arange(len(self.s)) - self.station_start[:-1][self.station_strip]
+        borders = self.strip_borders[self.station_strip]
+        left = first + row * borders
+        return self.border[left], self.border[left + borders - 1]
+
+    def with_ground(self, ground: FloatArray) -> Scene:
+        """Return the same with heights of an elevation model at the stations."""
+        return replace(self, ground=ground)

@@ -1,0 +1,72 @@
+// Colours of strips: by category or by a ramp, as the page's data say.
+const BINS = 48;
+
+function rgbOf(colour) {
+  return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+}
+
+/** Return the colours of a ramp as so many steps. */
+function rampSteps(stops) {
+  const table = stops.map(rgbOf);
+  return Array.from({ length: BINS }, (_, k) => {
+    const at = (k / (BINS - 1)) * (table.length - 1), low = Math.min(Math.floor(at), table.length - 2);
+    const mixed = table[low].map((value, c) => Math.round(value + (table[low + 1][c] - value) * (at - low)));
+    return `rgb(${mixed.join(",")})`;
+  });
+}
+
+/**
+ * Say how a mode colours. `lane(strip, lane)` returns a colour for modes that colour lanes as a whole, `station(i)`
+ * for those that colour along the road; the other one is null.
+ */
+function colouring(data, mode) {
+  const unknown = data.info.unknown_colour;
+  if (mode.kind === "category") {
+    const colours = mode.entries.map((entry) => entry[1]);
+    const of = { type: (strip, lane) => data.laneType[lane], class: (strip) => data.stripClass[strip],
+      finding: (strip) => data.roadFinding[data.stripRoad[strip]] }[mode.key];
+    return { lane: (strip, lane) => colours[of(strip, lane)] || unknown, station: null };
+  }
+  const steps = rampSteps(mode.stops);
+  const colour = (value) => Number.isFinite(value)
+    ? steps[Math.max(0, Math.min(BINS - 1, Math.round(((value - mode.low) / (mode.high - mode.low)) * (BINS - 1))))]
+    : unknown;
+  if (mode.key === "speed") return { lane: (strip, lane) => colour(data.laneSpeed[lane]), station: null };
+  const value = stationValue(data, mode.key);
+  return { lane: null, station: (i) => colour(value(i)) };
+}
+
+/** Return the function that gives the value of a mode at a station, in the unit of its legend. */
+function stationValue(data, key) {
+  if (key === "height") return (i) => data.z[i];
+  if (key === "grade") return (i) => 100 * Math.abs(data.grade[i]);
+  return (i) => data.z[i] - data.ground[i];
+}
+
+/** Fill the legend for a mode. */
+function showLegend(box, mode, extra) {
+  const parts = [el("h2", {}, mode.title)];
+  if (mode.kind === "category") {
+    parts.push(el("ul", {}, ...mode.entries.filter((entry) => entry[3]).map(([, colour, label]) => {
+      const swatch = el("span", { class: "swatch" });
+      swatch.style.background = colour;
+      return el("li", {}, swatch, label);
+    })));
+  } else {
+    const ramp = el("span", { class: "ramp" });
+    ramp.style.background = `linear-gradient(to right, ${mode.stops.join(", ")})`;
+    const middle = (mode.low + mode.high) / 2;
+    const ticks = [mode.low, middle, mode.high].map((value) => el("span", {}, fix(value, mode.digits)));
+    parts.push(ramp, el("div", { class: "ticks" }, ...ticks));
+  }
+  if (extra.length) {
+    parts.push(el("ul", {}, ...extra.map(([colour, label, round]) => {
+      const swatch = el("span", { class: "swatch" });
+      if (colour) swatch.style.background = colour;
+      else swatch.style.border = "1.5px solid currentcolor";
+      if (round) { swatch.style.width = "11px"; swatch.style.borderRadius = "50%"; swatch.style.margin = "0 5px"; }
+      return el("li", {}, swatch, label);
+    })));
+  }
+  box.replaceChildren(...parts);
+}

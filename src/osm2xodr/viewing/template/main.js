@@ -1,0 +1,238 @@
+// Puts the parts together: what the address says, what is chosen, what is shown.
+
+async function start() {
+  const data = await readData(), info = data.info;
+  index(data);
+  $("title").textContent = info.title;
+  $("subtitle").textContent = info.subtitle;
+  const state = { road: -1, mode: info.modes.find((mode) => mode.key === info.first_mode), view: "2d", scene: null };
+  const actions = {
+    openRoad: (road, s, move) => openRoad(road, s, move),
+    openFinding: (k) => openFinding(k),
+    openJunction: (junction) => openJunction(junction),
+    go: (x, y) => { show2d(); map.go(x, y); },
+    mark: (x, y) => map.mark(x, y),
+    hover: (x, y) => hover(x, y),
+  };
+  const panel = new Panel(data, actions), profile = new Profile(data, actions), map = new RoadMap(data, actions);
+
+  const hills = new Map();
+  function hill(dark) {
+    if (!hills.has(dark)) hills.set(dark, hillOf(data, dark));
+    return hills.get(dark);
+  }
+
+  function look() {
+    const css = getComputedStyle(document.documentElement), of = (name) => css.getPropertyValue(name).trim();
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    return {
+      colour: colouring(data, state.mode), findings: state.mode.key === "finding", dark, hill: hill(dark),
+      ink: of("--ink"), halo: of("--halo"), soft: of("--soft"), ground: of("--ground"), edge: dark ? "#8b98a5" : "#3d4853",
+      light: "#d9a400", sign: "#2f74b9",
+    };
+  }
+
+  function recolour() {
+    state.look = look();
+    map.show(state.look);
+    if (state.scene) state.scene.show(state.look);
+    const extra = info.junctions.id.length ? [[null, "junction", true]] : [];
+    if (info.signals.some((signal) => signal[3])) extra.push(["#d9a400", "traffic light", true]);
+    if (info.signals.some((signal) => !signal[3])) extra.push(["#2f74b9", "sign", true]);
+    showLegend($("legend"), state.mode, extra);
+    remember();
+  }
+
+  function openRoad(road, s, move) {
+    state.road = road;
+    panel.road = road;
+    panel.junction = -1;
+    profile.show(road);
+    map.map.invalidateSize({ pan: false });
+    map.select(road, move);
+    if (road >= 0 && s !== undefined && s !== null) { profile.point(s); if (move) { const at = placeAt(data, road, s); if (at) map.mark(...at); } }
+    if (state.scene) { state.scene.select(road); if (move && road >= 0) lookAt(road); }
+    panel.open(road >= 0 ? "road" : panel.tab === "road" ? "overview" : panel.tab);
+    remember();
+  }
+
+  function openJunction(junction) {
+    openRoad(-1);
+    panel.junction = junction;
+    panel.open("road");
+    if (info.junctions.x[junction] !== null) { show2d(); map.go(info.junctions.x[junction], info.junctions.y[junction]); }
+  }
+
+  function openFinding(k) {
+    const [, , road, , s, x, y] = info.findings[k];
+    if (road >= 0) openRoad(road, s, false);
+    if (x !== null) { show2d(); map.go(x, y); }
+  }
+
+  function hover(x, y) {
+    if (!Number.isFinite(x)) { $("place").textContent = ""; return; }
+    const found = nearest(data, x, y, 6 * map.pixel());
+    const parts = [`x ${fix(x + info.origin[0], 2)}  y ${fix(y + info.origin[1], 2)} m`];
+    const degrees = geographic(info, x, y);
+    if (degrees) parts.push(`${degrees[1].toFixed(6)}, ${degrees[0].toFixed(6)}°`);
+    if (found) {
+      parts.push(`z ${fix(between(data.z, found) + found.t * Math.sin(data.roll[found.station]), 2)} m`, `road ${info.road.id[found.road]} s ${fix(between(data.s, found), 1)}`);
+      if (found.road === state.road) profile.point(between(data.s, found));
+    }
+    $("place").textContent = parts.join("  ·  ");
+  }
+
+  function show2d() {
+    state.view = "2d";
+    $("scene").hidden = true;
+    press();
+  }
+
+  async function show3d() {
+    state.view = "3d";
+    $("scene").hidden = false;
+    press();
+    if (state.scene) { state.scene.resize(); return; }
+    $("scene-message").textContent = "Building the view …";
+    try {
+      const library = await loadThree();
+      state.scene = new RoadScene(data, actions, library);
+      state.scene.show(state.look);
+      $("scene-message").textContent = "";
+      const { center, metres } = seen();
+      state.scene.look(center.lng, center.lat, metres);
+      state.scene.select(state.road);
+    } catch (error) {
+      $("scene-message").textContent = `The view in 3D cannot be drawn here: the browser offers no WebGL (${error.message}). The map needs none.`;
+    }
+  }
+
+  function seen() {
+    const bounds = map.map.getBounds(), [west, south, east, north] = info.bounds;
+    const metres = Math.max(60, Math.min(bounds.getEast() - bounds.getWest(), 1.1 * Math.max(east - west, north - south)));
+    const center = bounds.getCenter();
+    return { center: { lng: Math.min(east, Math.max(west, center.lng)), lat: Math.min(north, Math.max(south, center.lat)) }, metres };
+  }
+
+  function lookAt(road) {
+    const [west, south, east, north] = data.roadBox.subarray(4 * road, 4 * road + 4);
+    if (Number.isFinite(west)) state.scene.look((west + east) / 2, (south + north) / 2, Math.max(80, 1.6 * Math.max(east - west, north - south)));
+  }
+
+  function press() {
+    $("view-2d").setAttribute("aria-pressed", String(state.view === "2d"));
+    $("view-3d").setAttribute("aria-pressed", String(state.view === "3d"));
+    remember();
+  }
+
+  /** Keep what is shown in the address, so that it can be passed on. */
+  function remember() {
+    const words = [`mode=${state.mode.key}`];
+    if (state.road >= 0) words.push(`road=${encodeURIComponent(info.road.id[state.road])}`);
+    if (state.view === "3d") words.push("view=3d");
+    try { history.replaceState(null, "", "#" + words.join("&")); } catch { /* Some browsers forbid it for local files. */ }
+  }
+
+  for (const mode of info.modes) $("mode").append(el("option", { value: mode.key }, mode.label));
+  $("mode").addEventListener("change", () => { state.mode = info.modes.find((mode) => mode.key === $("mode").value); recolour(); });
+  $("view-2d").addEventListener("click", show2d);
+  $("view-3d").addEventListener("click", show3d);
+  $("reset").addEventListener("click", () => { const { center, metres } = seen(); state.scene.look(center.lng, center.lat, metres); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { recolour(); profile.show(state.road); });
+  addSearch(data, actions);
+  const wish = new URLSearchParams(location.hash.slice(1));
+  state.mode = info.modes.find((mode) => mode.key === wish.get("mode")) || state.mode;
+  $("mode").value = state.mode.key;
+  const road = info.road.id.indexOf(wish.get("road") || "\u0000");
+  recolour();
+  panel.open(wish.get("tab") || "overview");
+  $("message").textContent = info.road.id.length ? "" : "The file has no roads.";
+  if (road >= 0) openRoad(road, Number(wish.get("s")) || undefined, true);
+  if (wish.get("view") === "3d") await show3d();
+  // For scripts that drive the page.
+  window.osm2xodr = {
+    data, state, openRoad,
+    pixelOf: (x, y) => { const at = map.map.latLngToContainerPoint([y, x]), box = $("map").getBoundingClientRect(); return [at.x + box.left, at.y + box.top]; },
+    setView: (x, y, zoom) => map.map.setView([y, x], zoom, { animate: false }),
+  };
+  document.documentElement.dataset.ready = "true";
+}
+
+/** Sort what is looked up often. */
+function index(data) {
+  const info = data.info, rank = Object.keys(info.severities);
+  data.findingOrder = info.findings.map((_, k) => k).sort((a, b) => rank.indexOf(info.findings[b][0]) - rank.indexOf(info.findings[a][0]) || b - a);
+  data.roadFindings = new Map();
+  // 0: none; then the gravest first, as in the legend.
+  data.roadFinding = new Int32Array(info.road.id.length);
+  info.findings.forEach(([severity, , road], k) => {
+    if (road < 0) return;
+    if (!data.roadFindings.has(road)) data.roadFindings.set(road, []);
+    data.roadFindings.get(road).push(k);
+    const grave = rank.length - rank.indexOf(severity);
+    data.roadFinding[road] = Math.max(data.roadFinding[road], grave);
+  });
+  data.namedRoads = info.road.id.map((_, k) => k)
+    .filter((road) => info.road.name[road] && data.roadJunction[road] < 0 && data.roadStrip[road + 1] > data.roadStrip[road])
+    .sort((a, b) => data.roadLength[b] - data.roadLength[a] || a - b);
+}
+
+/** Return the place at some s of a road. */
+function placeAt(data, road, s) {
+  const first = data.stationStart[data.roadStrip[road]], last = data.stationStart[data.roadStrip[road + 1]] - 1;
+  for (let i = first; i < last; i++) {
+    if (data.s[i + 1] >= s && data.s[i + 1] > data.s[i]) {
+      const share = Math.max(0, (s - data.s[i]) / (data.s[i + 1] - data.s[i]));
+      return [data.x[i] + share * (data.x[i + 1] - data.x[i]), data.y[i] + share * (data.y[i + 1] - data.y[i])];
+    }
+  }
+  return last >= first ? [data.x[last], data.y[last]] : null;
+}
+
+function addSearch(data, actions) {
+  const info = data.info, input = $("search"), list = $("results");
+  let hits = [], at = -1;
+  const wayRoads = new Map();
+  for (const [road, ways] of Object.entries(info.ways)) for (const [way] of ways) if (!wayRoads.has(String(way))) wayRoads.set(String(way), Number(road));
+  const find = (text) => {
+    const word = text.trim().toLowerCase();
+    if (!word) return [];
+    const exact = [], begin = [], inside = [], seen = new Set();
+    info.road.id.forEach((id, road) => {
+      const name = info.road.name[road];
+      const hit = { label: `road ${id}`, more: name, act: () => actions.openRoad(road, undefined, true) };
+      if (id.toLowerCase() === word) exact.push(hit);
+      else if (name && name.toLowerCase().includes(word) && data.roadJunction[road] < 0) {
+        if (inside.length < 300 && !seen.has(name)) { seen.add(name); (name.toLowerCase().startsWith(word) ? begin : inside).push({ ...hit, label: name, more: `road ${id}` }); }
+      }
+    });
+    info.junctions.id.forEach((id, k) => {
+      if (id.toLowerCase() === word) exact.push({ label: `junction ${id}`, more: info.junctions.name[k], act: () => actions.openJunction(k) });
+    });
+    const way = wayRoads.get(word.replace(/^way\/?/, ""));
+    if (way !== undefined) exact.push({ label: `road ${info.road.id[way]}`, more: `way/${word.replace(/^way\/?/, "")}`, act: () => actions.openRoad(way, undefined, true) });
+    return exact.concat(begin, inside).slice(0, 14);
+  };
+  const paint = () => {
+    list.replaceChildren(...hits.map((hit, k) => el("li", { role: "option", id: `hit-${k}`, "aria-selected": String(k === at), onmousedown: (event) => { event.preventDefault(); choose(k); } },
+      hit.label, " ", el("small", {}, hit.more || ""))));
+    if (!hits.length && input.value.trim()) list.append(el("li", { role: "option", "aria-selected": "false" }, "nothing found"));
+    list.hidden = !input.value.trim();
+    input.setAttribute("aria-expanded", String(!list.hidden));
+    if (at >= 0) input.setAttribute("aria-activedescendant", `hit-${at}`); else input.removeAttribute("aria-activedescendant");
+  };
+  const choose = (k) => { if (hits[k]) { hits[k].act(); list.hidden = true; input.setAttribute("aria-expanded", "false"); } };
+  input.addEventListener("input", () => { hits = find(input.value); at = hits.length ? 0 : -1; paint(); });
+  input.addEventListener("focus", paint);
+  input.addEventListener("blur", () => { list.hidden = true; input.setAttribute("aria-expanded", "false"); });
+  input.addEventListener("keydown", (event) => {
+    if (event.key === "ArrowDown" || event.key === "ArrowUp") { at = Math.max(0, Math.min(hits.length - 1, at + (event.key === "ArrowDown" ? 1 : -1))); paint(); event.preventDefault(); }
+    if (event.key === "Enter") { choose(Math.max(0, at)); event.preventDefault(); }
+    if (event.key === "Escape") { list.hidden = true; }
+  });
+}
+
+start().catch((error) => {
+  $("message").textContent = `This report cannot be drawn: ${error.message}. It needs a browser of 2023 or later.`;
+  console.error(error);
+});

@@ -1,0 +1,111 @@
+"""Signals and objects beside and on roads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from osm2xodr.opendrive import Furniture
+from osm2xodr.xodr_reader.nodes import Node
+from osm2xodr.xodr_reader.values import NAN, Values
+
+_KINDS: Final = {
+    "signals": frozenset({"signal", "signalReference"}),
+    "objects": frozenset({"object", "objectReference", "bridge", "tunnel"}),
+}
+# Those that have no t of their own.
+_ALONG: Final = frozenset({"bridge", "tunnel"})
+_UNREAD: Final = frozenset(
+    {
+        "repeat",
+        "material",
+        "parkingSpace",
+        "markings",
+        "borders",
+        "surface",
+        "skeleton",
+        "dependency",
+        "reference",
+        "positionRoad",
+        "positionInertial",
+        "board",
+        "staticBoard",
+        "vmsBoard",
+        "semantics",
+        "vmsGroup",
+        "laneValidity",
+    }
+)
+_CORNERS: Final = {"cornerRoad": ("s", "t", "dz", "height"), "cornerLocal": ("u", "v", "z", "height")}
+
+_Outline = tuple[tuple[float, float, float, float], ...]
+
+
+def read_furniture(values: Values, node: Node) -> Iterator[Furniture]:
+    """Yield what stands in ``<signals>`` or ``<objects>`` of the present road."""
+    for child in node.children:
+        if child.tag in _KINDS[node.tag]:
+            yield _item(values, child)
+        else:
+            values.other(child, node, frozenset({"vmsGroup"}))
+
+
+def _item(values: Values, node: Node) -> Furniture:
+    """Read one."""
+    outlines: list[_Outline] = []
+    local: list[bool] = []
+    validity: list[tuple[int, int]] = []
+    for child in node.children:
+        if child.tag == "outline":
+            _outline(values, child, outlines, local)
+        elif child.tag == "outlines":
+            for outline in child.children:
+                if outline.tag == "outline":
+                    _outline(values, outline, outlines, local)
+                else:
+                    values.other(outline, child)
+        elif child.tag == "validity":
+            validity.append((values.lane_id(child, "fromLane"), values.lane_id(child, "toLane")))
+        else:
+            values.other(child, node, _UNREAD)
+    along = node.tag in _ALONG
+    heading = "hOffset" if node.tag.startswith("signal") else "hdg"
+    return Furniture(
+        kind=node.tag,
+        road=values.road,
+        attributes=node.attributes,
+        s=values.number(node, "s"),
+        t=NAN if along else values.number(node, "t"),
+        z_offset=values.optional(node, "zOffset", NAN),
+        hdg=values.optional(node, heading, NAN),
+        length=values.number(node, "length") if along else values.optional(node, "length", NAN),
+        width=values.optional(node, "width", NAN),
+        height=values.optional(node, "height", NAN),
+        outlines=tuple(outlines),
+        local_outlines=tuple(local),
+        validity=tuple(validity),
+        line=node.line,
+    )
+
+
+def _outline(values: Values, node: Node, outlines: list[_Outline], local: list[bool]) -> None:
+    """Read an ``<outline>``; one whose corners are of both kinds gives those of its first."""
+    corners: list[tuple[float, float, float, float]] = []
+    kind = ""
+    for child in node.children:
+        if child.tag not in _CORNERS:
+            values.other(child, node)
+        elif kind in ("", child.tag):
+            kind = child.tag
+            a, b, c, d = _CORNERS[kind]
+            # Version 1.4 has files without height; the place alone is needed.
+            place = (values.number(child, a), values.number(child, b), values.optional(child, c, 0.0))
+            corners.append((*place, values.optional(child, d, 0.0)))
+        else:
+            text = f"<outline> has corners of two kinds; <{child.tag}> is left out"
+            values.tell("misplaced-element", child, text)
+    if corners:
+        outlines.append(tuple(corners))
+        local.append(kind == "cornerLocal")
+    else:
+        values.tell("missing-element", node, "<outline> has no corner")

@@ -1,0 +1,153 @@
+"""XML as small trees, one top-level element at a time.
+
+The parser is expat: it counts lines beyond 65535, never opens a second file, and is part of Python. Declarations of
+document types are refused, since they can make a small file grow without bounds.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import sys
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO, Final
+from xml.parsers import expat
+
+from osm2xodr.errors import InputError
+
+_CHUNK: Final = 1 << 18
+_GZIP: Final = b"\x1f\x8b"
+_STANDARD_INPUT: Final = Path("-")
+
+
+class Node:
+    """An element: its name without prefix, attributes, children, text (of ``<geoReference>`` only) and line."""
+
+    __slots__ = ("attributes", "children", "line", "tag", "text")
+
+    def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
+        self.tag = tag
+        self.attributes = attributes
+        self.children: list[Node] = []
+        self.line = line
+        self.text = ""
+
+    def get(self, name: str) -> str:
+        """Return an attribute, empty where there is none."""
+        return self.attributes.get(name, "")
+
+
+class _DoctypeError(Exception):
+    """The document declares its type."""
+
+
+class TreeReader:
+    """Reads a document; see `trees`.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Attributes
+    ----------
+    root
+        The outermost element, once there is one; its children are handed out instead of kept.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.root: Node | None = None
+        self._path = path
+        self._open: list[Node] = []
+        self._done: list[Node] = []
+        self._texts: list[str] = []
+        self._parser = parser = expat.ParserCreate()
+        parser.buffer_text = True
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.StartDoctypeDeclHandler = self._refuse
+
+    def trees(self) -> Iterator[Node]:
+        """Yield the children of the root, each as a whole.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read or is no XML.
+        """
+        try:
+            with _opened(self._path) as stream:
+                while chunk := stream.read(_CHUNK):
+                    self._parser.Parse(chunk, False)
+                    yield from self._taken()
+                self._parser.Parse(b"", True)
+                yield from self._taken()
+        except expat.ExpatError as error:
+            reason = expat.errors.messages.get(error.code, "it cannot be parsed")
+            raise InputError(
+                f"{self._path} is not XML that can be read: {reason} in line {error.lineno}; give a file of OpenDRIVE"
+            ) from error
+        except _DoctypeError as error:
+            raise InputError(
+                f"{self._path} declares a document type, which OpenDRIVE does not have; remove <!DOCTYPE>"
+            ) from error
+        except (LookupError, ValueError) as error:
+            # From expat's search for an encoding that it does not know itself.
+            raise InputError(
+                f"{self._path} has an encoding that cannot be read ({error}); write it in UTF-8"
+            ) from error
+        except (OSError, EOFError, zlib.error) as error:
+            reason = (getattr(error, "strerror", None) or str(error)).lower()
+            raise InputError(f"cannot read {self._path}: {reason}; give a file of OpenDRIVE") from error
+
+    def _taken(self) -> list[Node]:
+        """Return the trees that are done and forget them."""
+        done, self._done = self._done, []
+        return done
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        """Begin an element."""
+        if ":" in tag:
+            tag = tag.rpartition(":")[2]
+        node = Node(tag, attributes, self._parser.CurrentLineNumber)
+        if self._open:
+            self._open[-1].children.append(node)
+        else:
+            self.root = node
+        self._open.append(node)
+        if tag == "geoReference":
+            self._texts = []
+            self._parser.CharacterDataHandler = self._texts.append
+
+    def _end(self, tag: str) -> None:
+        """End an element, and hand it out if it is one of the root's."""
+        node = self._open.pop()
+        if len(self._open) == 1:
+            self._done.append(node)
+            self._open[0].children.clear()
+        if node.tag == "geoReference":
+            node.text = "".join(self._texts)
+            self._parser.CharacterDataHandler = None
+
+    def _refuse(self, *_: object) -> None:
+        """Stop at a declaration of the document's type."""
+        raise _DoctypeError
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO]:
+    """Open a file that may be packed."""
+    if path == _STANDARD_INPUT:
+        yield sys.stdin.buffer
+        return
+    with path.open("rb") as stream:
+        packed = stream.read(len(_GZIP)) == _GZIP if stream.seekable() else False
+        if stream.seekable():
+            stream.seek(0)
+        if not packed:
+            yield stream
+            return
+        with gzip.open(stream) as unpacked:
+            yield unpacked  # type: ignore[misc]  # reads bytes, which is all that is asked of it
