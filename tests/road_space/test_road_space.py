@@ -73,9 +73,9 @@ def test_spirals_between_curvatures_against_integration(tmp_path: Path) -> None:
     shape = f'<spiral curvStart="{first}" curvEnd="{last}"/>'
     file = read_text(tmp_path, document(road(plan=geometry(shape, length), length=length)))
 
-    def step(s: float, state: FloatArray) -> list[float]:
+    def step(s: float, state: FloatArray, /) -> FloatArray:
         turn = first * s + 0.5 * (last - first) / length * s * s
-        return [math.cos(turn), math.sin(turn)]
+        return np.array([math.cos(turn), math.sin(turn)])
 
     s = np.linspace(0, length, 13)
     goal = solve_ivp(step, (0, length), [0.0, 0.0], t_eval=s, rtol=1e-11, atol=1e-11).y

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -97,8 +97,8 @@ class System:
 
     def part(self, matrix: FloatArray, some: IntArray) -> sp.csr_matrix:
         """Return the part of a matrix that relates some of the unknowns, in the system's order, to each other."""
-        rows = sp.csr_matrix((matrix, self._indices, self._start), (self._size, self._size))[some]
-        return sp.csr_matrix(rows[:, some])
+        rows = sp.csr_matrix((matrix, self._indices, self._start), (self._size, self._size))
+        return sp.csr_matrix(chosen_rows(rows, some)[:, some])
 
     def solve(self, matrix: FloatArray, right: FloatArray) -> FloatArray:
         """Return the unknowns, in the system's order, that solve a positive definite system."""
@@ -115,6 +115,13 @@ class System:
         out = sp.csr_matrix(sp.coo_matrix((matrix.data, (row, place[matrix.indices])), matrix.shape))
         out.sort_indices()
         return out
+
+
+def chosen_rows(rows: sp.csr_matrix, some: IntArray) -> sp.csr_matrix:
+    """Return some rows of a matrix."""
+    # The types of some versions of SciPy know no arrays as indices.
+    matrix: Any = rows
+    return sp.csr_matrix(matrix[some])
 
 
 def _keys(matrix: sp.csr_matrix) -> IntArray:

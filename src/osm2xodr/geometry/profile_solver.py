@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.geometry.profile_linear import System
+from osm2xodr.geometry.profile_linear import System, chosen_rows
 from osm2xodr.memory import release_memory
 from osm2xodr.model import FloatArray, IntArray
 
@@ -299,7 +299,7 @@ def _settled_part(
     inside = np.zeros(len(x))
     inside[some] = 1.0
     near = np.flatnonzero(abs(limits.rows) @ inside)
-    rows = limits.rows[near]
+    rows = chosen_rows(limits.rows, near)
     part, own = system.part(matrix, some), sp.csr_matrix(rows[:, some])
     # What the others give is a constant.
     rest = rows @ x - own @ x[some]
@@ -337,7 +337,7 @@ def _newton_aim(
     force = limits.force(value)
     at_work = np.flatnonzero(force)
     if len(at_work):
-        rows = limits.rows[at_work]
+        rows = chosen_rows(limits.rows, at_work)
         # The secant, which is the stiffness itself until the force reaches its cap. The tangent, 0 beyond that,
         # would overshoot.
         secant = force[at_work] / limits.excess(value[at_work], at_work)
