@@ -264,12 +264,18 @@ def _tell(arguments: _Arguments, conversion: Conversion, diagnostics: Diagnostic
 
 def _look_at(arguments: _Arguments, log: bytes) -> int:
     """Check what was written and make the page about it, where wanted; return the exit status."""
+    if not arguments.check and arguments.html is None:
+        return 0
+    from osm2xodr.checking import CheckOptions, Severity, check_drive
+    from osm2xodr.xodr_reader import read_xodr
+
+    # Both need what was written and what is wrong with it, which take longer than all else: they share it.
+    file = read_xodr(arguments.output)
+    result = check_drive(file, CheckOptions(most=defaults.REPORT_FINDINGS))
     status = 0
     if arguments.check:
-        from osm2xodr.checking import CheckOptions, Severity, check_file
-
-        result = check_file(arguments.output, CheckOptions())
-        for line in [result.headline()] if arguments.quiet else result.lines(Severity.WARNING):
+        listed = result.worst(defaults.CHECK_FINDINGS)
+        for line in [listed.headline()] if arguments.quiet else listed.lines(Severity.WARNING):
             click.echo(line, err=True)
         status = int(result.failed())
     if arguments.html is not None:
@@ -277,7 +283,7 @@ def _look_at(arguments: _Arguments, log: bytes) -> int:
         from osm2xodr.viewing.options import ReportOptions
 
         about = ReportOptions(arguments.area, arguments.dem, json.loads(log))
-        size = write_report(arguments.output, arguments.html, about, Diagnostics())
+        size = write_report(file, arguments.html, about, Diagnostics(), result)
         if not arguments.quiet:
             click.echo(f"osm2xodr: wrote {label(arguments.html)} ({size / _MEGABYTE:,.1f} MB)", err=True)
     return status

@@ -23,9 +23,9 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 
-def _freeze_arrays(record: object) -> None:
+def freeze_arrays(record: object) -> None:
     """Set every array of a dataclass read-only, so that stages can share it."""
-    for name in type(record).__slots__:  # type: ignore[attr-defined]
+    for name in type(record).__dataclass_fields__:  # type: ignore[attr-defined]
         value = getattr(record, name)
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
@@ -184,7 +184,7 @@ class Street:
     pieces: tuple[tuple[int, StreetAttributes], ...]
 
     def __post_init__(self) -> None:
-        _freeze_arrays(self)
+        freeze_arrays(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,7 +323,7 @@ class SurfaceQuality:
     covered: BoolArray
 
     def __post_init__(self) -> None:
-        _freeze_arrays(self)
+        freeze_arrays(self)
 
 
 class Surface(Protocol):
@@ -371,7 +371,7 @@ class PlanView:
     curvature: FloatArray
 
     def __post_init__(self) -> None:
-        _freeze_arrays(self)
+        freeze_arrays(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -394,7 +394,7 @@ class CubicProfile:
     d: FloatArray
 
     def __post_init__(self) -> None:
-        _freeze_arrays(self)
+        freeze_arrays(self)
 
 
 @dataclass(frozen=True, slots=True)

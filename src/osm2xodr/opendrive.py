@@ -11,13 +11,13 @@ Units are OpenDRIVE's own: m, rad, 1/m; speeds are turned into m/s.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
 
-from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, freeze_arrays
 
 # No lane, no road, no junction: an index or lane id that is not there.
 ABSENT = np.iinfo(np.int64).min
@@ -55,10 +55,7 @@ class _Frozen:
     """Sets the arrays of dataclasses read-only."""
 
     def __post_init__(self) -> None:
-        for item in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, item.name)
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
+        freeze_arrays(self)
 
 
 @dataclass(frozen=True, eq=False)

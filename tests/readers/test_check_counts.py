@@ -124,3 +124,10 @@ def test_our_own_files_are_clean(scene: Scene, conversions: Conversions) -> None
     known = KNOWN.get(scene.name, {})
     assert {rule: n for rule, n in serious.items() if n > known.get(rule, 0)} == {}, "\n".join(result.lines())
     assert [item for item in result.findings if item.severity is Severity.ERROR] == []
+
+
+def test_the_worst_of_many_findings_are_those_of_a_check_that_lists_few(conversions: Conversions) -> None:
+    path = conversions.of(scene_named("andorra_ordino")).path
+    many, few = check_file(path, CheckOptions(most=500)), check_file(path, CheckOptions(most=3))
+    assert len(many.findings) > len(few.findings) > 3
+    assert many.worst(3) == few

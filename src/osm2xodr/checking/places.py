@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from osm2xodr.geometry.curves import wrapped
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.road_space import pose
@@ -72,5 +73,5 @@ def worst_of(group: IntArray, value: FloatArray) -> IntArray:
 
 def degrees(turn: FloatArray) -> FloatArray:
     """Return the size of turns, degrees, from 0 to 180."""
-    size: FloatArray = np.degrees(np.abs((turn + np.pi) % (2 * np.pi) - np.pi))
+    size: FloatArray = np.degrees(np.abs(wrapped(turn)))
     return size

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -193,22 +192,19 @@ def _check_coordinates(drive: OpenDrive, findings: Findings) -> None:
             findings.add("large-coordinates", road=[int(owner)], s=[float(plan.s[far])], value=[size[far]], line=line)
 
 
-def check_outlines(path: Path, drive: OpenDrive, findings: Findings) -> None:
-    """Look for crosswalks whose outlines stand where CARLA does not look."""
-    if not findings.wants("outlines-unseen") or str(path) == "-":
+def check_outlines(text: bytes, drive: OpenDrive, findings: Findings) -> None:
+    """Look for crosswalks whose outlines stand where CARLA does not look; `text` is the file's, empty if unknown."""
+    if not findings.wants("outlines-unseen") or not text:
         return
     crosswalks = [item for item in drive.furniture if item.attributes.get("type") == "crosswalk" and item.outlines]
-    inside = _lines_after_outlines(path) if crosswalks else frozenset[int]()
+    inside = _lines_after_outlines(text) if crosswalks else frozenset[int]()
     unseen = [item for item in crosswalks if item.line in inside]
     _add("outlines-unseen", unseen, findings, [""] * len(unseen))
 
 
-def _lines_after_outlines(path: Path) -> frozenset[int]:
+def _lines_after_outlines(text: bytes) -> frozenset[int]:
     """Return the lines of objects that hold ``<outlines>``."""
     found: set[int] = set()
-    from osm2xodr.checking.places import file_bytes
-
-    text = file_bytes(path)
     line, before, last = 1, 0, 0
     for match in re.finditer(rb"<object\b|<outlines\b", text):
         line += text.count(b"\n", before, match.start())

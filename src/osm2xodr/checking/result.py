@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -104,6 +106,16 @@ class CheckResult:
         for item in self.counts:
             out[item.rule] = out.get(item.rule, 0) + item.findings
         return out
+
+    def worst(self, most: int) -> CheckResult:
+        """Return the result with the first of its findings of each rule and severity, so many at most."""
+        listed: Counter[tuple[str, Severity]] = Counter()
+        kept = []
+        for finding in self.findings:
+            listed[finding.rule, finding.severity] += 1
+            if listed[finding.rule, finding.severity] <= most:
+                kept.append(finding)
+        return dataclasses.replace(self, findings=tuple(kept))
 
     def headline(self) -> str:
         """Return the result in one line."""

@@ -8,13 +8,20 @@ from typing import TYPE_CHECKING
 from osm2xodr.viewing.options import PictureOptions, ReportOptions
 
 if TYPE_CHECKING:
+    from osm2xodr.checking import CheckResult
     from osm2xodr.diagnostics import Diagnostics
     from osm2xodr.opendrive import OpenDrive
 
 __all__ = ["PictureOptions", "ReportOptions", "write_picture", "write_report"]
 
 
-def write_report(source: Path | OpenDrive, out: Path, options: ReportOptions, diagnostics: Diagnostics) -> int:
+def write_report(
+    source: Path | OpenDrive,
+    out: Path,
+    options: ReportOptions,
+    diagnostics: Diagnostics,
+    result: CheckResult | None = None,
+) -> int:
     """Write the report about a file of OpenDRIVE, and return its size in bytes.
 
     Parameters
@@ -27,6 +34,8 @@ def write_report(source: Path | OpenDrive, out: Path, options: ReportOptions, di
         What it is made of.
     diagnostics
         Receives what was found about the elevation models.
+    result
+        What the check found, if it was done before.
 
     Raises
     ------
@@ -38,7 +47,7 @@ def write_report(source: Path | OpenDrive, out: Path, options: ReportOptions, di
     from osm2xodr.delivery import stream_to
     from osm2xodr.viewing.page import make_report
 
-    page = make_report(source, options, diagnostics)
+    page = make_report(source, options, diagnostics, result)
     with stream_to(out) as stream:
         stream.write(page)
     return len(page)

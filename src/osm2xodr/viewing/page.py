@@ -39,7 +39,9 @@ _IMAGE = re.compile(r"url\((?!#)[^)]*\)")
 _SOURCE_MAP = re.compile(r"^//# sourceMappingURL=.*$", re.MULTILINE)
 
 
-def make_report(source: Path | OpenDrive, options: ReportOptions, diagnostics: Diagnostics) -> bytes:
+def make_report(
+    source: Path | OpenDrive, options: ReportOptions, diagnostics: Diagnostics, result: CheckResult | None = None
+) -> bytes:
     """Return the report about a file of OpenDRIVE as HTML, UTF-8; the same input gives the same bytes.
 
     Parameters
@@ -50,6 +52,8 @@ def make_report(source: Path | OpenDrive, options: ReportOptions, diagnostics: D
         What it is made of.
     diagnostics
         Receives what was found about the elevation models.
+    result
+        What the check found, if it was done before.
 
     Raises
     ------
@@ -61,7 +65,8 @@ def make_report(source: Path | OpenDrive, options: ReportOptions, diagnostics: D
     """
     file = read_xodr(source) if isinstance(source, Path) else source
     subject = _subject(file, options, diagnostics)
-    result = _checked(file) if options.check else None
+    if result is None and options.check:
+        result = _checked(file)
     modes = make_modes(file, subject.scene, has_findings=result is not None)
     contents, arrays = pack_arrays(page_arrays(subject))
     rows, sentence = tables.findings(subject, result)

@@ -42,11 +42,9 @@ def make_scene(file: OpenDrive, tolerance: float, step: float) -> Scene:
     (roll,) = _both(superelevation, file, road, s, is_end)
     (slope,) = _both(grade, file, road, s, is_end)
     border = _borders(file, s, is_end, station_start, lane, lane_start, left_lanes, road)
-    centre = np.full(len(strip_section), -1)
     centre_rows = np.flatnonzero(file.lanes.id == 0)
     of_section = np.full(len(file.sections.s), -1)
     of_section[file.lanes.section[centre_rows][::-1]] = centre_rows[::-1]
-    centre[:] = of_section[strip_section]
     return Scene(
         strip_road=file.sections.road[strip_section],
         strip_section=strip_section,
@@ -62,7 +60,7 @@ def make_scene(file: OpenDrive, tolerance: float, step: float) -> Scene:
         ground=np.full(len(s), np.nan),
         border=border,
         lane=lane,
-        centre=centre,
+        centre=of_section[strip_section],
     )
 
 
