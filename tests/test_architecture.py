@@ -16,7 +16,7 @@ import osm2xodr
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "osm2xodr"
 MODULES = sorted(SOURCE.rglob("*.py"))
-STAGES = ("osmParsing", "surface", "geometry", "xodrWriter")
+STAGES = ("osmParsing", "surface", "geometry", "furniture", "xodrWriter")
 
 # What the stages share, and what may use them.
 SHARED = {
@@ -29,6 +29,12 @@ SHARED = {
     "parallel",
     "opendrive",
     "memory",
+    "curves",
+    "curve_finder",
+    "conflicts",
+    "countries",
+    "targets",
+    "street_signs",
 }
 # Packages that work on files of OpenDRIVE; they stand on the stages, never the other way round.
 TOOLS = ("xodr_reader", "road_space", "exporting", "checking", "viewing")
@@ -109,7 +115,7 @@ def module(request: pytest.FixtureRequest) -> Path:
 def test_the_four_stages_are_there() -> None:
     packages = {path.name for path in SOURCE.iterdir() if (path / "__init__.py").exists()}
     assert packages >= set(STAGES)
-    assert packages <= {*STAGES, *TOOLS}
+    assert packages <= {*STAGES, *TOOLS, "model"}
     names = {part for path in MODULES for part in path.relative_to(SOURCE).with_suffix("").parts}
     assert sorted(name for name in names if name != name.lower()) == ["osmParsing", "xodrWriter"]
 
@@ -164,7 +170,7 @@ def test_no_imports_in_circles() -> None:
 
 def test_modules_are_short(module: Path) -> None:
     # The model and the table of defaults are documentation for the most part, and better read in one piece.
-    limit = {"model": 700, "defaults": 900, "opendrive": 500}.get(name_of(module), 400)
+    limit = {"defaults": 1200, "opendrive": 500}.get(name_of(module), 400)
     assert len(module.read_text(encoding="utf-8").splitlines()) <= limit
 
 

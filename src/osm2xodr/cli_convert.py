@@ -20,7 +20,9 @@ from osm2xodr.cli_common import Session, check_targets, output_option, overwrite
 from osm2xodr.delivery import STANDARD_OUTPUT, deliver, label, report_text
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
+from osm2xodr.furniture import EXTRA_OBJECTS, FurnitureOptions, parse_objects_option
 from osm2xodr.report import Progress, details, summary
+from osm2xodr.targets import DEFAULT_TARGET, TARGETS
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions
 
 if TYPE_CHECKING:
@@ -62,6 +64,9 @@ class _Arguments:
     no_structures: bool
     superelevation: bool
     turnarounds: bool
+    target: str
+    objects: str | None
+    no_furniture: bool
     report_json: Path | None
     check: bool
     html: Path | None
@@ -176,6 +181,19 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     help="Bank motorways and trunk roads as a fine elevation model (cells up to 2 m) shows.",
 )
 @click.option("--turnarounds", is_flag=True, help="End every dead end of a two-way street in a loop.")
+@click.option(
+    "--target",
+    type=click.Choice(list(TARGETS)),
+    default=DEFAULT_TARGET,
+    show_default=True,
+    help="Reader to write for where readers contradict each other; generic suits CARLA, esmini and SUMO.",
+)
+@click.option(
+    "--objects",
+    metavar="LIST",
+    help=f"Further objects: {', '.join(EXTRA_OBJECTS)}, or all.  [default: none]",
+)
+@click.option("--no-furniture", is_flag=True, help="Write no signals, signs and objects.")
 @click.option(
     "--report-json",
     type=click.Path(path_type=Path),
@@ -328,8 +346,15 @@ def _convert_options(arguments: _Arguments) -> ConvertOptions:
         surface,
         elevation,
         RoadOptions(arguments.turnarounds),
+        _furniture_options(arguments),
         arguments.jobs or min(available_jobs(), defaults.MOST_JOBS),
     )
+
+
+def _furniture_options(arguments: _Arguments) -> FurnitureOptions:
+    with _usage("--objects"):
+        extra = parse_objects_option(arguments.objects) if arguments.objects is not None else frozenset()
+    return FurnitureOptions(TARGETS[arguments.target], extra, enabled=not arguments.no_furniture)
 
 
 @contextlib.contextmanager
@@ -364,6 +389,9 @@ def _inputs(arguments: _Arguments, name: str) -> dict[str, Any]:
         "structures": not arguments.no_structures,
         "superelevation": arguments.superelevation,
         "turnarounds": arguments.turnarounds,
+        "target": arguments.target,
+        "objects": arguments.objects,
+        "furniture": not arguments.no_furniture,
     }
 
 

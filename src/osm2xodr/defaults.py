@@ -739,3 +739,12 @@ RENDER_PIXELS_MOST: Final = 100_000_000
 RENDER_MARGIN: Final = 0.03
 RENDER_SAMPLES: Final = 3
 RENDER_SAMPLES_MOST: Final = 150_000_000
+
+# ---------------------------------------------------------------- furniture: where traffic stops
+
+# Distance of stop lines from a junction's edge and before crossings, m: RMS (Richtlinien für die Markierung von
+# Straßen) part 2 wants at least 1 m before crossings; MUTCD 3B.16 at least 4 ft.
+STOP_LINE_SETBACK: Final = 1.0
+STOP_LINE_BEFORE_CROSSING: Final = 1.0
+# How far from a junction's edge a node with a signal, stop or give-way sign still shows where traffic stops, m.
+STOP_NODE_REACH: Final = 20.0

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.furniture import FurnitureOptions, place_furniture
 from osm2xodr.geometry import ElevationOptions, Ground, RoadOptions, build_roads, ground_around
 from osm2xodr.model import RoadMap, Surface
 from osm2xodr.osmParsing import ParseOptions, parse_osm
@@ -35,6 +36,8 @@ class ConvertOptions:
         How they are read.
     elevation, roads
         How roads are made of them.
+    furniture
+        What stands on and beside them.
     jobs
         How many processes work at once, at least 1. What comes out does not depend on it.
     """
@@ -45,6 +48,7 @@ class ConvertOptions:
     surface: SurfaceOptions = field(default_factory=SurfaceOptions)
     elevation: ElevationOptions = field(default_factory=ElevationOptions)
     roads: RoadOptions = field(default_factory=RoadOptions)
+    furniture: FurnitureOptions = field(default_factory=FurnitureOptions)
     jobs: int = 1
 
 
@@ -108,4 +112,6 @@ def convert(
     finally:
         if ground is not None:
             ground.cancel()
+    on_stage("placing signals and objects")
+    road_map = place_furniture(network, road_map, options.furniture, diagnostics)
     return Conversion(road_map, summarize(road_map, coverage), elevation_models)

@@ -25,7 +25,7 @@ class Statistics:
     dem_coverage
         Share of the streets whose height is measured; None without an elevation model.
     further
-        What the geometry stage counted.
+        What the stages geometry and furniture counted.
     """
 
     roads: int
@@ -55,7 +55,7 @@ def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:
         lowest,
         highest,
         dem_coverage,
-        dict(road_map.statistics),
+        {**road_map.statistics, **road_map.furniture.statistics},
     )
 
 

@@ -9,9 +9,9 @@ import pytest
 from road_measures import assert_sound
 from street_cases import Case, built_links, mirrored_links
 
+from osm2xodr.curves import joined_curves, lengths, pose, smallest_radius
 from osm2xodr.geometry.connectors import connect
 from osm2xodr.geometry.corner_paths import follow_corners
-from osm2xodr.geometry.curves import joined_curves, lengths, pose, smallest_radius
 from osm2xodr.geometry.through_paths import StreetPaths, street_paths
 from osm2xodr.model import FloatArray, PlanView, Rule
 

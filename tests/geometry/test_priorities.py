@@ -10,13 +10,13 @@ import pytest
 from junction_cases import CASES
 from street_cases import Case
 
+from osm2xodr.conflicts import crossing
+from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import build_roads
-from osm2xodr.geometry.conflicts import crossing
-from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.geometry.priorities import Arm, goes_first
-from osm2xodr.geometry.priority_signs import Sign, read_signs, sign_of
 from osm2xodr.model import RoadMap, Rule
+from osm2xodr.street_signs import Sign, read_signs, sign_of
 from osm2xodr.surface import FlatSurface
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)

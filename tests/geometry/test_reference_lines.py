@@ -7,8 +7,8 @@ import pytest
 from street_cases import Case, Stages
 
 from osm2xodr import defaults
+from osm2xodr.curves import lengths, pose
 from osm2xodr.geometry.clusters import JunctionLayout
-from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.geometry.reference_lines import lines_outside_bends, offset_curves
 from osm2xodr.geometry.road_parts import RoadParts, cut_roads
 from osm2xodr.geometry.streets import FittedStreets, fit_streets

@@ -11,8 +11,8 @@ from road_measures import assert_smooth, curve_length, pose_at
 from street_cases import Case
 
 from osm2xodr import defaults
+from osm2xodr.curves import smallest_radius
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.curves import smallest_radius
 from osm2xodr.geometry.streets import FittedStreets, fit_streets
 from osm2xodr.model import FloatArray, Rule
 

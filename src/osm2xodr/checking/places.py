@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from osm2xodr.geometry.curves import wrapped
+from osm2xodr.curves import wrapped
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.road_space import pose

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import arc_step, wrapped
+from osm2xodr.curves import arc_step, wrapped
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _FEWEST_ARCS, _MOST_ARCS = 20, 60

@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from osm2xodr.curves import lengths
 from osm2xodr.geometry.connectors import connect
 from osm2xodr.geometry.corner_paths import follow_corners
-from osm2xodr.geometry.curves import lengths
 from osm2xodr.geometry.lane_links import LaneLinks
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.plan_fit import cut_curves

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import arc_step, lengths, pose, smallest_radius, wrapped
+from osm2xodr.curves import arc_step, lengths, pose, smallest_radius, wrapped
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # A line and an arc are used while both tangents are longer than this, m, and the turn lies between these, rad.

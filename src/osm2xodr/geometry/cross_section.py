@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from osm2xodr.model import Direction, LaneSpec, LaneType, Rule, StreetAttributes
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,13 +91,3 @@ def _lanes_that_run(section: CrossSection, wanted: Direction, along: bool) -> tu
             t += side * lane.width
     found.sort(key=lambda lane: -lane.t if along else lane.t)
     return tuple(found)
-
-
-def car_directions(attributes: StreetAttributes) -> frozenset[Direction]:
-    """Return which ways cars run along a street; those of all lanes where none is for cars.
-
-    Lanes for bicycles or buses alone may run against a one-way street; they do not make it a two-way one.
-    """
-    lanes = attributes.lanes_ltr
-    for_cars = [lane for lane in lanes if lane.type in (LaneType.DRIVING, LaneType.BIDIRECTIONAL)]
-    return frozenset(lane.direction for lane in for_cars or lanes)

@@ -14,9 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr import defaults
+from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.elevation_report import ElevationReport
-from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.geometry.ground import Ground, estimate_ground
 from osm2xodr.geometry.junction_surface import connector_profiles
 from osm2xodr.geometry.profile_cover import keep_ground

@@ -7,7 +7,7 @@ from itertools import pairwise, permutations
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import wrapped
+from osm2xodr.curves import wrapped
 from osm2xodr.geometry.street_ends import StreetEnds, outward_pose
 from osm2xodr.model import FloatArray, IntArray
 

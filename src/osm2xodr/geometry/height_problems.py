@@ -7,7 +7,6 @@ import numpy as np
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.cross_section import car_directions
 from osm2xodr.geometry.profile_problem import ConnectorProblem, ProfileProblem
 from osm2xodr.geometry.profile_tags import tagged_heights
 from osm2xodr.geometry.road_parts import RoadParts
@@ -71,7 +70,7 @@ def profile_problem(
 
 def _oneway(attributes: StreetAttributes) -> int:
     """Return 1 where all traffic runs along the street, -1 where all runs against it, 0 else."""
-    directions = car_directions(attributes)
+    directions = attributes.car_directions()
     return next(iter(directions)).value if len(directions) == 1 else 0
 
 

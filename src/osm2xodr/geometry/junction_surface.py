@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import lengths, pose
+from osm2xodr.curves import lengths, pose
 from osm2xodr.geometry.profile_fit import fit_records
 from osm2xodr.geometry.profile_output import only_curves
 from osm2xodr.geometry.profile_problem import ConnectorProblem, ProfileProblem, ProfileSolution

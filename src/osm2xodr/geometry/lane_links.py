@@ -9,8 +9,8 @@ from operator import attrgetter
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.curves import pose, wrapped
 from osm2xodr.geometry.cross_section import EndLane, centre_lanes, end_lanes
-from osm2xodr.geometry.curves import pose, wrapped
 from osm2xodr.geometry.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.road_parts import RoadParts

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr import defaults
+from osm2xodr.curves import find_record, lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.cross_section import Piece, cross_section
-from osm2xodr.geometry.curves import find_record, lengths, pose
 from osm2xodr.geometry.streets import FittedStreets
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetAttributes, StreetNetwork
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import arc_step, find_record, joined_plan_views, lengths
+from osm2xodr.curves import arc_step, find_record, joined_plan_views, lengths
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _SPIKE = np.deg2rad(170.0)

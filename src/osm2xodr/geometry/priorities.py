@@ -18,14 +18,14 @@ from typing import Final
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.conflicts import crossing
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
-from osm2xodr.geometry.conflicts import crossing
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.priority_signs import Sign, Signs, read_signs
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.model import BoolArray, IntArray, StreetNetwork
+from osm2xodr.street_signs import Sign, Signs, read_signs
 
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from osm2xodr.curves import find_record
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.elevation_report import ElevationReport
-from osm2xodr.geometry.curves import find_record
 from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.curves import lengths, pose
+from osm2xodr.curves import lengths, pose
 from osm2xodr.geometry.ground import Ground, cell_class, completed, is_coarse, read_ground
 from osm2xodr.geometry.profile_problem import ProfileProblem
 from osm2xodr.geometry.profile_system import Samples

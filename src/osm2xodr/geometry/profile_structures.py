@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from osm2xodr.curves import lengths, pose
 from osm2xodr.defaults import CLEARANCE, CLEARANCE_OTHER, PARALLEL_SINE
-from osm2xodr.geometry.curves import lengths, pose
 from osm2xodr.geometry.profile_problem import ProfileProblem, span_at
 from osm2xodr.geometry.profile_system import Elements, Unknowns
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.geometry.curves import find_record, lengths, pose
+from osm2xodr.curves import find_record, lengths, pose
 from osm2xodr.geometry.profile_problem import ProfileProblem, span_at, span_roads
 from osm2xodr.model import FloatArray, IntArray
 

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.curves import find_record, lengths
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.cross_section import CrossSection
-from osm2xodr.geometry.curves import find_record, lengths
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.straight_ends import bends_tightly, outermost_lanes
 from osm2xodr.geometry.streets import FittedStreets

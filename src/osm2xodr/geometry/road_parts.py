@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.curves import lengths
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.cross_section import Piece
-from osm2xodr.geometry.curves import lengths
 from osm2xodr.geometry.lane_sections import Stretch, stretches
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts

@@ -9,12 +9,12 @@ from functools import partial
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.curves import smallest_radius
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.connecting_roads import ConnectingRoads, build_connecting_roads
 from osm2xodr.geometry.connectivity_report import report_unheeded
 from osm2xodr.geometry.connectors import detours
-from osm2xodr.geometry.curves import smallest_radius
 from osm2xodr.geometry.lane_links import find_lane_links
 from osm2xodr.geometry.movements import Movement, find_movements
 from osm2xodr.geometry.narrowing import fit_side_by_side

@@ -8,11 +8,11 @@ from itertools import groupby
 
 import numpy as np
 
+from osm2xodr.curves import joined_plan_views, joined_profiles, profile_of
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connectivity import Connectivity
-from osm2xodr.geometry.curves import joined_plan_views, joined_profiles, profile_of
 from osm2xodr.geometry.elevation import ElevationOptions, Ground, connector_profiles, solve_profiles
 from osm2xodr.geometry.height_problems import connector_problem, profile_problem
 from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_all, smooth_step
@@ -20,6 +20,7 @@ from osm2xodr.geometry.priorities import Priorities, find_priorities
 from osm2xodr.geometry.road_marks import NO_MARK
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.road_plan import plan_roads
+from osm2xodr.geometry.street_places import street_places
 from osm2xodr.geometry.turnarounds import RoadOptions
 from osm2xodr.memory import release_memory
 from osm2xodr.model import (
@@ -97,7 +98,17 @@ def build_roads(
             **priorities.statistics,
         },
         elevation_report=solution.report,
+        country=network.country,
+        places=street_places(network, layout, parts, numbers.road, _junction_ids(layout, connecting, numbers)),
     )
+
+
+def _junction_ids(layout: JunctionLayout, connecting: ConnectingRoads, numbers: _Numbers) -> IntArray:
+    """Return the ids of junctions, -1 for those that nobody drives through, and -1 at the end, (junctions + 1,)."""
+    out = np.full(len(layout.nodes) + 1, -1, np.int64)
+    used = np.unique(connecting.junction)
+    out[used] = [numbers.junction(junction) for junction in used.tolist()]
+    return out
 
 
 class _Numbers:

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.curves import find_record
 from osm2xodr.geometry.cross_section import Piece
-from osm2xodr.geometry.curves import find_record
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 

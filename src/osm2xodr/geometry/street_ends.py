@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.cross_section import CrossSection, car_directions
-from osm2xodr.geometry.curves import lengths, pose
+from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.model import (
     BoolArray,
     FloatArray,
@@ -96,7 +96,7 @@ def street_ends(
     flat = [section for pair in sections for section in pair]
     left_edge = np.array([section.left_edge for section in flat])
     right_edge = np.array([section.right_edge for section in flat])
-    directions = [car_directions(item) for item in attributes]
+    directions = [item.car_directions() for item in attributes]
     forward = np.array([1 in found for found in directions], bool)
     backward = np.array([-1 in found for found in directions], bool)
     highway = [item.highway for item in attributes]

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from scipy.special import roots_legendre
 
-from osm2xodr.geometry.curves import arc_step, find_record
+from osm2xodr.curves import arc_step, find_record
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import GeometryTable, OpenDrive, Shape
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.geometry.curves import find_record
+from osm2xodr.curves import find_record
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.road_space.curves import LEFT

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.geometry.curves import find_record
+from osm2xodr.curves import find_record
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.road_space.curves import LEFT, pose

@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.cross_section import car_directions
 from osm2xodr.model import Direction, Street, StreetNetwork
 
 
@@ -116,7 +115,7 @@ def _meant(street: Street, place: int, tags: Mapping[str, str], distance: tuple[
         return 0, 1
     if text in _ALONG:
         return (int(_ALONG[text] != attributes.reversed),)
-    runs = car_directions(attributes)
+    runs = attributes.car_directions()
     if Direction.BOTH not in runs and len(runs) == 1:
         return (int(Direction.FORWARD in runs),)
     return (int(distance[1] < distance[0]),)

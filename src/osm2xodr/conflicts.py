@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.geometry.curves import lengths, pose
+from osm2xodr.curves import lengths, pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Connecting roads are compared as polylines of this many segments; pairs are worked off in parts of this many,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from osm2xodr.geometry.curves import (
+from osm2xodr.curves import (
     arc_step,
     cubic_slope,
     cubic_value,

@@ -1,0 +1,113 @@
+"""Where the lanes of roads lie across them."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from osm2xodr.curves import lengths
+from osm2xodr.model import Cubic, LaneType, Road, RoadMap, Rule
+
+# Lanes that lie beyond the kerb or the edge of the pavement; what lies inside of the innermost is crossed on foot.
+OFF_CARRIAGEWAY: Final = frozenset({LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB})
+CAR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL, LaneType.BUS, LaneType.TAXI})
+
+
+@dataclass(frozen=True, slots=True)
+class LaneAt:
+    """A lane at one place: its id and type, and t of its edges, left > right, m."""
+
+    id: int
+    type: LaneType
+    left: float
+    right: float
+
+    @property
+    def middle(self) -> float:
+        """T of its middle, m."""
+        return 0.5 * (self.left + self.right)
+
+
+class LaneTable:
+    """Looks up lanes by road id and s."""
+
+    def __init__(self, road_map: RoadMap) -> None:
+        self._map = road_map
+        self._index = {road.id: k for k, road in enumerate(road_map.roads)}
+        self._length = lengths(road_map.plan_view).tolist()
+
+    def index(self, road: int) -> int:
+        """Return the index of a road in the tables of the road map."""
+        return self._index[road]
+
+    def road(self, road: int) -> Road:
+        """Return a road by its id."""
+        return self._map.roads[self._index[road]]
+
+    def length(self, road: int) -> float:
+        """Return the length of a road, m."""
+        return float(self._length[self._index[road]])
+
+    def runs_along(self, lane: int) -> bool:
+        """Say whether traffic on a lane runs along s, by the side of the centre that it lies on."""
+        return (lane < 0) == (self._map.rule is Rule.RIGHT_HAND)
+
+    def at(self, road: int, s: float) -> tuple[LaneAt, ...]:
+        """Return all lanes but the centre at s of a road, from left to right."""
+        k = self._index[road]
+        sections = self._map.roads[k].lane_sections
+        section = sections[max(bisect_right([item.s for item in sections], s) - 1, 0)]
+        centre = self._offset(k, s)
+        out: list[LaneAt] = []
+        edge = centre
+        for lane in sorted((lane for lane in section.lanes if lane.id > 0), key=lambda lane: lane.id):
+            outer = edge + _value(lane.widths, s - section.s)
+            out.insert(0, LaneAt(lane.id, lane.type, outer, edge))
+            edge = outer
+        edge = centre
+        for lane in sorted((lane for lane in section.lanes if lane.id < 0), key=lambda lane: -lane.id):
+            outer = edge - _value(lane.widths, s - section.s)
+            out.append(LaneAt(lane.id, lane.type, edge, outer))
+            edge = outer
+        return tuple(out)
+
+    def carriageway(self, road: int, s: float) -> tuple[float, float]:
+        """Return t of the left and right edge of what lies between the kerbs.
+
+        These are all lanes up to the first of `OFF_CARRIAGEWAY` on either side; both are the centre where there is none.
+        """
+        lanes = self.at(road, s)
+        centre = self._offset(self._index[road], s)
+        left, right = centre, centre
+        for lane in sorted((lane for lane in lanes if lane.id > 0), key=lambda lane: lane.id):
+            if lane.type in OFF_CARRIAGEWAY:
+                break
+            left = lane.left
+        for lane in sorted((lane for lane in lanes if lane.id < 0), key=lambda lane: -lane.id):
+            if lane.type in OFF_CARRIAGEWAY:
+                break
+            right = lane.right
+        return left, right
+
+    def _offset(self, k: int, s: float) -> float:
+        table = self._map.lane_offset
+        first, last = int(table.start[k]), int(table.start[k + 1])
+        if first == last:
+            return 0.0
+        row = max(bisect_right(table.s[first:last].tolist(), s) - 1, 0) + first
+        ds = s - float(table.s[row])
+        return float(table.a[row] + ds * (table.b[row] + ds * (table.c[row] + ds * table.d[row])))
+
+
+def _value(cubics: Iterable[Cubic], ds: float) -> float:
+    """Return the value of piecewise cubics, never below 0."""
+    holding = None
+    for item in cubics:
+        if holding is None or item.s <= ds:
+            holding = item
+    if holding is None:
+        return 0.0
+    u = ds - holding.s
+    return max(holding.a + u * (holding.b + u * (holding.c + u * holding.d)), 0.0)

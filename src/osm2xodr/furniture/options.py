@@ -1,0 +1,48 @@
+"""What the user may choose about furniture. Imports nothing heavy: the command line reads it first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from osm2xodr.targets import DEFAULT_TARGET, TARGETS, Target
+
+# Kinds of objects that are many and matter to few: only on request.
+EXTRA_OBJECTS: Final = ("lamps", "trees")
+
+
+@dataclass(frozen=True, slots=True)
+class FurnitureOptions:
+    """What the user may choose about furniture.
+
+    Parameters
+    ----------
+    target
+        The reader to write for.
+    extra_objects
+        Which of `EXTRA_OBJECTS` are wanted.
+    enabled
+        Whether there is to be any.
+    """
+
+    target: Target = field(default_factory=lambda: TARGETS[DEFAULT_TARGET])
+    extra_objects: frozenset[str] = frozenset()
+    enabled: bool = True
+
+
+def parse_objects_option(text: str) -> frozenset[str]:
+    """Read ``--objects``: names of `EXTRA_OBJECTS`, separated by commas, or ``all``.
+
+    Raises
+    ------
+    ValueError
+        A name is none of them, or there is none.
+    """
+    names = {name.strip() for name in text.split(",") if name.strip()}
+    if names == {"all"}:
+        return frozenset(EXTRA_OBJECTS)
+    unknown = sorted(names - set(EXTRA_OBJECTS))
+    if unknown or not names:
+        problem = f"{unknown[0]!r} is no kind of object" if unknown else "no kind of object is named"
+        raise ValueError(f"{problem}; choose from {', '.join(EXTRA_OBJECTS)}, or all")
+    return frozenset(names)

@@ -1,0 +1,105 @@
+"""What the stages hand to each other, in the order of the pipeline. Read this first.
+
+Units are SI (m, rad, m/s, 1/m) unless a name says otherwise. Local x points east, y north; headings count
+counter-clockwise from east; s runs along a road, t to its left. Everything is frozen, arrays are read-only.
+Words of OpenStreetMap (node, way, street, intersection) belong to what is read, words of OpenDRIVE (road, lane
+section, junction, s, t, hdg) to what is written.
+"""
+
+from __future__ import annotations
+
+from osm2xodr.model.furniture import (
+    Controller,
+    Furniture,
+    ObjectRepeat,
+    RoadObject,
+    Signal,
+    SignalReference,
+)
+from osm2xodr.model.ground import (
+    Surface,
+    SurfaceQuality,
+)
+from osm2xodr.model.roads import (
+    Connection,
+    Cubic,
+    CubicProfile,
+    Junction,
+    Lane,
+    LaneSection,
+    PlanView,
+    Road,
+    RoadLink,
+    RoadMap,
+    RoadMark,
+    RoadType,
+    StreetPlaces,
+)
+from osm2xodr.model.shared import (
+    BoolArray,
+    Direction,
+    FloatArray,
+    IntArray,
+    LaneType,
+    LocalFrame,
+    Rule,
+    Structure,
+    freeze_arrays,
+)
+from osm2xodr.model.streets import (
+    Footway,
+    Intersection,
+    LaneConnectivity,
+    LaneSpec,
+    MarginSpec,
+    RoadsideKind,
+    RoadsideThing,
+    Street,
+    StreetAttributes,
+    StreetNetwork,
+    TurnRestriction,
+)
+
+__all__ = [
+    "BoolArray",
+    "Connection",
+    "Controller",
+    "Cubic",
+    "CubicProfile",
+    "Direction",
+    "FloatArray",
+    "Footway",
+    "Furniture",
+    "IntArray",
+    "Intersection",
+    "Junction",
+    "Lane",
+    "LaneConnectivity",
+    "LaneSection",
+    "LaneSpec",
+    "LaneType",
+    "LocalFrame",
+    "MarginSpec",
+    "ObjectRepeat",
+    "PlanView",
+    "Road",
+    "RoadLink",
+    "RoadMap",
+    "RoadMark",
+    "RoadObject",
+    "RoadType",
+    "RoadsideKind",
+    "RoadsideThing",
+    "Rule",
+    "Signal",
+    "SignalReference",
+    "Street",
+    "StreetAttributes",
+    "StreetNetwork",
+    "StreetPlaces",
+    "Structure",
+    "Surface",
+    "SurfaceQuality",
+    "TurnRestriction",
+    "freeze_arrays",
+]

@@ -1,0 +1,51 @@
+"""What surface hands on: the height of the ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from osm2xodr.model.shared import BoolArray, FloatArray, freeze_arrays
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceQuality:
+    """How far heights can be trusted, point by point.
+
+    Parameters
+    ----------
+    cell_size : (n,)
+        Distance between the heights that the surface is made from there, m (0 for an exact surface).
+    sigma : (n,)
+        Standard error of the heights, m (0 for an exact surface).
+    covered : (n,)
+        Whether the heights are those of a surface model, which lies on canopy and roofs rather than on the ground.
+    """
+
+    cell_size: FloatArray
+    sigma: FloatArray
+    covered: BoolArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+class Surface(Protocol):
+    """Height of the ground at local positions."""
+
+    @property
+    def cell_size(self) -> float:
+        """Distance between the heights that most of the surface is made from, m (0 for an exact surface)."""
+
+    @property
+    def sigma(self) -> float:
+        """Standard error of most of its heights, m (0 for an exact surface)."""
+
+    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return z (n,), m, at local x, y (n,), m, and where it is measured.
+
+        Where it is not measured (voids, outside of the elevation model) z is the surface's best guess.
+        """
+
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        """Return how far the heights at local x, y (n,), m, can be trusted."""

@@ -1,0 +1,79 @@
+"""What all stages share: arrays, sides, directions, words for lanes, the local frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+
+
+def freeze_arrays(record: object) -> None:
+    """Set every array of a dataclass read-only, so that stages can share it."""
+    for name in type(record).__dataclass_fields__:  # type: ignore[attr-defined]
+        value = getattr(record, name)
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+
+
+class Rule(str, Enum):
+    """On which side of the road traffic drives, in OpenDRIVE's words."""
+
+    RIGHT_HAND = "RHT"
+    LEFT_HAND = "LHT"
+
+
+class Direction(int, Enum):
+    """Which way traffic on a lane runs, seen along its street."""
+
+    FORWARD = 1
+    BACKWARD = -1
+    BOTH = 0
+
+
+class LaneType(str, Enum):
+    """Types of lanes, in OpenDRIVE's words."""
+
+    DRIVING = "driving"
+    BIDIRECTIONAL = "bidirectional"
+    BUS = "bus"
+    TAXI = "taxi"
+    BIKING = "biking"
+    SIDEWALK = "sidewalk"
+    PARKING = "parking"
+    SHOULDER = "shoulder"
+    MEDIAN = "median"
+    BORDER = "border"
+    CURB = "curb"
+    TRAM = "tram"
+    NONE = "none"
+
+
+class Structure(int, Enum):
+    """What carries a piece of road."""
+
+    GROUND = 0
+    BRIDGE = 1
+    TUNNEL = 2
+
+
+@dataclass(frozen=True, slots=True)
+class LocalFrame:
+    """Where local x and y are on Earth.
+
+    Parameters
+    ----------
+    proj
+        PROJ text of the projection, also the georeference that is written.
+    lat_0_deg, lon_0_deg
+        Origin of x and y, WGS 84.
+    """
+
+    proj: str
+    lat_0_deg: float
+    lon_0_deg: float
