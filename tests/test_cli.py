@@ -127,7 +127,13 @@ def test_quiet_and_verbose(area: Path, out: Path, capsys: pytest.CaptureFixture[
     assert capsys.readouterr() == ("", "")
     assert convert(area, "-o", out, "--overwrite", "-v") == 0
     stages = re.findall(r"^ +\d+\.\d\d s  (.+)$", capsys.readouterr().err, re.MULTILINE)
-    assert stages == ["starting", f"reading {area}", "building roads", f"writing {out}"]
+    assert stages == [
+        "starting",
+        f"reading {area}",
+        "building roads",
+        "placing signals and objects",
+        f"writing {out}",
+    ]
     assert convert(area, "-o", out, "--overwrite", "-vv") == 0
     assert "  note: flat: " in capsys.readouterr().err
 

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import dataclasses
 import gc
 import json
-import math
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,16 +13,16 @@ import click
 
 from osm2xodr import __version__, defaults
 from osm2xodr.cli_common import Session, check_targets, output_option, overwrite_option
+from osm2xodr.cli_convert_options import Arguments, convert_options, report_inputs
 from osm2xodr.delivery import STANDARD_OUTPUT, deliver, label, report_text
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.errors import InputError
-from osm2xodr.furniture import EXTRA_OBJECTS, FurnitureOptions, parse_objects_option
+from osm2xodr.furniture import EXTRA_OBJECTS
 from osm2xodr.report import Progress, details, summary
 from osm2xodr.targets import DEFAULT_TARGET, TARGETS
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions
 
 if TYPE_CHECKING:
-    from osm2xodr.pipeline import Conversion, ConvertOptions
+    from osm2xodr.pipeline import Conversion
 
 # `osm2xodr.surface.METHODS`, which is too slow to load for --help; a test holds them equal.
 SURFACE_METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
@@ -34,45 +30,6 @@ SURFACE_METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
 DEM_TYPES = ("auto", "dtm", "dsm")
 
 _MEGABYTE = 1e6
-
-
-@dataclasses.dataclass(frozen=True)
-class _Arguments:
-    """The options of ``convert`` as click hands them over."""
-
-    area: Path
-    dem: tuple[Path, ...]
-    output: Path
-    overwrite: bool
-    name: str | None
-    date: str
-    ways: str
-    include_private: bool
-    xodr_version: str
-    left_hand: bool
-    right_hand: bool
-    default_lane_width: float | None
-    surface: str
-    polynomial_order: int
-    dem_type: str
-    dem_sigma: float | None
-    vertical_datum: str | None
-    dem_vertical_datum: str | None
-    allow_partial: bool
-    smoothing: float
-    max_grade: str | None
-    no_structures: bool
-    superelevation: bool
-    turnarounds: bool
-    target: str
-    objects: str | None
-    no_furniture: bool
-    report_json: Path | None
-    check: bool
-    html: Path | None
-    jobs: int | None
-    verbose: int
-    quiet: bool
 
 
 @click.command(
@@ -219,7 +176,7 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
 @click.pass_obj
 def convert(session: Session, /, **options: Any) -> int:
     """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf), to OpenDRIVE."""
-    arguments = _Arguments(**options)
+    arguments = Arguments(**options)
     session.verbose = arguments.verbose
     _refuse_contradictions(arguments)
     live = sys.stderr.isatty() and not arguments.quiet
@@ -231,13 +188,13 @@ def convert(session: Session, /, **options: Any) -> int:
     try:
         from osm2xodr.pipeline import convert as run
 
-        wanted = _convert_options(arguments)
+        wanted = convert_options(arguments)
         diagnostics = Diagnostics()
         conversion = run(wanted, diagnostics, progress.stage)
         progress.stage(f"writing {label(arguments.output)}")
         name = _area_name(arguments.area) if arguments.name is None else arguments.name
         how = WriteOptions(arguments.xodr_version, name, arguments.date, __version__)
-        inputs = _inputs(arguments, name)
+        inputs = report_inputs(arguments, name)
         size = deliver(conversion, diagnostics, arguments.output, how, arguments.report_json, inputs, wanted.jobs)
     finally:
         progress.done()
@@ -250,7 +207,7 @@ def convert(session: Session, /, **options: Any) -> int:
     return _look_at(arguments, log)
 
 
-def _refuse_contradictions(arguments: _Arguments) -> None:
+def _refuse_contradictions(arguments: Arguments) -> None:
     """Refuse options that do not go together, and outputs that cannot be, before any work is done."""
     if arguments.left_hand and arguments.right_hand:
         raise click.UsageError("--left-hand and --right-hand exclude each other; give one of them")
@@ -265,7 +222,7 @@ def _refuse_contradictions(arguments: _Arguments) -> None:
     check_targets(targets, (arguments.area, *arguments.dem), overwrite=arguments.overwrite)
 
 
-def _tell(arguments: _Arguments, conversion: Conversion, diagnostics: Diagnostics, size: int, seconds: float) -> None:
+def _tell(arguments: Arguments, conversion: Conversion, diagnostics: Diagnostics, size: int, seconds: float) -> None:
     """Say what was written."""
     click.echo(
         f"osm2xodr: wrote {label(arguments.output)} ({size / _MEGABYTE:,.1f} MB, OpenDRIVE"
@@ -280,7 +237,7 @@ def _tell(arguments: _Arguments, conversion: Conversion, diagnostics: Diagnostic
             click.echo(line, err=True)
 
 
-def _look_at(arguments: _Arguments, log: bytes) -> int:
+def _look_at(arguments: Arguments, log: bytes) -> int:
     """Check what was written and make the page about it, where wanted; return the exit status."""
     if not arguments.check and arguments.html is None:
         return 0
@@ -305,94 +262,6 @@ def _look_at(arguments: _Arguments, log: bytes) -> int:
         if not arguments.quiet:
             click.echo(f"osm2xodr: wrote {label(arguments.html)} ({size / _MEGABYTE:,.1f} MB)", err=True)
     return status
-
-
-def _convert_options(arguments: _Arguments) -> ConvertOptions:
-    """Turn options into those of the stages."""
-    from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
-    from osm2xodr.model import Rule
-    from osm2xodr.osmParsing.options import ParseOptions, parse_ways_option
-    from osm2xodr.parallel import available_jobs
-    from osm2xodr.pipeline import ConvertOptions
-    from osm2xodr.surface import SurfaceOptions
-
-    rule = Rule.LEFT_HAND if arguments.left_hand else Rule.RIGHT_HAND if arguments.right_hand else None
-    with _usage("--ways"):
-        ways = parse_ways_option(arguments.ways)
-    with _usage("--default-lane-width"):
-        parse = ParseOptions(ways, arguments.include_private, rule, arguments.default_lane_width)
-    with _usage("--dem-sigma, --dem-vertical-datum"):
-        surface = SurfaceOptions(
-            method=arguments.surface,
-            polynomial_order=arguments.polynomial_order,
-            allow_partial=arguments.allow_partial,
-            sigma=arguments.dem_sigma,
-            dem_type=arguments.dem_type,
-            vertical_datum=arguments.vertical_datum,
-            dem_vertical_datum=arguments.dem_vertical_datum,
-        )
-    if not 0.0 < arguments.smoothing < math.inf:
-        raise click.UsageError(f"--smoothing: {arguments.smoothing:g} is not above 0; 1 is the usual, 2 is smoother")
-    elevation = ElevationOptions(
-        arguments.smoothing, structures=not arguments.no_structures, superelevation=arguments.superelevation
-    )
-    if arguments.max_grade is not None:
-        with _usage("--max-grade"):
-            elevation = dataclasses.replace(elevation, grade_limit=parse_grade_limits(arguments.max_grade))
-    return ConvertOptions(
-        arguments.area,
-        arguments.dem,
-        parse,
-        surface,
-        elevation,
-        RoadOptions(arguments.turnarounds),
-        _furniture_options(arguments),
-        arguments.jobs or min(available_jobs(), defaults.MOST_JOBS),
-    )
-
-
-def _furniture_options(arguments: _Arguments) -> FurnitureOptions:
-    with _usage("--objects"):
-        extra = parse_objects_option(arguments.objects) if arguments.objects is not None else frozenset()
-    return FurnitureOptions(TARGETS[arguments.target], extra, enabled=not arguments.no_furniture)
-
-
-@contextlib.contextmanager
-def _usage(option: str) -> Iterator[None]:
-    """Turn the refusal of an option's value into wrong usage."""
-    try:
-        yield
-    except (ValueError, InputError) as error:
-        raise click.UsageError(f"{option}: {error}") from error
-
-
-def _inputs(arguments: _Arguments, name: str) -> dict[str, Any]:
-    """Return what was asked for, for the report."""
-    return {
-        "osm2xodr": __version__,
-        "area": str(arguments.area),
-        "dem": [str(path) for path in arguments.dem],
-        "name": name,
-        "ways": arguments.ways,
-        "include_private": arguments.include_private,
-        "left_hand": True if arguments.left_hand else False if arguments.right_hand else None,
-        "default_lane_width": arguments.default_lane_width,
-        "surface": arguments.surface,
-        "polynomial_order": arguments.polynomial_order,
-        "dem_type": arguments.dem_type,
-        "dem_sigma": arguments.dem_sigma,
-        "vertical_datum": arguments.vertical_datum,
-        "dem_vertical_datum": arguments.dem_vertical_datum,
-        "allow_partial": arguments.allow_partial,
-        "smoothing": arguments.smoothing,
-        "max_grade": arguments.max_grade,
-        "structures": not arguments.no_structures,
-        "superelevation": arguments.superelevation,
-        "turnarounds": arguments.turnarounds,
-        "target": arguments.target,
-        "objects": arguments.objects,
-        "furniture": not arguments.no_furniture,
-    }
 
 
 def _area_name(area: Path) -> str:

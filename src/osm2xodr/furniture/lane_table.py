@@ -76,7 +76,8 @@ class LaneTable:
     def carriageway(self, road: int, s: float) -> tuple[float, float]:
         """Return t of the left and right edge of what lies between the kerbs.
 
-        These are all lanes up to the first of `OFF_CARRIAGEWAY` on either side; both are the centre where there is none.
+        These are all lanes up to the first of `OFF_CARRIAGEWAY` on either side; both are the centre where there is
+        none.
         """
         lanes = self.at(road, s)
         centre = self._offset(self._index[road], s)
