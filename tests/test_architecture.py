@@ -53,6 +53,7 @@ OUTSIDE = {
     "locating",
     "pipeline",
     "delivery",
+    "limits",
     "report",
     "statistics",
     "street_points",

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from osm2xodr import defaults
-from osm2xodr.cli_common import check_targets, overwrite_option
+from osm2xodr.cli_common import check_targets, limit_options, overwrite_option
 from osm2xodr.delivery import STANDARD_OUTPUT, label, stream_to
 
 # `osm2xodr.checking.FORMATS`, `READERS`, `DEFAULT_READERS` and the words of `Severity`, which are too slow to load
@@ -79,6 +79,7 @@ Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wron
 )
 @overwrite_option
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but the result.")
+@limit_options
 def check(
     file: Path,
     readers: str,

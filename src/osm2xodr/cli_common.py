@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, TypeVar
 import click
 
 from osm2xodr.delivery import STANDARD_OUTPUT
+from osm2xodr.limits import limited, parse_duration, parse_memory
 from osm2xodr.xodrWriter import check_target
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -35,6 +37,44 @@ def output_option(what: str) -> Callable[[_Command], _Command]:
         metavar="FILE",
         help=f"{what} to write; - for standard output.",
     )
+
+
+class _Parsed(click.ParamType):
+    """An option whose text a function reads."""
+
+    def __init__(self, name: str, parse: Callable[[str], float]) -> None:
+        self.name = name
+        self._parse = parse
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read the text, and refuse what the function refuses."""
+        try:
+            return self._parse(value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+def limit_options(command: _Command) -> _Command:
+    """Give a command the options that bound its memory and time; it does not see them itself."""
+
+    @click.option(
+        "--max-memory",
+        type=_Parsed("memory", parse_memory),
+        metavar="SIZE",
+        help="Stop if a process needs more memory, such as 2G.  [default: no bound]",
+    )
+    @click.option(
+        "--timeout",
+        type=_Parsed("duration", parse_duration),
+        metavar="TIME",
+        help="Stop after a while, such as 90s or 10min.  [default: no bound]",
+    )
+    @functools.wraps(command)
+    def bounded(*args: Any, max_memory: int | None, timeout: float | None, **options: Any) -> Any:
+        with limited(max_memory, timeout):
+            return command(*args, **options)
+
+    return bounded  # type: ignore[return-value]
 
 
 def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *, overwrite: bool) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from osm2xodr import __version__, defaults
-from osm2xodr.cli_common import Session, check_targets, output_option, overwrite_option
+from osm2xodr.cli_common import Session, check_targets, limit_options, output_option, overwrite_option
 from osm2xodr.cli_convert_options import Arguments, convert_options, report_inputs
 from osm2xodr.delivery import STANDARD_OUTPUT, deliver, label, report_text
 from osm2xodr.diagnostics import Diagnostics
@@ -174,6 +174,7 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
 @click.option("-v", "--verbose", count=True, help="Say how long each stage takes; -vv: all details, and tracebacks.")
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
 @click.pass_obj
+@limit_options
 def convert(session: Session, /, **options: Any) -> int:
     """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf), to OpenDRIVE."""
     arguments = Arguments(**options)
@@ -193,7 +194,8 @@ def convert(session: Session, /, **options: Any) -> int:
         conversion = run(wanted, diagnostics, progress.stage)
         progress.stage(f"writing {label(arguments.output)}")
         name = _area_name(arguments.area) if arguments.name is None else arguments.name
-        how = WriteOptions(arguments.xodr_version, name, arguments.date, __version__)
+        target = TARGETS[arguments.target]
+        how = WriteOptions(arguments.xodr_version, name, arguments.date, __version__, target=target)
         inputs = report_inputs(arguments, name)
         size = deliver(conversion, diagnostics, arguments.output, how, arguments.report_json, inputs, wanted.jobs)
     finally:

@@ -68,11 +68,19 @@ def convert_options(arguments: Arguments) -> ConvertOptions:
     from osm2xodr.pipeline import ConvertOptions
     from osm2xodr.surface import SurfaceOptions
 
+    furniture = _furniture_options(arguments)
     rule = Rule.LEFT_HAND if arguments.left_hand else Rule.RIGHT_HAND if arguments.right_hand else None
     with _usage("--ways"):
         ways = parse_ways_option(arguments.ways)
     with _usage("--default-lane-width"):
-        parse = ParseOptions(ways, arguments.include_private, rule, arguments.default_lane_width)
+        parse = ParseOptions(
+            ways,
+            arguments.include_private,
+            rule,
+            arguments.default_lane_width,
+            furniture=furniture.enabled,
+            extra_objects=furniture.extra_objects,
+        )
     with _usage("--dem-sigma, --dem-vertical-datum"):
         surface = SurfaceOptions(
             method=arguments.surface,
@@ -98,7 +106,7 @@ def convert_options(arguments: Arguments) -> ConvertOptions:
         surface,
         elevation,
         RoadOptions(arguments.turnarounds),
-        _furniture_options(arguments),
+        furniture,
         arguments.jobs or min(available_jobs(), defaults.MOST_JOBS),
     )
 

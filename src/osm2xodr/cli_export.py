@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from osm2xodr import __version__
-from osm2xodr.cli_common import check_targets, output_option, overwrite_option
+from osm2xodr.cli_common import check_targets, limit_options, output_option, overwrite_option
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.delivery import STANDARD_OUTPUT, label, stream_to
 
@@ -55,6 +55,7 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage.""",
 )
 @overwrite_option
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@limit_options
 def export(
     file: Path,
     output: Path,

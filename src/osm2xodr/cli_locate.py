@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from osm2xodr.cli_common import limit_options
 from osm2xodr.delivery import STANDARD_OUTPUT, stream_to
 from osm2xodr.errors import InputError
 
@@ -65,6 +66,7 @@ Exit status: 0 found, 1 cannot be found, 2 wrong usage.""",
 @click.option("--points", type=click.Path(path_type=Path), metavar="CSV", help="Many places; - for standard input.")
 @click.option("--all", "every", is_flag=True, help="All roads at each place, such as bridges, not the best alone.")
 @click.option("--json", "as_json", is_flag=True, help="JSON in place of text or CSV.")
+@limit_options
 def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given: float | str | int | None) -> None:
     """Tell where places of the OpenDRIVE FILE are on Earth, in the file's coordinates, and on its roads."""
     named = {name: value for name, value in given.items() if value is not None}

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from osm2xodr import defaults
-from osm2xodr.cli_common import check_targets, output_option, overwrite_option
+from osm2xodr.cli_common import check_targets, limit_options, output_option, overwrite_option
 from osm2xodr.delivery import STANDARD_OUTPUT, label
 from osm2xodr.viewing.options import PICTURE_COLOURS, PictureOptions
 
@@ -49,6 +49,7 @@ Exit status: 0 written, 1 cannot draw, 2 wrong usage.""",
 )
 @overwrite_option
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@limit_options
 def render(
     file: Path,
     output: Path,

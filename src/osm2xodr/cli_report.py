@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from osm2xodr.cli_common import check_targets, output_option, overwrite_option
+from osm2xodr.cli_common import check_targets, limit_options, output_option, overwrite_option
 from osm2xodr.delivery import label
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
@@ -47,6 +47,7 @@ Exit status: 0 written, 1 cannot read or write, 2 wrong usage.""",
 @click.option("--no-check", is_flag=True, help="Do not look for defects of FILE.")
 @overwrite_option
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@limit_options
 def report(
     file: Path,
     output: Path,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from osm2xodr.cli_common import check_targets, output_option, overwrite_option
+from osm2xodr.cli_common import check_targets, limit_options, output_option, overwrite_option
 from osm2xodr.delivery import label, stream_to
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.report import details
@@ -26,6 +26,7 @@ Exit status: 0 written, 1 cannot compare, 2 wrong usage.""",
 @click.option("--bbox", metavar="W,S,E,N", help="Look only there, degrees, WGS 84.  [default: all of each model]")
 @overwrite_option
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@limit_options
 def surface(dem: tuple[Path, ...], output: Path, bbox: str | None, overwrite: bool, quiet: bool) -> None:
     """Compare interpolations and polynomials on elevation models DEM, as one page with tables and pictures."""
     check_targets([("-o", output)], dem, overwrite=overwrite)

@@ -51,7 +51,7 @@ def _nearest_on_records(plan: PlanView, record: IntArray, x: FloatArray, y: Floa
     # Angle about the arc's centre (0, 1/k), counted along it, wrapped about the arc's middle.
     angle = np.arctan2(np.sign(safe) * u, np.sign(safe) * (1.0 / safe - v))
     middle = 0.5 * length * safe
-    turn = middle + (np.sign(safe) * angle - middle + np.pi) % (2 * np.pi) - np.pi
+    turn = middle + (angle - middle + np.pi) % (2 * np.pi) - np.pi
     out: FloatArray = np.clip(np.where(bent, turn / safe, u), 0.0, length)
     return out
 

@@ -63,47 +63,6 @@ LANES_PLAUSIBLE_MAX: Final = 25
 WALKING_SPEED_KMH: Final = 7.0
 # Faster than any limit that is signed; a larger ``maxspeed`` is a mistake, km/h.
 SPEED_PLAUSIBLE_MAX_KMH: Final = 250.0
-# Limits that a country's law sets for a kind of road, km/h, and the countries, for values as ``maxspeed=DE:urban``:
-# OSM wiki, pages Default speed limits and Speed limits; left out where the law differs within the country.
-IMPLICIT_SPEED_KMH: Final = MappingProxyType(
-    {
-        "urban": {
-            30.0: "BE-BRU",
-            50.0: "AD AT AU BE BE-VLG BE-WAL BG CH CZ DE DK EE ES FI FR GR HR HU IE IT LI LT LU LV NL NO NZ PL PT RO "
-            "RS SE SI SK TR UA",
-            60.0: "BY KZ RU ZA",
-        },
-        "rural": {
-            70.0: "BE-BRU BE-VLG SE",
-            80.0: "CH DK FI FR LI NL NO RS",
-            90.0: "BE-WAL BG BY CZ EE ES GR HR HU IT LT LU LV PL PT RO RU SI SK TR UA",
-            100.0: "AT AU DE NZ ZA",
-        },
-        "trunk": {
-            100.0: "AT CH NL PT RO RS",
-            110.0: "CZ FR GR HR HU IT SI TR UA",
-            120.0: "BE BE-BRU BE-VLG BE-WAL PL",
-        },
-        "motorway": {
-            100.0: "NL",
-            110.0: "BY RU SE",
-            120.0: "BE BE-BRU BE-VLG BE-WAL CH ES FI IE PT ZA",
-            130.0: "AT CZ DK FR GR HR HU IT LT LU RO RS SI SK UA",
-            140.0: "BG PL",
-            float("inf"): "DE",
-        },
-        "living_street": {
-            WALKING_SPEED_KMH: "AT DE",
-            10.0: "RS SI",
-            15.0: "NL",
-            20.0: "BE BE-BRU BE-VLG BE-WAL BG BY CH CZ ES FI FR HU KZ LT LU LV PL PT RO RU SK UA",
-        },
-    }
-)
-# The United Kingdom names its limits otherwise, mph.
-IMPLICIT_SPEED_GB_MPH: Final = MappingProxyType(
-    {"nsl_restricted": 30, "nsl_single": 60, "nsl_dual": 70, "urban": 30, "motorway": 70}
-)
 
 # Steeper than the steepest streets (0.35 to 0.38) and tracks; a larger ``incline`` is a mistake, rise per metre.
 GRADE_PLAUSIBLE_MAX: Final = 0.45
@@ -440,6 +399,9 @@ PRIORITY_RANK_MINOR: Final = 2
 # How far before the end of its street a sign or signal stands that is meant for the junction there, m; a choice,
 # twice what stop lines of wide junctions keep from the middle.
 SIGN_REACH: Final = 50.0
+# The same for lights of a crossing without any that OSM says are the junction's, m: RiLSA counts crossings as far as
+# this away as those of the junction's arms; a choice.
+SIGNALLED_CROSSING_REACH: Final = 30.0
 # Share of a junction's entries that must have a signal for the junction to be one with signals; a choice.
 SIGNALLED_SHARE: Final = 0.5
 
@@ -459,6 +421,16 @@ RURAL_SPEED: Final = 60.0 / 3.6
 # Width of narrow marks and of wide ones (motorway edges), m: German RMS 1993.
 MARK_WIDTH: Final = 0.12
 MARK_WIDTH_WIDE: Final = 0.15
+# Width of edge lines, in general and of roads built for speed, and of lines beside lanes for buses, taxis and
+# bicycles, m: narrow and wide marks of RMS 1993. Widths by country are in data/countries.json.
+EDGE_MARK_WIDTH: Final = 0.12
+EDGE_MARK_WIDTH_FAST: Final = 0.15
+SPECIAL_MARK_WIDTH: Final = 0.25
+SPECIAL_MARK_WIDTH_FAST: Final = 0.30
+# Values of ``highway`` for streets that have no lines unless a tag says so, and for roads whose edges have none.
+# Choices after RMS 1993: no lines where limits are low, edge lines on main roads.
+UNMARKED_HIGHWAYS: Final = ("residential", "living_street", "service", "track", "pedestrian")
+EDGELESS_HIGHWAYS: Final = ("unclassified", "road", "busway")
 # A two-way carriageway narrower than this has no centre line, m (RMS 1993: 5.5 m).
 CENTRE_LINE_FROM: Final = 5.5
 
@@ -748,3 +720,265 @@ STOP_LINE_SETBACK: Final = 1.0
 STOP_LINE_BEFORE_CROSSING: Final = 1.0
 # How far from a junction's edge a node with a signal, stop or give-way sign still shows where traffic stops, m.
 STOP_NODE_REACH: Final = 20.0
+
+# ---- furniture: crossings, islands, stop lines, arrows and what stands beside the road
+
+# Extent of crossings along the road, m: R-FGÜ 2001 wants zebra crossings of 4 m as a rule, of 3 m at least, RiLSA 4 m
+# with lights. Not below 6 ft (MUTCD 2009, 3B.18); what is believed of tags at most is a choice.
+CROSSING_WIDTH: Final = 3.0
+CROSSING_WIDTH_SIGNALS: Final = 4.0
+CROSSING_WIDTH_MIN: Final = 1.83
+CROSSING_WIDTH_MAX: Final = 20.0
+# Crossings end this far before a road does, m. Nodes inside a junction go to an arm up to so far away, m; arms run
+# along the street that is crossed within the sine of this (30 degrees). Choices.
+CROSSING_END: Final = 0.05
+CROSSING_REACH: Final = 15.0
+CROSSING_SINE: Final = 0.5
+# A crossing belongs to a junction if what is left between the two is shorter, m: with lights, which are mostly those
+# of the junction, than STOP_NODE_REACH; without, than a car that would wait between (RASt 06: 5 m). Choices.
+CROSSING_AT_JUNCTION_SIGNALS: Final = 20.0
+CROSSING_AT_JUNCTION: Final = 5.0
+# Lanes keep this width beside an island, m: that of buses and lorries without their mirrors. Narrower islands are
+# none, m; how far they reach beyond their crossing, how long they are without one, and how high, m: choices.
+ISLAND_LANE: Final = 2.5
+ISLAND_WIDTH_MIN: Final = 1.0
+ISLAND_BEYOND: Final = 1.0
+ISLAND_LENGTH: Final = 6.0
+ISLAND_HEIGHT: Final = 0.12
+# Extent of stop lines along the road, m: RMS-1 Zeichen 294 (0.50 m); MUTCD 2009, 3B.16: 12 to 24 in. Give-way lines
+# are as wide, Zeichen 341. Two lines nearer than this are one, m; a choice.
+STOP_LINE_EXTENT: Final = 0.5
+STOP_LINE_APART: Final = 2.0
+# Arrows, m: length of 5 m in towns (RMS-1, Zeichen 297); width, from the stop line to the tip of the first, from
+# there to the next one's, how many there are, and the narrowest lane that gets them: choices.
+ARROW_LENGTH: Final = 5.0
+ARROW_WIDTH: Final = 1.0
+ARROW_FROM_LINE: Final = 5.0
+ARROW_SPACING: Final = 20.0
+ARROWS: Final = 2
+ARROW_LANE: Final = 2.0
+# Length along the road and height of what calms traffic, m. Humps and tables: Highways (Road Hump) Regulations 1999
+# (at most 0.1 m high) and FHWA Traffic Calming ePrimer (humps of 12 ft, tables of 22 ft); all else, such as the width
+# of cushions, m: choices.
+CALMING: Final = {
+    "bump": (0.6, 0.08),
+    "mini_bumps": (0.3, 0.04),
+    "hump": (3.7, 0.08),
+    "double_hump": (7.4, 0.08),
+    "table": (6.7, 0.08),
+    "cushion": (3.0, 0.07),
+    "rumble_strip": (3.0, 0.01),
+    "dip": (2.0, 0.0),
+    "double_dip": (4.0, 0.0),
+}
+CUSHION_WIDTH: Final = 1.8
+# How far from the edge of the carriageway what OSM has beside a road still belongs to the road, m; what lies on the
+# carriageway by no more than the second is drawn inaccurately and goes to its edge, this far off it, m. Choices.
+OBJECT_REACH: Final = 10.0
+OBJECT_INSIDE: Final = 1.0
+OBJECT_GAP: Final = 0.1
+# Bus stops: height of the sign's upper edge and width of its post, m; where the post stands beside the carriageway, m
+# (VwV-StVO: 0.5 m). Bays are as deep as a bus with its mirrors, m, with room for an articulated one, and taper off, m
+# (lengths and depth are those of short bays). How far from a carriageway stops still are those of its buses, m. All
+# but the second are choices.
+BUS_STOP_REACH: Final = 15.0
+BUS_STOP_HEIGHT: Final = 2.5
+BUS_STOP_WIDTH: Final = 0.1
+BUS_STOP_ASIDE: Final = 0.5
+BUS_BAY_DEPTH: Final = 3.0
+BUS_BAY_LENGTH: Final = 20.0
+BUS_BAY_TAPER: Final = 12.0
+# Distance of the places at which what runs along roads is looked at, m; how far it may be moved when it is drawn with
+# fewer places, m; its shortest part, m; parts that turn from the road by more than this, m per m, do not run along.
+OBJECT_SPACING: Final = 3.0
+OBJECT_TOLERANCE: Final = 0.1
+OBJECT_SHORTEST: Final = 1.0
+OBJECT_SLOPE: Final = 1.0
+# Width and height of what stands beside roads where tags give none, m: guard rails of steel (0.75 m) and kerbs (0.12
+# m) as they mostly are in Germany (RPS 2009, RASt 06), garden walls, fences and hedges, lamps of streets, young
+# trees: choices.
+OBJECT_SIZE: Final = {
+    "guard_rail": (0.3, 0.75),
+    "wall": (0.3, 1.5),
+    "fence": (0.1, 1.2),
+    "hedge": (0.6, 1.2),
+    "bollard": (0.2, 0.9),
+    "kerb": (0.15, 0.12),
+    "street_lamp": (0.2, 6.0),
+    "tree": (0.6, 8.0),
+}
+# What is believed of tags about heights and widths, m; a choice.
+OBJECT_HEIGHT_MAX: Final = 60.0
+OBJECT_WIDTH_MAX: Final = 5.0
+# Tram tracks, m: standard gauge; head of a grooved rail.
+TRAM_GAUGE: Final = 1.435
+TRAM_RAIL_WIDTH: Final = 0.07
+
+# ---------------------------------------------------------------- furniture: beside the carriageway
+
+# Length over which strips beside the carriageway open and end, m: kerbs of lay-bys do so within a car's length; and
+# the width of the mark that shows a kerb, m: that of a kerbstone (EN 1340, common 125 to 150 mm). Choices.
+MARGIN_TAPER_LENGTH: Final = 6.0
+KERB_MARK_WIDTH: Final = 0.15
+# What stands in the way of strips: carriageways that run along within so much of the road's line, m, at an angle of
+# this sine at most; the strips are clear of them so much before and after, m. Choices.
+MARGIN_REACH: Final = 16.0
+MARGIN_ALONG_SINE: Final = 0.35
+MARGIN_CLEARANCE: Final = 8.0
+# Share of its width that a strip keeps at least; narrower, it is left out. A choice.
+MARGIN_NARROWEST: Final = 0.5
+# Sidewalks through junctions that are longer may meet another arm, m. A choice.
+CORNER_FAR: Final = 20.0
+# How far before a junction's edge a sidewalk lies at the kerb where it would not get round the corner otherwise, m:
+# nobody may park there (StVO section 12: 5 m).
+CORNER_KERBSIDE: Final = 5.0
+# Sidewalks across corners: least radius of their inner edge, m; longest path as a multiple of the direct distance and
+# how much longer it may be anyway, m; how much it turns to one side only to turn back, rad; how far onto lanes for
+# cars they may reach, m. Choices.
+CORNER_EDGE_RADIUS: Final = 0.1
+CORNER_DETOUR: Final = 3.0
+CORNER_DETOUR_MORE: Final = 5.0
+CORNER_SWING: Final = 1.5
+CORNER_ONTO_LANE: Final = 0.3
+
+# ---------------------------------------------------------------- furniture: what lies beside the carriageway
+
+# Widths of strips beside the carriageway that a tag can mean, m: from the narrowest strip that people walk on to a
+# promenade. A choice.
+MARGIN_WIDTH_MIN: Final = 0.3
+MARGIN_WIDTH_MAX: Final = 15.0
+# Sidewalks without a width, m: Inclusive Mobility (DfT 2021), 2.00 under normal circumstances; between the 1.5 of
+# AASHTO's guide for pedestrian facilities and the 2.50 of RASt 06 for new streets.
+SIDEWALK_WIDTH: Final = 2.0
+# Bicycle tracks for one direction and for both, m (ERA 2010: 2.00 and 2.50), and the strip between the carriageway
+# and them, with and without parked cars beside it, m (ERA 2010: 0.75 and 0.50).
+CYCLE_TRACK_WIDTH: Final = 2.0
+CYCLE_TRACK_WIDTH_BOTH: Final = 2.5
+CYCLE_TRACK_GAP: Final = 0.5
+CYCLE_TRACK_GAP_PARKING: Final = 0.75
+# Strips for parking by orientation, m: RASt 06 and EAR 05, 2.00 lengthwise, 5.00 deep at right angles and 4.85 at 50
+# gon (45 degrees), what hangs over the kerb among it.
+PARKING_WIDTH: Final = MappingProxyType({"parallel": 2.0, "diagonal": 4.85, "perpendicular": 5.0})
+# Shoulders, m: RAA 2008, 2.50 beside motorways; RAL 2012, 1.50 beside rural roads. Verges: as those.
+SHOULDER_WIDTH: Final = MappingProxyType({"motorway": 2.5, "trunk": 2.5})
+SHOULDER_WIDTH_OTHER: Final = 1.5
+VERGE_WIDTH: Final = 1.5
+# Heights of kerbs by OSM's value, m: RASt 06, 0.12 (0.10 to 0.14); DIN 18040-3, 0.03 where lowered; rolled ones 0.05,
+# a choice. What lies beyond a kerb without a height is as high as a raised one. Heights above the last are none.
+KERB_HEIGHT: Final = MappingProxyType(
+    {
+        "raised": 0.12,
+        "yes": 0.12,
+        "regular": 0.12,
+        "normal": 0.12,
+        "rolled": 0.05,
+        "lowered": 0.03,
+        "flush": 0.0,
+        "no": 0.0,
+    }
+)
+KERB_HEIGHT_MAX: Final = 0.5
+
+# ---------------------------------------------------------------- furniture: lights
+
+# Lower edge of a head beside and above the carriageway, its free space from the kerb, its height and width, m: RiLSA
+# (Richtlinien für Lichtsignalanlagen), clearances of heads; three lenses of 200 mm for cars, two for people.
+LIGHT_Z_BESIDE: Final = 2.10
+LIGHT_Z_ABOVE: Final = 4.50
+LIGHT_BESIDE: Final = 0.5
+LIGHT_HEIGHT: Final = 0.9
+LIGHT_HEIGHT_PEOPLE: Final = 0.6
+LIGHT_WIDTH: Final = 0.3
+# Movements that turn by less go straight on, rad (34 degrees); a choice.
+LIGHT_THROUGH: Final = 0.6
+# Arms are opposite if the turn from one to the other is at most this, rad (45 degrees); a choice.
+LIGHT_OPPOSITE: Final = 0.785
+# Paths through a junction whose middles come this near to each other meet, m: a car is 1.76 m wide without its
+# mirrors (design vehicle of RASt 06). They are sampled at this distance, m.
+LIGHT_PATHS_APART: Final = 2.0
+LIGHT_PATH_STEP: Final = 1.0
+# Lights apart from junctions whose nodes are so near to each other along the road are one installation, m; half of
+# the extent of a crossing whose node alone is known, m; least distance of such lights from the road's ends, m. Choices.
+LIGHT_GROUP_REACH: Final = 25.0
+LIGHT_HALF_CROSSING: Final = 2.0
+LIGHT_FROM_END: Final = 1.0
+# Half of the distance of the stop lines of both directions at a node that is not said to be for one of them, m: so
+# readers that cut roads between them can tell them apart; a choice. Least length of a lane section that is cut off, m.
+LIGHT_HALF_GAP: Final = 1.0
+# How far from the start of their lane section heads stand at least, m; a choice.
+LIGHT_IN_SECTION: Final = 0.1
+SECTION_BREAK_APART: Final = 0.5
+# How far from a crossing a node with lights on a footway belongs to it, m; a choice.
+LIGHT_CROSSING_REACH: Final = 8.0
+
+# ---- furniture: what lies beside streets
+
+# How far from a carriageway's edge a thing still belongs to the street, m: RPS 2009 wants guard rails where trees
+# stand within 7.5 m of a rural road (12 m above 100 km/h); a footway behind a verge and a hedge lies as far. A choice.
+ROADSIDE_REACH: Final = 15.0
+# Distance of the points along streets and along footways at which they are compared, m: well below the length of a
+# crossing's gap in a sidewalk.
+BESIDE_SPACING: Final = 5.0
+# A footway that is mapped apart runs along a street where its middle is at most this far from the carriageway's edge,
+# or this far inside (carriageways are drawn by assumed widths), m, within so many degrees of its heading. Choices: of
+# the ways tagged as sidewalks that are so near in five towns, nine tenths lie within 5.0 to 6.8 m. Those that no tag
+# calls a sidewalk must be nearer, and nearer still beside drives and alleys.
+FOOTWAY_BESIDE: Final = 8.0
+FOOTWAY_BESIDE_UNTAGGED: Final = 6.0
+FOOTWAY_BESIDE_SERVICE: Final = 4.0
+FOOTWAY_INSIDE: Final = 1.5
+FOOTWAY_ANGLE_DEG: Final = 20.0
+# A stretch of street has it as its sidewalk if it runs along so much of it; gaps between two such stretches that are
+# shorter than this are closed, m. Where OSM says that there is no sidewalk, it is believed from this distance on, m.
+FOOTWAY_COVER: Final = 0.6
+FOOTWAY_GAP_CLOSED: Final = 20.0
+FOOTWAY_AGAINST_TAGS: Final = 3.0
+# Streets are cut where a footway beside them begins or ends if it is there, and is not, for so long, and if a node is
+# so near; sidewalks shorter than the last are left out, m. Choices.
+FOOTWAY_RUN: Final = 30.0
+FOOTWAY_CUT_NEAR: Final = 15.0
+FOOTWAY_STRIP_MIN: Final = 10.0
+# Distances of a footway that differ by less along a street are one, m; strips of verge narrower than the second are
+# none. Choices.
+FOOTWAY_STEADY: Final = 0.5
+FOOTWAY_VERGE_MIN: Final = 0.3
+# Widths of footways and cycleways that are believed, m.
+FOOTWAY_WIDTH_MIN: Final = 0.8
+FOOTWAY_WIDTH_MAX: Final = 6.0
+
+# ---- furniture: signs
+
+# Signs stand so far beyond the edge of the carriageway, m: VwV-StVO, on §§ 39 to 43, wants 0.50 in towns, 0.30 at
+# least, and 1.50 outside of them; MUTCD 2A.19 wants 2 ft from the kerb. Less where there is no room for it.
+SIGN_CLEARANCE: Final = 0.75
+SIGN_CLEARANCE_LEAST: Final = 0.3
+# Lower edge of the lowest sign above the road, m: VwV-StVO 2.00, 2.20 above footways; MUTCD 2A.18 7 ft.
+SIGN_LOWER_EDGE: Final = 2.2
+# Width and height of signs, m: VwV-StVO, size 2 (for 20 to 80 km/h).
+SIGN_SIZE: Final = MappingProxyType(
+    {
+        "octagon": (0.9, 0.9),
+        "triangle": (0.9, 0.8),
+        "round": (0.6, 0.6),
+        "square": (0.6, 0.6),
+        "town": (1.0, 0.65),
+        "plate": (0.6, 0.33),
+    }
+)
+# Signs for one direction that are nearer to each other than this share a pole, m; a choice.
+SIGN_SAME_POLE: Final = 4.0
+# Where a sign would stand on the lanes of another road it goes back by these steps, m, before it is put there.
+SIGN_STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
+# Roads whose heights differ by more than this are on other levels, m: half of the headroom below bridges.
+SIGN_LEVELS: Final = 2.25
+# Where a road begins at a junction its signs stand this far from it, m; a choice, about a car's length.
+SIGN_BEYOND_JUNCTION: Final = 5.0
+# A sign that says what another one said less than this before it for the same direction is left out, m: VwV-StVO has
+# limits repeated at larger distances only.
+SIGN_REPEATED: Final = 50.0
+# How far beside its road a sign may be mapped, m: MUTCD 2A.19 has overhead ones 12 ft and more beside; a choice.
+SIGN_ASIDE: Final = 15.0
+# Where neither tags nor limits tell it, a town lies on that side of its sign on which there are so many times as many
+# nodes of streets as on the other, within so many metres. Choices.
+TOWN_REACH: Final = 300.0
+TOWN_RATIO: Final = 1.5

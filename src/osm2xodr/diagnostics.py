@@ -75,3 +75,22 @@ class Diagnostics:
         """How often each (kind, code) was recorded, in order of kind and code."""
         found = Counter((item.kind, item.code) for item in self._items)
         return dict(sorted(found.items(), key=lambda entry: (entry[0][0].value, entry[0][1])))
+
+    def guessed_about(self, prefix: str) -> dict[int, frozenset[str]]:
+        """Return the codes of guesses by the number of the element that they are about.
+
+        Parameters
+        ----------
+        prefix
+            Of the elements' names, such as ``"way/"``.
+        """
+        found: dict[int, set[str]] = {}
+        for item in self._items:
+            if item.kind is Kind.GUESSED and item.osm_id.startswith(prefix):
+                found.setdefault(int(item.osm_id[len(prefix) :]), set()).add(item.code)
+        # Most elements share one of a few sets.
+        shared: dict[frozenset[str], frozenset[str]] = {}
+        return {
+            number: shared.setdefault(codes, codes)
+            for number, codes in zip(found, map(frozenset, found.values()), strict=True)
+        }

@@ -316,6 +316,13 @@ class Furniture:
         Pairs of fromLane and toLane.
     line
         Of the file.
+    old_outline
+        Corners of an ``<outline>`` that stands in the object itself, as up to 1.4; `outlines` has it only where there
+        is no ``<outlines>``.
+    radius
+        As a number; NaN where missing.
+    repeats
+        s, length, distance, tStart, tEnd, widthStart of each ``<repeat>``.
     """
 
     kind: str
@@ -332,6 +339,9 @@ class Furniture:
     local_outlines: tuple[bool, ...]
     validity: tuple[tuple[int, int], ...]
     line: int
+    old_outline: tuple[tuple[float, float, float, float], ...] = ()
+    radius: float = np.nan
+    repeats: tuple[tuple[float, float, float, float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)

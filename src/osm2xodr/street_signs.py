@@ -1,8 +1,13 @@
-"""Signs and signals of OSM that stand before a street's end: highway=stop, give_way and traffic_signals on nodes."""
+"""Signs and signals of OSM that stand before a street's end: highway=stop, give_way and traffic_signals on nodes.
+
+Crossings with lights count as signals of the junction that they lie at.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
@@ -21,11 +26,39 @@ class Sign(str, Enum):
     SIGNALS = "traffic_signals"
 
 
+class Light(str, Enum):
+    """What a node with lights is about.
+
+    ``ROAD`` lights stand apart from junctions and crossings (ramp meters, tunnels, fire stations), ``OTHER`` ones do
+    not tell cars to go.
+    """
+
+    JUNCTION = "junction"
+    CROSSING = "crossing"
+    ROAD = "road"
+    OTHER = "other"
+
+
 _SIGNS: Final = frozenset(sign.value for sign in Sign)
 # Signals that are not those of a junction (OSM wiki, Key:traffic_signals).
-_OTHER_SIGNALS: Final = frozenset({"pedestrian_crossing", "tunnel", "ramp_meter", "level_crossing", "blinker"})
+_SPECIAL_LIGHTS: Final = {
+    "pedestrian_crossing": Light.CROSSING,
+    "crossing": Light.CROSSING,
+    "tunnel": Light.ROAD,
+    "ramp_meter": Light.ROAD,
+    "emergency": Light.ROAD,
+    "bottleneck": Light.ROAD,
+    "bridge": Light.ROAD,
+    "level_crossing": Light.OTHER,
+    "blinker": Light.OTHER,
+    "blink_mode": Light.OTHER,
+    "no": Light.OTHER,
+}
 _ALL_WAY: Final = frozenset({"all", "4-way", "4way"})
 _ALONG: Final = {"forward": True, "backward": False}
+_COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
+# Signs that face along a street by less than this, the sine of 20 degrees, say nothing of its directions.
+_ALONG_IT: Final = 0.34
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,47 +75,86 @@ class Signs:
         Signs on the nodes where streets meet, by OSM node id; they name no arm.
     all_way_nodes
         Those of them where all arms have to stop.
+    ends_of
+        The street ends that the sign on a node inside a street is meant for.
     """
 
     before_end: Mapping[int, Sign]
     all_way: frozenset[int]
     nodes: Mapping[int, Sign]
     all_way_nodes: frozenset[int]
+    ends_of: Mapping[int, tuple[int, ...]]
+
+    def signalled(self, nodes: Collection[int], entries: Sequence[int]) -> bool:
+        """Say whether a junction has signals: on its nodes, or before enough of its entries.
+
+        Parameters
+        ----------
+        nodes
+            OSM ids of the nodes where its streets meet.
+        entries
+            The street ends that traffic enters it from.
+        """
+        if any(self.nodes.get(node) is Sign.SIGNALS for node in nodes):
+            return True
+        count = sum(self.before_end.get(end) is Sign.SIGNALS for end in entries)
+        return count > 0 and count >= defaults.SIGNALLED_SHARE * len(entries)
+
+
+def light_of(tags: Mapping[str, str]) -> Light | None:
+    """Return what the lights of a node are about; None for nodes without lights."""
+    crossing = tags.get("crossing") == "traffic_signals" or tags.get("crossing:signals") == "yes"
+    if tags.get("highway") == "traffic_signals":
+        return _SPECIAL_LIGHTS.get(tags.get("traffic_signals", ""), Light.JUNCTION)
+    return Light.CROSSING if crossing else None
 
 
 def sign_of(tags: Mapping[str, str]) -> Sign | None:
     """Return the sign that a node's tags speak of; None for signals that are not a junction's."""
     value = tags.get("highway", "")
-    if value not in _SIGNS:
-        return None
-    if value == Sign.SIGNALS.value and tags.get("traffic_signals") in _OTHER_SIGNALS:
-        return None
-    return Sign(value)
+    if value in _SIGNS and value != Sign.SIGNALS.value:
+        return Sign(value)
+    return Sign.SIGNALS if light_of(tags) in (Light.JUNCTION, Light.CROSSING) else None
 
 
 def read_signs(network: StreetNetwork) -> Signs:
     """Find the signs of all street ends.
 
     A sign inside a street is meant for the end that ``direction`` names, else for the only end that traffic comes
-    to, else for the nearer one, as long as that is within `SIGN_REACH`. Of several the one nearest to the end counts.
+    to, else for the one whose traffic it faces, else for the nearer one, as long as that is within `SIGN_REACH`. Of
+    several the one nearest to the end counts.
+    Lights of a crossing are meant for the nearer end within `SIGNALLED_CROSSING_REACH` if traffic comes to it.
     """
     signed = {node: sign for node, tags in network.node_tags.items() if (sign := sign_of(tags)) is not None}
     all_way = {node for node in signed if network.node_tags[node].get("stop") in _ALL_WAY}
     meeting = {node.osm_node_id for node in network.intersections}
-    before: dict[int, tuple[float, Sign, int]] = {}
+    before: dict[int, tuple[bool, float, Sign, int]] = {}
+    ends_of: dict[int, list[int]] = defaultdict(list)
     for street, place in _on_streets(network, signed.keys() - meeting):
         node = int(street.node_ids[place])
+        tags = network.node_tags[node]
         distance = _distances(street, place)
-        for end in _meant(street, place, network.node_tags[node], distance):
-            if distance[end] <= defaults.SIGN_REACH:
+        crossing = light_of(tags) is Light.CROSSING
+        reach = defaults.SIGNALLED_CROSSING_REACH if crossing else defaults.SIGN_REACH
+        for end in _meant(street, place, tags, distance, crossing):
+            if distance[end] <= reach:
                 key = 2 * street.id + end
-                before[key] = min(before.get(key, (np.inf, Sign.STOP, 0)), (distance[end], signed[node], node))
-    at_nodes = {node: sign for node, sign in signed.items() if node in meeting}
+                ends_of[node].append(key)
+                # What is said of the junction itself goes before what follows from a crossing.
+                found = (crossing, distance[end], signed[node], node)
+                before[key] = min(before.get(key, found), found)
+    # Lights for people where streets meet are for one of the arms.
+    at_nodes = {
+        node: sign
+        for node, sign in signed.items()
+        if node in meeting and light_of(network.node_tags[node]) is not Light.CROSSING
+    }
     return Signs(
-        before_end={end: sign for end, (_, sign, _) in sorted(before.items())},
-        all_way=frozenset(end for end, (_, _, node) in before.items() if node in all_way),
+        before_end={end: sign for end, (_, _, sign, _) in sorted(before.items())},
+        all_way=frozenset(end for end, (_, _, _, node) in before.items() if node in all_way),
         nodes=at_nodes,
         all_way_nodes=frozenset(all_way & at_nodes.keys()),
+        ends_of={node: tuple(ends) for node, ends in sorted(ends_of.items())},
     )
 
 
@@ -107,15 +179,53 @@ def _distances(street: Street, place: int) -> tuple[float, float]:
     return float(step[:place].sum()), float(step[place:].sum())
 
 
-def _meant(street: Street, place: int, tags: Mapping[str, str], distance: tuple[float, float]) -> tuple[int, ...]:
+def _meant(
+    street: Street, place: int, tags: Mapping[str, str], distance: tuple[float, float], crossing: bool
+) -> tuple[int, ...]:
     """Return the ends (0 start, 1 end) that a sign inside a street is meant for."""
     attributes = next(item for first, item in reversed(street.pieces) if first <= place)
+    runs = attributes.car_directions()
+    nearer = int(distance[1] < distance[0])
+    if crossing:
+        towards = Direction.FORWARD if nearer else Direction.BACKWARD
+        return (nearer,) if towards in runs or Direction.BOTH in runs else ()
     text = tags.get("traffic_signals:direction") or tags.get("direction", "")
     if text == "both":
         return 0, 1
     if text in _ALONG:
         return (int(_ALONG[text] != attributes.reversed),)
-    runs = attributes.car_directions()
     if Direction.BOTH not in runs and len(runs) == 1:
         return (int(Direction.FORWARD in runs),)
-    return (int(distance[1] < distance[0]),)
+    faced = _faced(street, place, text)
+    return (nearer,) if faced is None else (faced,)
+
+
+def _faced(street: Street, place: int, text: str) -> int | None:
+    """Return the end that traffic comes to that sees a sign which faces so many degrees from north, clockwise.
+
+    None where that is no number, or the sign stands along the street.
+    """
+    if not _COMPASS.fullmatch(text):
+        return None
+    step = street.points[min(place + 1, len(street.points) - 1)] - street.points[max(place - 1, 0)]
+    angle = np.deg2rad(float(text))
+    against = float(step[0] * np.sin(angle) + step[1] * np.cos(angle))
+    return None if abs(against) < _ALONG_IT * float(np.hypot(*step)) else int(against < 0.0)
+
+
+def meant_ends(street: Street, place: int, tags: Mapping[str, str]) -> tuple[int, ...]:
+    """Return the ends (0 start, 1 end) of a street that a stop or give-way sign on one of its nodes is meant for.
+
+    Parameters
+    ----------
+    street, place
+        The street, and the index of the node in it.
+    tags
+        Of the node.
+    """
+    return _meant(street, place, tags, _distances(street, place), crossing=False)
+
+
+def meant_direction(tags: Mapping[str, str]) -> bool | None:
+    """Return whether a sign is for traffic along its way (else against it); None where it may be for both."""
+    return _ALONG.get(tags.get("traffic_signals:direction") or tags.get("direction", ""))

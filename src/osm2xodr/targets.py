@@ -7,13 +7,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from types import MappingProxyType
 from typing import Final
+
+
+class Crosswalks(Enum):
+    """Where the corners of crosswalks are given.
+
+    The standard has ``<outlines>`` (since 1.5, ASAM OpenDRIVE 1.7, 13.4), which esmini reads alone
+    (``RoadManager.cpp``). CARLA 0.9.16 sees but the older ``<outline>``, and misplaces it
+    (`osm2xodr.xodrWriter.crosswalk_offsets`). All schemas allow both in one object.
+    """
+
+    STANDARD = "outlines as the standard says"
+    CARLA = "an outline where CARLA takes it for the right place"
+    BOTH = "both"
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
     """What one reader wants.
+
+    Three things that readers differ in need no choice, for what one demands the others take: every signal has a
+    ``<validity>``, for CARLA (``MapBuilder.cpp``) takes the lanes of the *other* direction where there is none; it
+    has ``dynamic``, without which SUMO reads nothing; it is within its road, or esmini ends.
 
     Parameters
     ----------
@@ -21,10 +39,28 @@ class Target:
         Of the option.
     own_codes
         Whether signs have the codes of their own country everywhere; else those that CARLA and esmini know.
+    value_in_subtype
+        Whether the subtype of a speed limit sign is the number on it, as CARLA wants; esmini knows types alone then.
+    lane_types
+        Types of lanes that it takes for something else, and what to write instead. SUMO lets cars drive on lanes for
+        parking, at 5 km/h (SUMO's documentation, Networks/Import/OpenDRIVE; measured with 1.28); CARLA and esmini
+        know them for what they are.
+    crosswalks
+        Where it looks for the corners of crosswalks. 1.4 has no place for both: there, BOTH is STANDARD.
+    light_references
+        Whether connecting roads refer to the lights that govern them: CARLA finds them by that; SUMO does without,
+        and takes some for lights of the next junction (measured with netconvert 1.28).
+    lights_for_people
+        Whether crossings have lights for people; SUMO takes them for lights for cars.
     """
 
     name: str
     own_codes: bool = False
+    value_in_subtype: bool = True
+    lane_types: tuple[tuple[str, str], ...] = ()
+    crosswalks: Crosswalks = Crosswalks.STANDARD
+    light_references: bool = True
+    lights_for_people: bool = True
 
 
 # The default suits CARLA, esmini and SUMO alike.
@@ -33,10 +69,10 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
     {
         item.name: item
         for item in (
-            Target(DEFAULT_TARGET),
-            Target("carla"),
-            Target("esmini"),
-            Target("sumo"),
+            Target(DEFAULT_TARGET, crosswalks=Crosswalks.BOTH),
+            Target("carla", crosswalks=Crosswalks.CARLA),
+            Target("esmini", value_in_subtype=False),
+            Target("sumo", lane_types=(("parking", "shoulder"),), light_references=False, lights_for_people=False),
             Target("roadrunner", own_codes=True),
         )
     }

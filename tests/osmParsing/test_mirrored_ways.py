@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -21,7 +22,7 @@ SWAPPED = {"forward": "backward", "backward": "forward", "left": "right", "right
 
 
 def turned_key(key: str) -> str:
-    return ":".join(SWAPPED.get(part, part) for part in key.split(":"))
+    return re.sub(r"\b[a-z]+\b", lambda word: SWAPPED.get(word[0], word[0]), key)
 
 
 def turned_tags(tags: dict[str, str]) -> dict[str, str]:
@@ -30,7 +31,9 @@ def turned_tags(tags: dict[str, str]) -> dict[str, str]:
 
 
 def mirrored(lanes: tuple[LaneSpec, ...]) -> tuple[LaneSpec, ...]:
-    return tuple(LaneSpec(lane.type, Direction(-lane.direction), lane.width, lane.turns) for lane in lanes[::-1])
+    return tuple(
+        LaneSpec(lane.type, Direction(-lane.direction), lane.width, lane.turns, lane.change) for lane in lanes[::-1]
+    )
 
 
 @given(lane_tags(), st.sampled_from([-1, 0, 1]), st.sampled_from(Rule))

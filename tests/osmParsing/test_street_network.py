@@ -16,7 +16,7 @@ from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Direction, Rule, StreetNetwork, Structure
 from osm2xodr.osmParsing import ParseOptions, parse_osm, parse_ways_option
 
-ROAD = "highway=residential lanes=2 width=6"
+ROAD = "highway=unclassified lanes=2 width=6"
 ONEWAY = "highway=residential oneway=yes lanes=1 width=3"
 # Nodes 1 to 9 in a row from west to east, every 100 m, and nodes 11 to 19 100 m north of them.
 ROW = {k: (100.0 * k, 0.0) for k in range(1, 10)} | {10 + k: (100.0 * k, 100.0) for k in range(1, 10)}
@@ -349,7 +349,7 @@ def test_which_ways_are_carried(tmp_path: Path) -> None:
     )
     assert carried(ParseOptions(include_private=True))[0] == [20, 22]
     assert carried(ParseOptions(parse_ways_option("all")))[0] == [20, 21, 26]
-    assert carried(ParseOptions(parse_ways_option("track,residential"), include_private=True))[0] == [20, 22, 26]
+    assert carried(ParseOptions(parse_ways_option("track,unclassified"), include_private=True))[0] == [20, 22, 26]
 
 
 # ---------------------------------------------------------------- order

@@ -37,6 +37,38 @@ def step_figures(waypoint: Any) -> list[dict[str, Any]]:
     return figures
 
 
+def crosswalks(world: Any) -> list[list[list[float]]]:
+    """Return the corners of each crosswalk, x, y, z; one ends where its first corner comes again."""
+    found: list[list[list[float]]] = []
+    begun = False
+    for point in world.get_crosswalks():
+        corner = [point.x, -point.y, point.z]
+        if not begun:
+            found.append([])
+        begun = not begun or corner != found[-1][0]
+        found[-1].append(corner)
+    return found
+
+
+def landmark(item: Any) -> dict[str, Any]:
+    """Say what a landmark is: where it was read from, and where the thing itself stands."""
+    p = item.transform.location
+    return {
+        "id": item.id,
+        "road": item.road_id,
+        "s": item.s,
+        "t": item.t,
+        "type": item.type,
+        "country": item.country,
+        "value": item.value,
+        "unit": item.unit,
+        "light": item.is_dynamic,
+        "orientation": str(item.orientation),
+        "place": [p.x, -p.y, p.z],
+        "lanes": [list(pair) for pair in item.get_lane_validities()],
+    }
+
+
 def probe(path: str) -> dict[str, Any]:
     """Return origin, lanes, topology and steps between waypoints of a file."""
     world = carla.Map("probe", Path(path).read_text(encoding="utf-8"))
@@ -48,7 +80,8 @@ def probe(path: str) -> dict[str, Any]:
         "topology": sorted({(lane_key(a), lane_key(b)) for a, b in world.get_topology()}),
         "places": [place(w) for w in waypoints],
         "steps": [figure for w in waypoints for figure in step_figures(w)],
-        "crosswalk_points": len(world.get_crosswalks()),
+        "crosswalks": crosswalks(world),
+        "landmarks": [landmark(item) for item in world.get_all_landmarks()],
     }
 
 

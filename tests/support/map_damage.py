@@ -400,6 +400,20 @@ def _signal_twice(tree: Tree) -> None:
     element.addnext(copy.deepcopy(element))
 
 
+@damage("object id used twice", "duplicate-object-id")
+def _object_twice(tree: Tree) -> None:
+    element = one(tree, ".//object")
+    element.addnext(copy.deepcopy(element))
+
+
+@damage("signal of two controllers", "signal-of-two-controllers")
+def _controlled_twice(tree: Tree) -> None:
+    element = one(tree, "controller")
+    other = copy.deepcopy(element)
+    other.set("id", "801")
+    element.addnext(other)
+
+
 # ---------------------------------------------------------------- links of roads
 
 _LINK = "road[@id='2']/link/successor"
@@ -430,6 +444,18 @@ add(
     '<signalReference id="77" s="10" t="0" orientation="+"/>',
 )
 put("object behind the road's end", "signal-off-road", ".//object", s="55")
+
+
+drop("signal without lanes", "signal-without-lanes", ".//validity")
+drop("crosswalk without an end", "crosswalk-open", ".//cornerLocal[last()]")
+
+
+@damage("an outline and outlines", "")
+def _both_outlines(tree: Tree) -> None:
+    outline = one(tree, ".//outline")
+    outlines = etree.Element("outlines")
+    outlines.append(copy.deepcopy(outline))
+    outline.addnext(outlines)
 
 
 @damage("outlines", "outlines-unseen")

@@ -58,13 +58,17 @@ def carla_answers(path: Path) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class SumoNet:
-    """What netconvert makes of a file: exit status, its messages, and the lanes for cars outside of junctions."""
+    """What netconvert makes of a file: exit status, its messages, and the lanes for cars outside of junctions.
+
+    `lights` are the ids of its traffic lights, with the number of connections that each controls.
+    """
 
     exit_status: int
     errors: list[str]
     warnings: Counter[str]
     edges: int
     lane_km: float
+    lights: dict[str, int]
 
 
 def sumo_net(path: Path, folder: Path) -> SumoNet:
@@ -81,8 +85,13 @@ def sumo_net(path: Path, folder: Path) -> SumoNet:
     done = run_reader(command, env={**os.environ, "SUMO_HOME": str(home), "PROJ_DATA": str(home / "data" / "proj")})
     lines = (done.stderr + done.stdout).splitlines()
     edges, lane_m = 0, 0.0
+    lights: dict[str, int] = {}
     if net.exists():
-        for edge in etree.parse(str(net)).getroot().iterfind("edge"):
+        root = etree.parse(str(net)).getroot()
+        lights = {str(item.get("id")): 0 for item in root.iterfind("tlLogic")}
+        for item in root.iterfind("connection[@tl]"):
+            lights[str(item.attrib["tl"])] += 1
+        for edge in root.iterfind("edge"):
             lanes = [float(e.attrib["length"]) for e in edge.iterfind("lane") if _for_cars(e)]
             if edge.get("function") is None and lanes:
                 edges += 1
@@ -97,6 +106,7 @@ def sumo_net(path: Path, folder: Path) -> SumoNet:
         ),
         edges,
         lane_m / 1000,
+        lights,
     )
 
 

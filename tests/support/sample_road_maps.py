@@ -9,20 +9,26 @@ import numpy as np
 
 from osm2xodr.model import (
     Connection,
+    Controller,
     Cubic,
     CubicProfile,
+    Furniture,
     Junction,
     Lane,
     LaneSection,
     LaneType,
     LocalFrame,
+    ObjectRepeat,
     PlanView,
     Road,
     RoadLink,
     RoadMap,
     RoadMark,
+    RoadObject,
     RoadType,
     Rule,
+    Signal,
+    SignalReference,
 )
 
 FRAME = LocalFrame(
@@ -171,3 +177,104 @@ def straight_roads(count: int) -> RoadMap:
         profile([[] for _ in range(count)]),
         profile([[(float(k), 0.5, 0.0, 0.0, 0.0) for k in range(i % 3)] for i in range(count)]),
     )
+
+
+def furnished_crossing() -> RoadMap:
+    """Return `crossing` with one of everything that furniture has.
+
+    Traffic lights 1 and 2 stand at the ends of roads 1 and 2 that lie at the junction and govern roads 3 and 4 too; a
+    crosswalk lies on road 1 at s = 80, between its sidewalk and the other edge.
+    """
+    bare = crossing()
+    sidewalk = Lane(
+        -2, LaneType.SIDEWALK, (Cubic(0.0, 2.0),), road_mark=replace(SOLID, material="concrete"), height=0.12
+    )
+    first, second, third, fourth = bare.roads
+    section = second.lane_sections[0]
+    second = replace(
+        second,
+        lane_sections=(
+            replace(section, lanes=(*section.lanes, sidewalk, replace(sidewalk, id=-3, type=LaneType.CURB))),
+        ),
+        guesses=("lanes-guessed", "width-guessed"),
+    )
+    lamp = ObjectRepeat(0.0, 60.0, 20.0, -5.0, -5.0, 0.3, 6.0)
+    furniture = Furniture(
+        signals=(
+            Signal(
+                1,
+                1,
+                98.0,
+                -4.5,
+                "light",
+                "1000001",
+                "-1",
+                "OpenDRIVE",
+                True,
+                "+",
+                2.2,
+                1.0,
+                0.3,
+                validity=((-2, -1),),
+                osm_id="node/42",
+            ),
+            Signal(
+                3,
+                1,
+                20.0,
+                -4.0,
+                "limit",
+                "274",
+                "57",
+                "DE",
+                False,
+                "+",
+                2.0,
+                0.6,
+                0.6,
+                h_offset=0.1,
+                value=70.0,
+                unit="km/h",
+                text='"70" & <mehr>',
+            ),
+            Signal(2, 2, 2.0, 4.5, "", "1000001", "-1", "OpenDRIVE", True, "-", 2.2, 1.0, 0.3),
+        ),
+        references=(SignalReference(1, 3, 0.0, -4.5, "+", ((-1, -1),)), SignalReference(2, 4, 0.0, -4.5, "+")),
+        controllers=(
+            Controller(1, "along", (1, 2), 5, 0),
+            Controller(2, "alone", (3,), None, 0, "pedestrian"),
+        ),
+        objects=(
+            RoadObject(
+                4,
+                1,
+                "crosswalk",
+                "zebra",
+                "",
+                80.0,
+                0.0,
+                length=7.0,
+                width=4.0,
+                hdg=0.5 * math.pi,
+                outline=((-3.5, 2.0, 0.0, 0.0), (3.5, 2.0, 0.0, 0.0), (3.5, -2.0, 0.0, 0.0), (-3.5, -2.0, 0.0, 0.0)),
+                osm_id="node/43",
+            ),
+            RoadObject(
+                5,
+                1,
+                "roadMark",
+                "signalLines",
+                "StopLine",
+                95.0,
+                -1.6,
+                width=3.0,
+                length=0.5,
+                orientation="+",
+                validity=((-1, -1),),
+            ),
+            RoadObject(6, 1, "roadSurface", "speedBump", "", 40.0, 0.0, width=6.0, length=1.0, height=0.1),
+            RoadObject(7, 2, "streetLamp", "", "", 0.0, -5.0, height=6.0, radius=0.15, repeat=lamp, osm_id="node/44"),
+            RoadObject(8, 2, "barrier", "guardRail", "", 10.0, 6.0, height=0.8, length=30.0, width=0.3),
+        ),
+    )
+    return replace(bare, roads=(first, second, third, fourth), furniture=furniture)

@@ -60,7 +60,7 @@ class Case:
             {name: (x, -y) for name, (x, y) in self.nodes.items()},
             {number: (nodes, _mirrored_tags(tags)) for number, (nodes, tags) in self.ways.items()},
             tuple((_mirrored_words(value), one, via, other) for value, one, via, other in self.restrictions),
-            self.node_tags,
+            {name: _mirrored_compass(tags) for name, tags in self.node_tags.items()},
             tuple(
                 (one, via, other, _mirrored_connectivity(value, n, m), n, m)
                 for one, via, other, value, n, m in self.connectivity
@@ -159,6 +159,11 @@ def _tags(text: str) -> str:
 
 def _mirrored_words(value: str) -> str:
     return "_".join(_SWAPPED.get(word, word) for word in value.split("_"))
+
+
+def _mirrored_compass(tags: str) -> str:
+    """Turn what faces north to face south."""
+    return re.sub(r"\bdirection=(\d+)", lambda found: f"direction={(180 - int(found[1])) % 360}", tags)
 
 
 def _mirrored_connectivity(value: str, lanes: int, lanes_after: int) -> str:

@@ -79,7 +79,7 @@ _OBJECTS = """<objects>
 <object id="901" type="crosswalk" name="" s="47" t="0" zOffset="0" orientation="none" hdg="0" length="3" width="7"
  height="0"><outline id="0"><cornerLocal u="-1.5" v="-3.5" z="0" height="0"/>
 <cornerLocal u="1.5" v="-3.5" z="0" height="0"/><cornerLocal u="1.5" v="3.5" z="0" height="0"/>
-<cornerLocal u="-1.5" v="3.5" z="0" height="0"/></outline></object>
+<cornerLocal u="-1.5" v="3.5" z="0" height="0"/><cornerLocal u="-1.5" v="-3.5" z="0" height="0"/></outline></object>
 </objects>"""
 
 # Connecting roads: incoming road, its end, its lane; outgoing road, its end, its lane; start; curvature, length.

@@ -21,8 +21,9 @@ from osm2xodr.opendrive import OpenDrive
 from osm2xodr.road_space import frame_of
 from osm2xodr.viewing import PictureOptions, write_picture
 from osm2xodr.viewing.colours import Ramp
-from osm2xodr.viewing.picture import Picture, Polygon, box_of_degrees, make_picture
+from osm2xodr.viewing.picture import Picture, box_of_degrees, make_picture
 from osm2xodr.viewing.png import draw_png
+from osm2xodr.viewing.shapes import Polygon
 from osm2xodr.viewing.svg import draw_svg
 
 # 800 pixels for 160 m: five per metre.

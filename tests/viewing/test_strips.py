@@ -67,3 +67,21 @@ def test_roads_that_cannot_be_drawn_are_left_out(tmp_path: Path) -> None:
     text = document(road("1", plan=""), road("2", lanes=""), road("3"))
     scene = make_scene(read_text(tmp_path, text), 0.03, 10.0)
     assert scene.strip_road.tolist() == [2]
+
+
+def test_some_strips_alone_are_as_they_were(tmp_path: Path) -> None:
+    scene = make_scene(viewed_file(tmp_path), 0.03, 10.0)
+    order = np.array([2, 0])
+    part = scene.only(order)
+    assert part.strip_road.tolist() == scene.strip_road[order].tolist()
+    x, y, _ = scene.border_places()
+    own_x, own_y, _ = part.border_places()
+    for k, strip in enumerate(order.tolist()):
+        old = slice(int(scene.border_start[strip]), int(scene.border_start[strip + 1]))
+        new = slice(int(part.border_start[k]), int(part.border_start[k + 1]))
+        assert own_x[new].tolist() == x[old].tolist()
+        assert own_y[new].tolist() == y[old].tolist()
+        lanes = slice(int(scene.lane_start[strip]), int(scene.lane_start[strip + 1]))
+        own = slice(int(part.lane_start[k]), int(part.lane_start[k + 1]))
+        assert part.lane[own].tolist() == scene.lane[lanes].tolist()
+    assert scene.only(np.arange(len(scene.strip_road))).border.tolist() == scene.border.tolist()

@@ -75,7 +75,7 @@ def test_roads() -> None:
     assert roads[0].get("name") == 'Carrer d\'"A & B" <Ç>'
     assert float(roads[1].get("length")) == pytest.approx(80.0 + 10.0 * math.pi, abs=6e-8)
     order = [child.tag for child in roads[1]]
-    assert order == ["link", "type", "planView", "elevationProfile", "lateralProfile", "lanes"]
+    assert order == ["link", "type", "planView", "elevationProfile", "lateralProfile", "lanes", "userData"]
 
 
 def test_road_links() -> None:
@@ -140,7 +140,7 @@ def test_lanes() -> None:
     assert [child.tag for child in section] == ["left", "center", "right"]
     lanes = {int(item.get("id")): item for item in section.iter("lane")}
     assert list(lanes) == [1, 0, -1, -2]
-    assert {item.get("level") for item in lanes.values()} == {"false"}
+    assert {item.get("level") for item in lanes.values()} == {None}  # false, and no reader asks
     assert [item.get("type") for item in lanes.values()] == ["driving", "none", "driving", "bus"]
     assert lanes[0].find("width") is None
     assert lanes[-1].find("link/predecessor").get("id") == "-1"

@@ -10,7 +10,7 @@ import pytest
 import qc_opendrive
 import xmlschema
 from lxml import etree
-from sample_road_maps import crossing
+from sample_road_maps import crossing, furnished_crossing
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import RoadMap, Rule
@@ -43,7 +43,7 @@ def schema_errors(document: bytes, version: str) -> list[str]:
 @pytest.mark.parametrize("rule", list(Rule))
 def test_valid_against_the_schema_of_its_version(version: str, rule: Rule) -> None:
     options = WriteOptions(version, 'Ordino "&" <more>', "2024-05-06", "0.1.0")
-    document = written(replace(crossing(), rule=rule), options)
+    document = written(replace(furnished_crossing(), rule=rule), options)
     assert schema_errors(document, version) == []
     assert etree.fromstring(document)[0].get("revMinor") == version.split(".")[1]
 

@@ -4,6 +4,7 @@ import pytest
 
 from osm2xodr.errors import OutputError
 from osm2xodr.model import LaneType
+from osm2xodr.targets import TARGETS
 from osm2xodr.xodrWriter.options import DIALECTS, VERSIONS, WriteOptions
 from osm2xodr.xodrWriter.words import Words
 
@@ -20,12 +21,14 @@ def test_1_4_replaces_what_it_lacks() -> None:
     written = {kind: words.lane_type(kind.value) for kind in LaneType}
     assert written.pop(LaneType.BUS) == "restricted"
     assert written.pop(LaneType.TAXI) == "restricted"
+    assert written.pop(LaneType.CURB) == "border"
     assert written == {kind: kind.value for kind in written}
     assert words.road_type("townLocal") == "town"
     assert words.mark_type("edge") == "none"
     assert words.mark_color("violet") == "standard"
     assert sorted(words.replaced) == [
         ("bus", "restricted"),
+        ("curb", "border"),
         ("edge", "none"),
         ("taxi", "restricted"),
         ("townLocal", "town"),
@@ -53,3 +56,21 @@ def test_words_of_no_version_are_refused() -> None:
         words.mark_color("pink")
     with pytest.raises(OutputError, match="no lane change 'left'"):
         words.lane_change("left")
+
+
+def test_words_that_a_reader_takes_for_something_else() -> None:
+    words = Words(DIALECTS["1.7"], TARGETS["sumo"].lane_types)
+    assert words.lane_type("parking") == "shoulder"
+    assert words.lane_type("bus") == "bus"
+    assert words.replaced == {("parking", "shoulder")}
+    assert Words(DIALECTS["1.7"], TARGETS["generic"].lane_types).lane_type("parking") == "parking"
+
+
+def test_words_of_furniture() -> None:
+    words = Words(DIALECTS["1.6"])
+    assert (words.object_type("barrier"), words.object_type("roadSurface")) == ("barrier", "patch")
+    assert (words.unit("mph"), words.unit("")) == ("mph", "")
+    assert (words.country("DE"), words.country("OpenDRIVE"), words.country("")) == ("DE", "OpenDRIVE", "")
+    assert words.orientation("none") == "none"
+    with pytest.raises(OutputError, match="no country 'de'"):
+        words.country("de")

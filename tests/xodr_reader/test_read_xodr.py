@@ -166,6 +166,34 @@ def test_furniture(tmp_path: Path) -> None:
     assert (signal.z_offset, signal.hdg, signal.attributes["dynamic"]) == (2.5, 0.1, "no")
 
 
+def test_outlines_come_before_the_older_outline(tmp_path: Path) -> None:
+    old = '<outline><cornerLocal u="1" v="2" z="0" height="0"/></outline>'
+    new = '<outlines><outline id="0"><cornerLocal u="3" v="4" z="0" height="0"/></outline></outlines>'
+    more = (
+        f'<objects><object id="o" s="1" t="2">{old}{new}</object><object id="p" s="1" t="2">{old}</object></objects>'
+    )
+    both, alone = read_text(tmp_path, document(road(more=more))).furniture
+    assert both.outlines == (((3, 4, 0, 0),),)
+    assert alone.outlines == (((1, 2, 0, 0),),)
+    assert both.old_outline == alone.old_outline == ((1, 2, 0, 0),)
+
+
+def test_repeats(tmp_path: Path) -> None:
+    numbers = 'heightStart="1" heightEnd="1" zOffsetStart="0" zOffsetEnd="0"'
+    more = (
+        '<objects><object id="o" s="1" t="2" radius="0.5">'
+        f'<repeat s="1" length="20" distance="5" tStart="2" tEnd="3" widthStart="0.4" {numbers}/>'
+        f'<repeat s="30" length="2" distance="0" tStart="2" tEnd="2" {numbers}/></object></objects>'
+    )
+    file = read_text(tmp_path, document(road(more=more)))
+    (item,) = file.furniture
+    assert rules(file) == []
+    assert item.radius == 0.5
+    assert item.repeats[0] == (1, 20, 5, 2, 3, 0.4)
+    assert item.repeats[1][:5] == (30, 2, 0, 2, 2)
+    assert math.isnan(item.repeats[1][5])
+
+
 def test_header_and_where_its_texts_come_from(tmp_path: Path) -> None:
     header = (
         '<header revMajor="1" revMinor="4" vendor="v">'

@@ -14,7 +14,7 @@ from osm2xodr.checking.link_checks import check_links, check_ways_on
 from osm2xodr.checking.places import file_bytes
 from osm2xodr.checking.plan_checks import check_plan_views
 from osm2xodr.checking.profile_checks import check_profiles
-from osm2xodr.checking.reader_checks import check_misfits, check_outlines, check_readers
+from osm2xodr.checking.reader_checks import check_misfits, check_readers
 from osm2xodr.checking.references import check_references
 from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.checking.schema import schema_violations
@@ -87,7 +87,6 @@ def _check_tables(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Non
     # Some readers look at the text, of which standard input leaves none.
     text = b"" if str(drive.path) == "-" else file_bytes(drive.path)
     check_readers(drive, lanes, text.partition(_HEAD_END)[0].decode("utf-8", "replace"), findings)
-    check_outlines(text, drive, findings)
     check_plan_views(drive, findings)
     check_profiles(drive, lanes, findings)
     check_lanes(drive, lanes, findings)

@@ -33,6 +33,8 @@ _SAID_BETTER: Final = re.compile(
 _ESMINI_UNKNOWN: Final = re.compile(r"\+(no_defs|type)\b")
 _ROADRUNNER_VERSIONS: Final = frozenset({(1, 4), (1, 5), (1, 6)})
 _CENTRE: Final = 0
+_SIGNALS: Final = frozenset({"signal", "signalReference"})
+_DIRECTIONS: Final = frozenset({"+", "-"})
 
 
 def check_misfits(drive: OpenDrive, findings: Findings) -> None:
@@ -127,6 +129,25 @@ def _check_signals(drive: OpenDrive, findings: Findings) -> None:
     _add("signal-off-road", [here[k] for k in off], findings, [""] * len(off), [beyond[k] for k in off])
     static = [item for item in drive.furniture if item.kind == "signal" and "dynamic" not in item.attributes]
     _add("signal-not-dynamic", static, findings, [item.attributes.get("id", "") for item in static])
+    directed = [
+        item
+        for item in drive.furniture
+        if item.kind in _SIGNALS and not item.validity and item.attributes.get("orientation") in _DIRECTIONS
+    ]
+    # Told once: a file that leaves them out leaves all out.
+    first = directed[:1]
+    _add("signal-without-lanes", first, findings, [f"{len(directed):,} signals and references"] * len(first))
+    _check_crosswalks(drive, findings)
+
+
+def _check_crosswalks(drive: OpenDrive, findings: Findings) -> None:
+    """Look whether CARLA sees the outlines of crosswalks, and tells them apart."""
+    crosswalks = [item for item in drive.furniture if item.attributes.get("type") == "crosswalk" and item.outlines]
+    unseen = [item for item in crosswalks if not item.old_outline]
+    _add("outlines-unseen", unseen, findings, [""] * len(unseen))
+    seen = [item for item in crosswalks if item.old_outline]
+    endless = [item for item in seen if item.old_outline[0][:2] != item.old_outline[-1][:2]]
+    _add("crosswalk-open", endless, findings, [item.attributes.get("id", "") for item in endless])
 
 
 def _off_road(item: Furniture, length: float) -> float:
@@ -190,27 +211,3 @@ def _check_coordinates(drive: OpenDrive, findings: Findings) -> None:
             owner = np.searchsorted(plan.start, far, side="right") - 1
             line = [int(plan.line[far])]
             findings.add("large-coordinates", road=[int(owner)], s=[float(plan.s[far])], value=[size[far]], line=line)
-
-
-def check_outlines(text: bytes, drive: OpenDrive, findings: Findings) -> None:
-    """Look for crosswalks whose outlines stand where CARLA does not look; `text` is the file's, empty if unknown."""
-    if not findings.wants("outlines-unseen") or not text:
-        return
-    crosswalks = [item for item in drive.furniture if item.attributes.get("type") == "crosswalk" and item.outlines]
-    inside = _lines_after_outlines(text) if crosswalks else frozenset[int]()
-    unseen = [item for item in crosswalks if item.line in inside]
-    _add("outlines-unseen", unseen, findings, [""] * len(unseen))
-
-
-def _lines_after_outlines(text: bytes) -> frozenset[int]:
-    """Return the lines of objects that hold ``<outlines>``."""
-    found: set[int] = set()
-    line, before, last = 1, 0, 0
-    for match in re.finditer(rb"<object\b|<outlines\b", text):
-        line += text.count(b"\n", before, match.start())
-        before = match.start()
-        if match.group() == b"<object":
-            last = line
-        else:
-            found.add(last)
-    return frozenset(found)

@@ -48,9 +48,10 @@ def _check_ids(drive: OpenDrive, findings: Findings) -> None:
         line=connections.line[twice],
         other=lambda row: connection_name(drive, twice[row]),
     )
-    signals = [item for item in drive.furniture if item.kind == "signal" and item.attributes.get("id")]
-    again = [signals[k] for k in _repeated([item.attributes["id"] for item in signals])]
-    _add_furniture("duplicate-signal-id", again, findings, [item.attributes["id"] for item in again])
+    for kind in ("signal", "object"):
+        things = [item for item in drive.furniture if item.kind == kind and item.attributes.get("id")]
+        again = [things[k] for k in _repeated([item.attributes["id"] for item in things])]
+        _add_furniture(f"duplicate-{kind}-id", again, findings, [item.attributes["id"] for item in again])
     controllers = [drive.controllers[k] for k in _repeated([item.id for item in drive.controllers])]
     findings.add(
         "duplicate-controller-id",
@@ -167,6 +168,16 @@ def _check_signals(drive: OpenDrive, findings: Findings) -> None:
         "controller-signal",
         line=[item.line for item, _ in missing],
         other=[f"{item.id} controls signal {name}" for item, name in missing],
+    )
+    controlled = [(item, name) for item in drive.controllers for name in dict.fromkeys(item.signal_ids)]
+    first = {name: item.id for item, name in reversed(controlled)}
+    twice = [controlled[k] for k in _repeated([name for _, name in controlled])]
+    findings.add(
+        "signal-of-two-controllers",
+        line=[item.line for item, _ in twice],
+        other=[
+            f"controller {item.id} controls signal {name}, as does controller {first[name]}" for item, name in twice
+        ],
     )
 
 

@@ -88,6 +88,13 @@ STRUCTURE_RULES: Final = (
         "Give each signal an id of its own; further faces of one are <signalReference>.",
     ),
     Rule(
+        "duplicate-object-id",
+        _WARNING,
+        "Two objects have one id.",
+        "object {other}: the id was given to another object before",
+        "Give each object an id of its own.",
+    ),
+    Rule(
         "duplicate-controller-id",
         _WARNING,
         "Two controllers have one id.",
@@ -269,6 +276,13 @@ STRUCTURE_RULES: Final = (
         "A controller controls a signal that is not in the file.",
         "controller {other}, which is not in the file",
         "Remove it, or add the signal.",
+    ),
+    Rule(
+        "signal-of-two-controllers",
+        _WARNING,
+        "A signal is controlled by two controllers.",
+        "{other}",
+        "Let one controller have it.",
     ),
     Rule(
         "junction-controller",

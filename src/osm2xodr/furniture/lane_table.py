@@ -37,6 +37,13 @@ class LaneTable:
         self._map = road_map
         self._index = {road.id: k for k, road in enumerate(road_map.roads)}
         self._length = lengths(road_map.plan_view).tolist()
+        offset = road_map.lane_offset
+        # As lists: single values are asked for many times.
+        self._first = offset.start.tolist()
+        self._offset_s = offset.s.tolist()
+        self._offsets = list(
+            zip(offset.a.tolist(), offset.b.tolist(), offset.c.tolist(), offset.d.tolist(), strict=True)
+        )
 
     def index(self, road: int) -> int:
         """Return the index of a road in the tables of the road map."""
@@ -93,13 +100,13 @@ class LaneTable:
         return left, right
 
     def _offset(self, k: int, s: float) -> float:
-        table = self._map.lane_offset
-        first, last = int(table.start[k]), int(table.start[k + 1])
+        first, last = self._first[k], self._first[k + 1]
         if first == last:
             return 0.0
-        row = max(bisect_right(table.s[first:last].tolist(), s) - 1, 0) + first
-        ds = s - float(table.s[row])
-        return float(table.a[row] + ds * (table.b[row] + ds * (table.c[row] + ds * table.d[row])))
+        row = max(bisect_right(self._offset_s, s, first, last) - 1, first)
+        a, b, c, d = self._offsets[row]
+        ds = s - self._offset_s[row]
+        return float(a + ds * (b + ds * (c + ds * d)))
 
 
 def _value(cubics: Iterable[Cubic], ds: float) -> float:

@@ -11,6 +11,7 @@ from osm2xodr.furniture.lane_table import LaneTable
 from osm2xodr.furniture.lights import place_lights
 from osm2xodr.furniture.objects import place_objects
 from osm2xodr.furniture.options import FurnitureOptions
+from osm2xodr.furniture.section_breaks import cut_sections
 from osm2xodr.furniture.signs import place_signs
 from osm2xodr.furniture.world import World
 from osm2xodr.model import Furniture, RoadMap, RoadObject, Signal, StreetNetwork
@@ -24,10 +25,7 @@ def place(network: StreetNetwork, road_map: RoadMap, options: FurnitureOptions, 
     crossings = find_crossings(world)
     approaches = find_approaches(world, crossings)
     lights = place_lights(world, approaches, crossings)
-    signalled = frozenset(
-        (stop.road, stop.orientation == "+") for stop in lights.stops if stop.kind == "traffic_signals"
-    )
-    signs = place_signs(world, approaches, signalled)
+    signs = place_signs(world, approaches, lights.signalled)
     objects = (
         *crossing_objects(world, crossings),
         *place_objects(world, approaches, (*lights.stops, *signs.stops)),
@@ -46,7 +44,7 @@ def place(network: StreetNetwork, road_map: RoadMap, options: FurnitureOptions, 
             "objects": float(len(objects)),
         },
     )
-    return replace(road_map, furniture=furniture)
+    return replace(cut_sections(road_map, lights.section_breaks), furniture=furniture)
 
 
 def _place(item: Signal | RoadObject) -> tuple[int, float, int]:

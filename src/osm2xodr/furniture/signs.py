@@ -5,6 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from osm2xodr.furniture.mapped_signs import add_mapped_signs
+from osm2xodr.furniture.node_places import NodePlaces
+from osm2xodr.furniture.sign_nodes import YieldSigns
+from osm2xodr.furniture.sign_posts import joined_posts, make_signals
+from osm2xodr.furniture.speed_signs import road_signs
 from osm2xodr.furniture.world import Approach, Stop, World
 from osm2xodr.model import Signal
 
@@ -18,5 +23,19 @@ class PlacedSigns:
 
 
 def place_signs(world: World, approaches: Sequence[Approach], signalled: frozenset[tuple[int, bool]]) -> PlacedSigns:
-    """Place all signs."""
-    return PlacedSigns()
+    """Place all signs.
+
+    Parameters
+    ----------
+    world, approaches
+        What is there.
+    signalled
+        (road, whether at its end) of the approaches with lights: their signs stop nobody.
+    """
+    places = NodePlaces(world)
+    yielding = YieldSigns(world, approaches)
+    yielding.add_nodes(places)
+    mapped = add_mapped_signs(world, places, yielding)
+    posts = [*yielding.posts(), *mapped]
+    posts += road_signs(world, approaches, posts)
+    return PlacedSigns(make_signals(world, joined_posts(posts, world.diagnostics)), tuple(yielding.stops(signalled)))

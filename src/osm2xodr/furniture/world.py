@@ -72,6 +72,10 @@ class Crossing:
         Whether it has lights.
     at_start, at_end
         Whether it lies at the junction at the road's start or end, so that traffic stops before it there.
+    marking
+        What is painted: OSM's value of ``crossing:markings``, ``unmarked`` where there is nothing.
+    island
+        Whether people can wait in its middle.
     """
 
     road: int
@@ -83,6 +87,8 @@ class Crossing:
     signals: bool
     at_start: bool = False
     at_end: bool = False
+    marking: str = "unmarked"
+    island: bool = False
 
 
 @dataclass(frozen=True, slots=True)

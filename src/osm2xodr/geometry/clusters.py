@@ -29,7 +29,7 @@ class JunctionLayout:
     junction : (ends,)
         Junction that each street end belongs to, -1 for none (dead ends, inner streets).
     inner : (streets,)
-        Streets that lie wholly inside a junction.
+        Streets that lie wholly inside a junction, and dead ends and rings too short to be roads.
     trim : (ends,)
         How much of its street each end gives to its junction, m.
     squeezed : (streets,)
@@ -49,7 +49,7 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
 
     Each round measures how much of its arms every junction needs and joins two junctions where that leaves less
     than `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes. Of a street across a
-    median rounded corners count as needed, too.
+    median rounded corners count as needed, too. What is shorter than a road may be never remains one.
     """
     xy = np.array([(node.x, node.y) for node in network.intersections]).reshape(-1, 2)
     degree = np.bincount(ends.node[ends.node >= 0], minlength=len(xy))
@@ -64,7 +64,8 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     a, b = ends.node[0::2], ends.node[1::2]
     between = (a >= 0) & (b >= 0)
     between[between] &= is_junction[a[between]] & is_junction[b[between]]
-    inner = np.zeros(len(a), bool)
+    tiny = ends.length[0::2] < defaults.SHORTEST_ROAD
+    inner = tiny & ~between
     ring = ends.roundabout[0::2] & ends.roundabout[1::2]
     via = _restricted(network, ends)
     median = _between_carriageways(network, ends)
@@ -83,14 +84,14 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
         left_over = ends.length[0::2] - bare[0::2] - bare[1::2]
         left_with_corners = ends.length[0::2] - wished[0::2] - wished[1::2]
         left_over = np.where(median, left_with_corners, left_over)
-        tight = between & ~inner & ((mergeable & (left_over < needed)) | via)
+        tight = between & ~inner & ((mergeable & (left_over < needed)) | via | tiny)
         stale = set()
         for street in np.flatnonzero(tight)[np.argsort(left_over[tight], kind="stable")].tolist():
             one, other = int(group[a[street]]), int(group[b[street]])
             if one != other:
                 one, other = min(one, other), max(one, other)
                 lower, upper = np.minimum(low[one], low[other]), np.maximum(high[one], high[other])
-                if (upper - lower).max() > defaults.JUNCTION_EXTENT:
+                if (upper - lower).max() > defaults.JUNCTION_EXTENT and not tiny[street]:
                     continue
                 low[one], high[one] = lower, upper
                 group[members[other]] = one

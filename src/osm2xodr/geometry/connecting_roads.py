@@ -1,4 +1,4 @@
-"""Connecting roads: one for each lane that leads to a lane through a junction."""
+"""Connecting roads: one for each lane that leads to a lane through a junction, or sidewalk round a corner."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from osm2xodr.curves import lengths
+from osm2xodr.curves import joined_plan_views, lengths
 from osm2xodr.geometry.connectors import connect
 from osm2xodr.geometry.corner_paths import follow_corners
 from osm2xodr.geometry.lane_links import LaneLinks
@@ -18,6 +18,8 @@ from osm2xodr.geometry.through_paths import follow_streets, street_paths
 from osm2xodr.geometry.turnarounds import with_loops
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
 
+_NO_CURVES = PlanView(np.zeros(1, np.int64), *(np.zeros(0) for _ in range(6)))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConnectingRoads:
@@ -26,7 +28,7 @@ class ConnectingRoads:
     Parameters
     ----------
     plan_view
-        Their reference lines, along the middle of the lane.
+        Their reference lines, along the middle of the lane (of a lane for cars beside a sidewalk).
     length : (n,)
         m.
     junction : (n,)
@@ -36,12 +38,16 @@ class ConnectingRoads:
     entry_lane, exit_lane : (n,)
         Lane ids on those roads.
     entry_t, exit_t : (n,)
-        Middle of those lanes, t in those roads' frames, m.
+        Where the reference line touches, t in those roads' frames, m.
     entry_width, exit_width : (n,)
         Widths of those lanes, m.
     against : (n,)
         Whether the lane lies on the side of the reference line that traffic against it drives on: it goes on lanes
         for both directions, and their ids say the other one.
+    entry_aside, exit_aside : (n,)
+        How far left of the reference line the lane's middle lies at its start and end, m; 0 but for sidewalks.
+    height : (n,)
+        Of the lane above the road, m.
     set_apart
         The type of those lanes where both are set apart for the same kind of traffic, else that of cars' lanes.
     """
@@ -58,15 +64,27 @@ class ConnectingRoads:
     entry_width: FloatArray
     exit_width: FloatArray
     against: BoolArray
+    entry_aside: FloatArray
+    exit_aside: FloatArray
+    height: FloatArray
     set_apart: tuple[LaneType, ...]
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""
         rows = np.flatnonzero(keep)
-        plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows)
+        plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows) if len(rows) else _NO_CURVES
         flat = [item.name for item in fields(self) if item.name not in ("plan_view", "set_apart")]
         columns = {name: getattr(self, name)[rows] for name in flat}
         return ConnectingRoads(plan, **columns, set_apart=tuple(self.set_apart[k] for k in rows.tolist()))
+
+    def joined(self, other: ConnectingRoads) -> ConnectingRoads:
+        """Return these and others, the others behind."""
+        if not len(other.length):
+            return self
+        flat = [item.name for item in fields(self) if item.name not in ("plan_view", "set_apart")]
+        columns = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in flat}
+        plan = joined_plan_views(self.plan_view, other.plan_view)
+        return ConnectingRoads(plan, **columns, set_apart=self.set_apart + other.set_apart)
 
 
 def build_connecting_roads(
@@ -134,5 +152,8 @@ def build_connecting_roads(
         entry_width=np.array([row.lane_in.spec.width for row in rows]),
         exit_width=np.array([row.lane_out.spec.width for row in rows]),
         against=np.array([row.against for row in rows], bool),
+        entry_aside=np.zeros(len(rows)),
+        exit_aside=np.zeros(len(rows)),
+        height=np.zeros(len(rows)),
         set_apart=tuple(row.lane_type() for row in rows),
     )

@@ -11,7 +11,7 @@ from osm2xodr.geometry.profile_problem import ConnectorProblem, ProfileProblem
 from osm2xodr.geometry.profile_tags import tagged_heights
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.streets import FittedStreets
-from osm2xodr.model import StreetAttributes, StreetNetwork
+from osm2xodr.model import LaneType, StreetAttributes, StreetNetwork
 
 
 def profile_problem(
@@ -75,7 +75,8 @@ def _oneway(attributes: StreetAttributes) -> int:
 
 
 def connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
-    """Ask for the heights of all connecting roads."""
+    """Ask for the heights of all connecting roads; those of sidewalks follow what cars drive on."""
+    aside = np.maximum(np.abs(connecting.entry_aside), np.abs(connecting.exit_aside))
     return ConnectorProblem(
         plan_view=connecting.plan_view,
         junction=connecting.junction,
@@ -83,5 +84,6 @@ def connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
         end_end=connecting.exit,
         start_t=connecting.entry_t,
         end_t=connecting.exit_t,
-        half_width=np.minimum(connecting.entry_width, connecting.exit_width) / 2,
+        half_width=np.minimum(connecting.entry_width, connecting.exit_width) / 2 + aside,
+        beside=np.array([kind is LaneType.SIDEWALK for kind in connecting.set_apart], bool),
     )

@@ -51,9 +51,11 @@ def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solutio
     junction = problem.end_junction.ravel()
     ends = len(junction)
     low, high = np.zeros(ends), np.zeros(ends)
+    driven = slice(None) if connectors.beside is None else ~connectors.beside
+    half_width = connectors.half_width[driven]
     for end, t in ((connectors.start_end, connectors.start_t), (connectors.end_end, connectors.end_t)):
-        np.minimum.at(low, end, t - connectors.half_width)
-        np.maximum.at(high, end, t + connectors.half_width)
+        np.minimum.at(low, end[driven], t[driven] - half_width)
+        np.maximum.at(high, end[driven], t[driven] + half_width)
     used = np.flatnonzero(junction >= 0)
     order = used[np.argsort(junction[used], kind="stable")]
     start = np.searchsorted(junction[order], np.arange(len(problem.junction_xy) + 1)).astype(np.int64)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from osm2xodr import defaults
+from osm2xodr.countries import GENERIC, Country
 from osm2xodr.geometry.connectivity import Connectivity
 from osm2xodr.geometry.cross_section import CrossSection
 from osm2xodr.geometry.lane_matching import match_lanes
-from osm2xodr.geometry.road_marks import centre_mark, outer_mark
+from osm2xodr.geometry.road_marks import change_kind, mark_kind, road_marks, same_marks
 from osm2xodr.model import (
     Cubic,
     Direction,
@@ -18,6 +19,7 @@ from osm2xodr.model import (
     LaneSection,
     LaneSpec,
     LaneType,
+    RoadMark,
     RoadType,
     Rule,
     StreetAttributes,
@@ -87,7 +89,7 @@ def stretches(
         if upper <= lower:
             continue
         last = found[-1] if found else None
-        if last is not None and _same_lanes(last.section, section) and _same_speed(last.attributes, attributes):
+        if last is not None and _same_lanes(last.section, section) and _same_rules(last.attributes, attributes):
             # The later attributes hold the turns that count at the end, the lanes are the same.
             ways = (*last.ways, attributes.osm_way_id)
             found[-1] = Stretch(last.start, upper - begin, attributes, section, ways)
@@ -158,44 +160,47 @@ def _directions(section: CrossSection) -> set[Direction]:
 
 
 def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
-    def shape(lanes: tuple[LaneSpec, ...]) -> list[tuple[LaneType, Direction, float]]:
-        return [(lane.type, lane.direction, lane.width) for lane in lanes]
+    def shape(lanes: tuple[LaneSpec, ...]) -> list[tuple[LaneType, Direction, float, Hashable]]:
+        return [(lane.type, lane.direction, lane.width, len(lanes) > 1 and change_kind(lane)) for lane in lanes]
 
     return (
         one.centre == other.centre and shape(one.left) == shape(other.left) and shape(one.right) == shape(other.right)
     )
 
 
-def _same_speed(one: StreetAttributes, other: StreetAttributes) -> bool:
-    return (one.speed_forward, one.speed_backward) == (other.speed_forward, other.speed_backward)
+def _same_rules(one: StreetAttributes, other: StreetAttributes) -> bool:
+    speeds = (one.speed_forward, one.speed_backward) == (other.speed_forward, other.speed_backward)
+    return speeds and same_marks(one, other)
 
 
 def lay_out_all(
-    roads: Sequence[Sequence[Stretch]], rule: Rule, known: Connectivity | None = None
+    roads: Sequence[Sequence[Stretch]], rule: Rule, known: Connectivity | None = None, country: Country = GENERIC
 ) -> list[LaneLayout]:
     """Build the lane sections of many roads; those of one stretch share what is alike in kind.
 
     Parameters
     ----------
-    roads, rule, known
+    roads, rule, known, country
         As for `lay_out_lanes`.
     """
-    alike: dict[tuple[CrossSection, str, float | None, float | None], LaneLayout] = {}
+    alike: dict[tuple[CrossSection, Hashable, float | None, float | None], LaneLayout] = {}
     out: list[LaneLayout] = []
     for road in roads:
         if len(road) > 1:
-            out.append(lay_out_lanes(road, rule, known))
+            out.append(lay_out_lanes(road, rule, known, country))
             continue
         attributes = road[0].attributes
-        kind = (road[0].section, attributes.highway, attributes.speed_forward, attributes.speed_backward)
+        kind = (road[0].section, mark_kind(attributes), attributes.speed_forward, attributes.speed_backward)
         layout = alike.get(kind)
         if layout is None:
-            layout = alike[kind] = lay_out_lanes(road, rule, known)
+            layout = alike[kind] = lay_out_lanes(road, rule, known, country)
         out.append(layout)
     return out
 
 
-def lay_out_lanes(road: Sequence[Stretch], rule: Rule, known: Connectivity | None = None) -> LaneLayout:
+def lay_out_lanes(
+    road: Sequence[Stretch], rule: Rule, known: Connectivity | None = None, country: Country = GENERIC
+) -> LaneLayout:
     """Build the lane sections of a road from its stretches.
 
     A lane that opens does so from width 0 after the border of two sections, one that ends does so before it; lane
@@ -209,6 +214,8 @@ def lay_out_lanes(road: Sequence[Stretch], rule: Rule, known: Connectivity | Non
         Side of the road that one drives on.
     known
         What relations say about lanes.
+    country
+        How roads are painted.
     """
     links = [
         match_lanes(a.section, b.section, rule, known.at_border(a.ways[-1], b.ways[0]) if known else None)
@@ -234,7 +241,8 @@ def lay_out_lanes(road: Sequence[Stretch], rule: Rule, known: Connectivity | Non
         offset_after = _offset_at_border(stretch.section, ending, following, ahead)
         begins = {lane: at_border.get(lane, 0.0) for lane in widths}
         behind = {to: lane for lane, to in links[k - 1].items()} if k else None
-        lanes = _lanes(_Course(stretch, length, taper, begins, ending, behind, ahead))
+        marks = road_marks(stretch.section, stretch.attributes, rule, country)
+        lanes = _lanes(_Course(stretch, length, taper, begins, ending, behind, ahead, marks))
         sections.append(LaneSection(stretch.start, lanes))
         offset += [
             Cubic(stretch.start + c.s, c.a, c.b, c.c, c.d)
@@ -309,6 +317,8 @@ class _Course:
         Lanes that end with the stretch.
     behind, ahead
         The lane that each continues, and the one that continues it; None at the road's ends.
+    marks
+        The mark of each lane and of the centre line.
     """
 
     stretch: Stretch
@@ -318,6 +328,7 @@ class _Course:
     ending: set[int]
     behind: dict[int, int] | None
     ahead: dict[int, int] | None
+    marks: dict[int, RoadMark]
 
 
 def _lanes(course: _Course) -> tuple[Lane, ...]:
@@ -327,7 +338,7 @@ def _lanes(course: _Course) -> tuple[Lane, ...]:
     right = [_lane(course, -number, spec) for number, spec in enumerate(section.right, start=1)]
     return (
         *reversed(left),
-        Lane(0, LaneType.NONE, (), road_mark=centre_mark(section, course.stretch.attributes.highway)),
+        Lane(0, LaneType.NONE, (), road_mark=course.marks[0]),
         *right,
     )
 
@@ -342,7 +353,7 @@ def _lane(course: _Course, lane_id: int, spec: LaneSpec) -> Lane:
         widths=tapered(course.length, course.taper, course.begins[lane_id], spec.width, last_width),
         predecessor=None if course.behind is None else course.behind.get(lane_id),
         successor=None if course.ahead is None else course.ahead.get(lane_id),
-        road_mark=outer_mark(lane_id, course.stretch.section, course.stretch.attributes.highway),
+        road_mark=course.marks[lane_id],
         speed=own_speed if own_speed != _road_speed(attributes) else None,
     )
 

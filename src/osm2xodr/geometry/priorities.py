@@ -105,7 +105,7 @@ def find_priorities(
             rows.setdefault(street_end[entries[k]], []).append(k)
         nodes = [network.intersections[node].osm_node_id for node in layout.nodes[junction]]
         arms = {end: _arm(network, ends, end, signs) for end in rows}
-        if junction in inside or is_signalled(arms.values(), nodes, signs):
+        if junction in inside or signs.signalled(nodes, list(arms)):
             counts["junctions_with_signals"] += 1
             continue
         if signs.all_way & arms.keys() or not signs.all_way_nodes.isdisjoint(nodes):
@@ -169,14 +169,6 @@ def _rank(network: StreetNetwork, end: int) -> int:
     if highway.endswith("_link"):
         return defaults.PRIORITY_RANK_LINK
     return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
-
-
-def is_signalled(arms: Collection[Arm], nodes: Sequence[int], signs: Signs) -> bool:
-    """Whether a junction has signals: on its nodes, or before enough of its arms."""
-    if any(signs.nodes.get(node) is Sign.SIGNALS for node in nodes):
-        return True
-    found = [arm.sign is Sign.SIGNALS for arm in arms]
-    return any(found) and sum(found) >= defaults.SIGNALLED_SHARE * len(found)
 
 
 def goes_first(one: Arm, other: Arm, ranks: Sequence[int]) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from osm2xodr.curves import find_record
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.elevation_report import ElevationReport
-from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, PlanView
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,6 +146,8 @@ class ConnectorProblem:
         Where the connecting road's reference line touches, t in the touched road's own frame, m.
     half_width : (C,)
         Half the width of what is driven on, m.
+    beside : (C,), optional
+        Those that lie beside what is driven on and follow its surface.
     """
 
     plan_view: PlanView
@@ -155,6 +157,7 @@ class ConnectorProblem:
     start_t: FloatArray
     end_t: FloatArray
     half_width: FloatArray
+    beside: BoolArray | None = None
 
 
 def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:

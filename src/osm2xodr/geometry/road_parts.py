@@ -131,9 +131,14 @@ def cut_roads(
     whole = np.flatnonzero(~layout.inner & ~halved)
     halves = np.flatnonzero(~layout.inner & halved)
     street = np.concatenate([whole, np.repeat(halves, 2)])
+    pieces = earlier.pieces if earlier is not None and earlier.fitted is fitted else _lane_pieces(fitted, length)
+    before_halving = [
+        _halved_stretches(pieces[k], begin[k], end[k], network.streets[k].start < 0) for k in halves.tolist()
+    ]
     right, left = np.array([outermost_lanes(fitted.pieces[k]) for k in halves.tolist()]).reshape(-1, 2).T
-    middle = out_of_bends(fitted.plan_view, halves, (begin[halves] + end[halves]) / 2, right, left, length)
-    middle = np.clip(middle, begin[halves] + 0.25 * (end - begin)[halves], end[halves] - 0.25 * (end - begin)[halves])
+    least, most = np.array([_room_to_halve(found) for found in before_halving]).reshape(-1, 2).T + begin[halves]
+    middle = out_of_bends(fitted.plan_view, halves, (least + most) / 2, right, left, length)
+    middle = np.clip(middle, least, most)
     lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
     hi = np.concatenate([end[whole], np.column_stack([middle, end[halves]]).ravel()])
     lo = snap_cuts(fitted.plan_view, street, lo)
@@ -156,7 +161,9 @@ def cut_roads(
     ring = first[halves] < 0
     end_link[before[ring], 0] = 2 * after[ring] + 1
     end_link[after[ring], 1] = 2 * before[ring]
-    pieces = earlier.pieces if earlier is not None and earlier.fitted is fitted else _lane_pieces(fitted, length)
+    whole_stretches = _stretches(pieces, whole, lo[: len(whole)], hi[: len(whole)], earlier)
+    cuts = zip(before_halving, begin[halves].tolist(), hi[len(whole) :: 2].tolist(), strict=True)
+    halved_stretches = (half for found, start, cut in cuts for half in _cut_in_two(found, cut - start))
     return RoadParts(
         plan_view=plan,
         length=lengths(plan),
@@ -166,10 +173,38 @@ def cut_roads(
         road_end=road_end,
         end_junction=end_junction,
         end_link=end_link,
-        stretches=_stretches(pieces, street, lo, hi, earlier),
+        stretches=(*whole_stretches, *halved_stretches),
         fitted=fitted,
         pieces=pieces,
     )
+
+
+def _halved_stretches(pieces: Sequence[Piece], begin: float, end: float, ring: bool) -> list[Stretch]:
+    """Return the stretches of a street that becomes two roads: the two must agree about what is between them."""
+    found = stretches(pieces, begin, end)
+    if ring and found[0].section != found[-1].section:
+        # Where the ring was opened, what was there was too short: it is not told apart from the rest anywhere.
+        most = max(found, key=lambda item: item.end - item.start)
+        found = [replace(most, start=0.0, end=end - begin, ways=tuple(way for item in found for way in item.ways))]
+    return found
+
+
+def _room_to_halve(found: Sequence[Stretch]) -> tuple[float, float]:
+    """Return between which s a road with such stretches is halved: on its longest stretch, off all borders."""
+    quarter = 0.25 * found[-1].end
+    spans = [(max(item.start, quarter), min(item.end, 3 * quarter)) for item in found]
+    lower, upper = max(spans, key=lambda span: span[1] - span[0])
+    off = 0.25 * (upper - lower)
+    return lower + (off if lower > quarter else 0.0), upper - (off if upper < 3 * quarter else 0.0)
+
+
+def _cut_in_two(found: Sequence[Stretch], cut: float) -> tuple[tuple[Stretch, ...], tuple[Stretch, ...]]:
+    """Return the stretches before and after s = cut, which lies on one of them."""
+    before = tuple(replace(item, end=min(item.end, cut)) for item in found if item.start < cut)
+    after = tuple(
+        replace(item, start=max(item.start - cut, 0.0), end=item.end - cut) for item in found if item.end > cut
+    )
+    return before, after
 
 
 def _stretches(

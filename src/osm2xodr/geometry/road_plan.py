@@ -15,7 +15,11 @@ from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.connecting_roads import ConnectingRoads, build_connecting_roads
 from osm2xodr.geometry.connectivity_report import report_unheeded
 from osm2xodr.geometry.connectors import detours
+from osm2xodr.geometry.corner_room import lay_out_corners
 from osm2xodr.geometry.lane_links import find_lane_links
+from osm2xodr.geometry.lost_streets import refuse_without_roads, report_lost
+from osm2xodr.geometry.margin_room import margins_with_room
+from osm2xodr.geometry.margins import Margins, find_margins
 from osm2xodr.geometry.movements import Movement, find_movements
 from osm2xodr.geometry.narrowing import fit_side_by_side
 from osm2xodr.geometry.reference_lines import lines_outside_bends
@@ -26,7 +30,7 @@ from osm2xodr.geometry.streets import FittedStreets, fit_streets, outer_lanes
 from osm2xodr.geometry.turnarounds import RoadOptions, add_turnarounds
 from osm2xodr.geometry.turning_room import widened_trims
 from osm2xodr.geometry.wide_turns import with_wide_turns
-from osm2xodr.model import StreetNetwork
+from osm2xodr.model import IntArray, StreetNetwork
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +46,11 @@ class RoadPlan:
     parts
         The roads between junctions.
     connecting
-        The roads within junctions.
+        The roads for cars within junctions.
+    margins
+        What lies beside each road.
+    corners
+        The roads for people on foot within junctions.
     """
 
     fitted: FittedStreets
@@ -50,6 +58,8 @@ class RoadPlan:
     layout: JunctionLayout
     parts: RoadParts
     connecting: ConnectingRoads
+    margins: tuple[Margins, ...]
+    corners: ConnectingRoads
 
 
 def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics) -> RoadPlan:
@@ -67,6 +77,7 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     fitted = fit_side_by_side(network, fit_streets(network, diagnostics), diagnostics)
     ends = _ends(network, fitted)
     layout = lay_out_junctions(network, ends)
+    refuse_without_roads(layout)
     movements = find_movements(network, ends, layout, diagnostics)
     layout = dead_ends_apart(network, ends, layout, without_idle_junctions(layout, movements), diagnostics)
     layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
@@ -93,8 +104,12 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     connecting = with_wide_turns(connecting, parts)
     connecting = _without_detours(network, layout, connecting, diagnostics)
     _report(network, layout, connecting, diagnostics)
+    report_lost(network, layout, connecting.junction, diagnostics)
     _report_connectivity(network, movements, parts, diagnostics)
-    return RoadPlan(fitted, ends, layout, parts, connecting)
+    margins = margins_with_room(parts, find_margins(parts), diagnostics)
+    margins, corners, left_out = lay_out_corners(parts, margins, connecting, network.rule)
+    _report_corners(network, layout, left_out, diagnostics)
+    return RoadPlan(fitted, ends, layout, parts, connecting, margins, corners)
 
 
 def _ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:
@@ -129,6 +144,16 @@ def _report(
     for junction in tight.tolist():
         node = network.intersections[layout.nodes[junction][0]].osm_node_id
         diagnostics.repaired("tight-turn", f"node/{node}", "a turn through the junction is sharper than a car drives")
+
+
+def _report_corners(
+    network: StreetNetwork, layout: JunctionLayout, left_out: IntArray, diagnostics: Diagnostics
+) -> None:
+    for junction in np.unique(left_out).tolist():
+        node = network.intersections[layout.nodes[junction][0]].osm_node_id
+        diagnostics.dropped(
+            "sidewalk-corner", f"node/{node}", "the sidewalks of two arms cannot be connected round their corner"
+        )
 
 
 def _report_connectivity(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import groupby
 
 import numpy as np
 
+from osm2xodr.countries import find_country
 from osm2xodr.curves import joined_plan_views, joined_profiles, profile_of
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
@@ -16,6 +16,7 @@ from osm2xodr.geometry.connectivity import Connectivity
 from osm2xodr.geometry.elevation import ElevationOptions, Ground, connector_profiles, solve_profiles
 from osm2xodr.geometry.height_problems import connector_problem, profile_problem
 from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_all, smooth_step
+from osm2xodr.geometry.margin_lanes import add_margins
 from osm2xodr.geometry.priorities import Priorities, find_priorities
 from osm2xodr.geometry.road_marks import NO_MARK
 from osm2xodr.geometry.road_parts import RoadParts
@@ -72,25 +73,28 @@ def build_roads(
     release_memory()
     problem = profile_problem(network, plan.fitted, layout, parts, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
-    elevation, superelevation = connector_profiles(problem, connector_problem(connecting), solution)
+    # Sidewalks' roads come after those of cars, which are what they would be without them.
+    through = connecting.joined(plan.corners)
+    elevation, superelevation = connector_profiles(problem, connector_problem(through), solution)
     priorities = find_priorities(network, plan.ends, layout, parts, connecting, diagnostics)
-    numbers = _Numbers(len(parts.length), len(connecting.length))
+    numbers = _Numbers(len(parts.length), len(through.length))
     known = Connectivity.of(network.connectivities)
-    lanes = lay_out_all(parts.stretches, network.rule, known)
+    lanes = lay_out_all(parts.stretches, network.rule, known, find_country(network.country))
+    lanes = add_margins(lanes, plan.margins, parts.length.tolist())
     offsets = profile_of([layout.offset for layout in lanes])
     none = profile_of([() for _ in lanes])
     return RoadMap(
         frame=network.frame,
         rule=network.rule,
         roads=(
-            *_roads(parts, lanes, connecting, numbers),
-            *_connecting(connecting, parts, lanes, numbers, network.rule),
+            *_roads(parts, lanes, connecting, numbers, diagnostics.guessed_about("way/")),
+            *_connecting(through, parts, lanes, numbers, network.rule),
         ),
-        junctions=_junctions(network, layout, connecting, priorities, numbers),
-        plan_view=joined_plan_views(parts.plan_view, connecting.plan_view),
+        junctions=_junctions(network, layout, through, priorities, numbers),
+        plan_view=joined_plan_views(parts.plan_view, through.plan_view),
         elevation=joined_profiles(solution.elevation, elevation),
         superelevation=joined_profiles(solution.superelevation or none, superelevation),
-        lane_offset=joined_profiles(offsets, _connecting_offsets(connecting, network.rule)),
+        lane_offset=joined_profiles(offsets, _connecting_offsets(through, network.rule)),
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
             "connecting_road_km": float(connecting.length.sum()) / 1000,
@@ -121,6 +125,10 @@ class _Numbers:
     def road(self, index: int) -> int:
         return index + 1
 
+    def index(self, road: int) -> int:
+        """Return the index of a road that is none within a junction."""
+        return road - 1
+
     def connecting(self, index: int) -> int:
         return self._roads + index + 1
 
@@ -132,7 +140,8 @@ def _connecting_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicProfile
     """Return the lane offsets that put a connecting road's one lane around its reference line."""
     n = len(connecting.length)
     side = -0.5 * _own_lanes(connecting, rule)
-    start, end = side * connecting.entry_width, side * connecting.exit_width
+    start = side * connecting.entry_width + connecting.entry_aside
+    end = side * connecting.exit_width + connecting.exit_aside
     bent = np.flatnonzero(start != end)
     columns = (column[bent].tolist() for column in (connecting.length, start, end))
     steps = [smooth_step(0.0, *values) for values in zip(*columns, strict=True)]
@@ -152,7 +161,11 @@ def _blend(length: float, start: float, end: float) -> Cubic:
 
 
 def _roads(
-    parts: RoadParts, lanes: Sequence[LaneLayout], connecting: ConnectingRoads, numbers: _Numbers
+    parts: RoadParts,
+    lanes: Sequence[LaneLayout],
+    connecting: ConnectingRoads,
+    numbers: _Numbers,
+    guessed: Mapping[int, frozenset[str]],
 ) -> list[Road]:
     out: list[Road] = []
     connected = set(connecting.entry.tolist()) | set(connecting.exit.tolist())
@@ -162,7 +175,7 @@ def _roads(
         stretches = parts.stretches[k]
         longest = max(stretches, key=lambda item: item.end - item.start) if len(stretches) > 1 else stretches[0]
         links = ends[2 * k : 2 * k + 2]
-        ways = dict.fromkeys(item.attributes.osm_way_id for item in stretches)
+        ways = dict.fromkeys(way for item in stretches for way in item.ways)
         out.append(
             Road(
                 id=numbers.road(k),
@@ -171,8 +184,9 @@ def _roads(
                 predecessor=links[0],
                 successor=links[1],
                 types=layout.types,
-                lane_sections=_linked(layout.sections, links[0], links[1]),
+                lane_sections=_linked(layout.sections, *(_section_beyond(link, lanes, numbers) for link in links)),
                 osm_way_ids=tuple(ways),
+                guesses=tuple(sorted(frozenset[str]().union(*(guessed.get(way, ()) for way in ways)))),
             )
         )
     return out
@@ -187,15 +201,26 @@ def _beyond(junction: int, linked_end: int, connected: bool, numbers: _Numbers) 
     return None
 
 
+def _section_beyond(link: RoadLink | None, lanes: Sequence[LaneLayout], numbers: _Numbers) -> LaneSection | None:
+    """Return the lane section that a road goes on with as another road (halves of a ring or loop)."""
+    if link is None or link.to_junction:
+        return None
+    return lanes[numbers.index(link.id)].sections[0 if link.at_start else -1]
+
+
 def _linked(
-    sections: tuple[LaneSection, ...], before: RoadLink | None, after: RoadLink | None
+    sections: tuple[LaneSection, ...], before: LaneSection | None, after: LaneSection | None
 ) -> tuple[LaneSection, ...]:
-    """Link lanes to those of the same id where the road goes on as another (halves of a ring or loop)."""
+    """Link lanes to those of the same id and type beyond the road's ends."""
     out = list(sections)
-    if before is not None and not before.to_junction:
-        out[0] = LaneSection(out[0].s, tuple(replace(lane, predecessor=lane.id or None) for lane in out[0].lanes))
-    if after is not None and not after.to_junction:
-        out[-1] = LaneSection(out[-1].s, tuple(replace(lane, successor=lane.id or None) for lane in out[-1].lanes))
+    if before is not None:
+        kinds = {lane.id: lane.type for lane in before.lanes if lane.id}
+        lanes = (replace(a, predecessor=a.id if kinds.get(a.id) is a.type else None) for a in out[0].lanes)
+        out[0] = LaneSection(out[0].s, tuple(lanes))
+    if after is not None:
+        kinds = {lane.id: lane.type for lane in after.lanes if lane.id}
+        lanes = (replace(a, successor=a.id if kinds.get(a.id) is a.type else None) for a in out[-1].lanes)
+        out[-1] = LaneSection(out[-1].s, tuple(lanes))
     return tuple(out)
 
 
@@ -223,11 +248,12 @@ def _connecting(
         connecting.exit_width,
         connecting.length,
         _own_lanes(connecting, rule),
+        connecting.height,
     )
-    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own) in enumerate(
+    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(
         zip(*(column.tolist() for column in columns), strict=True)
     ):
-        kind = (own, connecting.set_apart[k], w0, w1, length if w0 != w1 else 0.0, lane_in, lane_out)
+        kind = (own, connecting.set_apart[k], w0, w1, length if w0 != w1 else 0.0, lane_in, lane_out, height)
         sections = kinds.get(kind)
         if sections is None:
             sections = kinds[kind] = _one_lane(*kind)
@@ -247,14 +273,14 @@ def _connecting(
 
 
 _CENTRE = Lane(0, LaneType.NONE, (), road_mark=NO_MARK)
-_LaneKind = tuple[int, LaneType, float, float, float, int, int]
+_LaneKind = tuple[int, LaneType, float, float, float, int, int, float]
 
 
 def _one_lane(
-    own: int, lane_type: LaneType, start: float, end: float, length: float, lane_in: int, lane_out: int
+    own: int, lane_type: LaneType, start: float, end: float, length: float, lane_in: int, lane_out: int, height: float
 ) -> tuple[LaneSection, ...]:
     """Return the lane section of a connecting road, from one width to another."""
-    lane = Lane(own, lane_type, (_blend(length, start, end),), lane_in, lane_out, NO_MARK)
+    lane = Lane(own, lane_type, (_blend(length, start, end),), lane_in, lane_out, NO_MARK, height=height)
     return (LaneSection(0.0, (_CENTRE, lane) if own < 0 else (lane, _CENTRE)),)
 
 
@@ -272,8 +298,11 @@ def _junctions(
         pair = numbers.connecting(high), numbers.connecting(low)
         pairs.setdefault(of[high], []).append(pair)
     entry, entry_lane = connecting.entry.tolist(), connecting.entry_lane.tolist()
+    groups: dict[int, list[int]] = {}
+    for k, junction in enumerate(of):
+        groups.setdefault(junction, []).append(k)
     out: list[Junction] = []
-    for junction, group in groupby(range(len(of)), key=of.__getitem__):
+    for junction, group in groups.items():
         connections = tuple(
             Connection(
                 id=number,

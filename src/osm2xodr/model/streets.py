@@ -79,7 +79,8 @@ class StreetAttributes:
     lanes_ltr
         All lanes from left to right, seen along the street.
     middle_offset
-        t of the carriageway's middle off the OSM line (left positive), m; 0 unless ``placement`` says otherwise.
+        t of the middle of the lanes off the OSM line (left positive), m; 0 unless ``placement`` says otherwise, or
+        cars park on a carriageway of known width on one side more than on the other.
     speed_forward, speed_backward
         m/s; None where unknown, infinity where there is no limit.
     structure, layer

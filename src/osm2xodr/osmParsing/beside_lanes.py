@@ -11,22 +11,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from osm2xodr.defaults import TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
+from osm2xodr.defaults import LANES_PLAUSIBLE_MAX, TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
 from osm2xodr.osmParsing.access import NO_VALUES
 from osm2xodr.osmParsing.lane_counts import SIDES, LaneGroups
 from osm2xodr.osmParsing.lane_lists import Findings, Slot, motor_lanes
+from osm2xodr.osmParsing.sides import LEFT_RIGHT, SIDE_KEYS, names_of_side
 from osm2xodr.osmParsing.values import parse_count, parse_length
 
-_SIDES: Final = ("left", "right")
-_KEYS: Final = ("", ":both", ":left", ":right")
 CYCLE_TAGS: Final = (
     "oneway:bicycle",
-    *(f"cycleway{key}{what}" for key in _KEYS for what in ("", ":oneway", ":lane", ":width", ":est_width")),
+    *(f"cycleway{key}{what}" for key in SIDE_KEYS for what in ("", ":oneway", ":lane", ":width", ":est_width")),
 )
 BUS_TAGS: Final = (
-    *(f"busway{key}" for key in _KEYS),
+    *(f"busway{key}" for key in SIDE_KEYS),
     *(f"lanes:{user}{way}" for user in ("bus", "psv") for way in ("", ":forward", ":backward")),
 )
 BESIDE_TAGS: Final = (*CYCLE_TAGS, *BUS_TAGS)
@@ -34,8 +33,10 @@ BESIDE_TAGS: Final = (*CYCLE_TAGS, *BUS_TAGS)
 # OSM wiki, Key:cycleway: a lane of the carriageway, with traffic and against it; how it is marked.
 _LANES: Final = frozenset({"lane", "buffered_lane", "soft_lane"})
 _AGAINST: Final = frozenset({"opposite_lane"})
+# Values of keys without a side that are for the far side of a one-way road.
+_FAR_SIDE: Final = frozenset({"opposite_lane", "opposite_track"})
 _MARKED: Final = frozenset({"exclusive", "advisory", "soft_lane", "mandatory", "suggested"})
-_REVERSE: Final = frozenset({"-1", "reverse"})
+REVERSE: Final = frozenset({"-1", "reverse"})
 _CODE: Final = "cycle-lane"
 
 
@@ -68,8 +69,11 @@ def with_beside_lanes(
     """
     if not any(key in tags for key in BESIDE_TAGS):
         return groups
+    for key in BUS_TAGS:
+        if key.startswith("lanes:") and key in tags and not _count(tags, key) and tags[key] != "0":
+            findings.append((Kind.DROPPED, "bus-lane", f"{key}={tags[key]} is no number of lanes and is ignored"))
     groups = _with_bus_lanes(groups, tags, direction, rule, findings)
-    found = [lane for side in _SIDES if (lane := _cycle_lane(tags, side, direction, rule, findings))]
+    found = [lane for side in LEFT_RIGHT if (lane := _cycle_lane(tags, side, direction, rule, findings))]
     listed = {runs for runs, slots in _by_direction(groups) if any(slot.type is LaneType.BIKING for slot in slots)}
     for lane in found:
         if lane.runs not in listed:
@@ -102,8 +106,8 @@ def _cycle_lane(
 ) -> _CycleLane | None:
     """Return the bicycle lane on one side of the way."""
     own = Direction.FORWARD if near_side(Direction.FORWARD, rule) == side else Direction.BACKWARD
-    value, key = _value(tags, "cycleway", side, direction, own)
-    marked = next((tags[f"{name}:lane"] for name in _names("cycleway", side) if f"{name}:lane" in tags), "")
+    value, key = side_value(tags, "cycleway", side, direction, own)
+    marked = next((tags[f"{name}:lane"] for name in names_of_side("cycleway", side) if f"{name}:lane" in tags), "")
     if value not in _LANES | _AGAINST and not (value is None and marked in _MARKED):
         return None
     width = _width(tags, side, findings)
@@ -117,11 +121,9 @@ def _cycle_lane(
     return _CycleLane(side, _along(tags, side, with_traffic, findings), width)
 
 
-def _names(key: str, side: str) -> tuple[str, ...]:
-    return f"{key}:{side}", f"{key}:both", key
-
-
-def _value(tags: Mapping[str, str], key: str, side: str, direction: int, own: Direction) -> tuple[str | None, str]:
+def side_value(
+    tags: Mapping[str, str], key: str, side: str, direction: int, own: Direction
+) -> tuple[str | None, str]:
     """Return what is tagged for a side, and under which key.
 
     The key without a side is for both sides of a two-way road and for the near side of a one-way road; it stands back
@@ -131,24 +133,24 @@ def _value(tags: Mapping[str, str], key: str, side: str, direction: int, own: Di
         if name in tags:
             return tags[name], name
     value = tags.get(key)
-    if value is None or any(f"{key}:{other}" in tags for other in _SIDES):
+    if value is None or any(f"{key}:{other}" in tags for other in LEFT_RIGHT):
         return None, key
-    if direction and (value in _AGAINST) == (int(own) == direction):
+    if direction and (value in _FAR_SIDE) == (int(own) == direction):
         return None, key
     return value, key
 
 
 def _along(tags: Mapping[str, str], side: str, usual: Direction, findings: Findings) -> Direction:
     """Return which way a bicycle lane runs, given which way it usually would."""
-    text = next((tags[f"{name}:oneway"] for name in _names("cycleway", side) if f"{name}:oneway" in tags), "")
+    text = next((tags[f"{name}:oneway"] for name in names_of_side("cycleway", side) if f"{name}:oneway" in tags), "")
     if text in NO_VALUES:
         findings.append((Kind.REPAIRED, _CODE, "a bicycle lane for both directions is written with one"))
     # ``yes`` says no more than that it has one direction.
-    return Direction.BACKWARD if text in _REVERSE else usual
+    return Direction.BACKWARD if text in REVERSE else usual
 
 
 def _width(tags: Mapping[str, str], side: str, findings: Findings) -> float | None:
-    for name in _names("cycleway", side):
+    for name in names_of_side("cycleway", side):
         for what in ("width", "est_width"):
             text = tags.get(f"{name}:{what}")
             if text is None:
@@ -244,19 +246,21 @@ def _bus_lanes(
     if direction and direction != runs:
         return 0, 0
     near = near_side(runs, rule)
-    far = _SIDES[near == _SIDES[0]]
-    at_near = _value(tags, "busway", near, direction, runs)[0] in _LANES
-    at_far = bool(direction) and _value(tags, "busway", far, direction, Direction(-runs))[0] in _LANES
+    far = LEFT_RIGHT[near == LEFT_RIGHT[0]]
+    at_near = side_value(tags, "busway", near, direction, runs)[0] in _LANES
+    at_far = bool(direction) and side_value(tags, "busway", far, direction, Direction(-runs))[0] in _LANES
     return int(at_near), int(at_far)
 
 
 def _count(tags: Mapping[str, str], key: str) -> int:
-    return (parse_count(tags[key])[0] or 0) if key in tags else 0
+    """Read a number of lanes; 0 where there is none."""
+    count = (parse_count(tags[key])[0] or 0) if key in tags else 0
+    return count if count <= LANES_PLAUSIBLE_MAX else 0
 
 
 def contraflow_bus_lane(tags: Mapping[str, str], direction: int) -> bool:
     """Whether tags of the whole way give a one-way road a bus lane against its direction."""
     against = SIDES[-direction]
-    if any(tags.get(f"busway{key}") in _AGAINST for key in _KEYS):
+    if any(tags.get(f"busway{key}") in _AGAINST for key in SIDE_KEYS):
         return True
     return any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))

@@ -8,30 +8,32 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Final
 
+from osm2xodr.countries import GENERIC, Country
 from osm2xodr.defaults import (
     CARRIAGEWAY_WIDTH_MAX,
     CARRIAGEWAY_WIDTH_MIN,
-    LANE_WIDTH,
     LANE_WIDTH_BICYCLE,
     LANE_WIDTH_BUS,
     LANE_WIDTH_MAX,
     LANE_WIDTH_MIN,
-    LANE_WIDTH_OTHER,
 )
 from osm2xodr.diagnostics import Kind
-from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
+from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
-from osm2xodr.osmParsing.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
-from osm2xodr.osmParsing.lane_lists import LIST_TAGS, MOTOR_LANES, TURN_TAGS, Findings, Slot
+from osm2xodr.osmParsing.lane_counts import COUNT_TAGS, USER_TAGS, lane_groups
+from osm2xodr.osmParsing.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Findings, Slot
+from osm2xodr.osmParsing.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
 from osm2xodr.osmParsing.values import parse_length
 
 _WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
 _PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
-# All tags that this module and those below it look at, without ``highway``.
+# All tags that this module and those below it look at for lanes, without ``highway``.
 LANE_TAGS: Final = (
     *(*COUNT_TAGS, *USER_TAGS, *BESIDE_TAGS),
-    *(*_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *LIST_TAGS),
+    *(*_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *CHANGE_TAGS, *LIST_TAGS),
 )
+# All tags that they look at.
+SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
 
 _PLACEMENT: Final = re.compile(r"(left_of|middle_of|right_of):(-?\d+)")
 # Two tags that place the line within this of each other agree, m.
@@ -40,21 +42,25 @@ _PLACEMENTS_AGREE: Final = 0.1
 
 @dataclass(frozen=True, slots=True)
 class CrossSection:
-    """Lanes across a way, seen along its order of nodes.
+    """Lanes across a way and what lies beside them, seen along its order of nodes.
 
     Parameters
     ----------
     lanes_ltr
         From left to right.
     middle_offset
-        t of the carriageway's middle off the OSM line, left positive, m.
+        t of the middle of the lanes off the OSM line, left positive, m.
     findings
         What was guessed, mended or ignored: kind, code, words.
+    margin_left, margin_right
+        What lies beside the lanes, from their edge outwards.
     """
 
     lanes_ltr: tuple[LaneSpec, ...]
     middle_offset: float
     findings: tuple[tuple[Kind, str, str], ...]
+    margin_left: tuple[MarginSpec, ...] = ()
+    margin_right: tuple[MarginSpec, ...] = ()
 
 
 def cross_section(
@@ -63,13 +69,14 @@ def cross_section(
     rule: Rule,
     default_lane_width: float | None = None,
     closed: int = 0,
+    country: Country = GENERIC,
 ) -> CrossSection:
     """Lay out a way's lanes.
 
     Parameters
     ----------
     tags
-        Of the way: ``highway`` and those of `LANE_TAGS` that it has.
+        Of the way: ``highway`` and those of `SECTION_TAGS` that it has.
     direction
         1 or -1 if it is one-way along or against its order of nodes, else 0.
     rule
@@ -78,6 +85,8 @@ def cross_section(
         Width of lanes for cars that OSM gives none for, m; None takes one by the class of the road.
     closed
         1 or -1 where that direction of a two-way road is closed to cars, else 0.
+    country
+        Whose usual widths are taken.
     """
     findings: Findings = []
     runs_one_way = direction or -closed
@@ -89,49 +98,90 @@ def cross_section(
     backward = [(slot, Direction.BACKWARD) for slot in reversed(groups.backward)]
     between = [(slot, Direction.BOTH) for slot in groups.both_ways]
     lanes = backward + between + forward if rule is Rule.RIGHT_HAND else forward + between + backward
-    widths = _widths([slot for slot, _ in lanes], groups, tags, default_lane_width, findings)
+    margins = read_margins(tags, runs_one_way, rule, findings)
+    carriageway = _carriageway(tags, margins, [slot for slot, _ in lanes], findings)
+    usual = _usual_width(tags["highway"], groups.shared, default_lane_width, country)
+    widths = _widths([slot for slot, _ in lanes], usual, default_lane_width is not None, carriageway, findings)
     lanes_ltr = tuple(
-        LaneSpec(slot.type, runs, width, slot.turns) for (slot, runs), width in zip(lanes, widths, strict=True)
+        LaneSpec(slot.type, runs, width, slot.turns, slot.change)
+        for (slot, runs), width in zip(lanes, widths, strict=True)
     )
     beside = [slot.beside for slot, _ in lanes]
     offset = _middle_offset(lanes_ltr, beside, tags, direction, findings)
-    return CrossSection(lanes_ltr, offset, tuple(findings))
+    if offset is None:
+        # The line is in the middle of the carriageway; cars that park there on one side push the lanes aside.
+        offset = (carriageway.parking_right - carriageway.parking_left) / 2.0
+    return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
 
 
 # ---------------------------------------------------------------- widths
 
 
+@dataclass(frozen=True, slots=True)
+class _Carriageway:
+    """The carriageway that OSM gives the width of, m: in all, and what of it is for parking on either side."""
+
+    width: float | None = None
+    parking_left: float = 0.0
+    parking_right: float = 0.0
+
+
+def _carriageway(
+    tags: Mapping[str, str], margins: Margins, slots: Sequence[Slot], findings: Findings
+) -> _Carriageway:
+    """Measure the carriageway where it is needed: for lanes without a width, or for cars that park on it.
+
+    Without a width nothing tells where on the carriageway the line is; the lanes are then laid about it. So they are
+    where parked cars would leave no room for a lane: then the width is that of the lanes alone.
+    """
+    parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
+    if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
+        return _Carriageway()
+    width = _carriageway_width(tags, findings)
+    if width is None or not parked:
+        return _Carriageway(width)
+    parking = margins.parking_left + margins.parking_right
+    if width - parking < LANE_WIDTH_MIN:
+        words = f"{width:g} m of width have no room for {parking:g} m of parking, taken to be that of the lanes alone"
+        findings.append((Kind.GUESSED, "width", words))
+        return _Carriageway(width)
+    return _Carriageway(width, margins.parking_left, margins.parking_right)
+
+
 def _widths(
     slots: Sequence[Slot],
-    groups: LaneGroups,
-    tags: Mapping[str, str],
-    default_lane_width: float | None,
+    usual: float,
+    chosen: bool,
+    carriageway: _Carriageway,
     findings: Findings,
 ) -> list[float]:
-    """Return the width of each lane: its own if tagged, else its share of the carriageway, else one by class."""
-    usual = _usual_width(tags["highway"], groups.shared, default_lane_width)
+    """Return the width of each lane: its own if tagged, else its share of the carriageway, else the usual one.
+
+    That one is the user's choice, or a guess.
+    """
     widths = [slot.width or _beside_width(slot.type, usual) for slot in slots]
     open_lanes = [place for place, slot in enumerate(slots) if not slot.width and slot.type in MOTOR_LANES]
     if not open_lanes:
         return widths
-    carriageway = _carriageway_width(tags, findings)
-    if carriageway is None:
-        if default_lane_width is None:
+    if carriageway.width is None:
+        if not chosen:
             findings.append((Kind.GUESSED, "lane-width", f"no width given, lanes of {usual:g} m assumed"))
         return widths
     taken = sum(widths) - sum(widths[place] for place in open_lanes)
-    share = (carriageway - taken) / len(open_lanes)
+    parked = carriageway.parking_left + carriageway.parking_right
+    share = (carriageway.width - parked - taken) / len(open_lanes)
     width = min(max(share, LANE_WIDTH_MIN), LANE_WIDTH_MAX)
     if abs(width - share) > 1e-9:
-        words = f"{carriageway:g} m of width would make lanes of {share:.2f} m, {width:g} m taken"
+        less = f" less {parked:g} m of parking" if parked else ""
+        words = f"{carriageway.width:g} m of width{less} would make lanes of {share:.2f} m, {width:g} m taken"
         findings.append((Kind.REPAIRED, "lane-width", words))
     for place in open_lanes:
         widths[place] = width
     return widths
 
 
-def _usual_width(highway: str, shared: bool, default_lane_width: float | None) -> float:
-    width = default_lane_width or LANE_WIDTH.get(highway, LANE_WIDTH_OTHER)
+def _usual_width(highway: str, shared: bool, default_lane_width: float | None, country: Country) -> float:
+    width = default_lane_width or country.lane_width(highway)
     return max(width / 2.0, LANE_WIDTH_MIN) if shared else width
 
 
@@ -164,10 +214,13 @@ def is_transition(tags: Mapping[str, str]) -> bool:
 
 def _middle_offset(
     lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Mapping[str, str], direction: int, findings: Findings
-) -> float:
-    """Return how far left of the OSM line the carriageway's middle is, m (OSM wiki, Key:placement)."""
+) -> float | None:
+    """Return how far left of the OSM line the middle of the lanes is, m (OSM wiki, Key:placement).
+
+    None where no tag says so.
+    """
     if not any(key in tags for key in _PLACEMENT_TAGS):
-        return 0.0
+        return None
     keys: list[tuple[str, Direction]] = []
     if direction >= 0:
         keys.append(("placement:forward", Direction.FORWARD))
@@ -191,7 +244,7 @@ def _middle_offset(
         if key in tags and (place := _line_place(tags[key], counted, runs, findings)) is not None
     ]
     if not found:
-        return 0.0
+        return None
     if abs(found[-1] - found[0]) > _PLACEMENTS_AGREE:
         findings.append((Kind.REPAIRED, "placement", "placement of the two directions differs, the first is taken"))
     return found[0] - sum(lane.width for lane in lanes_ltr) / 2.0

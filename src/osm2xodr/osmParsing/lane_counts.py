@@ -14,7 +14,7 @@ from osm2xodr.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import LaneType
 from osm2xodr.osmParsing.access import NO_VALUES
-from osm2xodr.osmParsing.lane_lists import Findings, Slot, motor_lanes, read_slots, read_turns
+from osm2xodr.osmParsing.lane_lists import Findings, Slot, motor_lanes, read_change, read_slots, read_turns
 from osm2xodr.osmParsing.values import parse_count
 
 COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
@@ -133,12 +133,13 @@ def _oneway_slots(tags: Mapping[str, str], side: str, tagged: int, findings: Fin
         tagged = ONEWAY_LANES.get(tags["highway"], 1)
         findings.append((Kind.GUESSED, _CODE, f"no lanes given, {_lanes(tagged)} assumed"))
     turn = next((tags[f"turn{way}"] for way in ways if f"turn{way}" in tags), "")
-    return _with_turns(_fit(slots, tagged, findings), turn, findings)
+    change = next((tags[f"change{way}"] for way in reversed(ways) if f"change{way}" in tags), "")
+    return _with_change(_with_turns(_fit(slots, tagged, findings), turn, findings), change, findings)
 
 
 def _twoway_groups(tags: Mapping[str, str], findings: Findings) -> LaneGroups:
     total = _count(tags, "lanes", findings)
-    if any(f"{name}:lanes" in tags for name in ("turn", "width")):
+    if any(f"{name}:lanes" in tags for name in ("turn", "width", "change")):
         findings.append((Kind.DROPPED, "lane-lists", "lists of lanes of a two-way road name no direction, ignored"))
     slots: list[tuple[Slot, ...]] = []
     for way in ("forward", "both_ways", "backward"):
@@ -154,11 +155,18 @@ def _twoway_groups(tags: Mapping[str, str], findings: Findings) -> LaneGroups:
     else:
         forward, between, backward = _split(total, forward, between, backward, findings)
     return LaneGroups(
-        _with_turns(_fit(slots[0], forward, findings), tags.get("turn:forward", ""), findings),
-        _with_turns(_fit(slots[2], backward, findings), tags.get("turn:backward", ""), findings),
-        _fit(slots[1], between, findings) if between else (),
+        _whole_way(_fit(slots[0], forward, findings), tags, "forward", findings),
+        _whole_way(_fit(slots[2], backward, findings), tags, "backward", findings),
+        _whole_way(_fit(slots[1], between, findings), tags, "both_ways", findings) if between else (),
         shared,
     )
+
+
+def _whole_way(slots: tuple[Slot, ...], tags: Mapping[str, str], way: str, findings: Findings) -> tuple[Slot, ...]:
+    """Give the lanes of one direction of a two-way road what is tagged for all of them."""
+    if way != "both_ways":
+        slots = _with_turns(slots, tags.get(f"turn:{way}", ""), findings)
+    return _with_change(slots, tags.get(f"change:{way}", tags.get("change", "")), findings)
 
 
 def _split(total: int, forward: int, between: int, backward: int, findings: Findings) -> tuple[int, int, int]:
@@ -212,6 +220,14 @@ def _with_turns(slots: tuple[Slot, ...], turn: str, findings: Findings) -> tuple
         return slots
     turns = read_turns(turn, findings)
     return tuple(replace(slot, turns=turns) for slot in slots)
+
+
+def _with_change(slots: tuple[Slot, ...], change: str, findings: Findings) -> tuple[Slot, ...]:
+    """Give lanes that no list says it of the ``change`` that is for all of them."""
+    if not change or any(slot.change for slot in slots):
+        return slots
+    said = read_change(change, findings)
+    return tuple(replace(slot, change=said) for slot in slots) if said else slots
 
 
 def _count(tags: Mapping[str, str], key: str, findings: Findings) -> int:

@@ -12,7 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from osm2xodr.defaults import LANE_WIDTH_MAX, NARROW_LANE, TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
+from osm2xodr.defaults import (
+    LANE_WIDTH_MAX,
+    LANES_PLAUSIBLE_MAX,
+    NARROW_LANE,
+    TAGGED_LANE_WIDTH_MAX,
+    TAGGED_LANE_WIDTH_MIN,
+)
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import LaneType
 from osm2xodr.osmParsing.access import CAR_KEYS, CLOSED_VALUES
@@ -29,6 +35,7 @@ _USER_LISTS: Final = (*CAR_KEYS, "bus", "psv", "taxi", "bicycle", "cycleway")
 _OTHER_LISTS: Final = ("turn", "width", "change")
 LIST_TAGS: Final = tuple(f"{name}:lanes{way}" for name in (*_OTHER_LISTS, *_USER_LISTS) for way in DIRECTIONS)
 TURN_TAGS: Final = tuple(f"turn{way}" for way in DIRECTIONS)
+CHANGE_TAGS: Final = tuple(f"change{way}" for way in DIRECTIONS)
 
 _ALLOWED: Final = frozenset({"yes", "designated", "permissive", "official", "only"})
 # Values of car keys that keep a lane for buses and for bicycles.
@@ -37,6 +44,8 @@ _FOR_BICYCLES: Final = frozenset({"bicycle", "bicycles", "cyclist"})
 # Values of ``cycleway:lanes`` that keep a lane for bicycles.
 _CYCLE_LANES: Final = frozenset({"lane", "exclusive", "advisory"})
 
+# OSM wiki, Key:change.
+_CHANGES: Final = frozenset({"yes", "no", "not_left", "not_right", "only_left", "only_right"})
 # OSM wiki, Key:turn.
 _TURNS: Final = frozenset(
     {
@@ -68,12 +77,15 @@ class Slot:
         m, where OSM gives it.
     beside
         Whether it stands beside those that are named lane by lane and that ``placement`` counts.
+    change
+        Whether its drivers may leave it, in OSM's words; empty where OSM says nothing.
     """
 
     type: LaneType = LaneType.DRIVING
     turns: frozenset[str] = frozenset()
     width: float | None = None
     beside: bool = False
+    change: str = ""
 
 
 def motor_lanes(slots: Sequence[Slot]) -> int:
@@ -87,6 +99,15 @@ def read_turns(text: str, findings: Findings) -> frozenset[str]:
     for unknown in sorted(turns - _TURNS):
         findings.append((Kind.DROPPED, "turn", f"{unknown!r} is no way to turn and is ignored"))
     return turns & _TURNS
+
+
+def read_change(text: str, findings: Findings) -> str:
+    """Read whether lanes may be changed from one lane; empty where the value does not say."""
+    if not text or text in _CHANGES:
+        return text
+    if text != "none":
+        findings.append((Kind.DROPPED, "change", f"{text!r} says nothing about changing lanes and is ignored"))
+    return ""
 
 
 def read_slots(
@@ -110,7 +131,7 @@ def read_slots(
     tuple of Slot
         The lanes from left to right as their drivers see them; empty where there is no list.
     """
-    lists = _lists(tags, directions)
+    lists = _lists(tags, directions, findings)
     if not lists:
         return ()
     count = _slot_count(lists, tagged)
@@ -124,6 +145,9 @@ def read_slots(
         elif name == "turn":
             for place, value in zip(places, values, strict=True):
                 slots[place] = replace(slots[place], turns=read_turns(value, findings))
+        elif name == "change":
+            for place, value in zip(places, values, strict=True):
+                slots[place] = replace(slots[place], change=read_change(value, findings))
         elif name == "width":
             for place, value in zip(places, values, strict=True):
                 slots[place] = replace(slots[place], width=_width(value, findings))
@@ -142,7 +166,7 @@ def _mark_narrow(slots: list[Slot], tagged: int, findings: Findings) -> None:
         findings.append((Kind.GUESSED, "lane-lists", "more widths than lanes, the narrow ones are for bicycles"))
 
 
-def _lists(tags: Mapping[str, str], directions: Sequence[str]) -> dict[str, list[str]]:
+def _lists(tags: Mapping[str, str], directions: Sequence[str], findings: Findings) -> dict[str, list[str]]:
     lists: dict[str, list[str]] = {}
     for name in (*_OTHER_LISTS, *_USER_LISTS):
         for direction in directions:
@@ -150,7 +174,12 @@ def _lists(tags: Mapping[str, str], directions: Sequence[str]) -> dict[str, list
             if value is None and name == "turn" and "|" in tags.get(f"turn{direction}", ""):
                 value = tags[f"turn{direction}"]  # a common slip
             if value is not None:
-                lists[name] = [part.strip() for part in value.split("|")]
+                values = [part.strip() for part in value.split("|")]
+                if len(values) <= LANES_PLAUSIBLE_MAX:
+                    lists[name] = values
+                else:
+                    words = f"{name}:lanes{direction} names {len(values)} lanes, more than any road has, ignored"
+                    findings.append((Kind.DROPPED, "lane-lists", words))
                 break
     return lists
 

@@ -32,7 +32,8 @@ def lanes_of_neighbours(ways: Sequence[RawWay]) -> dict[int, int]:
     dict of int to int
         Numbers of lanes, both directions in one, by index of the way; only of ways that OSM gives none for.
     """
-    streets = [_street(way.tags) for way in ways]
+    # A way without nodes goes on nowhere.
+    streets = [_street(way.tags) if len(way.refs) else None for way in ways]
     silent = [
         street is not None and way.tags.keys().isdisjoint(_TELLING) for way, street in zip(ways, streets, strict=True)
     ]

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from osm2xodr.model import FloatArray, IntArray, Intersection, Street, StreetAttributes
+from osm2xodr.osmParsing.beside_tags import street_node_tags
 from osm2xodr.osmParsing.chains import Chain, make_chains
 from osm2xodr.osmParsing.pieces import Pieces
 from osm2xodr.osmParsing.reader import RawNodes
@@ -75,7 +76,7 @@ def tags_on_streets(row: IntArray, nodes: RawNodes, same_node: Mapping[int, int]
     for number, tags in nodes.tags.items():
         place = same_node.get(number, number)
         if place in carried:
-            found[place] = {**tags, **found.get(place, {})}
+            found[place] = {**street_node_tags(tags), **found.get(place, {})}
     return dict(sorted(found.items()))
 
 

@@ -59,6 +59,10 @@ class ParseOptions:
         The side that traffic drives on; None finds it out from the country and from OSM.
     default_lane_width
         Width of lanes that OSM gives no width for, m; None takes one by the class of the road.
+    furniture
+        Whether to read what lies beside streets: footways, barriers, stops, tram tracks, signs.
+    extra_objects
+        What is read beside streets only on request: ``lamps``, ``trees``.
 
     Raises
     ------
@@ -70,6 +74,8 @@ class ParseOptions:
     include_private: bool = False
     rule: Rule | None = None
     default_lane_width: float | None = None
+    furniture: bool = True
+    extra_objects: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         width = self.default_lane_width

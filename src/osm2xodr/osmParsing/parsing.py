@@ -4,32 +4,35 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from osm2xodr import projection
+from osm2xodr.countries import find_country
 from osm2xodr.defaults import FRAME_REACH, LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
-from osm2xodr.model import FloatArray, IntArray, LocalFrame, Rule, StreetNetwork
+from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
 from osm2xodr.osmParsing.access import left_out, oneway
+from osm2xodr.osmParsing.beside_tags import is_thing, node_keys
 from osm2xodr.osmParsing.connectivity import read_connectivities
 from osm2xodr.osmParsing.country import find_place
 from osm2xodr.osmParsing.cross_sections import is_transition
 from osm2xodr.osmParsing.file_format import OsmFile, open_osm_file
+from osm2xodr.osmParsing.legal_speeds import with_urban_speeds
 from osm2xodr.osmParsing.network import make_streets, tags_on_streets
 from osm2xodr.osmParsing.options import ParseOptions
+from osm2xodr.osmParsing.parallel_footways import attach_footways
 from osm2xodr.osmParsing.pieces import cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
+from osm2xodr.osmParsing.reach import sample_streets
 from osm2xodr.osmParsing.reader import RawNodes, RawWay, count_contents, read_nodes, read_ways
 from osm2xodr.osmParsing.restrictions import read_restrictions
+from osm2xodr.osmParsing.roadside import read_beside, ways_beside
 from osm2xodr.osmParsing.tags import WAY_TAGS, way_attributes
 
-# Tags of nodes that a later stage asks for: signs and signals, turning circles, heights.
-NODE_TAGS: Final = frozenset(
-    {"highway", "traffic_signals", "traffic_signals:direction", "direction", "stop", "diameter", "ele"}
-)
 # Values of ``highway`` for roads that are not there yet; reported, because maps show them.
 _UNBUILT: Final = frozenset({"construction", "proposed"})
 
@@ -37,11 +40,18 @@ _UNBUILT: Final = frozenset({"construction", "proposed"})
 def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
     """Do what `osm2xodr.osmParsing.parse_osm` says."""
     file = open_osm_file(path)
-    found, relations = read_ways(file, options.ways.highways | _UNBUILT, WAY_TAGS)
+    highways = options.ways.highways | _UNBUILT
+    extra = options.extra_objects if options.furniture else frozenset()
+    others = ways_beside(highways, extra) if options.furniture else None
+    read, relations = read_ways(file, highways, WAY_TAGS, others)
+    found = [way for way in read if way.tags.get("highway") in highways]
+    beside = [way for way in read if way.tags.get("highway") not in highways]
     ways = _carried(found, options, diagnostics)
     if not ways:
         raise InputError(_nothing_to_drive_on(file, found, options))
-    nodes = read_nodes(file, np.unique(np.concatenate([way.refs for way in ways])), NODE_TAGS)
+    keys, details = node_keys(options.furniture, extra)
+    refs = np.unique(np.concatenate([way.refs for way in (*ways, *beside)]))
+    nodes = read_nodes(file, refs, keys, details, partial(is_thing, extra=extra) if options.furniture else None)
     lines = make_lines(ways, nodes, diagnostics)
     if not len(lines.node):
         raise InputError(f"{path} has ways but not the nodes that they are made of; export the area with its nodes")
@@ -53,10 +63,19 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
         raise InputError(f"{path} has no way of any length to drive on; check the area that it covers")
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
     country, rule = _side(frame, carried, options, diagnostics)
-    attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics)
+    usual = find_country(country)
+    attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics, usual)
     transitions = frozenset(way.id for way in carried if is_transition(way.tags))
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
     rows = np.unique(np.concatenate([street.node_ids for street in streets]))
+    tags = {way.id: way.tags for way in ways}
+    footways: tuple[Footway, ...] = ()
+    roadside: tuple[RoadsideThing, ...] = ()
+    if options.furniture:
+        samples = sample_streets(streets)
+        footways, roadside = read_beside(beside, nodes, points, samples, rows, extra)
+        streets = attach_footways(streets, samples, footways, tags, diagnostics)
+    streets = with_urban_speeds(streets, tags, usual, diagnostics)
     return StreetNetwork(
         frame=frame,
         rule=rule,
@@ -67,6 +86,8 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
         node_tags=tags_on_streets(rows, nodes, same_node),
         bounds_deg=_bounds(nodes, np.searchsorted(nodes.ids, rows)),
         connectivities=read_connectivities(relations, carried, same_node, diagnostics),
+        footways=footways,
+        roadside=roadside,
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -79,8 +79,27 @@ class RawNodes:
     tags: Mapping[int, Mapping[str, str]]
 
 
+@dataclass(frozen=True, slots=True)
+class OtherWays:
+    """Which ways are read besides streets.
+
+    Parameters
+    ----------
+    values
+        Values of tags by key; ways with one of them are looked at.
+    keys
+        Which of their tags are kept.
+    wanted
+        Says by these tags whether such a way is kept.
+    """
+
+    values: Mapping[str, AbstractSet[str]]
+    keys: AbstractSet[str]
+    wanted: Callable[[Mapping[str, str]], bool]
+
+
 def read_ways(
-    file: OsmFile, highways: frozenset[str], keys: AbstractSet[str]
+    file: OsmFile, highways: frozenset[str], keys: AbstractSet[str], others: OtherWays | None = None
 ) -> tuple[list[RawWay], list[RawRelation]]:
     """Read the ways with given values of ``highway`` and the relations of `RELATION_TYPES`, in ascending id.
 
@@ -92,13 +111,18 @@ def read_ways(
         Which ways.
     keys
         Which of their tags.
+    others
+        Which further ways; they stand among the others, and none of the given values of ``highway`` is on them.
 
     Raises
     ------
     InputError
         The file is damaged or incomplete.
     """
-    only_ways = osmium.filter.TagFilter(*(("highway", value) for value in sorted(highways)))
+    looked_at = {("highway", value) for value in highways}
+    if others is not None:
+        looked_at |= {(key, value) for key, values in others.values.items() for value in values}
+    only_ways = osmium.filter.TagFilter(*sorted(looked_at))
     only_ways.enable_for(osmium.osm.WAY)
     only_relations = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
     only_relations.enable_for(osmium.osm.RELATION)
@@ -112,7 +136,11 @@ def read_ways(
             if item.is_way():
                 if number not in ways or version >= ways[number][0]:
                     gone = item.deleted or ("way", number) in file.deleted
-                    ways[number] = version, None if gone else _way(item, keys)
+                    if others is None or item.tags.get("highway") in highways:
+                        way: RawWay | None = _way(item, keys)
+                    else:
+                        way = _other_way(item, others)
+                    ways[number] = version, None if gone else way
             elif number not in relations or version >= relations[number][0]:
                 gone = item.deleted or ("relation", number) in file.deleted
                 relations[number] = version, None if gone else _relation(item)
@@ -121,7 +149,13 @@ def read_ways(
     return kept_ways, kept_relations
 
 
-def read_nodes(file: OsmFile, ids: IntArray, keys: AbstractSet[str] = frozenset()) -> RawNodes:
+def read_nodes(
+    file: OsmFile,
+    ids: IntArray,
+    keys: AbstractSet[str] = frozenset(),
+    more_keys: AbstractSet[str] = frozenset(),
+    also: Callable[[Mapping[str, str]], bool] | None = None,
+) -> RawNodes:
     """Read the nodes with given ids; those without a valid position count as absent.
 
     Parameters
@@ -132,6 +166,10 @@ def read_nodes(file: OsmFile, ids: IntArray, keys: AbstractSet[str] = frozenset(
         Which nodes; ascending, each once.
     keys
         Which of their tags; none by default.
+    more_keys
+        Tags that are read as well, of nodes that have one of `keys`.
+    also
+        Says by these tags which further nodes are read.
 
     Raises
     ------
@@ -147,7 +185,10 @@ def read_nodes(file: OsmFile, ids: IntArray, keys: AbstractSet[str] = frozenset(
         if not len(ids) or ids[0] >= 0:
             only_ways = osmium.filter.EntityFilter(osmium.osm.WAY)
             nodes.with_filter(osmium.filter.KeyFilter(*sorted(keys)) if keys else only_ways)
-        tags, negative = _tagged(nodes, keys)
+        tags, negative = _tagged(nodes, keys, more_keys)
+    if also is not None:
+        further = np.array([number for number, found in tags.items() if also(found)], np.int64)
+        ids = np.union1d(ids, further[~np.isin(further, deleted)])
     table: Any = nodes.node_location_storage
     present, places = array("q"), array("q")
     for number in np.ascontiguousarray(ids).data:
@@ -184,14 +225,17 @@ def _table_for(header: Any) -> str:
     return "sparse_mem_map"
 
 
-def _tagged(nodes: Any, keys: AbstractSet[str]) -> tuple[dict[int, dict[str, str]], dict[int, Any]]:
+def _tagged(
+    nodes: Any, keys: AbstractSet[str], more_keys: AbstractSet[str]
+) -> tuple[dict[int, dict[str, str]], dict[int, Any]]:
     """Return the tags of nodes, and the positions of those with negative ids, which libosmium does not keep."""
     tags: dict[int, dict[str, str]] = {}
     negative: dict[int, Any] = {}
+    kept = keys | more_keys
     for node in nodes:
         number = node.id
-        found = {key: value for key, value in node.tags if key in keys}
-        if found:
+        found = {key: value for key, value in node.tags if key in kept}
+        if found and (not more_keys or not keys.isdisjoint(found)):
             tags[number] = found
         if number < 0:
             negative[number] = node.location
@@ -228,12 +272,24 @@ def _readable(file: OsmFile) -> Iterator[None]:
 
 
 def _way(item: Any, keys: AbstractSet[str]) -> RawWay:
+    return RawWay(item.id, _refs(item), _tags(item, keys))
+
+
+def _other_way(item: Any, others: OtherWays) -> RawWay | None:
+    tags = _tags(item, others.keys)
+    return RawWay(item.id, _refs(item), tags) if others.wanted(tags) else None
+
+
+def _tags(item: Any, keys: AbstractSet[str]) -> dict[str, str]:
     # The file's order of tags is not kept: what is made of them must not depend on it.
     found = {key: value for key, value in item.tags if key in keys}
+    return dict(sorted(found.items()))
+
+
+def _refs(item: Any) -> Sequence[int]:
     nodes = item.nodes
     # Not `for node in nodes`, which goes through two more calls for each.
-    refs = array("q", [node.ref for node in map(nodes.__getitem__, range(len(nodes)))])
-    return RawWay(item.id, refs, dict(sorted(found.items())))
+    return array("q", [node.ref for node in map(nodes.__getitem__, range(len(nodes)))])
 
 
 def _relation(item: Any) -> RawRelation:

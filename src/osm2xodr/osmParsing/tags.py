@@ -7,14 +7,26 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Final
 
+from osm2xodr.countries import GENERIC, Country
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, Structure
 from osm2xodr.osmParsing.access import ACCESS_TAGS, closed_direction, is_in_turn, is_roundabout, oneway
-from osm2xodr.osmParsing.cross_sections import LANE_TAGS, CrossSection, cross_section
+from osm2xodr.osmParsing.cross_sections import SECTION_TAGS, CrossSection, cross_section
 from osm2xodr.osmParsing.lane_lists import Findings
+from osm2xodr.osmParsing.legal_speeds import EVIDENCE_TAGS, legal_speed, speed_guess
+from osm2xodr.osmParsing.margins import seen_backwards
 from osm2xodr.osmParsing.neighbours import lanes_of_neighbours
 from osm2xodr.osmParsing.reader import RawWay
 from osm2xodr.osmParsing.values import parse_grade, parse_layer, parse_speed
+from osm2xodr.osmParsing.way_marks import (
+    MARK_TAGS,
+    divider_seen_backwards,
+    has_tram,
+    lanes_marked,
+    no_overtaking,
+    other_way,
+    speed_is_signed,
+)
 
 # Tags that stand in for ``maxspeed`` where it is absent (OSM wiki, Key:source:maxspeed), the surest first.
 _IMPLIED_SPEED: Final = ("maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic")
@@ -31,15 +43,21 @@ _OTHER_TAGS: Final = (
     *("highway", "name", "ref", "bridge", "tunnel", "layer", "incline", "driving_side", "priority_road"),
     *("maxspeed", "maxspeed:forward", "maxspeed:backward"),
 )
-WAY_TAGS: Final = frozenset((*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_AT_TIMES, *LANE_TAGS))
+WAY_TAGS: Final = frozenset(
+    (*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_AT_TIMES, *SECTION_TAGS, *MARK_TAGS, *EVIDENCE_TAGS)
+)
 
-_LANE_TAGS: Final = frozenset(LANE_TAGS)
+_SECTION_TAGS: Final = frozenset(SECTION_TAGS)
 # Values of ``tunnel`` that leave the road on the ground: passages through houses, galleries, and drains below it.
 _GROUND_TUNNELS: Final = frozenset({"no", "building_passage", "avalanche_protector", "culvert", "flooded"})
 
 
 def way_attributes(
-    ways: Sequence[RawWay], rule: Rule, default_lane_width: float | None, diagnostics: Diagnostics
+    ways: Sequence[RawWay],
+    rule: Rule,
+    default_lane_width: float | None,
+    diagnostics: Diagnostics,
+    country: Country = GENERIC,
 ) -> tuple[list[StreetAttributes], list[int]]:
     """Read the tags of ways.
 
@@ -53,6 +71,8 @@ def way_attributes(
         Width of lanes that OSM gives none for, m; None takes one by the class of the road.
     diagnostics
         Gets what is guessed, mended or ignored.
+    country
+        Whose limits and usual widths hold where OSM has none.
 
     Returns
     -------
@@ -61,7 +81,7 @@ def way_attributes(
     directions : list of int
         1 or -1 where it is one-way for cars along or against its order of nodes, else 0.
     """
-    # Most ways of a city have one of a few sets of tags about lanes.
+    # Most ways of a city have one of a few sets of tags about lanes and what lies beside them.
     known: dict[tuple[object, ...], CrossSection] = {}
     attributes: list[StreetAttributes] = []
     directions: list[int] = []
@@ -70,14 +90,14 @@ def way_attributes(
         tags = way.tags
         direction, certain = oneway(tags)
         closed, closing_tag = (closed_direction(tags) if direction == 0 else None) or (0, "")
-        lane_tags = {key: value for key, value in tags.items() if key in _LANE_TAGS}
+        lane_tags = {key: value for key, value in tags.items() if key in _SECTION_TAGS}
         if index in neighbours:
             lane_tags["lanes"] = str(neighbours[index])
         key = (tags["highway"], direction, closed, *lane_tags.items())
         section = known.get(key)
         if section is None:
             lane_tags["highway"] = tags["highway"]
-            section = cross_section(lane_tags, direction, rule, default_lane_width, closed)
+            section = cross_section(lane_tags, direction, rule, default_lane_width, closed, country)
             known[key] = section
         findings = list(section.findings)
         if not certain:
@@ -93,7 +113,7 @@ def way_attributes(
             for item in _AT_TIMES
             if item in tags
         ]
-        attributes.append(_attributes(way, section, findings))
+        attributes.append(_attributes(way, section, direction or -closed, country, findings))
         directions.append(direction or -closed)
         if findings:
             osm_id = f"way/{way.id}"
@@ -112,6 +132,10 @@ def turned_round(attributes: StreetAttributes) -> StreetAttributes:
         speed_forward=attributes.speed_backward,
         speed_backward=attributes.speed_forward,
         grade=-attributes.grade if attributes.grade else attributes.grade,
+        margin_left=seen_backwards(attributes.margin_right),
+        margin_right=seen_backwards(attributes.margin_left),
+        no_overtaking=other_way(attributes.no_overtaking),
+        divider=divider_seen_backwards(attributes.divider),
     )
 
 
@@ -127,12 +151,18 @@ def _unsure_direction(tags: Mapping[str, str], direction: int) -> tuple[Kind, st
     return Kind.DROPPED, "oneway", f"oneway={tags['oneway']} is not known and is ignored, taken as {taken}"
 
 
-def _attributes(way: RawWay, section: CrossSection, findings: Findings) -> StreetAttributes:
+def _attributes(
+    way: RawWay, section: CrossSection, direction: int, country: Country, findings: Findings
+) -> StreetAttributes:
     tags = way.tags
     both = _speed(tags, "maxspeed", findings) if "maxspeed" in tags else _implied_speed(tags)
     forward = _speed(tags, "maxspeed:forward", findings)
     backward = _speed(tags, "maxspeed:backward", findings)
-    structure = _structure(tags)
+    if both is None and forward is None and backward is None:
+        both = legal_speed(tags, country)
+        if both is not None:
+            findings.append((Kind.GUESSED, "speed", speed_guess(both, country)))
+    structure = structure_of(tags)
     return StreetAttributes(
         osm_way_id=way.id,
         reversed=False,
@@ -144,10 +174,19 @@ def _attributes(way: RawWay, section: CrossSection, findings: Findings) -> Stree
         speed_forward=both if forward is None else forward,
         speed_backward=both if backward is None else backward,
         structure=structure,
-        layer=_layer(tags, structure, findings),
+        layer=layer_of(tags, structure, findings),
         grade=_grade(tags, findings),
         roundabout=is_roundabout(tags),
         priority_road=tags.get("priority_road") in _PRIORITY,
+        margin_left=section.margin_left,
+        margin_right=section.margin_right,
+        speed_signed=speed_is_signed(tags),
+        no_overtaking=no_overtaking(tags, direction, findings),
+        marked=lanes_marked(tags, findings),
+        divider=tags.get("divider", ""),
+        surface=tags.get("surface", ""),
+        traffic_sign=tags.get("traffic_sign", ""),
+        tram=has_tram(tags),
     )
 
 
@@ -176,13 +215,15 @@ def _implied_speed(tags: Mapping[str, str]) -> float | None:
     return None
 
 
-def _structure(tags: Mapping[str, str]) -> Structure:
+def structure_of(tags: Mapping[str, str]) -> Structure:
+    """Return what carries a way."""
     if tags.get("bridge", "no") != "no":
         return Structure.BRIDGE
     return Structure.GROUND if tags.get("tunnel", "no") in _GROUND_TUNNELS else Structure.TUNNEL
 
 
-def _layer(tags: Mapping[str, str], structure: Structure, findings: Findings) -> int:
+def layer_of(tags: Mapping[str, str], structure: Structure, findings: Findings) -> int:
+    """Return a way's ``layer``, or the usual one of what carries it."""
     text = tags.get("layer")
     if text is not None:
         layer = parse_layer(text)

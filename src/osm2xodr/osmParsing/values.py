@@ -6,10 +6,9 @@ import math
 import re
 from typing import Final
 
+from osm2xodr.countries import MPH, find_country
 from osm2xodr.defaults import (
     GRADE_PLAUSIBLE_MAX,
-    IMPLICIT_SPEED_GB_MPH,
-    IMPLICIT_SPEED_KMH,
     LAYER_PLAUSIBLE_MAX,
     SPEED_PLAUSIBLE_MAX_KMH,
     WALKING_SPEED_KMH,
@@ -50,17 +49,13 @@ _SPEED_UNITS: Final = {
 _NUMBER: Final = r"\d+(?:[.,]\d+)?|[.,]\d+"
 _QUANTITY: Final = re.compile(rf"({_NUMBER})\s*([a-z/]*)\.?", re.ASCII)
 _FEET_INCHES: Final = re.compile(rf"({_NUMBER})\s*(?:'|ft)(?:\s*({_NUMBER})\s*(?:\"|''|in))?", re.ASCII)
-_INTEGER: Final = re.compile(r"[-+]?\d+(?:\.\d*)?", re.ASCII)
+# Longer rows of digits are no number of anything, and the longest are none that fits.
+_DIGITS_MAX: Final = 9
+_INTEGER: Final = re.compile(rf"[-+]?\d{{1,{_DIGITS_MAX}}}(?:\.\d*)?", re.ASCII)
 _GRADE: Final = re.compile(rf"([-+]?)\s*({_NUMBER})\s*(%|°|deg)?", re.ASCII)
 _ZONE: Final = re.compile(r"(?:zone:?)?(\d{1,3})", re.ASCII)
-_IMPLICIT: Final = {
-    (country, context): speed
-    for context, countries in IMPLICIT_SPEED_KMH.items()
-    for speed, names in countries.items()
-    for country in names.split()
-}
-# Countries whose zones are signed in miles per hour.
-_MILE_COUNTRIES: Final = frozenset({"GB", "UK", "US", "IM", "JE", "GG"})
+# OSM's other name of a country.
+_ALIASES: Final = {"UK": "GB"}
 
 
 def _number(text: str) -> float:
@@ -92,7 +87,7 @@ def parse_count(text: str) -> tuple[int | None, bool]:
     bool
         Whether the value was just that number.
     """
-    if text.isascii() and text.isdigit() and text[0] != "0":
+    if text.isascii() and text.isdigit() and text[0] != "0" and len(text) <= _DIGITS_MAX:
         return int(text), True
     parts = [part.strip() for part in re.split(r"[;|,]", text)]
     numbers = [int(float(part)) for part in parts if _INTEGER.fullmatch(part)]
@@ -103,7 +98,7 @@ def parse_count(text: str) -> tuple[int | None, bool]:
 def parse_speed(text: str) -> float | None:
     """Read a speed limit, m/s; infinity where there is none, None where the value says nothing for sure.
 
-    Numbers are km/h unless a unit is given. ``DE:urban`` and the like are looked up in `IMPLICIT_SPEED_KMH`.
+    Numbers are km/h unless a unit is given. ``DE:urban`` and the like are looked up in the table of countries.
     """
     text = text.strip()
     lower = text.lower()
@@ -126,14 +121,14 @@ def _implicit_speed(text: str) -> float | None:
     country, context = country.strip().upper(), context.strip().lower()
     if context == "walk":
         return WALKING_SPEED_KMH * KMH
-    if country == "GB" and context in IMPLICIT_SPEED_GB_MPH:
-        return IMPLICIT_SPEED_GB_MPH[context] * _MILE_PER_HOUR
-    if (country, context) in _IMPLICIT:
-        return _IMPLICIT[country, context] * KMH
+    speed = find_country(country).speeds.get(context)
+    if speed is not None:
+        return speed
     found = _ZONE.fullmatch(context)
     if not found or int(found[1]) == 0:
         return None
-    return int(found[1]) * (_MILE_PER_HOUR if country in _MILE_COUNTRIES else KMH)
+    miles = find_country(_ALIASES.get(country, country)).speed_unit == MPH
+    return int(found[1]) * (_MILE_PER_HOUR if miles else KMH)
 
 
 def parse_grade(text: str) -> float | None:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import Furniture, OpenDrive
-from osm2xodr.road_space import surface_points
+from osm2xodr.road_space import pose, surface_points
 from osm2xodr.viewing.scene import Scene
 
 _SIGNALS = frozenset({"signal", "signalReference"})
 _STRUCTURES = frozenset({"bridge", "tunnel"})
+# How far the corners of what goes on along a road are apart, and how wide it is where the file does not say, m.
+_ALONG_STEP = 2.0
+_THIN = 0.2
+# No repeat is drawn more often: damaged files ask for any number.
+_COPIES_MOST = 10_000
 
 
 @dataclass(frozen=True)
@@ -30,15 +35,29 @@ class PlacedSignal:
 
 @dataclass(frozen=True)
 class PlacedObject:
-    """An object's outline, or its place alone: x and y, m."""
+    """An object, or one of its copies.
+
+    Parameters
+    ----------
+    item
+        As read.
+    corners
+        x and y of its outline, or of its place alone, m.
+    x, y, z, heading
+        Its place and where it points to, m, rad.
+    """
 
     item: Furniture
     corners: tuple[tuple[float, float], ...]
+    x: float
+    y: float
+    z: float
+    heading: float
 
 
-def placed_signals(file: OpenDrive) -> list[PlacedSignal]:
-    """Return signs and signals with their places; those without one are left out."""
-    items = [item for item in file.furniture if item.kind == "signal" and item.road >= 0]
+def placed_signals(file: OpenDrive, roads: frozenset[int] | None = None) -> list[PlacedSignal]:
+    """Return signs and signals (of some roads) with their places; those without one are left out."""
+    items = [item for item in file.furniture if item.kind == "signal" and _is_on(item, roads)]
     x, y, z = _places(file, items, [item.s for item in items], [item.t for item in items])
     return [
         PlacedSignal(item, float(x[k]), float(y[k]), float(z[k]), item.attributes.get("dynamic") == "yes")
@@ -47,27 +66,38 @@ def placed_signals(file: OpenDrive) -> list[PlacedSignal]:
     ]
 
 
-def placed_objects(file: OpenDrive) -> list[PlacedObject]:
-    """Return objects with their outlines; those without a place are left out."""
-    items = [
-        item
+def placed_objects(file: OpenDrive, roads: frozenset[int] | None = None) -> list[PlacedObject]:
+    """Return objects (of some roads) with a place; repeated ones as often as they stand there."""
+    spots = [
+        spot
         for item in file.furniture
-        if item.kind not in _SIGNALS and item.kind not in _STRUCTURES and item.road >= 0
+        if item.kind not in _SIGNALS and item.kind not in _STRUCTURES and _is_on(item, roads)
+        for spot in _spots(item)
     ]
-    owners: list[int] = []
-    s: list[float] = []
-    t: list[float] = []
-    for k, item in enumerate(items):
-        corners = _outline(item)
-        owners += [k] * len(corners)
-        s += [corner[0] for corner in corners]
-        t += [corner[1] for corner in corners]
-    x, y, _ = _places(file, [items[k] for k in owners], s, t)
-    found: list[list[tuple[float, float]]] = [[] for _ in items]
+    items = [spot.item for spot in spots]
+    x, y, z = _places(file, items, [spot.s for spot in spots], [spot.t for spot in spots])
+    heading = pose(file, np.array([item.road for item in items], np.int64), np.array([spot.s for spot in spots]))[2]
+    heading = heading + np.array([0.0 if math.isnan(item.hdg) else item.hdg for item in items])
+    owners = [k for k, spot in enumerate(spots) for _ in spot.on_road]
+    on_road = [corner for spot in spots for corner in spot.on_road]
+    road_x, road_y, _ = _places(file, [items[k] for k in owners], [s for s, _ in on_road], [t for _, t in on_road])
+    found: list[list[tuple[float, float]]] = [[] for _ in spots]
     for row, k in enumerate(owners):
-        if math.isfinite(x[row]) and math.isfinite(y[row]):
-            found[k].append((float(x[row]), float(y[row])))
-    return [PlacedObject(item, tuple(corners)) for item, corners in zip(items, found, strict=True) if corners]
+        found[k].append((float(road_x[row]), float(road_y[row])))
+    out = []
+    places = zip(spots, found, x.tolist(), y.tolist(), z.tolist(), heading.tolist(), strict=True)
+    for spot, corners, at_x, at_y, at_z, turn in places:
+        cos, sin = math.cos(turn), math.sin(turn)
+        corners += [(at_x + cos * u - sin * v, at_y + sin * u + cos * v) for u, v in spot.local]
+        known = tuple(corner for corner in corners if math.isfinite(corner[0]) and math.isfinite(corner[1]))
+        if known and math.isfinite(at_x + at_y + turn):
+            out.append(PlacedObject(spot.item, known, at_x, at_y, at_z, turn))
+    return out
+
+
+def _is_on(item: Furniture, roads: frozenset[int] | None) -> bool:
+    """Whether something stands on a road, or on one of some roads."""
+    return item.road >= 0 if roads is None else item.road in roads
 
 
 def structures_of(file: OpenDrive) -> dict[int, list[tuple[str, float, float, str]]]:
@@ -92,22 +122,49 @@ def junction_places(file: OpenDrive, scene: Scene) -> tuple[FloatArray, FloatArr
     return x, y
 
 
-def _outline(item: Furniture) -> list[tuple[float, float]]:
-    """Return s and t of the corners of an object: of its outline, of its box, or its place alone."""
-    turn = 0.0 if math.isnan(item.hdg) else item.hdg
-    if item.outlines:
-        corners = item.outlines[0]
-        if not item.local_outlines[0]:
-            return [(corner[0], corner[1]) for corner in corners]
-        local = [(corner[0], corner[1]) for corner in corners]
-    elif item.length > 0.0 and item.width > 0.0:
+@dataclass(frozen=True)
+class _Spot:
+    """An object or one of its copies at s, t; corners are s, t on its road, or u, v in its own frame."""
+
+    item: Furniture
+    s: float
+    t: float
+    on_road: tuple[tuple[float, float], ...] = ()
+    local: tuple[tuple[float, float], ...] = ()
+
+
+def _spots(item: Furniture) -> Iterator[_Spot]:
+    """Yield where an object stands; one that repeats stands where its copies do."""
+    if not item.repeats:
+        if item.outlines and not item.local_outlines[0]:
+            yield _Spot(item, item.s, item.t, on_road=tuple((s, t) for s, t, _, _ in item.outlines[0]))
+        else:
+            yield _Spot(item, item.s, item.t, local=_shape(item))
+        return
+    for s, length, distance, t_start, t_end, width in item.repeats:
+        if not math.isfinite(s + length + distance + t_start + t_end):
+            continue
+        apart = distance if distance > 0.0 else _ALONG_STEP
+        count = min(int(length / apart + 1e-6) if length > 0.0 else 0, _COPIES_MOST)
+        share = [k * apart / length for k in range(count + 1)] if length > 0.0 else [0.0]
+        if distance > 0.0:
+            for part in share:
+                yield _Spot(item, s + part * length, t_start + part * (t_end - t_start), local=_shape(item))
+        elif length > 0.0:
+            half = 0.5 * next((size for size in (width, item.width) if size > 0.0), _THIN)
+            line = [(s + part * length, t_start + part * (t_end - t_start)) for part in (*share, 1.0)]
+            edge = [(at, t + half) for at, t in line] + [(at, t - half) for at, t in reversed(line)]
+            yield _Spot(item, s, t_start, on_road=tuple(edge))
+
+
+def _shape(item: Furniture) -> tuple[tuple[float, float], ...]:
+    """Return the corners of an object in its own frame: of its outline or its box, or its place alone."""
+    if item.outlines and item.local_outlines[0]:
+        return tuple((u, v) for u, v, _, _ in item.outlines[0])
+    if item.length > 0.0 and item.width > 0.0:
         u, v = 0.5 * item.length, 0.5 * item.width
-        local = [(-u, -v), (u, -v), (u, v), (-u, v)]
-    else:
-        local = [(0.0, 0.0)]
-    # On a bend this takes s and t for straight axes, which over the size of an object they nearly are.
-    cos, sin = math.cos(turn), math.sin(turn)
-    return [(item.s + cos * u - sin * v, item.t + sin * u + cos * v) for u, v in local]
+        return ((-u, -v), (u, -v), (u, v), (-u, v))
+    return ((0.0, 0.0),)
 
 
 def _places(

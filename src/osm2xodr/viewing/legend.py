@@ -8,7 +8,8 @@ import numpy as np
 
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.modes import Categories
-from osm2xodr.viewing.picture import INK, PAPER, SOFT, Picture, Polygon
+from osm2xodr.viewing.picture import Picture
+from osm2xodr.viewing.shapes import INK, PAPER, SOFT, Polygon
 
 # Width of a letter as a share of its size, on the wide side, so that texts do not run into each other.
 _LETTER = 0.6

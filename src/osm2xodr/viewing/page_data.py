@@ -19,6 +19,7 @@ from osm2xodr.viewing import colours
 from osm2xodr.viewing.coverage import WayCover, WayOnRoad
 from osm2xodr.viewing.furniture import junction_places, placed_objects, placed_signals, structures_of
 from osm2xodr.viewing.ground import Terrain
+from osm2xodr.viewing.marks import border_marks
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes
 from osm2xodr.viewing.packing import UNKNOWN, quantised
 from osm2xodr.viewing.scene import Scene
@@ -28,8 +29,6 @@ Packed = npt.NDArray[np.int32]
 # Degree of the polynomial that stands for the projection on the page, and points along each side that it fits.
 _ORDER = 4
 _FIT_POINTS = 15
-_STYLES = {"none": 0, "": 0, "solid": 1, "broken": 2, "botts dots": 2, "broken broken": 2, "broken solid": 1}
-_MARK_COLOURS = {"yellow": "#e8b400", "orange": "#e08a00", "red": "#d03a32", "blue": "#4f8fd0", "green": "#4aa564"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +135,7 @@ def page_arrays(subject: Subject) -> dict[str, Packed]:
         "lane_speed": quantised(lane_speeds(file, scene), 0.1),
         "lane_predecessor": _whole(lanes.predecessor[scene.lane]),
         "lane_successor": _whole(lanes.successor[scene.lane]),
-        "mark": _whole(_marks(file, scene)[1]),
+        "mark": _whole(border_marks(file, scene)[1]),
         "road_length": quantised(file.roads.length, 0.01),
         "road_junction": _whole(file.roads.junction),
         "link_kind": _whole(file.roads.link_kind.ravel()),
@@ -162,7 +161,7 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
         "unknown_colour": colours.UNKNOWN_COLOUR,
         "severities": dict(colours.SEVERITIES),
         "lane_types": list(lane_types(file, scene)[0]),
-        "marks": _marks(file, scene)[0],
+        "marks": border_marks(file, scene)[0],
         "has_ground": bool(np.isfinite(scene.ground).any()),
         "road": {
             "id": list(file.roads.id),
@@ -266,34 +265,6 @@ def _mode(mode: Mode) -> dict[str, Any]:
         return {**out, "kind": "category", "entries": [list(row) for row in rows]}
     ramp = {"stops": list(scale.stops), "low": scale.low, "high": scale.high, "digits": mode.digits}
     return {**out, "kind": "ramp", "unit": scale.unit, **ramp}
-
-
-def _marks(file: OpenDrive, scene: Scene) -> tuple[list[list[Any]], IntArray]:
-    """Return kinds of road marks (name, 0 none or 1 solid or 2 broken, colour), and the one of each border of strips.
-
-    A lane's mark stands on its outer border, the centre lane's on the one between left and right.
-    """
-    lanes = file.lanes
-    kinds: dict[tuple[str, str], int] = {("none", ""): 0}
-    code = np.array(
-        [kinds.setdefault(pair, len(kinds)) for pair in zip(lanes.mark, lanes.mark_color, strict=True)], np.int64
-    )
-    strip = np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start) + 1)
-    first = scene.lane_start[:-1] + np.arange(len(scene.strip_road))
-    rank = np.arange(len(strip)) - first[strip]
-    left = np.bincount(
-        np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start)),
-        weights=lanes.id[scene.lane] > 0,
-        minlength=len(scene.strip_road),
-    ).astype(np.int64)
-    out = np.zeros(len(strip), np.int64)
-    centre = rank == left[strip]
-    has_centre = centre & (scene.centre[strip] >= 0)
-    out[has_centre] = code[scene.centre[strip[has_centre]]]
-    side = np.flatnonzero(~centre)
-    out[side] = code[scene.lane[scene.lane_start[strip[side]] + rank[side] - (rank[side] > left[strip[side]])]]
-    rows = [[name, _STYLES.get(name, 1), _MARK_COLOURS.get(colour, "#ffffff")] for name, colour in kinds]
-    return rows, out
 
 
 def _road_classes(file: OpenDrive) -> list[str]:

@@ -7,6 +7,7 @@ packages and takes a second; what it lacks, smooth edges, comes from drawing lar
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,32 +18,20 @@ from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.road_space import frame_of
 from osm2xodr.viewing.colours import Ramp, nice_step
+from osm2xodr.viewing.marks import border_marks
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
+from osm2xodr.viewing.picture_details import FURNISHED, MARKED, furniture_shapes, mark_lines
 from osm2xodr.viewing.scene import Scene
+from osm2xodr.viewing.shapes import Line, Polygon, Shape
 from osm2xodr.viewing.strips import make_scene
-
-PAPER, INK, SOFT, EDGE = "#f6f7f5", "#1d2630", "#5a6672", "#3d4853"
 
 # Height of the legend's band below the map, and of a line of its text, in thousandths of the width, at least pixels.
 _BAND, _BAND_LEAST = 0.045, 44
 # Lanes are outlined from so many pixels per metre on.
 _OUTLINED = 1.5
-
-
-@dataclass(frozen=True, eq=False)
-class Polygon:
-    """A filled area: corners in pixels, (n, 2), and its colour."""
-
-    corners: FloatArray
-    colour: str
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """The edge of a carriageway, in pixels, (n, 2)."""
-
-    corners: FloatArray
+# What lies so much higher than something is above it, m.
+_CLEARANCE = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +47,8 @@ class Picture:
     scale
         Pixels per metre.
     shapes
-        Roads, the lowest first, with the edges of those outside of junctions unless they would be too fine.
+        Roads, the lowest first, with the edges of those outside of junctions unless they would be too fine; seen from
+        near also their marks, then objects and signals.
     mode
         What the colours mean.
     bar
@@ -71,7 +61,7 @@ class Picture:
     height: int
     map_height: int
     scale: float
-    shapes: list[Polygon | Line]
+    shapes: list[Shape]
     mode: Mode
     bar: float
     title: str
@@ -98,9 +88,6 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
     scene = make_scene(file, defaults.VIEW_TOLERANCE, defaults.VIEW_STEP)
     if not len(scene.s):
         raise InputError(f"{file.path} has no road that can be drawn: it has none with a plan view and lanes")
-    mode = next((mode for mode in make_modes(file, scene, has_findings=False) if mode.key == options.colour), None)
-    if mode is None:
-        raise InputError(f"{file.path} states no speeds; choose another --color")
     x, y, _ = scene.border_places()
     west, south, east, north = options.box or _around(x, y)
     scale = options.width / (east - west)
@@ -110,19 +97,28 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
             f"the picture would have {options.width:,} x {map_height:,} pixels;"
             " give a smaller --width or a flatter box"
         )
-    band = max(_BAND_LEAST, round(_BAND * options.width))
     strips = _seen(scene, x, y, (west, south, east, north))
     if not len(strips):
         raise InputError(
             f"{file.path} has no road within --bbox; its roads lie at x and y within {_in_words(_around(x, y))}"
         )
-    places = np.stack(((x - west) * scale, (north - y) * scale), axis=1)
+    scene = scene.only(strips)
+    mode = next((mode for mode in make_modes(file, scene, has_findings=False) if mode.key == options.colour), None)
+    if mode is None:
+        raise InputError(f"{file.path} states no speeds{' there' if options.box else ''}; choose another --color")
+    x, y, _ = scene.border_places()
+    layers = _layers(file, scene, mode, np.stack(((x - west) * scale, (north - y) * scale), axis=1), scale)
+    if scale >= FURNISHED:
+        roads = frozenset(scene.strip_road.tolist())
+        furniture = furniture_shapes(file, roads, lambda x, y: ((x - west) * scale, (north - y) * scale), scale)
+        _add_furniture(layers, furniture, scene, x, y)
+    band = max(_BAND_LEAST, round(_BAND * options.width))
     return Picture(
         options.width,
         map_height + band,
         map_height,
         scale,
-        _shapes(file, scene, mode, strips, places, scale),
+        [shape for layer in layers for shape in layer],
         mode,
         nice_step(0.16 * options.width / scale),
         file.header.attributes.get("name", "") or file.path.name,
@@ -149,26 +145,27 @@ def _seen(scene: Scene, x: FloatArray, y: FloatArray, box: tuple[float, float, f
     south, north = np.fmin.reduceat(y, start), np.fmax.reduceat(y, start)
     seen = (east >= box[0]) & (west <= box[2]) & (north >= box[1]) & (south <= box[3])
     lanes = np.diff(scene.lane_start) > 0
-    height = np.nan_to_num(np.add.reduceat(np.nan_to_num(scene.z), scene.station_start[:-1]) / scene.strip_stations)
+    height = _heights(scene)
     rows = np.flatnonzero(seen & lanes)
     ordered: IntArray = rows[np.lexsort((rows, height[rows]))]
     return ordered
 
 
-def _shapes(
-    file: OpenDrive, scene: Scene, mode: Mode, strips: IntArray, places: FloatArray, scale: float
-) -> list[Polygon | Line]:
-    """Return bands of one colour each, and the edges of strips."""
+def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale: float) -> list[list[Shape]]:
+    """Return for each strip its bands of one colour each, its edges and its marks."""
     lane_colour, station_colour = _colours(file, scene, mode)
-    shapes: list[Polygon | Line] = []
+    kinds, kind_of = border_marks(file, scene) if scale >= MARKED else ([], np.zeros(0, np.int64))
+    layers: list[list[Shape]] = []
     begin = scene.border_start
-    for strip in strips.tolist():
+    for strip in range(len(scene.strip_road)):
         grid = places[begin[strip] : begin[strip + 1]].reshape(int(scene.strip_stations[strip]), -1, 2)
-        first = int(scene.station_start[strip])
+        first, lane = int(scene.station_start[strip]), int(scene.lane_start[strip])
         rows = _rows(scene.s[first : first + len(grid)], 1.0 / scale)
         grid = grid[rows]
+        shapes: list[Shape] = []
+        layers.append(shapes)
         if lane_colour is not None:
-            shades = lane_colour[int(scene.lane_start[strip]) : int(scene.lane_start[strip + 1])]
+            shades = lane_colour[lane : int(scene.lane_start[strip + 1])]
             for a, b in _runs(shades):
                 shapes.append(Polygon(_band(grid, 0, len(grid) - 1, a, b), shades[a]))
         elif station_colour is not None:
@@ -177,7 +174,34 @@ def _shapes(
                 shapes.append(Polygon(_band(grid, a, b, 0, grid.shape[1] - 1), shades[a]))
         if scale >= _OUTLINED and file.roads.junction[scene.strip_road[strip]] == -1:
             shapes += [Line(grid[:, 0]), Line(grid[:, -1])]
-    return shapes
+        if kinds:
+            borders = lane + strip
+            shapes += mark_lines(grid, [kinds[k] for k in kind_of[borders : borders + grid.shape[1]]], scale)
+    return layers
+
+
+def _add_furniture(
+    layers: list[list[Shape]],
+    furniture: Iterable[tuple[tuple[float, float, float], list[Shape]]],
+    scene: Scene,
+    x: FloatArray,
+    y: FloatArray,
+) -> None:
+    """Put furniture on top of all strips but those of bridges above it; x, y are the places of the borders."""
+    start = scene.border_start[:-1]
+    west, east = np.fmin.reduceat(x, start), np.fmax.reduceat(x, start)
+    south, north = np.fmin.reduceat(y, start), np.fmax.reduceat(y, start)
+    height = _heights(scene)
+    for (at_x, at_y, at_z), shapes in furniture:
+        over = (west <= at_x) & (at_x <= east) & (south <= at_y) & (at_y <= north) & (height > at_z + _CLEARANCE)
+        bridges = np.flatnonzero(over)
+        layers[max(int(bridges[0]) - 1, 0) if len(bridges) else -1].extend(shapes)
+
+
+def _heights(scene: Scene) -> FloatArray:
+    """Return the mean height of each strip, m."""
+    mean: FloatArray = np.add.reduceat(np.nan_to_num(scene.z), scene.station_start[:-1]) / scene.strip_stations
+    return np.nan_to_num(mean)
 
 
 def _colours(file: OpenDrive, scene: Scene, mode: Mode) -> tuple[list[str] | None, list[str] | None]:

@@ -10,7 +10,8 @@ from PIL import Image, ImageDraw, ImageFont
 from osm2xodr.defaults import RENDER_SAMPLES, RENDER_SAMPLES_MOST
 from osm2xodr.model import FloatArray
 from osm2xodr.viewing.legend import Text, legend
-from osm2xodr.viewing.picture import EDGE, PAPER, Picture, Polygon
+from osm2xodr.viewing.picture import Picture
+from osm2xodr.viewing.shapes import PAPER, Polygon
 
 _ANCHORS = {"start": "ls", "middle": "ms", "end": "rs"}
 
@@ -30,9 +31,10 @@ def draw_png(picture: Picture) -> bytes:
         if isinstance(shape, Polygon):
             # A polygon's own outline grows to its inside only.
             pen.polygon(corners, fill=shape.colour)
-            pen.line([*corners, corners[0]], fill=shape.colour, width=outline)
+            if shape.outlined:
+                pen.line([*corners, corners[0]], fill=shape.colour, width=outline)
         else:
-            pen.line(corners, fill=EDGE, width=max(1, round(0.6 * n)))
+            pen.line(corners, fill=shape.colour, width=max(1, round(shape.width * n)))
     whole = Image.new("RGB", (picture.width, picture.height), PAPER)
     whole.paste(large.reduce(n), (0, 0))
     _draw_legend(whole, picture)

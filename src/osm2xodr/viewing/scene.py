@@ -106,3 +106,37 @@ class Scene:
     def with_ground(self, ground: FloatArray) -> Scene:
         """Return the same with heights of an elevation model at the stations."""
         return replace(self, ground=ground)
+
+    def only(self, strips: IntArray) -> Scene:
+        """Return the scene of some of the strips, in the order in which they are given."""
+        stations, lanes = self._rows(self.station_start, strips), self._rows(self.lane_start, strips)
+        return Scene(
+            strip_road=self.strip_road[strips],
+            strip_section=self.strip_section[strips],
+            station_start=_starts(self.strip_stations[strips]),
+            lane_start=_starts(np.diff(self.lane_start)[strips]),
+            s=self.s[stations],
+            x=self.x[stations],
+            y=self.y[stations],
+            z=self.z[stations],
+            heading=self.heading[stations],
+            roll=self.roll[stations],
+            grade=self.grade[stations],
+            ground=self.ground[stations],
+            border=self.border[self._rows(self.border_start, strips)],
+            lane=self.lane[lanes],
+            centre=self.centre[strips],
+        )
+
+    @staticmethod
+    def _rows(start: IntArray, strips: IntArray) -> IntArray:
+        """Return the rows of some strips, one strip after the other."""
+        count = np.diff(start)[strips]
+        first = np.repeat(start[strips] - (np.cumsum(count) - count), count)
+        rows: IntArray = first + np.arange(len(first))
+        return rows
+
+
+def _starts(count: IntArray) -> IntArray:
+    """Return where the rows of owners begin, by how many they have."""
+    return np.concatenate(([0], np.cumsum(count)))

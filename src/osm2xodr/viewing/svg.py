@@ -8,7 +8,8 @@ import math
 
 from osm2xodr.model import FloatArray
 from osm2xodr.viewing.legend import Text, legend
-from osm2xodr.viewing.picture import EDGE, PAPER, Picture, Polygon
+from osm2xodr.viewing.picture import Picture
+from osm2xodr.viewing.shapes import PAPER, Polygon
 
 
 def draw_svg(picture: Picture) -> bytes:
@@ -28,9 +29,11 @@ def draw_svg(picture: Picture) -> bytes:
     for shape in picture.shapes:
         path = _path(shape.corners, picture)
         if path and isinstance(shape, Polygon):
-            out.append(f'<path d="{path}Z" fill="{shape.colour}" stroke="{shape.colour}"/>')
-        elif path:
-            out.append(f'<path d="{path}" fill="none" stroke="{EDGE}" stroke-width="0.6"/>')
+            stroke = shape.colour if shape.outlined else "none"
+            out.append(f'<path d="{path}Z" fill="{shape.colour}" stroke="{stroke}"/>')
+        elif path and not isinstance(shape, Polygon):
+            stroke = f'stroke="{shape.colour}" stroke-width="{shape.width:.1f}"'
+            out.append(f'<path d="{path}" fill="none" {stroke}/>')
     out.append("</g>")
     for item in legend(picture):
         if isinstance(item, Text):

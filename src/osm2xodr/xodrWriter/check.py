@@ -6,6 +6,7 @@ import numpy as np
 
 from osm2xodr.errors import OutputError
 from osm2xodr.model import FloatArray, IntArray, RoadMap
+from osm2xodr.xodrWriter.furniture_check import furniture_defect
 from osm2xodr.xodrWriter.tables import all_finite, curve_lengths
 
 _DEFECT = "this is a defect of osm2xodr, please report it with the area"
@@ -17,7 +18,8 @@ def check_road_map(road_map: RoadMap) -> FloatArray:
     Raises
     ------
     OutputError
-        If tables and roads do not fit, numbers are not finite, roads have no length or no height, or ids repeat.
+        If tables and roads do not fit, numbers are not finite, roads have no length or no height, ids repeat, or
+        furniture stands where there is no road or refers to what is not there.
     """
     count = len(road_map.roads)
     if count == 0:
@@ -39,6 +41,9 @@ def check_road_map(road_map: RoadMap) -> FloatArray:
     if not (lengths > 0.0).all() or not (road_map.plan_view.length > 0.0).all():
         msg = f"a road or a piece of one has no length; {_DEFECT}"
         raise OutputError(msg)
+    defect = furniture_defect(road_map, lengths)
+    if defect:
+        raise OutputError(f"{defect}; {_DEFECT}")
     return lengths
 
 

@@ -9,8 +9,10 @@ from osm2xodr.model import CubicProfile, FloatArray, RoadMap, Rule
 from osm2xodr.parallel import map_parallel
 from osm2xodr.xodrWriter.bounds import plan_view_bounds
 from osm2xodr.xodrWriter.check import check_road_map
+from osm2xodr.xodrWriter.crosswalk_offsets import crosswalk_offsets
 from osm2xodr.xodrWriter.elements import RoadTables, RoadWriter, junction_text
 from osm2xodr.xodrWriter.formatting import attribute, number
+from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
 from osm2xodr.xodrWriter.output import ByteSink
 from osm2xodr.xodrWriter.tables import cubic_texts, plan_view_texts, says_nothing
@@ -30,12 +32,15 @@ def write_document(
 ) -> None:
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
-    words = Words(options.dialect)
+    words = Words(options.dialect, options.target.lane_types)
     rule = road_map.rule.value if options.dialect.has_rule else None
+    furniture = FurnitureWriter(
+        road_map.furniture, options.dialect, words, options.target.crosswalks, crosswalk_offsets(road_map)
+    )
+    writer = RoadWriter(rule, words, furniture)
     stream.write(_header(road_map, options).encode())
-    _write_roads(road_map, stream, _RoadBlocks(road_map, lengths, rule, words), words, jobs)
-    for first in range(0, len(road_map.junctions), _BLOCK):
-        stream.write("".join(map(junction_text, road_map.junctions[first : first + _BLOCK])).encode())
+    _write_roads(road_map, stream, _RoadBlocks(road_map, lengths, writer, words), words, jobs)
+    _write_junctions(road_map, stream)
     stream.write(b"</OpenDRIVE>\n")
     _note_what_is_lost(road_map, options, words, diagnostics)
 
@@ -65,11 +70,11 @@ def _header(road_map: RoadMap, options: WriteOptions) -> str:
 class _RoadBlocks:
     """Makes the text of a block of roads, in this process or a copy of it."""
 
-    def __init__(self, road_map: RoadMap, lengths: FloatArray, rule: str | None, words: Words) -> None:
+    def __init__(self, road_map: RoadMap, lengths: FloatArray, writer: RoadWriter, words: Words) -> None:
         self._map = road_map
         self._lengths = lengths
         self._words = words
-        self._writer = RoadWriter(rule, words)
+        self._writer = writer
 
     def __call__(self, first: int) -> tuple[bytes, frozenset[tuple[str, str]]]:
         """Return the text from road `first` on, and the words that have been replaced so far."""
@@ -101,6 +106,16 @@ def _write_roads(road_map: RoadMap, stream: ByteSink, blocks: _RoadBlocks, words
             words.replaced |= replaced
 
 
+def _write_junctions(road_map: RoadMap, stream: ByteSink) -> None:
+    """Write the controllers and the junctions."""
+    controllers = road_map.furniture.controllers
+    stream.write(controllers_text(controllers).encode())
+    inner = junction_controllers(controllers)
+    for first in range(0, len(road_map.junctions), _BLOCK):
+        block = road_map.junctions[first : first + _BLOCK]
+        stream.write("".join([junction_text(item, inner.get(item.id, "")) for item in block]).encode())
+
+
 def _where_it_matters(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
     """Make the records of profiles that are 0 where there are none, and leave out those that are 0 throughout."""
     texts = cubic_texts(profile, lengths, element, first, last)
@@ -119,4 +134,8 @@ def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, d
             " on the right; write 1.6 or later",
         )
     for word, other in sorted(words.replaced):
+        if (word, other) in options.target.lane_types:
+            target = options.target.name
+            diagnostics.note("word-for-reader", "", f"{word!r} is written as {other!r}, as --target {target} wants")
+            continue
         diagnostics.note("word-lost", "", f"OpenDRIVE {options.version} has no {word!r}: written as {other!r}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from osm2xodr.model import Junction, Road, RoadLink, RoadType
 from osm2xodr.xodrWriter.formatting import attribute, position
+from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
 from osm2xodr.xodrWriter.lane_elements import LaneWriter
 from osm2xodr.xodrWriter.speeds import road_speed_attributes
 from osm2xodr.xodrWriter.words import Words
@@ -39,9 +40,12 @@ class RoadWriter:
         ``RHT`` or ``LHT``; None where the version has no such attribute.
     words
         Those of the version to write.
+    furniture
+        Makes the text of what stands on roads.
     """
 
-    def __init__(self, rule: str | None, words: Words) -> None:
+    def __init__(self, rule: str | None, words: Words, furniture: FurnitureWriter) -> None:
+        self._furniture = furniture
         self._side = "" if rule is None else f' rule="{rule}"'
         self._words = words
         self._lanes = LaneWriter(words)
@@ -64,6 +68,8 @@ class RoadWriter:
             f"  <lanes>\n{tables.lane_offset}"
             f"{self._lanes.sections(road.lane_sections, tables.length)}"
             "  </lanes>\n"
+            f"{self._furniture.road(road.id, tables.length)}"
+            f"{provenance_text(road.osm_way_ids, road.guesses)}"
             " </road>\n"
         )
 
@@ -95,8 +101,8 @@ def _link(element: str, link: RoadLink | None) -> str:
     return f'   <{element} elementType="road" elementId="{link.id}" contactPoint="{contact}"/>\n'
 
 
-def junction_text(junction: Junction) -> str:
-    """Return a ``<junction>``: its connections, then who yields to whom."""
+def junction_text(junction: Junction, controllers: str = "") -> str:
+    """Return a ``<junction>``: its connections, then who yields to whom, then the text of its controllers."""
     connections = [
         f'  <connection id="{item.id}" incomingRoad="{item.incoming_road}"'
         f' connectingRoad="{item.connecting_road}" contactPoint="start">\n'
@@ -107,5 +113,5 @@ def junction_text(junction: Junction) -> str:
     priorities = [f'  <priority high="{high}" low="{low}"/>\n' for high, low in junction.priorities]
     return (
         f' <junction name="{attribute(junction.name)}" id="{junction.id}">\n'
-        f"{''.join(connections)}{''.join(priorities)}  </junction>\n"
+        f"{''.join(connections)}{''.join(priorities)}{controllers}  </junction>\n"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark
-from osm2xodr.xodrWriter.formatting import number, position, start_of_last
+from osm2xodr.xodrWriter.formatting import attribute, number, position, start_of_last
 from osm2xodr.xodrWriter.speeds import lane_speed_attributes
 from osm2xodr.xodrWriter.words import Words
 
@@ -65,12 +65,16 @@ class LaneWriter:
         speed = ""
         if lane.speed is not None:
             speed = f'      <speed sOffset="0" {lane_speed_attributes(lane.speed)}/>\n'
-        return f"{head}{widths}{mark}{speed}     </lane>\n"
+        height = ""
+        if lane.height:
+            up = position(lane.height)
+            height = f'      <height sOffset="0" inner="{up}" outer="{up}"/>\n'
+        return f"{head}{widths}{mark}{speed}{height}     </lane>\n"
 
     def _head(self, key: _Head) -> str:
         """Make and remember the start of a lane and its links."""
         number_, kind, predecessor, successor = key
-        text = f'     <lane id="{number_}" type="{self._words.lane_type(kind.value)}" level="false">\n'
+        text = f'     <lane id="{number_}" type="{self._words.lane_type(kind.value)}">\n'
         if predecessor is not None or successor is not None:
             before = "" if predecessor is None else f'<predecessor id="{predecessor}"/>'
             after = "" if successor is None else f'<successor id="{successor}"/>'
@@ -92,8 +96,9 @@ class LaneWriter:
         """Make and remember a ``<roadMark>``."""
         kind, color = self._words.mark_type(mark.type), self._words.mark_color(mark.color)
         change = self._words.lane_change(mark.lane_change)
+        material = "" if mark.material == "standard" else f' material="{attribute(mark.material)}"'
         text = (
-            f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"'
+            f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"{material}'
             f' width="{number(mark.width)}" laneChange="{change}"/>\n'
         )
         self._marks[mark] = text

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final
 
+from osm2xodr.targets import DEFAULT_TARGET, TARGETS, Target
+
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
@@ -21,8 +23,10 @@ class Dialect:
         ``header@revMinor``.
     has_rule, has_license
         Whether roads have ``rule``, and the header ``<license>``.
-    lane_types, road_types, mark_types, mark_colors
+    lane_types, road_types, mark_types, mark_colors, object_types
         Words of the model that the version lacks, and the nearest that it has.
+    has_subtype, has_outlines
+        Whether objects have ``subtype`` and ``<outlines>``.
     """
 
     rev_minor: int
@@ -32,7 +36,13 @@ class Dialect:
     road_types: Mapping[str, str] = field(default_factory=dict)
     mark_types: Mapping[str, str] = field(default_factory=dict)
     mark_colors: Mapping[str, str] = field(default_factory=dict)
+    object_types: Mapping[str, str] = field(default_factory=dict)
+    has_subtype: bool = True
+    has_outlines: bool = True
 
+
+# Speed bumps and the like have a type of their own since 1.8.
+_NO_ROAD_SURFACE: Final = MappingProxyType({"roadSurface": "patch"})
 
 # The versions that can be written, oldest first. The differences are those of the XML schemas of ASAM.
 DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
@@ -41,7 +51,8 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             rev_minor=4,
             has_rule=False,
             # 1.4 has no lanes for buses and taxis; ``restricted`` is its word for lanes that are not for all.
-            lane_types=MappingProxyType({"bus": "restricted", "taxi": "restricted"}),
+            # Nor has it kerbs, which are the border of what lies beyond.
+            lane_types=MappingProxyType({"bus": "restricted", "taxi": "restricted", "curb": "border"}),
             road_types=MappingProxyType(
                 dict.fromkeys(
                     (
@@ -57,9 +68,14 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             ),
             mark_types=MappingProxyType({"edge": "none"}),
             mark_colors=MappingProxyType({"orange": "standard", "violet": "standard"}),
+            object_types=_NO_ROAD_SURFACE,
+            has_subtype=False,
+            has_outlines=False,
         ),
-        "1.6": Dialect(rev_minor=6, mark_colors=MappingProxyType({"violet": "standard"})),
-        "1.7": Dialect(rev_minor=7),
+        "1.6": Dialect(
+            rev_minor=6, mark_colors=MappingProxyType({"violet": "standard"}), object_types=_NO_ROAD_SURFACE
+        ),
+        "1.7": Dialect(rev_minor=7, object_types=_NO_ROAD_SURFACE),
         "1.8": Dialect(rev_minor=8, has_license=True),
     }
 )
@@ -83,6 +99,8 @@ class WriteOptions:
         Version of the converter, for the header.
     osm_data
         Whether the data are OpenStreetMap's, whose licence asks to be named.
+    target
+        The reader to write for.
     """
 
     version: str = "1.7"
@@ -90,6 +108,7 @@ class WriteOptions:
     date: str = ""
     tool_version: str = ""
     osm_data: bool = True
+    target: Target = TARGETS[DEFAULT_TARGET]
 
     def __post_init__(self) -> None:
         if self.version not in DIALECTS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Final
 
@@ -42,6 +43,32 @@ _MARK_TYPES: Final = frozenset(
 )
 _MARK_COLORS: Final = frozenset({"standard", "blue", "green", "red", "white", "yellow", "orange", "violet"})
 _LANE_CHANGES: Final = frozenset({"increase", "decrease", "both", "none"})
+# Those of 1.6 to 1.8 that stand still; 1.4 leaves the choice to whoever writes.
+_OBJECT_TYPES: Final = frozenset(
+    {
+        "none",
+        "obstacle",
+        "pole",
+        "tree",
+        "vegetation",
+        "barrier",
+        "building",
+        "parkingSpace",
+        "patch",
+        "railing",
+        "trafficIsland",
+        "crosswalk",
+        "streetLamp",
+        "gantry",
+        "soundBarrier",
+        "roadMark",
+        "roadSurface",
+    }
+)
+_ORIENTATIONS: Final = frozenset({"+", "-", "none"})
+_UNITS: Final = frozenset({"m", "km", "ft", "mile", "m/s", "mph", "km/h", "kg", "t", "%"})
+# ISO 3166-1 alpha-2, or the word of the codes that are no country's.
+_COUNTRY: Final = re.compile("[A-Z]{2}|OpenDRIVE|")
 
 
 class Words:
@@ -51,6 +78,8 @@ class Words:
     ----------
     dialect
         The version of OpenDRIVE.
+    lane_types
+        Types of lanes that the reader takes for something else, and what to write instead.
 
     Attributes
     ----------
@@ -58,13 +87,14 @@ class Words:
         (word of the model, word that is written in its place).
     """
 
-    def __init__(self, dialect: Dialect) -> None:
+    def __init__(self, dialect: Dialect, lane_types: tuple[tuple[str, str], ...] = ()) -> None:
         self._dialect = dialect
+        self._lane_types = {**dialect.lane_types, **dict(lane_types)}
         self.replaced: set[tuple[str, str]] = set()
 
     def lane_type(self, word: str) -> str:
         """Return the type of a lane; all that the model has are OpenDRIVE's."""
-        return self._replaced_by(word, self._dialect.lane_types)
+        return self._replaced_by(word, self._lane_types)
 
     def road_type(self, word: str) -> str:
         """Return the type of a road."""
@@ -84,6 +114,28 @@ class Words:
     def lane_change(self, word: str) -> str:
         """Return what a road mark allows, the same in all versions."""
         _require(word, _LANE_CHANGES, "lane change")
+        return word
+
+    def object_type(self, word: str) -> str:
+        """Return the type of an object."""
+        _require(word, _OBJECT_TYPES, "object type")
+        return self._replaced_by(word, self._dialect.object_types)
+
+    def orientation(self, word: str) -> str:
+        """Return for which direction a thing is, the same in all versions."""
+        _require(word, _ORIENTATIONS, "orientation")
+        return word
+
+    def unit(self, word: str) -> str:
+        """Return the unit of a sign's value, the same in all versions; empty for none."""
+        if word:
+            _require(word, _UNITS, "unit")
+        return word
+
+    def country(self, word: str) -> str:
+        """Return the country of a sign's code, the same in all versions; empty for none."""
+        if not _COUNTRY.fullmatch(word):
+            _require(word, frozenset(), "country")
         return word
 
     def _replaced_by(self, word: str, others: Mapping[str, str]) -> str:

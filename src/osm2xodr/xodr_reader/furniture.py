@@ -17,7 +17,6 @@ _KINDS: Final = {
 _ALONG: Final = frozenset({"bridge", "tunnel"})
 _UNREAD: Final = frozenset(
     {
-        "repeat",
         "material",
         "parkingSpace",
         "markings",
@@ -37,8 +36,10 @@ _UNREAD: Final = frozenset(
     }
 )
 _CORNERS: Final = {"cornerRoad": ("s", "t", "dz", "height"), "cornerLocal": ("u", "v", "z", "height")}
+_REPEAT: Final = ("s", "length", "distance", "tStart", "tEnd")
 
-_Outline = tuple[tuple[float, float, float, float], ...]
+# Its corners, and whether they are local.
+_Outline = tuple[tuple[tuple[float, float, float, float], ...], bool]
 
 
 def read_furniture(values: Values, node: Node) -> Iterator[Furniture]:
@@ -52,24 +53,25 @@ def read_furniture(values: Values, node: Node) -> Iterator[Furniture]:
 
 def _item(values: Values, node: Node) -> Furniture:
     """Read one."""
+    old: list[_Outline] = []
     outlines: list[_Outline] = []
-    local: list[bool] = []
     validity: list[tuple[int, int]] = []
+    repeats: list[tuple[float, float, float, float, float, float]] = []
     for child in node.children:
         if child.tag == "outline":
-            _outline(values, child, outlines, local)
+            old += _outline(values, child)
         elif child.tag == "outlines":
-            for outline in child.children:
-                if outline.tag == "outline":
-                    _outline(values, outline, outlines, local)
-                else:
-                    values.other(outline, child)
+            outlines += _outlines(values, child)
         elif child.tag == "validity":
             validity.append((values.lane_id(child, "fromLane"), values.lane_id(child, "toLane")))
+        elif child.tag == "repeat":
+            s, length, distance, start, end = values.row(child, _REPEAT)
+            repeats.append((s, length, distance, start, end, values.optional(child, "widthStart", NAN)))
         else:
             values.other(child, node, _UNREAD)
     along = node.tag in _ALONG
     heading = "hOffset" if node.tag.startswith("signal") else "hdg"
+    taken = outlines or old
     return Furniture(
         kind=node.tag,
         road=values.road,
@@ -81,14 +83,26 @@ def _item(values: Values, node: Node) -> Furniture:
         length=values.number(node, "length") if along else values.optional(node, "length", NAN),
         width=values.optional(node, "width", NAN),
         height=values.optional(node, "height", NAN),
-        outlines=tuple(outlines),
-        local_outlines=tuple(local),
+        outlines=tuple(corners for corners, _ in taken),
+        local_outlines=tuple(local for _, local in taken),
         validity=tuple(validity),
         line=node.line,
+        old_outline=old[0][0] if old else (),
+        radius=values.optional(node, "radius", NAN),
+        repeats=tuple(repeats),
     )
 
 
-def _outline(values: Values, node: Node, outlines: list[_Outline], local: list[bool]) -> None:
+def _outlines(values: Values, node: Node) -> Iterator[_Outline]:
+    """Read ``<outlines>``."""
+    for outline in node.children:
+        if outline.tag == "outline":
+            yield from _outline(values, outline)
+        else:
+            values.other(outline, node)
+
+
+def _outline(values: Values, node: Node) -> Iterator[_Outline]:
     """Read an ``<outline>``; one whose corners are of both kinds gives those of its first."""
     corners: list[tuple[float, float, float, float]] = []
     kind = ""
@@ -105,7 +119,6 @@ def _outline(values: Values, node: Node, outlines: list[_Outline], local: list[b
             text = f"<outline> has corners of two kinds; <{child.tag}> is left out"
             values.tell("misplaced-element", child, text)
     if corners:
-        outlines.append(tuple(corners))
-        local.append(kind == "cornerLocal")
+        yield tuple(corners), kind == "cornerLocal"
     else:
         values.tell("missing-element", node, "<outline> has no corner")

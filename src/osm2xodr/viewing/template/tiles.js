@@ -160,6 +160,12 @@ function drawJunctions(context, data, box, look, pixel) {
   }
 }
 
+/** Fills of objects by type: what is painted, what stands. */
+const OBJECT_FILLS = {
+  crosswalk: "rgba(255,255,255,0.75)", roadMark: "rgba(255,255,255,0.85)", trafficIsland: "#c4c0b4", patch: "#c98f2b",
+  roadSurface: "#c98f2b", barrier: "#43484d", railing: "#43484d", tree: "#6f9a5d", streetLamp: "#e0a800",
+};
+
 /** Crossings and other outlines, signs and signals. */
 function drawFurniture(context, data, box, look, pixel) {
   if (pixel > 1) return;
@@ -169,14 +175,16 @@ function drawFurniture(context, data, box, look, pixel) {
     for (let k = 0; k < corners.length; k += 2) context.lineTo(corners[k], corners[k + 1]);
     if (corners.length < 6) {
       context.arc(corners[0], corners[1], Math.max(0.4, 1.5 * pixel), 0, 7);
-      context.fillStyle = look.soft; context.fill();
+      context.fillStyle = OBJECT_FILLS[type] || look.soft; context.fill();
       continue;
     }
     context.closePath();
     context.lineWidth = Math.max(0.1, 0.8 * pixel);
-    context.fillStyle = type === "crosswalk" ? "rgba(255,255,255,0.75)" : "rgba(127,127,127,0.25)";
+    context.fillStyle = OBJECT_FILLS[type] || "rgba(127,127,127,0.25)";
+    context.fill();
+    if (type === "roadMark") continue;
     context.strokeStyle = type === "crosswalk" ? "#222b33" : look.soft;
-    context.fill(); context.stroke();
+    context.stroke();
   }
   for (const signal of data.info.signals) {
     const [, x, y] = signal;

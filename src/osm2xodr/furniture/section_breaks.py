@@ -1,0 +1,78 @@
+"""Cuts lane sections in two.
+
+SUMO's netconvert gives a light to the end of the lane section that it stands in: a light amid a road would
+make the next junction one with lights. A section that ends behind it keeps it where it is.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+
+from osm2xodr import defaults
+from osm2xodr.curves import lengths
+from osm2xodr.model import Cubic, LaneSection, Road, RoadMap
+
+
+def cut_sections(road_map: RoadMap, breaks: Sequence[tuple[int, float]]) -> RoadMap:
+    """Return a road map with a new lane section from each of some places on, the same as the one before it.
+
+    Parameters
+    ----------
+    road_map
+        The roads.
+    breaks
+        (id of the road, s, m). Where a section begins or a road ends within `SECTION_BREAK_APART`, none is added.
+    """
+    if not breaks:
+        return road_map
+    at: dict[int, list[float]] = defaultdict(list)
+    for road, s in breaks:
+        at[road].append(s)
+    length = lengths(road_map.plan_view).tolist()
+    roads = [
+        _cut(road, sorted(at[road.id]), far) if road.id in at else road
+        for road, far in zip(road_map.roads, length, strict=True)
+    ]
+    return replace(road_map, roads=tuple(roads))
+
+
+def _cut(road: Road, places: Sequence[float], length: float) -> Road:
+    sections = list(road.lane_sections)
+    for s in places:
+        starts = [section.s for section in sections]
+        if min(abs(s - other) for other in (*starts, length)) < defaults.SECTION_BREAK_APART:
+            continue
+        k = bisect_right(starts, s) - 1
+        sections[k : k + 1] = _halves(sections[k], s)
+    return replace(road, lane_sections=tuple(sections))
+
+
+def _halves(section: LaneSection, s: float) -> tuple[LaneSection, LaneSection]:
+    along = s - section.s
+    before, after = [], []
+    for lane in section.lanes:
+        link = lane.id or None
+        first = tuple(item for item in lane.widths if item.s < along)
+        before.append(replace(lane, widths=first, successor=link))
+        after.append(replace(lane, widths=_from(lane.widths, along), predecessor=link))
+    return LaneSection(section.s, tuple(before)), LaneSection(s, tuple(after))
+
+
+def _from(cubics: Sequence[Cubic], s: float) -> tuple[Cubic, ...]:
+    """Return what is left of piecewise cubics from s on, counted from there."""
+    if not cubics:
+        return ()
+    k = max(bisect_right([item.s for item in cubics], s) - 1, 0)
+    here = cubics[k]
+    u = s - here.s
+    first = Cubic(
+        0.0,
+        here.a + u * (here.b + u * (here.c + u * here.d)),
+        here.b + u * (2 * here.c + 3 * u * here.d),
+        here.c + 3 * u * here.d,
+        here.d,
+    )
+    return (first, *(replace(item, s=item.s - s) for item in cubics[k + 1 :]))

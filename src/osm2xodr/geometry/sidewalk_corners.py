@@ -1,0 +1,373 @@
+"""Sidewalks go on round the corners of junctions, from each arm to its neighbour."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curve_finder import project
+from osm2xodr.curves import lengths, pose, smallest_radius, wrapped
+from osm2xodr.geometry.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connectors import connect
+from osm2xodr.geometry.margins import Margins
+from osm2xodr.geometry.plan_fit import cut_curves, replaced
+from osm2xodr.geometry.road_parts import RoadParts
+from osm2xodr.geometry.shortest_curves import wide_curves
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
+
+# Shares of a path at which it is held against lanes for cars.
+_PROBES = np.linspace(0.0, 1.0, 9)[1:-1]
+# A place whose distance from a curve is that from its tangent, up to this, m, lies abreast of it.
+_ABREAST = 0.01
+# The sidewalk leaves the direction of the curve that it runs beside by this slope at most.
+_STEEPEST = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class _Sidewalk:
+    """A sidewalk at a road end: lane id, t of its middle, width, height, m."""
+
+    lane: int
+    t: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Corner:
+    """Two neighbouring arms whose sidewalks face each other, in the direction of the road that is to connect them."""
+
+    junction: int
+    entry: int
+    exit: int
+    one: _Sidewalk
+    other: _Sidewalk
+
+
+def sidewalk_corners(
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule
+) -> tuple[ConnectingRoads, ConnectingRoads]:
+    """Connect the sidewalks of neighbouring arms.
+
+    A sidewalk runs beside the turn of cars from one arm to the other, on that turn's own reference line, where the
+    turn leaves it room, else on a curve of its own.
+
+    Parameters
+    ----------
+    parts, margins
+        The roads, and what lies beside them.
+    cars
+        The connecting roads for cars. Arms that none of them touches have no part in the junction.
+    rule
+        Side of the road that one drives on.
+
+    Returns
+    -------
+    ConnectingRoads
+        One for each corner, grouped by junction; `against` says that the lane lies on the side of the reference line
+        that traffic against it drives on.
+    ConnectingRoads
+        Those that no sidewalk can take.
+    """
+    corners = list(_corners(parts, margins, cars, rule))
+    if not corners:
+        none = cars.chosen(np.zeros(len(cars.length), bool))
+        return none, none
+    beside = [_turn_beside(corner, cars, by_arms) for corner, by_arms in _with_turns(corners, cars, rule)]
+    plan, own = _paths(corners, beside, parts, cars)
+    rows = _as_rows(corners, beside, plan, own, cars, rule)
+    good = _passable(rows, own, cars, parts)
+    return rows.chosen(good), rows.chosen(~good)
+
+
+def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> _Sidewalk | None:
+    """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end."""
+    beside = margins[-1 if end % 2 else 0]
+    section = parts.at_end(end).section
+    lanes, t = (len(section.left), section.left_edge) if side > 0 else (len(section.right), section.right_edge)
+    for number, strip in enumerate(beside.strips(side), start=lanes + 1):
+        if strip.type is LaneType.SIDEWALK:
+            return _Sidewalk(side * number, t + side * strip.width / 2, strip.width, strip.height)
+        t += side * strip.width
+    return None
+
+
+def _corners(parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule) -> Iterator[_Corner]:
+    """Find the pairs of neighbouring arms whose facing sides both have a sidewalk, by junction."""
+    end_junction = parts.end_junction.ravel()
+    touched = np.union1d(cars.entry, cars.exit)
+    walks = {
+        (end, side): walk
+        for end in touched.tolist()
+        if margins[end // 2]
+        for side in (1, -1)
+        if (walk := _sidewalk(parts, margins[end // 2], end, side)) is not None
+    }
+    if not walks:
+        return
+    concerned = np.unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
+    arms = np.flatnonzero(np.isin(end_junction, concerned) & (end_junction >= 0))
+    # Left of the outward direction with right-hand traffic, right of it with left-hand traffic: traffic comes in.
+    coming = 1 if rule is Rule.RIGHT_HAND else -1
+    connected = np.isin(arms, touched)
+    for junction, round_ in _round_junctions(parts, end_junction, arms, coming):
+        for k, end in enumerate(round_):
+            following = round_[(k + 1) % len(round_)]
+            if following == end or not (connected[np.searchsorted(arms, [end, following])]).all():
+                continue
+            # Road ends run inwards, starts outwards.
+            one = walks.get((end, coming if end % 2 == 0 else -coming))
+            other = walks.get((following, -coming if following % 2 == 0 else coming))
+            if one is not None and other is not None:
+                yield _Corner(junction, end, following, one, other)
+
+
+def _round_junctions(
+    parts: RoadParts, end_junction: IntArray, arms: IntArray, sense: int
+) -> Iterator[tuple[int, list[int]]]:
+    """Return the arms of each junction in the order in which they lie around its middle.
+
+    They are in the order in which one meets them who keeps to the near side: counter-clockwise with right-hand
+    traffic (sense 1), else clockwise (-1).
+    """
+    along = np.where(arms % 2 == 1, parts.length[arms // 2], 0.0)
+    x, y, hdg = pose(parts.plan_view, arms // 2, along)
+    sections = [parts.at_end(end).section for end in arms.tolist()]
+    middle = np.array([(section.left_edge + section.right_edge) / 2 for section in sections])
+    x, y = x - middle * np.sin(hdg), y + middle * np.cos(hdg)
+    junction = end_junction[arms]
+    _, group, count = np.unique(junction, return_inverse=True, return_counts=True)
+    cx, cy = np.bincount(group, x) / count, np.bincount(group, y) / count
+    angle = sense * wrapped(np.arctan2(y - cy[group], x - cx[group]))
+    order = np.lexsort((arms, angle, junction))
+    first = np.searchsorted(junction[order], np.unique(junction))
+    for rows in np.split(order, first[1:]):
+        listed = arms[rows].tolist()
+        # From the arm of the least number on, so that rounding at half a turn does not matter.
+        start = listed.index(min(listed))
+        yield int(junction[rows[0]]), listed[start:] + listed[:start]
+
+
+def _with_turns(
+    corners: Sequence[_Corner], cars: ConnectingRoads, rule: Rule
+) -> Iterator[tuple[_Corner, tuple[list[int], list[int]]]]:
+    """Return each corner with the connecting roads for cars between its arms: from one to the other, and back."""
+    wanted = {pair for corner in corners for pair in ((corner.entry, corner.exit), (corner.exit, corner.entry))}
+    between: dict[tuple[int, int], list[int]] = {}
+    for k, pair in enumerate(zip(cars.entry.tolist(), cars.exit.tolist(), strict=True)):
+        if pair in wanted:
+            between.setdefault(pair, []).append(k)
+    for corner in corners:
+        yield (
+            corner,
+            (between.get((corner.entry, corner.exit), []), between.get((corner.exit, corner.entry), [])),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Beside:
+    """The connecting road for cars that a sidewalk runs beside, whether against it, and how far left of it."""
+
+    row: int
+    back: bool
+    start: float
+    end: float
+
+
+def _turn_beside(corner: _Corner, cars: ConnectingRoads, between: tuple[list[int], list[int]]) -> _Beside | None:
+    """Return the turn that a corner's sidewalk can run beside: the nearest that leaves it room."""
+    found: list[tuple[float, int, _Beside]] = []
+    for back, rows in enumerate(between):
+        first, last = (corner.other, corner.one) if back else (corner.one, corner.other)
+        for row in rows:
+            start = _left_of_travel(int(cars.entry[row]) % 2 == 1, first.t - float(cars.entry_t[row]))
+            end = _left_of_travel(int(cars.exit[row]) % 2 == 0, last.t - float(cars.exit_t[row]))
+            item = _Beside(row, bool(back), start, end)
+            if _leaves_room(item, cars, first.width / 2, last.width / 2):
+                found.append((abs(start) + abs(end), row, item))
+    return min(found, key=lambda entry: entry[:2])[2] if found else None
+
+
+def _left_of_travel(along: bool, t: float) -> float:
+    return t if along else -t
+
+
+def _leaves_room(item: _Beside, cars: ConnectingRoads, half_first: float, half_last: float) -> bool:
+    """Say whether a strip beside a curve neither folds nor lies on its lane nor leaves its direction too much."""
+    row, length = item.row, float(cars.length[item.row])
+    if item.start * item.end <= 0.0 or 1.5 * abs(item.end - item.start) > _STEEPEST * length:
+        return False
+    inner = min(
+        abs(item.start) - half_first - float(cars.entry_width[row]) / 2,
+        abs(item.end) - half_last - float(cars.exit_width[row]) / 2,
+    )
+    if inner < -defaults.CORNER_ONTO_LANE:
+        return False
+    reach = max(abs(item.start) + half_first, abs(item.end) + half_last)
+    plan = cars.plan_view
+    bends = plan.curvature[plan.start[row] : plan.start[row + 1]] * np.sign(item.start)
+    return float(bends.max()) * (reach + defaults.CORNER_EDGE_RADIUS) <= 1.0
+
+
+def _paths(
+    corners: Sequence[_Corner], beside: Sequence[_Beside | None], parts: RoadParts, cars: ConnectingRoads
+) -> tuple[PlanView, BoolArray]:
+    """Return the reference line of each corner, and which are curves of their own, along the sidewalk's middle."""
+    own = np.array([item is None for item in beside], bool)
+    source = np.array([0 if item is None else item.row for item in beside], np.int64)
+    poses = []
+    for ends, walks, inwards in (
+        ([item.entry for item in corners], [item.one for item in corners], 1),
+        ([item.exit for item in corners], [item.other for item in corners], 0),
+    ):
+        end = np.array(ends, np.int64)
+        t = np.array([walk.t for walk in walks])
+        x, y, hdg = pose(parts.plan_view, end // 2, np.where(end % 2 == 1, parts.length[end // 2], 0.0))
+        poses += [x - t * np.sin(hdg), y + t * np.cos(hdg), hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
+    plan = cut_curves(cars.plan_view, np.zeros(len(corners)), cars.length[source], source)
+    alone = np.flatnonzero(own)
+    if len(alone):
+        half = np.array([max(item.one.width, item.other.width) / 2 for item in corners])[alone]
+        curves = _unfolded([column[alone] for column in poses], half)
+        plan = replaced(plan, alone, curves, np.arange(len(alone)))
+    return plan, own
+
+
+def _unfolded(poses: Sequence[FloatArray], half: FloatArray) -> PlanView:
+    """Return curves between poses; where a strip that reaches `half` to either side would fold, wider ones."""
+    plan = connect(*poses)
+    least = half + defaults.CORNER_EDGE_RADIUS
+    tight = np.flatnonzero(smallest_radius(plan) < least)
+    if not len(tight):
+        return plan
+    # A little more than asked for, which rounding must not take.
+    wide = wide_curves(*(column[tight] for column in poses), radius=least[tight] * 1.001)
+    found = np.flatnonzero(lengths(wide) > 0)
+    return replaced(plan, tight[found], wide, found)
+
+
+def _as_rows(
+    corners: Sequence[_Corner],
+    beside: Sequence[_Beside | None],
+    plan: PlanView,
+    own: BoolArray,
+    cars: ConnectingRoads,
+    rule: Rule,
+) -> ConnectingRoads:
+    back = [item is not None and item.back for item in beside]
+    entry = [(c.exit, c.other) if turned else (c.entry, c.one) for c, turned in zip(corners, back, strict=True)]
+    exit_ = [(c.entry, c.one) if turned else (c.exit, c.other) for c, turned in zip(corners, back, strict=True)]
+    source = np.array([0 if item is None else item.row for item in beside], np.int64)
+
+    def of_walks(name: str, ends: list[tuple[int, _Sidewalk]]) -> FloatArray:
+        return np.array([getattr(walk, name) for _, walk in ends])
+
+    return ConnectingRoads(
+        plan_view=plan,
+        length=lengths(plan),
+        junction=np.array([corner.junction for corner in corners], np.int64),
+        entry=np.array([end for end, _ in entry], np.int64),
+        exit=np.array([end for end, _ in exit_], np.int64),
+        entry_lane=np.array([walk.lane for _, walk in entry], np.int64),
+        exit_lane=np.array([walk.lane for _, walk in exit_], np.int64),
+        entry_t=np.where(own, of_walks("t", entry), cars.entry_t[source]),
+        exit_t=np.where(own, of_walks("t", exit_), cars.exit_t[source]),
+        entry_width=of_walks("width", entry),
+        exit_width=of_walks("width", exit_),
+        # Cars keep the sidewalk at their near side, so that a lane beside them runs along with them.
+        against=np.array(back, bool),
+        entry_aside=np.array([0.0 if item is None else item.start for item in beside]),
+        exit_aside=np.array([0.0 if item is None else item.end for item in beside]),
+        height=of_walks("height", entry),
+        set_apart=(LaneType.SIDEWALK,) * len(corners),
+    )
+
+
+def _turning_in_vain(plan: PlanView) -> FloatArray:
+    """Return how much each curve turns beyond the turn that it makes, (curves,), rad."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    turn = plan.curvature * plan.length
+    whole = np.bincount(owner, np.abs(turn), len(plan.start) - 1).astype(np.float64)
+    net = np.bincount(owner, turn, len(plan.start) - 1).astype(np.float64)
+    out: FloatArray = whole - np.abs(wrapped(net))
+    return out
+
+
+def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, parts: RoadParts) -> BoolArray:
+    """Say which sidewalks keep off carriageways, and if they go their own way, are no detours and do not fold."""
+    plan, every = rows.plan_view, np.arange(len(rows.length))
+    x0, y0, _ = pose(plan, every, np.zeros(len(every)))
+    x1, y1, _ = pose(plan, every, rows.length)
+    half = np.maximum(rows.entry_width, rows.exit_width) / 2
+    good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
+    good &= smallest_radius(plan) >= half + defaults.CORNER_EDGE_RADIUS
+    good &= _turning_in_vain(plan) <= defaults.CORNER_SWING
+    good |= ~own
+    x, y = _probes(rows)
+    # Beside a turn a lane that swings wider may cover its edge, but no more.
+    good &= ~_onto_lanes(rows, cars, x, y, np.where(own, half - defaults.CORNER_ONTO_LANE, 0.0))
+    far = np.flatnonzero(good & (own | (rows.length > defaults.CORNER_FAR)))
+    good[far] = ~_onto_roads(rows.junction[far], parts, x[far], y[far])
+    return good
+
+
+def _probes(rows: ConnectingRoads) -> tuple[FloatArray, FloatArray]:
+    """Return places along the middle of each lane, (rows, probes)."""
+    curve = np.repeat(np.arange(len(rows.length)), len(_PROBES))
+    x, y, hdg = pose(rows.plan_view, curve, (rows.length[:, None] * _PROBES).ravel())
+    share = _PROBES * _PROBES * (3.0 - 2.0 * _PROBES)
+    t = (rows.entry_aside[:, None] + (rows.exit_aside - rows.entry_aside)[:, None] * share).ravel()
+    shape = len(rows.length), len(_PROBES)
+    return (x - t * np.sin(hdg)).reshape(shape), (y + t * np.cos(hdg)).reshape(shape)
+
+
+def _onto_lanes(
+    rows: ConnectingRoads, cars: ConnectingRoads, x: FloatArray, y: FloatArray, half: FloatArray
+) -> BoolArray:
+    """Say which strips about places lie on a lane for cars through their junction, (rows,)."""
+    row, car = _pairs(rows.junction, cars.junction)
+    lane = np.minimum(cars.entry_width, cars.exit_width) / 2
+    used, place = np.unique(car, return_inverse=True)
+    s = np.linspace(0.0, 1.0, len(_PROBES)) * cars.length[used][:, None]
+    px, py, _ = (v.reshape(s.shape) for v in pose(cars.plan_view, np.repeat(used, len(_PROBES)), s.ravel()))
+    # A curve leaves the box of its probes by less than a quarter of the way between two of them.
+    slack = 0.25 * cars.length[used] / (len(_PROBES) - 1)
+    near = np.ones(len(row), bool)
+    for one, other in ((x, px), (y, py)):
+        gap = slack[place] + half[row] + lane[car]
+        near &= (one.min(1)[row] < other.max(1)[place] + gap) & (one.max(1)[row] > other.min(1)[place] - gap)
+    row, car = row[near], car[near]
+    _, _, distance = project(cars.plan_view, np.repeat(car, len(_PROBES)), x[row].ravel(), y[row].ravel())
+    reach = half[row] + lane[car]
+    out = np.zeros(len(rows.length), bool)
+    out[row[(distance.reshape(-1, len(_PROBES)) < reach[:, None]).any(axis=1)]] = True
+    return out
+
+
+def _onto_roads(junction: IntArray, parts: RoadParts, x: FloatArray, y: FloatArray) -> BoolArray:
+    """Say which paths run over the carriageway of an arm of their junction, (paths,)."""
+    arms = np.flatnonzero(parts.end_junction.ravel() >= 0)
+    arms = arms[np.argsort(parts.end_junction.ravel()[arms], kind="stable")]
+    path, arm = _pairs(junction, parts.end_junction.ravel()[arms])
+    end = arms[arm]
+    road = np.repeat(end // 2, len(_PROBES))
+    _, t, distance = project(parts.plan_view, road, x[path].ravel(), y[path].ravel())
+    sections = {int(k): parts.at_end(int(k)).section for k in np.unique(end)}
+    left = np.repeat([sections[k].left_edge for k in end.tolist()], len(_PROBES))
+    right = np.repeat([sections[k].right_edge for k in end.tolist()], len(_PROBES))
+    beside = np.abs(distance - np.abs(t)) < _ABREAST
+    on = beside & (t < left - defaults.CORNER_ONTO_LANE) & (t > right + defaults.CORNER_ONTO_LANE)
+    out = np.zeros(len(junction), bool)
+    out[path[on.reshape(-1, len(_PROBES)).any(axis=1)]] = True
+    return out
+
+
+def _pairs(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
+    """Return all pairs of rows of one junction; the junctions of the others ascend."""
+    first = np.searchsorted(other, one)
+    count = np.searchsorted(other, one, side="right") - first
+    row = np.repeat(np.arange(len(one)), count)
+    return row, np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)

@@ -1,0 +1,246 @@
+"""Signals, objects and controllers as XML."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from typing import Final, TypeAlias
+
+from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, Signal, SignalReference
+from osm2xodr.targets import Crosswalks
+from osm2xodr.xodrWriter.formatting import POSITION_DECIMALS, attribute, number, position
+from osm2xodr.xodrWriter.options import Dialect
+from osm2xodr.xodrWriter.words import Words
+
+# Of places and sizes of furniture, 1 mm, and of its headings, 1e-5 rad: 0.1 mm at the end of a crosswalk of 20 m.
+_DECIMALS: Final = 3
+_HEADING_DECIMALS: Final = 5
+
+_Corners: TypeAlias = tuple[tuple[float, float, float, float], ...]
+
+
+class FurnitureWriter:
+    """Makes the text of what stands on and beside roads; finds that of a road without a search.
+
+    Parameters
+    ----------
+    furniture
+        All of it.
+    dialect, words
+        What the version to write has, and its words.
+    crosswalks
+        Where the reader looks for their corners.
+    offsets
+        How far CARLA would misplace them, m, by the id of the object.
+    """
+
+    def __init__(
+        self,
+        furniture: Furniture,
+        dialect: Dialect,
+        words: Words,
+        crosswalks: Crosswalks,
+        offsets: Mapping[int, float],
+    ) -> None:
+        self._dialect = dialect
+        self._crosswalks = crosswalks
+        self._offsets = offsets
+        self._words = words
+        self._signals: defaultdict[int, list[Signal]] = defaultdict(list)
+        self._references: defaultdict[int, list[SignalReference]] = defaultdict(list)
+        self._objects: defaultdict[int, list[RoadObject]] = defaultdict(list)
+        for signal in furniture.signals:
+            self._signals[signal.road].append(signal)
+        for reference in furniture.references:
+            self._references[reference.road].append(reference)
+        for thing in furniture.objects:
+            self._objects[thing.road].append(thing)
+        self._busy = self._signals.keys() | self._references.keys() | self._objects.keys()
+
+    def road(self, road: int, length: float) -> str:
+        """Return the ``<objects>`` and ``<signals>`` of a road of a length, m; empty where it has none."""
+        if road not in self._busy:
+            return ""
+        objects = "".join([self._object(item, length) for item in self._objects.get(road, ())])
+        signals = "".join([self._signal(item, length) for item in self._signals.get(road, ())])
+        signals += "".join([_reference(item, length) for item in self._references.get(road, ())])
+        return (f"  <objects>\n{objects}  </objects>\n" if objects else "") + (
+            f"  <signals>\n{signals}  </signals>\n" if signals else ""
+        )
+
+    def _signal(self, item: Signal, length: float) -> str:
+        """Make a ``<signal>``."""
+        words = self._words
+        head = (
+            f'   <signal{_text("name", item.name)} id="{item.id}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
+            f' dynamic="{"yes" if item.dynamic else "no"}" orientation="{words.orientation(item.orientation)}"'
+            f' zOffset="{_size(item.z_offset)}"{_text("country", words.country(item.country))}'
+            f' type="{attribute(item.type)}" subtype="{attribute(item.subtype)}"'
+        )
+        if item.value is not None:
+            head += f' value="{number(round(item.value, _DECIMALS))}"{_text("unit", words.unit(item.unit))}'
+        head += (
+            f"{_positive('height', item.height)}{_positive('width', item.width)}"
+            f"{_text('text', item.text)}{_heading('hOffset', item.h_offset)}"
+        )
+        return _element("signal", head, _validity(item.validity) + _origin(item.osm_id))
+
+    def _object(self, item: RoadObject, length: float) -> str:
+        """Make an ``<object>``, its parts in the order of the schema."""
+        words = self._words
+        kind = words.object_type(item.type)
+        name, subtype = item.name, item.subtype
+        if not self._dialect.has_subtype:
+            # Readers of such versions tell kinds by their names.
+            name, subtype = name or subtype, ""
+        size = _positive("radius", item.radius)
+        if not size:
+            size = _positive("length", item.length) + _positive("width", item.width)
+        head = (
+            f'   <object id="{item.id}" type="{kind}"{_text("subtype", subtype)}{_text("name", name)}'
+            f' s="{_along(item.s, length)}" t="{_size(item.t)}" zOffset="{_size(item.z_offset)}"'
+            f' orientation="{words.orientation(item.orientation)}"{_heading("hdg", item.hdg)}'
+            f"{size}{_positive('height', item.height)}"
+        )
+        inner = (
+            ("" if item.repeat is None else _repeat(item.repeat, length))
+            + self._outlines(item)
+            + _validity(item.validity)
+            + _origin(item.osm_id)
+        )
+        return _element("object", head, inner)
+
+    def _outlines(self, item: RoadObject) -> str:
+        """Make the ``<outlines>`` of an object, or the older ``<outline>``, or both.
+
+        CARLA tells crosswalks apart by their first corner, which therefore comes again at their end.
+        """
+        corners = item.outline
+        if not corners:
+            return ""
+        if corners[0] == corners[-1]:
+            corners = corners[:-1]
+        closed = (*corners, corners[0]) if item.type == "crosswalk" else corners
+        style = self._crosswalks if item.type == "crosswalk" else Crosswalks.STANDARD
+        if not self._dialect.has_outlines:
+            return self._outline(self._for_carla(item, closed) if style is Crosswalks.CARLA else closed, "    ", "")
+        text = ""
+        if style is not Crosswalks.STANDARD:
+            text = self._outline(self._for_carla(item, closed), "    ", ' closed="true"')
+        if style is not Crosswalks.CARLA:
+            outline = self._outline(corners, "     ", ' id="0" closed="true"')
+            text += f"    <outlines>\n{outline}    </outlines>\n"
+        return text
+
+    def _for_carla(self, item: RoadObject, corners: _Corners) -> _Corners:
+        """Move corners so that CARLA takes them for where they are."""
+        offset = self._offsets.get(item.id, 0.0)
+        back_u, back_v = offset * math.sin(item.hdg), offset * math.cos(item.hdg)
+        return tuple((u - back_u, v - back_v, z, height) for u, v, z, height in corners)
+
+    @staticmethod
+    def _outline(corners: _Corners, indent: str, attributes: str) -> str:
+        """Make one ``<outline>``."""
+        texts = [
+            f'{indent} <cornerLocal u="{_size(u)}" v="{_size(v)}" z="{_size(z)}" height="{_size(height)}"/>\n'
+            for u, v, z, height in corners
+        ]
+        return f"{indent}<outline{attributes}>\n{''.join(texts)}{indent}</outline>\n"
+
+
+def controllers_text(controllers: Iterable[Controller]) -> str:
+    """Return the ``<controller>`` elements that stand between roads and junctions."""
+    return "".join(
+        [
+            f' <controller id="{item.id}"{_text("name", item.name)} sequence="{item.sequence}">\n'
+            + "".join(
+                [f'  <control signalId="{signal}" type="{attribute(item.kind)}"/>\n' for signal in item.signals]
+            )
+            + " </controller>\n"
+            for item in controllers
+        ]
+    )
+
+
+def junction_controllers(controllers: Iterable[Controller]) -> dict[int, str]:
+    """Return the ``<controller>`` elements in each junction, by its id."""
+    found: defaultdict[int, list[str]] = defaultdict(list)
+    for item in controllers:
+        if item.junction is not None:
+            text = f'  <controller id="{item.id}" type="{attribute(item.kind)}" sequence="{item.sequence}"/>\n'
+            found[item.junction].append(text)
+    return {junction: "".join(texts) for junction, texts in found.items()}
+
+
+def provenance_text(way_ids: tuple[int, ...], guesses: tuple[str, ...]) -> str:
+    """Return the ``<userData>`` of a road: the OSM ways that it comes from, and what had to be guessed about them."""
+    text = ""
+    if way_ids:
+        text = f'  <userData code="osm_way_ids" value="{" ".join(map(str, way_ids))}"/>\n'
+    if guesses:
+        text += f'  <userData code="guessed" value="{attribute(" ".join(guesses))}"/>\n'
+    return text
+
+
+def _reference(item: SignalReference, length: float) -> str:
+    """Make a ``<signalReference>``."""
+    head = (
+        f'   <signalReference id="{item.signal}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
+        f' orientation="{attribute(item.orientation)}"'
+    )
+    return _element("signalReference", head, _validity(item.validity))
+
+
+def _repeat(item: ObjectRepeat, length: float) -> str:
+    """Make the ``<repeat>`` of an object."""
+    begin = max(min(round(item.s, _DECIMALS), length), 0.0)
+    extent = max(min(round(item.length, _DECIMALS), round(length - begin, POSITION_DECIMALS)), 0.0)
+    return (
+        f'    <repeat s="{position(begin)}" length="{position(extent)}"'
+        f' distance="{_size(item.distance)}" tStart="{_size(item.t_start)}" tEnd="{_size(item.t_end)}"'
+        f' heightStart="{_size(item.height)}" heightEnd="{_size(item.height)}"'
+        f' zOffsetStart="{_size(item.z_offset)}" zOffsetEnd="{_size(item.z_offset)}"'
+        f' widthStart="{_size(item.width)}" widthEnd="{_size(item.width)}"/>\n'
+    )
+
+
+def _element(tag: str, head: str, inner: str) -> str:
+    """Close an element."""
+    return f"{head}>\n{inner}   </{tag}>\n" if inner else f"{head}/>\n"
+
+
+def _validity(lanes: tuple[tuple[int, int], ...]) -> str:
+    """Make ``<validity>`` elements."""
+    return "".join([f'    <validity fromLane="{first}" toLane="{last}"/>\n' for first, last in lanes])
+
+
+def _origin(osm_id: str) -> str:
+    """Say which OSM element something comes from."""
+    return f'    <userData code="osm_id" value="{attribute(osm_id)}"/>\n' if osm_id else ""
+
+
+def _along(s: float, length: float) -> str:
+    """Write a place along a road, never beyond its end: esmini ends there."""
+    return position(max(min(round(s, _DECIMALS), length), 0.0))
+
+
+def _size(value: float) -> str:
+    """Write a length or a place across a road."""
+    return number(round(value, _DECIMALS))
+
+
+def _positive(name: str, value: float) -> str:
+    """Write a size as an attribute; 0 is unknown, and not allowed since 1.7."""
+    return f' {name}="{_size(value)}"' if round(value, _DECIMALS) > 0.0 else ""
+
+
+def _heading(name: str, value: float) -> str:
+    """Write a heading as an attribute; the default is 0."""
+    rounded = round(value, _HEADING_DECIMALS)
+    return f' {name}="{number(rounded)}"' if rounded else ""
+
+
+def _text(name: str, value: str) -> str:
+    """Write a text as an attribute, if there is one."""
+    return f' {name}="{attribute(value)}"' if value else ""

@@ -1,0 +1,54 @@
+"""Lane sections that are cut in two stay the same lanes."""
+
+from __future__ import annotations
+
+import pytest
+from junction_cases import CASES
+
+from osm2xodr.furniture.lane_table import LaneTable
+from osm2xodr.furniture.section_breaks import cut_sections
+from osm2xodr.model import RoadMap
+
+
+@pytest.fixture(name="roads")
+def _roads() -> RoadMap:
+    return CASES["two_lanes_turn_left"].case.build()
+
+
+def test_lanes_stay_where_they_are(roads: RoadMap) -> None:
+    before = LaneTable(roads)
+    breaks = [(road.id, 0.37 * before.length(road.id)) for road in roads.roads if before.length(road.id) > 10.0]
+    after = LaneTable(cut_sections(roads, breaks))
+    for road, _ in breaks:
+        for k in range(101):
+            s = 0.01 * k * before.length(road)
+            one, other = before.at(road, s), after.at(road, s)
+            assert [item.id for item in one] == [item.id for item in other]
+            assert [item.left for item in one] == pytest.approx([item.left for item in other], abs=1e-9)
+            assert [item.right for item in one] == pytest.approx([item.right for item in other], abs=1e-9)
+
+
+def test_links_lead_over_the_cut(roads: RoadMap) -> None:
+    road = roads.roads[0]
+    cut = cut_sections(roads, [(road.id, 30.0)]).roads[0]
+    assert len(cut.lane_sections) == len(road.lane_sections) + 1
+    k = next(k for k, section in enumerate(cut.lane_sections) if section.s == 30.0)
+    first, second = cut.lane_sections[k - 1 : k + 1]
+    assert {lane.id: lane.successor for lane in first.lanes if lane.id} == {
+        lane.id: lane.id for lane in second.lanes if lane.id
+    }
+    assert all(lane.predecessor == lane.id for lane in second.lanes if lane.id)
+    original = road.lane_sections[k - 1]
+    assert [lane.predecessor for lane in first.lanes] == [lane.predecessor for lane in original.lanes]
+    assert [lane.successor for lane in second.lanes] == [lane.successor for lane in original.lanes]
+
+
+def test_no_section_becomes_too_short(roads: RoadMap) -> None:
+    road = roads.roads[0]
+    length = LaneTable(roads).length(road.id)
+    assert cut_sections(roads, []) is roads
+    assert cut_sections(roads, [(road.id, 0.3), (road.id, length - 0.3)]).roads == roads.roads
+    assert (
+        len(cut_sections(roads, [(road.id, 30.0), (road.id, 30.2)]).roads[0].lane_sections)
+        == len(road.lane_sections) + 1
+    )

@@ -1,0 +1,263 @@
+"""Sidewalks go round the corners of junctions: which are joined, where they run, what they are linked to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from junction_cases import CASES
+from margin_cases import BOTH, PARKING, VERGE, WALK, Strips, built
+from road_measures import RoadMeasures, assert_sound, curve_length, pose_at, width_at
+from street_cases import Case
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import LaneType, MarginSpec, Road, RoadMap, Rule
+
+EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+X = CASES["x"].case
+T = CASES["t"].case
+
+
+def wide(case: Case, width: float = 6.0) -> Case:
+    """Return the case with carriageways of a width."""
+    return Case(
+        case.nodes, {way: (nodes, f"lanes=2 width={width:g} {tags}") for way, (nodes, tags) in case.ways.items()}
+    )
+
+
+def everywhere(case: Case, strips: tuple[Strips, Strips] = BOTH) -> dict[int, tuple[Strips, Strips]]:
+    return dict.fromkeys(case.ways, strips)
+
+
+def corners(roads: RoadMap) -> list[Road]:
+    return [
+        road
+        for road in roads.roads
+        if road.junction is not None and any(lane.type is LaneType.SIDEWALK for lane in road.lane_sections[0].lanes)
+    ]
+
+
+def ways_joined(roads: RoadMap) -> set[frozenset[tuple[int, bool]]]:
+    """Return, for each corner, the ways that it joins and whether at a lane left of their centre."""
+    by_id = {road.id: road for road in roads.roads}
+    out = set()
+    for road in corners(roads):
+        (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.id)
+        ends = []
+        for link, number in ((road.predecessor, lane.predecessor), (road.successor, lane.successor)):
+            assert link is not None
+            assert number is not None
+            ends.append((by_id[link.id].osm_way_ids[0], number > 0))
+        out.add(frozenset(ends))
+    return out
+
+
+def middle_of(
+    roads: RoadMap, road: Road, shares: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0)
+) -> list[tuple[float, float]]:
+    """Return places along the middle of a corner's lane."""
+    measures = RoadMeasures(roads)
+    out = []
+    for share in shares:
+        s = share * measures.length(road)
+        (edges,) = (edges for lane, edges in measures.edges(road, 0, s).items() if lane)
+        place = measures.pose(road, s).beside(sum(edges) / 2)
+        out.append((place.x, place.y))
+    return out
+
+
+@EITHER
+def test_all_corners_of_a_crossing(rule: Rule) -> None:
+    case = wide(X)
+    roads = built(case, everywhere(case), rule)
+    assert_sound(roads)
+    # Ways 1 and 3 come in from west and south, 2 and 4 lead out to east and north.
+    wanted = {
+        frozenset({(1, False), (3, True)}),
+        frozenset({(3, False), (2, False)}),
+        frozenset({(2, True), (4, False)}),
+        frozenset({(4, True), (1, True)}),
+    }
+    if rule is Rule.LEFT_HAND:
+        wanted = {frozenset((way, not left) for way, left in pair) for pair in wanted}
+    assert ways_joined(roads) == wanted
+    (junction,) = roads.junctions
+    assert [road.junction for road in corners(roads)] == [junction.id] * 4
+    assert [road.id for road in corners(roads)] == [item.connecting_road for item in junction.connections[-4:]]
+
+
+@EITHER
+def test_a_corner_runs_along_the_edge_of_the_turn(rule: Rule) -> None:
+    """Lanes are 3 m, sidewalks 2 m wide: the strip lies 1.5 to 3.5 m from the middle of the lane that turns."""
+    case = wide(X)
+    roads = built(case, everywhere(case), rule)
+    measures = RoadMeasures(roads)
+    for road in corners(roads):
+        (turn,) = (
+            other
+            for other in roads.roads
+            if other.junction is not None
+            and other is not road
+            and (other.predecessor, other.successor) == (road.predecessor, road.successor)
+        )
+        k, other = measures.index[road.id], measures.index[turn.id]
+        assert curve_length(roads.plan_view, k) == curve_length(roads.plan_view, other)
+        for share in (0.0, 0.3, 0.5, 1.0):
+            s = share * measures.length(road)
+            assert pose_at(roads.plan_view, k, s) == pose_at(roads.plan_view, other, s)
+            (edges,) = (edges for lane, edges in measures.edges(road, 0, s).items() if lane)
+            assert sorted(abs(t) for t in edges) == pytest.approx([1.5, 3.5])
+        lane = next(lane for lane in road.lane_sections[0].lanes if lane.id)
+        assert (lane.height, abs(lane.id)) == (0.12, 1)
+
+
+@EITHER
+def test_the_closed_side_of_a_t_goes_straight_on(rule: Rule) -> None:
+    case = wide(T)
+    roads = built(case, everywhere(case), rule)
+    assert_sound(roads)
+    assert len(corners(roads)) == 3
+    side = 1 if rule is Rule.RIGHT_HAND else -1
+    street = pose_at(roads.plan_view, 0, 0.0).y
+    (straight,) = (road for road in corners(roads) if side * (middle_of(roads, road)[2][1] - street) > 0)
+    assert [y - street for _, y in middle_of(roads, straight)] == pytest.approx([side * 4.0] * 5, abs=0.01)
+
+
+def test_left_hand_traffic_is_the_mirror_image() -> None:
+    for name in ("t", "x", "offset_t", "roundabout", "dual_cross", "star", "y_split"):
+        case = CASES[name].case
+        right = built(case, everywhere(case))
+        left = built(case, everywhere(case), Rule.LEFT_HAND)
+        assert len(corners(right)) == len(corners(left)), name
+        for one, other in zip(corners(right), corners(left), strict=True):
+            mirrored = [(x, -y) for x, y in middle_of(left, other)]
+            assert np.allclose(middle_of(right, one), mirrored, atol=1e-3), name
+
+
+@EITHER
+def test_only_sidewalks_that_face_each_other_are_joined(rule: Rule) -> None:
+    case = wide(X)
+    margins: dict[int, tuple[Strips, Strips]] = {1: ((), (WALK,)), 2: ((WALK,), (WALK,)), 3: ((WALK,), ())}
+    roads = built(case, margins, rule)
+    assert_sound(roads)
+    left = rule is Rule.RIGHT_HAND
+    assert ways_joined(roads) == {frozenset({(1, not left), (3, left)})}
+
+
+@EITHER
+def test_dual_carriageways_have_no_corners_in_the_median(rule: Rule) -> None:
+    """Sidewalks lie at the outer sides only: right of traffic that keeps to the right."""
+    case = CASES["dual_cross"].case
+    roads = built(case, everywhere(case, ((), (WALK,))), rule)
+    assert_sound(roads)
+    assert len(corners(roads)) == 4
+    for road in corners(roads):
+        assert curve_length(roads.plan_view, RoadMeasures(roads).index[road.id]) < 20.0
+
+
+@EITHER
+def test_round_a_roundabout(rule: Rule) -> None:
+    """Both corners at each arm; the sidewalk stays outside of the ring."""
+    case = CASES["roundabout"].case
+    ring = {way for way, (_, tags) in case.ways.items() if "roundabout" in tags}
+    margins = {way: ((), (WALK,)) if way in ring else BOTH for way in case.ways}
+    roads = built(case, margins, rule)
+    assert_sound(roads)
+    assert len(corners(roads)) == 8
+    for road in corners(roads):
+        assert min(math.hypot(x, y) for x, y in middle_of(roads, road)) > 18.0
+
+
+@EITHER
+def test_a_corner_between_sidewalks_of_different_width_and_place(rule: Rule) -> None:
+    """From 2 m at the edge to 3 m beyond a parking lane: edges and headings fit at both ends."""
+    case = wide(T)
+    margins = {1: ((WALK,), (WALK,)), 2: ((WALK,), (WALK,)), 3: ((PARKING, replace(WALK, width=3.0)), (WALK,))}
+    roads = built(case, margins, rule)
+    assert_sound(roads)
+    widths = []
+    for road in corners(roads):
+        (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.id)
+        length = curve_length(roads.plan_view, RoadMeasures(roads).index[road.id])
+        widths.append(sorted(width_at(lane.widths, s) for s in (0.0, length)))
+    assert sorted(widths) == [[2.0, 2.0], [2.0, 2.0], [2.0, 3.0]]
+
+
+def test_corners_without_room_are_left_out_and_told() -> None:
+    """Sidewalks 12 m wide lie across each other long before the junction."""
+    case = wide(X)
+    broad = replace(WALK, width=12.0)
+    diagnostics = Diagnostics()
+    roads = built(case, everywhere(case, ((broad,), (broad,))), diagnostics=diagnostics)
+    assert corners(roads) == []
+    assert [(item.code, item.osm_id) for item in diagnostics if item.code == "sidewalk-corner"] == [
+        ("sidewalk-corner", "node/1002")
+    ]
+
+
+@EITHER
+def test_sidewalks_come_to_the_kerb_where_strips_inside_of_them_are_in_the_way(rule: Rule) -> None:
+    """Ten metres of verge end before the junction: the sidewalks, then at the kerb, go round the corners."""
+    case = wide(X)
+    verge = MarginSpec(LaneType.BORDER, 10.0)
+    margins = everywhere(case, ((verge, WALK), (verge, WALK)))
+    diagnostics = Diagnostics()
+    roads = built(case, margins, rule, diagnostics=diagnostics)
+    assert_sound(roads)
+    assert len(corners(roads)) == 4
+    assert not [item for item in diagnostics if item.code == "sidewalk-corner"]
+    west = roads.roads[0]
+    length = curve_length(roads.plan_view, 0)
+    assert [section.s for section in west.lane_sections] == pytest.approx([0.0, length - defaults.CORNER_KERBSIDE])
+    assert [lane.type.value for lane in west.lane_sections[1].lanes] == [
+        "sidewalk",
+        "driving",
+        "none",
+        "driving",
+        "sidewalk",
+    ]
+    before, last = ({lane.id: lane for lane in section.lanes} for section in west.lane_sections)
+    ends = length - defaults.CORNER_KERBSIDE
+    for side in (1, -1):
+        assert (before[3 * side].successor, last[2 * side].predecessor) == (2 * side, 3 * side)
+        at = [width_at(before[2 * side].widths, ends - ds) for ds in (defaults.MARGIN_TAPER_LENGTH, 3.0, 0.0)]
+        assert at == pytest.approx([10.0, 5.0, 0.0], abs=1e-6)
+
+
+@EITHER
+def test_strips_stay_where_sidewalks_get_round_with_them(rule: Rule) -> None:
+    case = wide(X)
+    roads = built(case, everywhere(case, ((VERGE, WALK), (VERGE, WALK))), rule)
+    assert len(corners(roads)) == 4
+    assert [len(road.lane_sections) for road in roads.roads if road.junction is None] == [1] * 4
+
+
+def test_verges_and_parking_lanes_alone_are_not_joined() -> None:
+    case = wide(X)
+    assert corners(built(case, everywhere(case, ((PARKING, VERGE), (VERGE,))))) == []
+
+
+@EITHER
+def test_no_sidewalk_lies_on_a_lane_for_cars(rule: Rule) -> None:
+    """At the corners of all kinds of junctions the middle of the sidewalk keeps off lanes."""
+    for name in ("t", "x", "offset_t", "dual_cross", "roundabout", "slip_lane", "star", "y_merge", "y_split"):
+        case = CASES[name].case
+        roads = built(case, everywhere(case), rule)
+        assert_sound(roads)
+        measures = RoadMeasures(roads)
+        lanes = [road for road in roads.roads if road.junction is not None and road not in corners(roads)]
+        for walk in corners(roads):
+            places = middle_of(roads, walk, (0.2, 0.4, 0.6, 0.8))
+            for road in lanes:
+                if road.junction != walk.junction:
+                    continue
+                length = measures.length(road)
+                for s in np.linspace(0.0, length, 25).tolist():
+                    (edges,) = (edges for lane, edges in measures.edges(road, 0, s).items() if lane)
+                    here = measures.pose(road, s).beside(sum(edges) / 2)
+                    nearest = min(math.hypot(x - here.x, y - here.y) for x, y in places)
+                    assert nearest > abs(edges[0] - edges[1]) / 2 - 0.01, (name, walk.id, road.id)

@@ -1,0 +1,267 @@
+"""Fuzzers: each makes a hostile input from a seed and hands it to a part of the program.
+
+What may happen is a result or an `Osm2xodrError`. Everything else is a finding: another exception, a crash of the
+process, or more than a minute of work.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import io
+import os
+import random
+import signal
+import tempfile
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from hostile_maps import random_map
+
+from osm2xodr.checking import CheckOptions, Severity, check_file
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import Osm2xodrError
+from osm2xodr.furniture import EXTRA_OBJECTS, FurnitureOptions
+from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.projection import make_frame
+from osm2xodr.surface import SurfaceOptions, read_surface
+from osm2xodr.viewing import write_picture
+from osm2xodr.viewing.options import PictureOptions
+from osm2xodr.xodr_reader import read_xodr
+from osm2xodr.xodrWriter import WriteOptions, write_xodr
+
+# A case that takes longer hangs, s.
+HANG: Final = 60
+_VERSIONS: Final = ("1.4", "1.6", "1.7", "1.8")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What went wrong with a seed."""
+
+    fuzzer: str
+    seed: int
+    what: str
+
+
+def fuzz_map(dice: random.Random, folder: Path) -> None:
+    """Convert a random map, write it, and check what was written."""
+    area = folder / "area.osm"
+    area.write_text(random_map(dice, longest=10_000 if dice.random() < 0.01 else 1000), encoding="utf-8")
+    furniture = FurnitureOptions(extra_objects=frozenset(EXTRA_OBJECTS))
+    found = Diagnostics()
+    road_map = convert(ConvertOptions(area, furniture=furniture), found).road_map
+    target = folder / "out.xodr"
+    with target.open("wb") as stream:
+        write_xodr(road_map, stream, WriteOptions(version=dice.choice(_VERSIONS)), found)
+    result = check_file(target, CheckOptions(ignore=("schema",)))
+    worst = [str(item) for item in result.findings if item.severity is Severity.ERROR]
+    assert not worst, worst[:3]
+
+
+def fuzz_osm(dice: random.Random, folder: Path) -> None:
+    """Read OSM files whose bytes are damaged."""
+    text = random_map(dice, longest=1000).encode()
+    kind = dice.choice(("osm", "osm.gz", "osm.pbf"))
+    if kind == "osm.pbf":
+        text = _as_pbf(text, folder)
+    data = _damaged(gzip.compress(text, mtime=0) if kind == "osm.gz" else text, dice)
+    path = folder / f"area.{kind}"
+    path.write_bytes(data)
+    parse_osm(path, ParseOptions(), Diagnostics())
+
+
+def fuzz_dem(dice: random.Random, folder: Path) -> None:
+    """Read elevation models whose bytes are damaged."""
+    path = folder / "dem.tif"
+    path.write_bytes(_damaged(_small_dem(), dice))
+    x = np.linspace(-200.0, 200.0, 40)
+    read_surface((path,), make_frame(42.56, 1.53), x, x, SurfaceOptions(), Diagnostics())
+
+
+def fuzz_xodr(dice: random.Random, folder: Path) -> None:
+    """Read, check and draw files of OpenDRIVE whose bytes are damaged."""
+    path = folder / "area.xodr"
+    path.write_bytes(_damaged(_small_xodr(folder), dice))
+    check_file(path, CheckOptions(ignore=("schema",)))
+    write_picture(read_xodr(path), folder / "out.svg", PictureOptions(), "svg")
+
+
+FUZZERS: Final[dict[str, Callable[[random.Random, Path], None]]] = {
+    "map": fuzz_map,
+    "osm": fuzz_osm,
+    "dem": fuzz_dem,
+    "xodr": fuzz_xodr,
+}
+
+
+def run_case(fuzzer: str, seed: int) -> str:
+    """Run one case in this process; return what went wrong, empty for nothing."""
+    with tempfile.TemporaryDirectory(prefix="osm2xodr-fuzz-") as folder, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            FUZZERS[fuzzer](random.Random(seed), Path(folder))
+        except Osm2xodrError:
+            return ""
+        except Exception:
+            return traceback.format_exc(limit=-4)
+    return ""
+
+
+def run_for(fuzzer: str, first: int, seconds: float) -> tuple[int, list[Finding]]:
+    """Run a fuzzer on one seed after another in copies of this process; return how many, and what was found."""
+    findings: list[Finding] = []
+    end = time.monotonic() + seconds
+    seed = first
+    while time.monotonic() < end:
+        done, what = _batch(fuzzer, seed, min(200, max(1, int(seconds * 10))), end)
+        seed += done
+        if what:
+            findings.append(Finding(fuzzer, seed - 1, what))
+    return seed - first, findings
+
+
+def _batch(fuzzer: str, first: int, count: int, end: float) -> tuple[int, str]:
+    """Run seeds in one copy of the process until one fails; return how many were run, and how the last one ended."""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        with contextlib.suppress(BaseException):
+            _child(fuzzer, first, count, end, writer)
+        os._exit(0)
+    os.close(writer)
+    begun, what = 0, ""
+    with os.fdopen(reader, "r", encoding="utf-8", errors="replace") as stream:
+        for line in stream:
+            if line == "begin\n":
+                begun += 1
+            else:
+                what += line
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status):
+        number = os.WTERMSIG(status)
+        what = f"hangs for {HANG} s" if number == signal.SIGALRM else f"killed by {signal.Signals(number).name}"
+    return begun, what
+
+
+def _child(fuzzer: str, first: int, count: int, end: float, writer: int) -> None:
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 2)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    for seed in range(first, first + count):
+        if time.monotonic() > end:
+            return
+        os.write(writer, b"begin\n")
+        # Ends the process from outside of Python, wherever it is.
+        signal.alarm(HANG)
+        what = run_case(fuzzer, seed)
+        signal.alarm(0)
+        if what:
+            os.write(writer, what.encode("utf-8", "replace"))
+            return
+
+
+# ---------------------------------------------------------------- damage
+
+
+def _damaged(data: bytes, dice: random.Random) -> bytes:
+    """Return bytes that are cut, turned, repeated, or exchanged in a few places; sometimes as they were."""
+    out = bytearray(data)
+    for _ in range(dice.choice((0, 1, 1, 2, 5, 20))):
+        at = dice.randrange(len(out)) if out else 0
+        kind = dice.randrange(6)
+        if kind == 0:
+            del out[at:]
+        elif kind == 1 and out:
+            out[at] ^= 1 << dice.randrange(8)
+        elif kind == 2:
+            out[at : at + dice.randint(1, 64)] = b""
+        elif kind == 3:
+            out[at:at] = out[at : at + dice.randint(1, 200)]
+        elif kind == 4:
+            out[at : at + 4] = dice.choice(
+                (b"\xff\xff\xff\xff", b"\0\0\0\0", b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f")
+            )
+        else:
+            number = dice.choice((b"nan", b"1e309", b"-1", b"0", b"99999999999999999999", b"inf", b"", b"\xff\xfe"))
+            end = next((k for k in range(at, min(at + 40, len(out))) if out[k] in b"\"'<> "), at)
+            out[at:end] = number
+    return bytes(out)
+
+
+def _as_pbf(text: bytes, folder: Path) -> bytes:
+    import osmium
+
+    source, target = folder / "source.osm", folder / "source.osm.pbf"
+    source.write_bytes(text)
+    with osmium.SimpleWriter(str(target), overwrite=True) as writer:
+        for item in osmium.FileProcessor(str(source)):
+            writer.add(item)
+    return target.read_bytes()
+
+
+@contextlib.contextmanager
+def _rasterio() -> Iterator[None]:
+    import rasterio
+
+    with rasterio.Env(GDAL_PAM_ENABLED="NO"):
+        yield
+
+
+def _small_dem() -> bytes:
+    return _remembered("dem", _make_dem)
+
+
+def _make_dem() -> bytes:
+    from affine import Affine
+    from rasterio.io import MemoryFile
+
+    heights = np.add.outer(np.linspace(900, 1100, 24), np.linspace(0, 60, 20)).astype(np.int16)
+    with _rasterio(), MemoryFile() as memory:
+        transform = Affine(3e-4, 0, 1.527, 0, -3e-4, 42.5635)
+        how = {"driver": "GTiff", "width": 20, "height": 24, "count": 1, "dtype": "int16", "crs": "EPSG:4326"}
+        with memory.open(transform=transform, nodata=-32768, **how) as dataset:
+            dataset.write(heights, 1)
+        return bytes(memory.read())
+
+
+def _small_xodr(folder: Path) -> bytes:
+    def make() -> bytes:
+        area = folder / "sound.osm"
+        area.write_text(SOUND_MAP, encoding="utf-8")
+        stream = io.BytesIO()
+        found = Diagnostics()
+        write_xodr(convert(ConvertOptions(area), found).road_map, stream, WriteOptions(), found)
+        return stream.getvalue()
+
+    return _remembered("xodr", make)
+
+
+_MEMORY: dict[str, bytes] = {}
+
+
+def _remembered(name: str, make: Callable[[], bytes]) -> bytes:
+    if name not in _MEMORY:
+        _MEMORY[name] = make()
+    return _MEMORY[name]
+
+
+SOUND_MAP: Final = """<?xml version='1.0' encoding='UTF-8'?>
+<osm version='0.6'>
+<node id='1' lat='48.0' lon='11.0'><tag k='highway' v='traffic_signals'/></node>
+<node id='2' lat='48.001' lon='11.0'/>
+<node id='3' lat='48.0' lon='11.0015'/>
+<node id='4' lat='47.999' lon='11.0'/>
+<node id='5' lat='48.0005' lon='11.0'><tag k='highway' v='crossing'/></node>
+<way id='1'><nd ref='4'/><nd ref='1'/><nd ref='5'/><nd ref='2'/><tag k='highway' v='secondary'/>
+<tag k='sidewalk' v='both'/><tag k='maxspeed' v='50'/></way>
+<way id='2'><nd ref='1'/><nd ref='3'/><tag k='highway' v='residential'/><tag k='sidewalk' v='both'/></way>
+</osm>
+"""

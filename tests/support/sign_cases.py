@@ -1,0 +1,88 @@
+"""Signs of small networks built by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from light_cases import point
+from street_cases import Case
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.furniture.approaches import find_approaches
+from osm2xodr.furniture.lane_table import LaneTable
+from osm2xodr.furniture.options import FurnitureOptions
+from osm2xodr.furniture.signs import PlacedSigns, place_signs
+from osm2xodr.furniture.world import World
+from osm2xodr.model import Rule, Signal
+from osm2xodr.targets import TARGETS
+
+
+@dataclass(frozen=True)
+class Signed:
+    """A network with its signs, and what was said about them."""
+
+    world: World
+    signs: PlacedSigns
+    rule: Rule
+    origin: complex
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """The nodes that give no sign, and why."""
+        return {item.osm_id: item.message for item in self.world.diagnostics if item.code == "sign-left-out"}
+
+    def at(self, signal: Signal) -> complex:
+        """Return where a sign stands as the case is drawn, x + iy, m: left-hand traffic is mirrored back."""
+        place = point(self.world.road_map, signal.road, signal.s, signal.t) - self.origin
+        return place if self.rule is Rule.RIGHT_HAND else place.conjugate()
+
+    def way(self, signal: Signal) -> int:
+        """Return the OSM way that a sign stands at, from whose traffic it is seen."""
+        road = next(road for road in self.world.road_map.roads if road.id == signal.road)
+        return road.osm_way_ids[-1 if signal.orientation == "+" else 0]
+
+    def named(self, name: str) -> list[Signal]:
+        """Return all signs of a meaning."""
+        return [item for item in self.signs.signals if item.name == name]
+
+    def summary(self) -> list[tuple[str, float | None, str, str]]:
+        """Return meaning, value, orientation and id of all signs, sorted."""
+        return sorted((item.name, item.value, item.orientation, item.osm_id) for item in self.signs.signals)
+
+
+def signed(
+    case: Case,
+    rule: Rule = Rule.RIGHT_HAND,
+    *,
+    target: str = "generic",
+    signalled: frozenset[int] = frozenset(),
+) -> Signed:
+    """Place the signs of a case, drawn for right-hand traffic and mirrored for left-hand traffic.
+
+    Parameters
+    ----------
+    case, rule
+        The network.
+    target
+        The reader to write for.
+    signalled
+        Ways at whose approaches there are lights.
+    """
+    drawn = case if rule is Rule.RIGHT_HAND else case.mirrored()
+    road_map = drawn.build(rule)
+    assert road_map.places is not None
+    options = FurnitureOptions(target=TARGETS[target])
+    network = drawn.stages(rule).network
+    world = World(network, road_map, road_map.places, LaneTable(road_map), options, Diagnostics())
+    approaches = find_approaches(world, ())
+    lit = frozenset(
+        (item.road, item.at_end)
+        for item in approaches
+        if network.streets[item.street_end // 2].pieces[-1 if item.street_end % 2 else 0][1].osm_way_id in signalled
+    )
+    # The frame's origin is in the middle of the area. Nodes are numbered from 1001 on.
+    drawn_at = complex(*next(iter(drawn.nodes.values())))
+    (found_at,) = {
+        complex(*street.points[street.node_ids == 1001][0]) for street in network.streets if 1001 in street.node_ids
+    }
+    return Signed(world, place_signs(world, approaches, lit), rule, found_at - drawn_at)

@@ -1,0 +1,174 @@
+"""What holds for every network: random ones, through the whole pipeline."""
+
+from __future__ import annotations
+
+import io
+import random
+import re
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_networks import RandomNetwork, random_network
+from real_readers import schema_errors
+from road_measures import assert_sound
+from xodr_file import read_xodr
+from xodr_measure import above, broken_references, record_gaps, record_kinks, section_gaps, step_figures
+
+from osm2xodr.curves import lengths, pose
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
+from osm2xodr.model import RoadMap
+from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.xodrWriter import WriteOptions, write_xodr
+
+SEEDS = st.integers(0, 2**32 - 1)
+# Ends of roads of two conversions that are the same place, m.
+NEAR = 0.02
+
+
+def converted(network: RandomNetwork, text: str, folder: Path) -> tuple[RoadMap, bytes, Diagnostics]:
+    area = folder / "area.osm"
+    area.write_text(text, encoding="utf-8")
+    found = Diagnostics()
+    options = ConvertOptions(area, parse=ParseOptions(rule=network.rule))
+    road_map = convert(options, found).road_map
+    stream = io.BytesIO()
+    write_xodr(road_map, stream, WriteOptions(version="1.7"), found)
+    return road_map, stream.getvalue(), found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("properties")
+
+
+@given(SEEDS)
+@settings(max_examples=50)
+def test_every_network_is_sound(folder: Path, seed: int) -> None:
+    network = random_network(seed)
+    road_map, data, _ = converted(network, network.osm(), folder)
+    assert_sound(road_map)
+    path = folder / "out.xodr"
+    path.write_bytes(data)
+    assert schema_errors(path, "1.7") == []
+    read = read_xodr(path)
+    assert broken_references(read) == []
+    assert above(record_gaps(read), 1e-3) == []
+    assert above(record_kinks(read), 1e-3) == []
+    assert above(section_gaps(read), 1e-3) == []
+    steps = step_figures(read)
+    assert above(steps.centre, 0.01) == []
+    assert above(steps.edge, 0.02) == []
+    assert above(steps.heading, 0.01) == []
+    assert above(steps.height, 0.01) == []
+
+
+@given(SEEDS)
+@settings(max_examples=40)
+def test_the_order_of_elements_changes_nothing(folder: Path, seed: int) -> None:
+    network = random_network(seed)
+    _, once, found = converted(network, network.osm(), folder)
+    _, again, _ = converted(network, network.osm(), folder)
+    assert once == again
+    _, other, found_then = converted(network, network.osm(random.Random(seed)), folder)
+    assert once == other
+    assert list(found) == list(found_then)
+
+
+@given(SEEDS)
+@settings(max_examples=50)
+def test_no_way_vanishes(folder: Path, seed: int) -> None:
+    network = random_network(seed)
+    road_map, _, found = converted(network, network.osm(), folder)
+    assert road_map.places is not None
+    streets = parse_osm(folder / "area.osm", ParseOptions(rule=network.rule), Diagnostics()).streets
+    named = {item.osm_id for item in found}
+    with_road = set(road_map.places.road_street.tolist())
+    kept = {
+        attributes.osm_way_id
+        for street in streets
+        if street.id in with_road or road_map.places.inner[street.id]
+        for _, attributes in street.pieces
+    }
+    assert {way for way in network.ways if way not in kept and f"way/{way}" not in named} == set()
+    # A street without a road lies within a junction that somebody drives through, or is named.
+    for street in streets:
+        within = road_map.places.end_junction[2 * street.id : 2 * street.id + 2].max() >= 0
+        if street.id not in with_road and not within:
+            assert {f"way/{attributes.osm_way_id}" for _, attributes in street.pieces} <= named
+
+
+# What a road is whichever way it runs: both its ends, its length, its lanes by type.
+Signature = tuple[bool, tuple[tuple[str, int], ...], tuple[float, ...]]
+
+
+def signatures(road_map: RoadMap, mirror: bool = False) -> list[Signature]:
+    length = lengths(road_map.plan_view)
+    curve = np.repeat(np.arange(len(length)), 3)
+    x, y, _ = pose(road_map.plan_view, curve, (length[:, None] * np.array([0.0, 0.5, 1.0])).ravel())
+    x = -x if mirror else x
+    out = []
+    for k, road in enumerate(road_map.roads):
+        lanes = Counter(lane.type.value for part in road.lane_sections for lane in part.lanes if lane.id)
+        ends = sorted([(float(x[3 * k]), float(y[3 * k])), (float(x[3 * k + 2]), float(y[3 * k + 2]))])
+        figures = (*ends[0], *ends[1], float(x[3 * k + 1]), float(y[3 * k + 1]), float(length[k]))
+        out.append((road.junction is not None, tuple(sorted(lanes.items())), figures))
+    return out
+
+
+def differences(one: list[Signature], other: list[Signature]) -> list[str]:
+    """Return what only one of two road maps has."""
+    left = list(other)
+    out = []
+    for item in one:
+        found = next(
+            (
+                k
+                for k, candidate in enumerate(left)
+                if candidate[:2] == item[:2]
+                and max(abs(a - b) for a, b in zip(candidate[2], item[2], strict=True)) < NEAR
+            ),
+            None,
+        )
+        if found is None:
+            out.append(f"only the first: {item}")
+        else:
+            del left[found]
+    return out + [f"only the second: {item}" for item in left]
+
+
+@given(SEEDS)
+@settings(max_examples=40)
+def test_the_direction_that_ways_are_drawn_in_changes_nothing(folder: Path, seed: int) -> None:
+    network = random_network(seed)
+    dice = random.Random(seed)
+    other = network.turned(frozenset(way for way in network.ways if dice.random() < 0.5))
+    one_map, _, _ = converted(network, network.osm(), folder)
+    other_map, _, _ = converted(other, other.osm(), folder)
+    assert differences(signatures(one_map), signatures(other_map)) == []
+
+
+@given(SEEDS)
+@settings(max_examples=40)
+def test_a_mirrored_network_is_the_mirrored_road_map(folder: Path, seed: int) -> None:
+    network = random_network(seed)
+    one_map, _, _ = converted(network, network.osm(), folder)
+    mirrored = network.mirrored()
+    other_map, _, _ = converted(mirrored, mirrored.osm(), folder)
+    assert differences(signatures(one_map), signatures(other_map, mirror=True)) == []
+
+
+@pytest.mark.parametrize("latitude", [84.5, -85.0, 89.99, -90.0, 90.0])
+def test_poles_are_refused(latitude: float, tmp_path: Path) -> None:
+    nodes = "".join(f'<node id="{k}" lat="{latitude}" lon="{120.0 * k:.1f}"/>' for k in (0, 1))
+    way = '<way id="7"><nd ref="0"/><nd ref="1"/><tag k="highway" v="tertiary"/></way>'
+    area = tmp_path / "pole.osm"
+    area.write_text(f'<osm version="0.6">{nodes}{way}</osm>', encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape(f"reaches to latitude {latitude:.2f}")) as refused:
+        convert(ConvertOptions(area), Diagnostics())
+    assert "choose an area off the poles" in str(refused.value)
