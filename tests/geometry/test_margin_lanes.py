@@ -17,9 +17,10 @@ from street_cases import Case
 from osm2xodr import defaults
 from osm2xodr.curves import lengths
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.margin_columns import columns_of
 from osm2xodr.geometry.margin_lanes import window
-from osm2xodr.geometry.margins import MarginStretch, matched, settled
-from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMap, Rule
+from osm2xodr.geometry.margins import MarginStretch, settled
+from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, MarginSpec, RoadMap, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 MARGINS = {LaneType.SIDEWALK, LaneType.BORDER, LaneType.PARKING, LaneType.SHOULDER}
@@ -88,31 +89,42 @@ def test_a_kerb_is_marked_where_no_line_is() -> None:
 def test_what_begins_and_ends_tapers(rule: Rule) -> None:
     roads = built(row("lanes=2", "lanes=2", "lanes=2"), {2: ((), (WALK,))}, rule)
     assert_sound(roads)
-    sections = sections_of(roads)
-    assert [section.s for section in sections] == pytest.approx([0.0, 200.0, 400.0], abs=0.01)
-    lane = -2 if rule is Rule.RIGHT_HAND else 2
-    assert [lane in by_id(section) for section in sections] == [False, True, False]
-    walk = by_id(sections[1])[lane]
+    (section,) = sections_of(roads)
+    walk = by_id(section)[-2 if rule is Rule.RIGHT_HAND else 2]
     assert (walk.predecessor, walk.successor) == (None, None)
     taper = defaults.MARGIN_TAPER_LENGTH
-    at = [width_at(walk.widths, s) for s in (0.0, taper / 2, taper, 100.0, 200.0 - taper / 2, 200.0)]
-    assert at == pytest.approx([0.0, 1.0, 2.0, 2.0, 1.0, 0.0], abs=0.01)
+    places = (100.0, 200.0, 200.0 + taper / 2, 200.0 + taper, 300.0, 400.0 - taper / 2, 400.0, 500.0)
+    at = [width_at(walk.widths, s) for s in places]
+    assert at == pytest.approx([0.0, 0.0, 1.0, 2.0, 2.0, 1.0, 0.0, 0.0], abs=0.01)
 
 
 @EITHER
-def test_strips_of_one_kind_go_on_as_each_other(rule: Rule) -> None:
+def test_strips_of_one_kind_are_one_lane(rule: Rule) -> None:
     """A parking lane comes between: the sidewalk goes on beyond it, from its own width to another."""
     wide = replace(WALK, width=3.0)
     roads = built(row("lanes=2", "lanes=2"), {1: ((), (WALK,)), 2: ((), (PARKING, wide))}, rule)
     assert_sound(roads)
-    first, second = sections_of(roads)
+    (section,) = sections_of(roads)
     side = -1 if rule is Rule.RIGHT_HAND else 1
-    assert by_id(first)[2 * side].successor == 3 * side
-    assert by_id(second)[3 * side].predecessor == 2 * side
-    assert by_id(second)[2 * side].predecessor is None
+    parking, walk = by_id(section)[2 * side], by_id(section)[3 * side]
+    assert (parking.type, walk.type) == (LaneType.PARKING, LaneType.SIDEWALK)
     taper = defaults.MARGIN_TAPER_LENGTH
-    at = [width_at(by_id(second)[3 * side].widths, s) for s in (0.0, taper / 2, taper)]
-    assert at == pytest.approx([2.0, 2.5, 3.0])
+    places = (0.0, 200.0, 200.0 + taper / 2, 200.0 + taper)
+    assert [width_at(walk.widths, s) for s in places] == pytest.approx([2.0, 2.0, 2.5, 3.0], abs=0.01)
+    full = PARKING.width
+    assert [width_at(parking.widths, s) for s in places] == pytest.approx([0.0, 0.0, full / 2, full], abs=0.01)
+
+
+@EITHER
+def test_what_lies_elsewhere_is_no_lane_of_a_section(rule: Rule) -> None:
+    tags = ("lanes=2", "lanes=3 lanes:forward=2 lanes:backward=1", "lanes=2")
+    roads = built(row(*tags), {2: ((), (WALK,)), 3: ((), (PARKING, WALK))}, rule)
+    assert_sound(roads)
+    one, two, three = (by_id(section) for section in sections_of(roads))
+    side = -1 if rule is Rule.RIGHT_HAND else 1
+    assert [2 * side in one, 3 * side in two, 4 * side in two, 3 * side in three] == [False, True, False, True]
+    assert (two[3 * side].predecessor, two[3 * side].successor) == (None, 3 * side)
+    assert (three[3 * side].predecessor, three[2 * side].predecessor) == (3 * side, None)
 
 
 @EITHER
@@ -144,9 +156,21 @@ def test_a_border_near_that_of_the_carriageway_moves_there() -> None:
 
 
 def test_strips_are_matched_by_kind_and_order() -> None:
-    assert matched((PARKING, WALK), (VERGE, WALK)) == {1: 1}
-    assert matched((VERGE, TRACK, VERGE, WALK), (VERGE, WALK)) == {0: 0, 3: 1}
-    assert matched((TRACK,), (WALK,)) == {}
+    def columns(*strips: Strips) -> list[tuple[MarginSpec | None, ...]]:
+        pieces = tuple(MarginStretch(100.0 * k, 100.0 * (k + 1), (), item, k) for k, item in enumerate(strips))
+        return [column.strips for column in columns_of(pieces, -1)]
+
+    low = replace(WALK, height=0.0)
+    assert columns((PARKING, WALK), (VERGE, WALK)) == [(None, VERGE), (PARKING, None), (WALK, WALK)]
+    assert columns((VERGE, TRACK, VERGE, WALK), (VERGE, WALK)) == [
+        (VERGE, VERGE),
+        (TRACK, None),
+        (VERGE, None),
+        (WALK, WALK),
+    ]
+    assert columns((TRACK,), (WALK,)) == [(None, WALK), (TRACK, None)]
+    assert columns((WALK,), (), (WALK,)) == [(WALK, None, WALK)]
+    assert columns((WALK,), (low,)) == [(None, low), (WALK, None)]
 
 
 def test_a_window_says_what_the_whole_says() -> None:
@@ -168,12 +192,13 @@ def test_strips_end_beside_a_carriageway_that_runs_along() -> None:
     diagnostics = Diagnostics()
     roads = built(case, {1: BOTH}, diagnostics=diagnostics)
     assert_sound(roads)
-    sections = sections_of(roads)
-    assert [-2 in by_id(section) for section in sections] == [True, False, True]
-    assert all(2 in by_id(section) for section in sections)
+    (section,) = sections_of(roads)
+    lanes = by_id(section)
     around = defaults.MARGIN_CLEARANCE + defaults.PARALLEL_SPACING
-    assert 150.0 - around <= sections[1].s <= 150.0
-    assert 250.0 <= sections[2].s <= 250.0 + around
+    taper = defaults.MARGIN_TAPER_LENGTH
+    places = (100.0, 150.0 - around - taper, 150.0, 200.0, 250.0, 250.0 + around + taper, 300.0)
+    assert [width_at(lanes[-2].widths, s) for s in places] == [2.0, 2.0, 0.0, 0.0, 0.0, 2.0, 2.0]
+    assert [width_at(lanes[2].widths, s) for s in places] == [2.0] * len(places)
     assert [(item.code, item.osm_id) for item in diagnostics if item.code == "margin-no-room"] == [
         ("margin-no-room", "way/1")
     ]

@@ -212,20 +212,15 @@ def test_sidewalks_come_to_the_kerb_where_strips_inside_of_them_are_in_the_way(r
     assert not [item for item in diagnostics if item.code == "sidewalk-corner"]
     west = roads.roads[0]
     length = curve_length(roads.plan_view, 0)
-    assert [section.s for section in west.lane_sections] == pytest.approx([0.0, length - defaults.CORNER_KERBSIDE])
-    assert [lane.type.value for lane in west.lane_sections[1].lanes] == [
-        "sidewalk",
-        "driving",
-        "none",
-        "driving",
-        "sidewalk",
-    ]
-    before, last = ({lane.id: lane for lane in section.lanes} for section in west.lane_sections)
+    (section,) = west.lane_sections
+    lanes = {lane.id: lane for lane in section.lanes}
     ends = length - defaults.CORNER_KERBSIDE
     for side in (1, -1):
-        assert (before[3 * side].successor, last[2 * side].predecessor) == (2 * side, 3 * side)
-        at = [width_at(before[2 * side].widths, ends - ds) for ds in (defaults.MARGIN_TAPER_LENGTH, 3.0, 0.0)]
-        assert at == pytest.approx([10.0, 5.0, 0.0], abs=1e-6)
+        assert (lanes[2 * side].type, lanes[3 * side].type) == (LaneType.BORDER, LaneType.SIDEWALK)
+        places = (0.0, ends - defaults.MARGIN_TAPER_LENGTH, ends - 3.0, ends, length)
+        at = [width_at(lanes[2 * side].widths, s) for s in places]
+        assert at == pytest.approx([10.0, 10.0, 5.0, 0.0, 0.0], abs=1e-6)
+        assert [width_at(lanes[3 * side].widths, s) for s in places] == pytest.approx([WALK.width] * 5)
 
 
 @EITHER

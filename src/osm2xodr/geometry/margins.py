@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from osm2xodr import defaults
 from osm2xodr.geometry.cross_section import Piece
 from osm2xodr.geometry.road_parts import RoadParts
-from osm2xodr.model import LaneType, MarginSpec
+from osm2xodr.model import MarginSpec
 
 Strips = tuple[MarginSpec, ...]
 
@@ -149,19 +149,3 @@ def _joined_at(found: Sequence[MarginStretch], borders: Sequence[float]) -> Marg
             out.append(replace(item, start=start, end=end))
             start = end
     return tuple(_joined(out))
-
-
-def matched(before: Strips, after: Strips) -> dict[int, int]:
-    """Return which strip goes on as which, from the carriageway outwards: those of one kind, in order."""
-    out: dict[int, int] = {}
-    free = 0
-    for k, strip in enumerate(before):
-        heir = next((i for i in range(free, len(after)) if _kind(after[i]) == _kind(strip)), None)
-        if heir is not None:
-            out[k] = heir
-            free = heir + 1
-    return out
-
-
-def _kind(strip: MarginSpec) -> tuple[LaneType, int]:
-    return strip.type, strip.direction.value

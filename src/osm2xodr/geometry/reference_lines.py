@@ -150,12 +150,20 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     if not candidates.any():
         return out
     owner = np.repeat(np.arange(len(out)), np.diff(plan.start))
-    for choice in sorted((*-_CHOICES[1:], *_CHOICES[1:]), key=abs):
-        aside = np.round(np.where(choice < 0, right * -choice, left * choice), 2)
+
+    def moved_by(aside: FloatArray) -> FloatArray:
         shrunk = np.ones(len(out))
         np.minimum.at(shrunk, owner, 1.0 - plan.curvature * aside[owner])
-        worst = stretch(aside)
-        better = candidates & (best > 1.0 + defaults.TIGHT_BEND) & (worst < best - 1e-6) & (shrunk > _LEAST_SHARE)
+        return np.where(shrunk > _LEAST_SHARE, stretch(aside), np.inf)
+
+    for choice in _CHOICES[1:]:
+        # Of both sides the better one, so that it does not matter which way the street is drawn.
+        to_right, to_left = np.round(right * choice, 2), np.round(left * choice, 2)
+        by_right, by_left = moved_by(to_right), moved_by(to_left)
+        even = np.abs(by_right - by_left) < 1e-6
+        rightwards = np.where(even, np.abs(to_right) < np.abs(to_left), by_right < by_left)
+        aside, worst = np.where(rightwards, to_right, to_left), np.where(rightwards, by_right, by_left)
+        better = candidates & (best > 1.0 + defaults.TIGHT_BEND) & (worst < best - 1e-6)
         out = np.where(better, aside, out)
         best = np.where(better, worst, best)
     return out

@@ -12,6 +12,7 @@ from osm2xodr.curve_finder import project
 from osm2xodr.curves import lengths, pose, smallest_radius, wrapped
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connectors import connect
+from osm2xodr.geometry.margin_columns import columns_of, present
 from osm2xodr.geometry.margins import Margins
 from osm2xodr.geometry.plan_fit import cut_curves, replaced
 from osm2xodr.geometry.road_parts import RoadParts
@@ -85,13 +86,18 @@ def sidewalk_corners(
 
 def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> _Sidewalk | None:
     """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end."""
-    beside = margins[-1 if end % 2 else 0]
-    section = parts.at_end(end).section
+    last = bool(end % 2)
+    stretch = parts.at_end(end)
+    section = stretch.section
     lanes, t = (len(section.left), section.left_edge) if side > 0 else (len(section.right), section.right_edge)
-    for number, strip in enumerate(beside.strips(side), start=lanes + 1):
-        if strip.type is LaneType.SIDEWALK:
+    columns = columns_of(margins, side)
+    # What is a lane of the section elsewhere counts here, though it has no width.
+    here = present(columns, margins, stretch.start, stretch.end)
+    for number, column in enumerate(here, start=lanes + 1):
+        strip = columns[column].strips[-1 if last else 0]
+        if strip is not None and strip.type is LaneType.SIDEWALK:
             return _Sidewalk(side * number, t + side * strip.width / 2, strip.width, strip.height)
-        t += side * strip.width
+        t += side * (strip.width if strip is not None else 0.0)
     return None
 
 

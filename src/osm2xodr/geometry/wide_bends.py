@@ -31,6 +31,10 @@ _AT_ONCE = 4000
 # Shorter records are none that one would want to write, m.
 _SLIVER = 0.02
 _SHORT = 1e-6
+# Parts whose curves move the line by as much, up to this, m, are as good: the shortest is taken, and of two alike the
+# one that lies more on the longer side of the street, whichever way that is drawn. That counts for this share.
+_AS_GOOD = 1e-4
+_LOPSIDED = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +130,11 @@ def _wider(plan: PlanView, bends: _Bends) -> tuple[IntArray, FloatArray, FloatAr
     x1, y1, hdg1 = pose(plan, curve, end)
     found = shortest_curves(x0, y0, hdg0, x1, y1, hdg1, radius=radius)
     aside = _moved(plan, curve, begin, end, found)
-    best = aside.reshape(n, -1).argmin(1) + np.arange(n) * len(before)
+    longer = np.sign(bends.begin - (whole - bends.end))[which]
+    lopsided = longer * ((end - bends.end[which]) - (bends.begin[which] - begin))
+    cost = (end - begin + _LOPSIDED * lopsided).reshape(n, -1)
+    least = aside.reshape(n, -1).min(1, keepdims=True)
+    best = np.where(aside.reshape(n, -1) <= least + _AS_GOOD, cost, np.inf).argmin(1) + np.arange(n) * len(before)
     chosen = np.flatnonzero(aside[best] <= defaults.BEND_ASIDE)
     row = best[chosen]
     return chosen, begin[row], end[row], found, row
