@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from osm2xodr.curves import lengths
-from osm2xodr.model import Cubic, LaneType, Road, RoadMap, Rule
+from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, Road, RoadMap, Rule
 
 # Lanes that lie beyond the kerb or the edge of the pavement; what lies inside of the innermost is crossed on foot.
 OFF_CARRIAGEWAY: Final = frozenset({LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB})
@@ -30,6 +30,27 @@ class LaneAt:
         return 0.5 * (self.left + self.right)
 
 
+@dataclass(frozen=True, slots=True)
+class _Sides:
+    """The lanes left and right of the centre, outwards, and how many of them lie between the kerbs."""
+
+    left: tuple[Lane, ...]
+    right: tuple[Lane, ...]
+    paved_left: int
+    paved_right: int
+
+    @classmethod
+    def of(cls, section: LaneSection) -> _Sides:
+        """Sort the lanes of a section."""
+        left = tuple(sorted((lane for lane in section.lanes if lane.id > 0), key=lambda lane: lane.id))
+        right = tuple(sorted((lane for lane in section.lanes if lane.id < 0), key=lambda lane: -lane.id))
+        return cls(left, right, _paved(left), _paved(right))
+
+
+def _paved(lanes: tuple[Lane, ...]) -> int:
+    return next((k for k, lane in enumerate(lanes) if lane.type in OFF_CARRIAGEWAY), len(lanes))
+
+
 class LaneTable:
     """Looks up lanes by road id and s."""
 
@@ -37,6 +58,7 @@ class LaneTable:
         self._map = road_map
         self._index = {road.id: k for k, road in enumerate(road_map.roads)}
         self._length = lengths(road_map.plan_view).tolist()
+        self._sides: dict[int, _Sides] = {}
         offset = road_map.lane_offset
         # As lists: single values are asked for many times.
         self._first = offset.start.tolist()
@@ -64,20 +86,16 @@ class LaneTable:
     def at(self, road: int, s: float) -> tuple[LaneAt, ...]:
         """Return all lanes but the centre at s of a road, from left to right."""
         k = self._index[road]
-        sections = self._map.roads[k].lane_sections
-        section = sections[max(bisect_right([item.s for item in sections], s) - 1, 0)]
-        centre = self._offset(k, s)
+        section, sides = self._section(k, s)
         out: list[LaneAt] = []
-        edge = centre
-        for lane in sorted((lane for lane in section.lanes if lane.id > 0), key=lambda lane: lane.id):
-            outer = edge + _value(lane.widths, s - section.s)
-            out.insert(0, LaneAt(lane.id, lane.type, outer, edge))
-            edge = outer
-        edge = centre
-        for lane in sorted((lane for lane in section.lanes if lane.id < 0), key=lambda lane: -lane.id):
-            outer = edge - _value(lane.widths, s - section.s)
-            out.append(LaneAt(lane.id, lane.type, edge, outer))
-            edge = outer
+        for side, lanes in ((1.0, sides.left), (-1.0, sides.right)):
+            edge = self._offset(k, s)
+            found = []
+            for lane in lanes:
+                outer = edge + side * _value(lane.widths, s - section.s)
+                found.append(LaneAt(lane.id, lane.type, max(edge, outer), min(edge, outer)))
+                edge = outer
+            out += found[::-1] if side > 0 else found
         return tuple(out)
 
     def carriageway(self, road: int, s: float) -> tuple[float, float]:
@@ -86,18 +104,26 @@ class LaneTable:
         These are all lanes up to the first of `OFF_CARRIAGEWAY` on either side; both are the centre where there is
         none.
         """
-        lanes = self.at(road, s)
-        centre = self._offset(self._index[road], s)
-        left, right = centre, centre
-        for lane in sorted((lane for lane in lanes if lane.id > 0), key=lambda lane: lane.id):
-            if lane.type in OFF_CARRIAGEWAY:
-                break
-            left = lane.left
-        for lane in sorted((lane for lane in lanes if lane.id < 0), key=lambda lane: -lane.id):
-            if lane.type in OFF_CARRIAGEWAY:
-                break
-            right = lane.right
+        k = self._index[road]
+        section, sides = self._section(k, s)
+        left = right = self._offset(k, s)
+        for lane in sides.left[: sides.paved_left]:
+            left += _value(lane.widths, s - section.s)
+        for lane in sides.right[: sides.paved_right]:
+            right -= _value(lane.widths, s - section.s)
         return left, right
+
+    def _section(self, k: int, s: float) -> tuple[LaneSection, _Sides]:
+        """Return the lane section that holds at s of the k-th road, and its lanes by sides."""
+        sections = self._map.roads[k].lane_sections
+        section = sections[0]
+        if len(sections) > 1:
+            section = sections[max(bisect_right([item.s for item in sections], s) - 1, 0)]
+        # Roads share sections that are alike; the map keeps them, so that they can be told by their identity.
+        sides = self._sides.get(id(section))
+        if sides is None:
+            sides = self._sides[id(section)] = _Sides.of(section)
+        return section, sides
 
     def _offset(self, k: int, s: float) -> float:
         first, last = self._first[k], self._first[k + 1]
@@ -109,13 +135,14 @@ class LaneTable:
         return float(a + ds * (b + ds * (c + ds * d)))
 
 
-def _value(cubics: Iterable[Cubic], ds: float) -> float:
+def _value(cubics: Sequence[Cubic], ds: float) -> float:
     """Return the value of piecewise cubics, never below 0."""
-    holding = None
-    for item in cubics:
-        if holding is None or item.s <= ds:
-            holding = item
-    if holding is None:
+    if not cubics:
         return 0.0
+    holding = cubics[0]
+    for item in cubics[1:]:
+        if item.s > ds:
+            break
+        holding = item
     u = ds - holding.s
     return max(holding.a + u * (holding.b + u * (holding.c + u * holding.d)), 0.0)
