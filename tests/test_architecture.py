@@ -55,6 +55,7 @@ OUTSIDE = {
     "delivery",
     "limits",
     "report",
+    "standard_streams",
     "statistics",
     "street_points",
     "surface_pictures",

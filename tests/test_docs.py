@@ -64,7 +64,17 @@ def test_the_readme_lists_what_is_written(tmp_path: Path) -> None:
     subprocess.run([*command, "--dem", str(SAMPLE / "dem.tif")], check=True)
     table = README[README.index("## What is written") : README.index("Not written:")]
     named = {word for text in re.findall(r"`([^`]+)`", table) for word in text.split()}
-    folders = {"OpenDRIVE", "userData", "link", "predecessor", "successor", "geometry", "elevation", "lanes"}
+    folders = {
+        "OpenDRIVE",
+        "signals",
+        "objects",
+        "link",
+        "predecessor",
+        "successor",
+        "geometry",
+        "elevation",
+        "lanes",
+    }
     written = {element.tag for element in etree.parse(target).iter() if isinstance(element.tag, str)}
     assert written - named - folders - {"left", "center", "right"} == set()
 

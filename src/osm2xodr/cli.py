@@ -6,6 +6,7 @@ Only what is needed to read options is imported at the top of commands; the stag
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import signal
 import traceback
@@ -25,11 +26,16 @@ from osm2xodr.cli_report import report
 from osm2xodr.cli_surface import surface
 from osm2xodr.delivery import silence_standard_output
 from osm2xodr.errors import Osm2xodrError
+from osm2xodr.standard_streams import occupy_closed_streams, patient_standard_error
 
 if TYPE_CHECKING:
     from types import FrameType
 
 OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
+
+
+# What the system says of standard streams that are closed, or that lead onto a full disk or a dead device.
+_STREAM_ERRORS = frozenset({errno.EBADF, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 
 
 class _Terminated(BaseException):
@@ -46,13 +52,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments
         Without the program's name; by default those of the process.
     """
+    occupy_closed_streams()
+    with patient_standard_error():
+        return _run(None if arguments is None else list(arguments))
+
+
+def _run(arguments: list[str] | None) -> int:
+    """Run a command, and turn all that may go wrong into one sentence and an exit status."""
     session = Session()
     _calm_linear_algebra()
     try:
         with _signals():
-            status = cli.main(
-                None if arguments is None else list(arguments), "osm2xodr", standalone_mode=False, obj=session
-            )
+            status = cli.main(arguments, "osm2xodr", standalone_mode=False, obj=session)
     except click.ClickException as error:
         error.show()
         return error.exit_code
@@ -68,6 +79,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(str(error))
     except MemoryError:
         return _fail("the memory is not enough for this area; choose a smaller one, or give only --ways major")
+    except OSError as error:
+        if error.filename is not None or error.errno not in _STREAM_ERRORS:
+            return _crash(error, session.verbose)
+        silence_standard_output()
+        return _fail(f"standard input or output cannot be used: {(error.strerror or str(error)).lower()}")
     except Exception as error:
         return _crash(error, session.verbose)
     return status if isinstance(status, int) else OK

@@ -358,6 +358,9 @@ ARM_REACH_MOTORWAY: Final = 100.0
 SHORTEST_STREET_BETWEEN_JUNCTIONS: Final = 3.0
 # Roads are not cut shorter than this where their junctions cannot be one (or, at the very least, than a quarter).
 SHORTEST_ROAD: Final = 1.0
+# A ring without any junction that is shorter than this, m, is a point that somebody drew as a line: the circle whose
+# radius a turning lane has at least (CONNECTING_RADIUS), rounded down.
+SHORTEST_RING: Final = 18.0
 # Streets shorter than this that a turn restriction runs over (via way) become part of a junction.
 RESTRICTED_STREET: Final = 30.0
 # Largest extent of the nodes of one junction.
@@ -533,6 +536,9 @@ NO_LIMIT_KMH: Final = 400
 # Smallest radius of the middle of a turning lane that a car drives: half of a turning circle of 11 m less half of
 # the car (DIN 70020), rounded down. Sharper ones are reported.
 CONNECTING_RADIUS: Final = 3.0
+# A connecting road shorter than this, m, that turns by more than this, rad, is a point: no car turns on one.
+SHORTEST_TURN: Final = 0.1
+TURN_OF_A_POINT: Final = 0.5
 # A street runs smoothly on through a junction where no corner on its way is sharper than this, rad (30 degrees);
 # a connecting road that strays farther from it than STRAY, m, follows it instead.
 SMOOTH_CORNER: Final = 0.52
@@ -840,6 +846,8 @@ CORNER_DETOUR: Final = 3.0
 CORNER_DETOUR_MORE: Final = 5.0
 CORNER_SWING: Final = 1.5
 CORNER_ONTO_LANE: Final = 0.3
+# Gaps between a corner's sidewalk and the carriageway that are narrower stay, m. A choice.
+CORNER_FILLED: Final = 0.05
 
 # ---------------------------------------------------------------- furniture: what lies beside the carriageway
 
@@ -978,6 +986,12 @@ SIGN_BEYOND_JUNCTION: Final = 5.0
 SIGN_REPEATED: Final = 50.0
 # How far beside its road a sign may be mapped, m: MUTCD 2A.19 has overhead ones 12 ft and more beside; a choice.
 SIGN_ASIDE: Final = 15.0
+# Of the roads near a sign, one counts as so much farther away, m, if the sign is not on the side of its traffic, and
+# as so much, m per m, for the way to what a stop or give-way sign is for; a road of another level makes it unclear
+# which is meant if it is farther by less than the last, m. Choices.
+SIGN_WRONG_SIDE: Final = 5.0
+SIGN_AHEAD_SHARE: Final = 0.2
+SIGN_AMBIGUOUS: Final = 5.0
 # Where neither tags nor limits tell it, a town lies on that side of its sign on which there are so many times as many
 # nodes of streets as on the other, within so many metres. Choices.
 TOWN_REACH: Final = 300.0

@@ -10,6 +10,8 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import threading
+import time
 import warnings
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Generic, TypeVar
@@ -19,6 +21,9 @@ from osm2xodr.errors import Osm2xodrError
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.process import BaseProcess
+
+# How often a copy looks whether its parent still lives, s.
+_LOOK_AFTER_PARENT = 0.2
 
 T = TypeVar("T")
 Item = TypeVar("Item")
@@ -47,7 +52,7 @@ class Task(Generic[T]):
 
         context = multiprocessing.get_context("fork")
         self._receiver, sender = context.Pipe(duplex=False)
-        self._process = context.Process(target=_run, args=(self._function, sender), daemon=True)
+        self._process = context.Process(target=_run, args=(self._function, sender, os.getpid()), daemon=True)
         with warnings.catch_warnings():
             # Python warns of threads, which a copy does not have: those of OSM's reader and of linear algebra wait
             # for work, hold no lock, and are not used in the copy.
@@ -136,11 +141,12 @@ class _Share(Generic[Item, T]):
         return [self._function(item) for item in self._items]
 
 
-def _run(function: Callable[[], T], sender: Connection) -> None:
+def _run(function: Callable[[], T], sender: Connection, parent: int) -> None:
     """Send a function's result or error to the parent."""
     # The parent tells of an interruption; copies just end.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     try:
         value: tuple[T | None, BaseException | None] = function(), None
     except Exception as error:
@@ -149,3 +155,10 @@ def _run(function: Callable[[], T], sender: Connection) -> None:
     with contextlib.suppress(BrokenPipeError):
         sender.send(value)
     sender.close()
+
+
+def _end_with(parent: int) -> None:
+    """End this process soon after its parent, which may be killed without a chance to stop its copies."""
+    while os.getppid() == parent:
+        time.sleep(_LOOK_AFTER_PARENT)
+    os._exit(1)

@@ -11,6 +11,7 @@ import gzip
 import io
 import os
 import random
+import re
 import signal
 import tempfile
 import time
@@ -19,19 +20,25 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
-from hostile_maps import random_map
+import numpy.typing as npt
+from hostile_maps import odd_network, random_map
 
 from osm2xodr.checking import CheckOptions, Severity, check_file
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
+from osm2xodr.exporting import write_geojson
 from osm2xodr.furniture import EXTRA_OBJECTS, FurnitureOptions
+from osm2xodr.geometry import ElevationOptions, RoadOptions
+from osm2xodr.model import Rule
 from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.osmParsing.options import PRESETS
 from osm2xodr.pipeline import ConvertOptions, convert
 from osm2xodr.projection import make_frame
 from osm2xodr.surface import SurfaceOptions, read_surface
+from osm2xodr.targets import TARGETS
 from osm2xodr.viewing import write_picture
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.xodr_reader import read_xodr
@@ -54,28 +61,66 @@ class Finding:
 def fuzz_map(dice: random.Random, folder: Path) -> None:
     """Convert a random map, write it, and check what was written."""
     area = folder / "area.osm"
-    area.write_text(random_map(dice, longest=10_000 if dice.random() < 0.01 else 1000), encoding="utf-8")
-    furniture = FurnitureOptions(extra_objects=frozenset(EXTRA_OBJECTS))
+    longest = 10_000 if dice.random() < 0.01 else 1000
+    area.write_text((odd_network if dice.random() < 0.2 else random_map)(dice, longest), encoding="utf-8")
+    reader = TARGETS[dice.choice(sorted(TARGETS))]
+    extra = frozenset(EXTRA_OBJECTS if dice.random() < 0.7 else ())
+    options = ConvertOptions(
+        area,
+        dems=(_bumpy_dem(area, folder, dice),) if dice.random() < 0.15 else (),
+        parse=_parse_options(dice, extra),
+        elevation=ElevationOptions(superelevation=dice.random() < 0.3, structures=dice.random() < 0.8),
+        surface=SurfaceOptions(allow_partial=dice.random() < 0.8),
+        roads=RoadOptions(turnarounds=dice.random() < 0.3),
+        furniture=FurnitureOptions(target=reader, extra_objects=extra, enabled=dice.random() < 0.9),
+    )
     found = Diagnostics()
-    road_map = convert(ConvertOptions(area, furniture=furniture), found).road_map
+    road_map = convert(options, found).road_map
     target = folder / "out.xodr"
     with target.open("wb") as stream:
-        write_xodr(road_map, stream, WriteOptions(version=dice.choice(_VERSIONS)), found)
+        write_xodr(road_map, stream, WriteOptions(version=dice.choice(_VERSIONS), target=reader), found)
     result = check_file(target, CheckOptions(ignore=("schema",)))
     worst = [str(item) for item in result.findings if item.severity is Severity.ERROR]
     assert not worst, worst[:3]
 
 
+def _parse_options(dice: random.Random, extra: frozenset[str]) -> ParseOptions:
+    return ParseOptions(
+        ways=PRESETS[dice.choice(("drivable", "drivable", "all", "major"))],
+        include_private=dice.random() < 0.3,
+        rule=dice.choice((None, None, *Rule)),
+        default_lane_width=dice.choice((None, None, 2.0, 3.3)),
+        furniture=dice.random() < 0.9,
+        extra_objects=extra,
+    )
+
+
+def _bumpy_dem(area: Path, folder: Path, dice: random.Random) -> Path:
+    """Write an elevation model under the first node of an area: noise, cliffs and voids."""
+    found = re.search(r'lat="([-\d.]+)" lon="([-\d.]+)"', area.read_text(encoding="utf-8"))
+    assert found is not None
+    lat, lon = float(found[1]), float(found[2])
+    noise = np.random.default_rng(dice.getrandbits(32))
+    size = dice.choice((2, 5, 30))
+    heights = noise.normal(dice.choice((0.0, 4000.0, -400.0)), dice.choice((0.0, 1.0, 30.0, 1e4)), (size, size))
+    heights[noise.random((size, size)) < dice.choice((0.0, 0.1, 0.9))] = dice.choice((-32768.0, np.nan, 1e30))
+    path = folder / "under.tif"
+    path.write_bytes(_as_tiff(heights.astype(np.float32), lon, lat, dice.choice((1e-5, 3e-4, 3e-3))))
+    return path
+
+
 def fuzz_osm(dice: random.Random, folder: Path) -> None:
     """Read OSM files whose bytes are damaged."""
-    text = random_map(dice, longest=1000).encode()
+    text = (odd_network if dice.random() < 0.2 else random_map)(dice, 1000).encode()
     kind = dice.choice(("osm", "osm.gz", "osm.pbf"))
     if kind == "osm.pbf":
         text = _as_pbf(text, folder)
+    if kind != "osm.pbf" and dice.random() < 0.3:
+        text = _rearranged(text, dice)
     data = _damaged(gzip.compress(text, mtime=0) if kind == "osm.gz" else text, dice)
     path = folder / f"area.{kind}"
     path.write_bytes(data)
-    parse_osm(path, ParseOptions(), Diagnostics())
+    parse_osm(path, _parse_options(dice, frozenset(EXTRA_OBJECTS)), Diagnostics())
 
 
 def fuzz_dem(dice: random.Random, folder: Path) -> None:
@@ -89,9 +134,14 @@ def fuzz_dem(dice: random.Random, folder: Path) -> None:
 def fuzz_xodr(dice: random.Random, folder: Path) -> None:
     """Read, check and draw files of OpenDRIVE whose bytes are damaged."""
     path = folder / "area.xodr"
-    path.write_bytes(_damaged(_small_xodr(folder), dice))
+    sound = _small_xodr(folder)
+    path.write_bytes(_damaged(sound, dice) if dice.random() < 0.5 else _rearranged(sound, dice))
     check_file(path, CheckOptions(ignore=("schema",)))
-    write_picture(read_xodr(path), folder / "out.svg", PictureOptions(), "svg")
+    network = read_xodr(path)
+    if dice.random() < 0.5:
+        write_picture(network, folder / "out.svg", PictureOptions(), "svg")
+    else:
+        write_geojson(network, io.BytesIO(), 0.1, 5.0)
 
 
 FUZZERS: Final[dict[str, Callable[[random.Random, Path], None]]] = {
@@ -196,6 +246,36 @@ def _damaged(data: bytes, dice: random.Random) -> bytes:
     return bytes(out)
 
 
+_ELEMENT: Final = re.compile(rb"<(\w+)[^<>]*/>")
+_ATTRIBUTE: Final = re.compile(rb'(\w+)=(["\'])([^"\'<>]*)["\']')
+_ODD_VALUES: Final = (
+    *(b"", b"0", b"-1", b"1", b"2", b"-2", b"1e-9", b"1e9", b"1e300", b"-1e300", b"nan", b"inf", b"x", b"true"),
+    *(b"99999999999", b"1e309", b"0x1", b"1 2", b"driving", b"none", b"road", b"junction", b"start", b"end"),
+)
+
+
+def _rearranged(data: bytes, dice: random.Random) -> bytes:
+    """Return XML that is whole, but whose elements are left out, repeated, moved, or have odd or others' values."""
+    for _ in range(dice.choice((1, 1, 2, 4))):
+        elements = list(_ELEMENT.finditer(data))
+        attributes = list(_ATTRIBUTE.finditer(data))
+        if not elements or not attributes:
+            return data
+        one, other = dice.choice(elements), dice.choice(elements)
+        kind = dice.randrange(6)
+        if kind == 0:
+            data = data[: one.start()] + data[one.end() :]
+        elif kind == 1:
+            data = data[: one.end()] + one[0] * dice.choice((1, 3, 100)) + data[one.end() :]
+        elif kind == 2:
+            data = data[: one.start()] + other[0] + data[one.end() :]
+        else:
+            at, source = dice.choice(attributes), dice.choice(attributes)
+            value = dice.choice(_ODD_VALUES) if kind < 5 else source[3]
+            data = data[: at.start(3)] + value + data[at.end(3) :]
+    return data
+
+
 def _as_pbf(text: bytes, folder: Path) -> bytes:
     import osmium
 
@@ -220,14 +300,20 @@ def _small_dem() -> bytes:
 
 
 def _make_dem() -> bytes:
+    heights = np.add.outer(np.linspace(900, 1100, 24), np.linspace(0, 60, 20)).astype(np.int16)
+    return _as_tiff(heights, 1.53, 42.56, 3e-4)
+
+
+def _as_tiff(heights: npt.NDArray[Any], lon: float, lat: float, cell: float) -> bytes:
+    """Return a GeoTIFF around a place, with cells of a size in degrees."""
     from affine import Affine
     from rasterio.io import MemoryFile
 
-    heights = np.add.outer(np.linspace(900, 1100, 24), np.linspace(0, 60, 20)).astype(np.int16)
+    rows, columns = heights.shape
     with _rasterio(), MemoryFile() as memory:
-        transform = Affine(3e-4, 0, 1.527, 0, -3e-4, 42.5635)
-        how = {"driver": "GTiff", "width": 20, "height": 24, "count": 1, "dtype": "int16", "crs": "EPSG:4326"}
-        with memory.open(transform=transform, nodata=-32768, **how) as dataset:
+        transform = Affine(cell, 0, lon - cell * columns / 2, 0, -cell, lat + cell * rows / 2)
+        how = {"driver": "GTiff", "width": columns, "height": rows, "count": 1, "crs": "EPSG:4326"}
+        with memory.open(transform=transform, dtype=heights.dtype.name, nodata=-32768, **how) as dataset:
             dataset.write(heights, 1)
         return bytes(memory.read())
 

@@ -10,6 +10,7 @@ import random
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 from xml.sax.saxutils import quoteattr
 
@@ -145,7 +146,7 @@ def random_network(seed: int) -> RandomNetwork:
     spare = 2001
     for number, (refs, tags) in ways.items():
         row = [refs[0]]
-        for one, other in zip(refs, refs[1:], strict=False):
+        for one, other in pairwise(refs):
             if dice.random() < 0.3:
                 a, b = nodes[one], nodes[other]
                 aside = dice.uniform(-0.15, 0.15)

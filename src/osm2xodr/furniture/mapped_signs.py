@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import Final
 
-import numpy as np
-
-from osm2xodr import defaults
-from osm2xodr.curve_finder import CurveFinder
-from osm2xodr.curves import pose
 from osm2xodr.furniture.approaches import car_lanes
 from osm2xodr.furniture.node_places import NodePlace, NodePlaces
-from osm2xodr.furniture.sign_directions import LimitsAround, TownSide, comes_to, compass_heading, faced_along
+from osm2xodr.furniture.sign_directions import LimitsAround, TownSide, comes_to
 from osm2xodr.furniture.sign_nodes import KINDS, YieldSigns
 from osm2xodr.furniture.sign_posts import Post
-from osm2xodr.furniture.sign_room import curves_near
+from osm2xodr.furniture.sign_spots import Candidate, Spot, candidates_beside, choose_spot, choose_yield
 from osm2xodr.furniture.traffic_sign_tags import SignFace, directed_values, read_faces
 from osm2xodr.furniture.world import World
-from osm2xodr.model import RoadsideKind, RoadsideThing, Rule
+from osm2xodr.model import RoadsideKind, RoadsideThing
 
 # Signs of ways for people on foot or bicycles.
 _PATHS: Final = frozenset({"footway", "cycleway", "foot_and_cycleway", "footway_beside_cycleway", "bridleway"})
 _BACK: Final = {"city_limit": "city_limit_end", "city_limit_end": "city_limit"}
-
-
-@dataclass(frozen=True, slots=True)
-class _Spot:
-    """A place on a road: t where OSM says so, and the direction of traffic that a sign there is for, if known."""
-
-    road: int
-    s: float
-    t: float | None
-    along: bool | None
-    limits: LimitsAround
 
 
 def add_mapped_signs(world: World, places: NodePlaces, yielding: YieldSigns) -> list[Post]:
@@ -54,8 +39,8 @@ def add_mapped_signs(world: World, places: NodePlaces, yielding: YieldSigns) -> 
     for node, found in sorted(places.on_streets(signed).items()):
         reader.on_street(node, tags[node], found, meets=node in meeting)
     things = [item for item in world.network.roadside if item.kind is RoadsideKind.TRAFFIC_SIGN]
-    for thing, spots in _beside(world, things):
-        reader.beside(thing, spots)
+    for thing, candidates in zip(things, candidates_beside(world, things), strict=True):
+        reader.beside(thing, candidates)
     _count_ways(world)
     return reader.posts
 
@@ -88,10 +73,10 @@ class _Reader:
             if spot is None:
                 length = self._world.lanes.length(found[0].road)
                 s = min(max(found[0].s, 0.0), length)
-                spot = _Spot(found[0].road, s, None, limits.along(word), limits)
+                spot = Spot(found[0].road, s, None, limits.along(word), limits)
             self._place(osm_id, tags, faces, spot)
 
-    def _in_junction(self, node: int, place: NodePlace) -> _Spot | None:
+    def _in_junction(self, node: int, place: NodePlace) -> Spot | None:
         """Return the end of the only road from which cars come to a node in a junction; None for several."""
         network = self._world.network
         if place.road < 0 and node not in (network.streets[place.street].node_ids[[0, -1]]).tolist():
@@ -110,22 +95,46 @@ class _Reader:
             return None
         at_end = bool(coming[0] % 2)
         limits = LimitsAround.of_end(network.streets[coming[0] // 2], at_end=at_end)
-        return _Spot(road, self._world.lanes.length(road) if at_end else 0.0, None, at_end, limits)
+        return Spot(road, self._world.lanes.length(road) if at_end else 0.0, None, at_end, limits)
 
-    def beside(self, thing: RoadsideThing, spots: Sequence[_Spot]) -> None:
+    def beside(self, thing: RoadsideThing, candidates: Sequence[Candidate]) -> None:
         """Read the signs of a node beside streets."""
         faces: list[SignFace] = []
-        kind = thing.tags.get("highway")
+        kind = thing.tags.get("highway", "")
         for word, text in directed_values(thing.tags):
             faces += self._faces(text, thing.tags, word, but_yielding=kind in KINDS)
         if kind in KINDS:
-            faces.insert(0, SignFace(kind or ""))
+            faces.insert(0, SignFace(kind))
         if not faces:
             self._leave_out(thing.osm_id, "what it means is not known, or it is not for cars")
-        elif not spots:
-            self._leave_out(thing.osm_id, "no road for cars that it faces is near")
+            return
+        yields = [face.meaning for face in faces if face.meaning in KINDS]
+        if yields:
+            spot = self._yield_spot(thing, candidates, yields[0])
+            if not isinstance(spot, str):
+                self._place(thing.osm_id, thing.tags, faces, spot)
+                return
+            self._leave_out(thing.osm_id, spot)
+            faces = _others(faces)
+            if not faces:
+                return
+        any_way = any(face.meaning == "no_entry" for face in faces)
+        spot = choose_spot(candidates, any_way=any_way)
+        if isinstance(spot, str):
+            self._leave_out(thing.osm_id, spot)
         else:
-            self._place(thing.osm_id, thing.tags, faces, spots[0])
+            self._place(thing.osm_id, thing.tags, faces, spot)
+
+    def _yield_spot(self, thing: RoadsideThing, candidates: Sequence[Candidate], kind: str) -> Spot | str:
+        """Return where a stop or give-way sign beside streets stands, or why it stands nowhere."""
+        if not self._on_footways.isdisjoint(thing.node_ids.tolist()):
+            return "it stands on a way for people on foot or bicycles"
+        return choose_yield(candidates, kind, self._yielding.ahead)
+
+    @cached_property
+    def _on_footways(self) -> frozenset[int]:
+        """The nodes of ways for people on foot or bicycles."""
+        return frozenset(node for way in self._world.network.footways for node in way.node_ids.tolist())
 
     def _faces(self, text: str, tags: Mapping[str, str], word: str, *, but_yielding: bool) -> list[SignFace]:
         out: list[SignFace] = []
@@ -138,11 +147,14 @@ class _Reader:
                 out.append(face)
         return out
 
-    def _place(self, osm_id: str, tags: Mapping[str, str], faces: Sequence[SignFace], spot: _Spot) -> None:
+    def _place(self, osm_id: str, tags: Mapping[str, str], faces: Sequence[SignFace], spot: Spot) -> None:
         """Make the poles of signs at a place, for each direction that they are for."""
         by_direction: dict[bool, list[SignFace]] = {True: [], False: []}
         main_along: tuple[bool, ...] = ()
         lost = ""
+        if self._for_both(faces, spot):
+            words = "the sign stands for both directions of its street: no tag says which of them it is for"
+            self._world.diagnostics.guessed("sign-direction", osm_id, words)
         for face in faces:
             if face.supplementary:
                 for along in main_along:
@@ -159,7 +171,7 @@ class _Reader:
         if lost:
             self._leave_out(osm_id, lost)
 
-    def _post(self, osm_id: str, spot: _Spot, along: bool, faces: Sequence[SignFace]) -> str:
+    def _post(self, osm_id: str, spot: Spot, along: bool, faces: Sequence[SignFace]) -> str:
         """Make one pole, or say why not."""
         any_way = any(face.meaning == "no_entry" for face in faces)
         if not car_lanes(self._world, spot.road, spot.s, along) and not any_way:
@@ -172,9 +184,7 @@ class _Reader:
             self.posts.append(Post(spot.road, spot.s, along, others, osm_id, spot.t))
         return ""
 
-    def _meant(
-        self, osm_id: str, face: SignFace, tags: Mapping[str, str], spot: _Spot
-    ) -> list[tuple[bool, SignFace]]:
+    def _meant(self, osm_id: str, face: SignFace, tags: Mapping[str, str], spot: Spot) -> list[tuple[bool, SignFace]]:
         """Return which directions a sign is for, and what it says to each."""
         country = self._world.network.country
         if face.meaning in _BACK:
@@ -189,8 +199,16 @@ class _Reader:
             return [(spot.limits.nearer_end(), face)]
         return [(along, face) for along in spot.limits.directions()]
 
+    def _for_both(self, faces: Sequence[SignFace], spot: Spot) -> bool:
+        """Say whether one of several signs is taken to be for both directions since nothing says which."""
+        if spot.along is not None or len(spot.limits.directions()) < 2:
+            return False
+        main = [face for face in faces if not face.supplementary and face.meaning not in (*KINDS, *_BACK)]
+        country = self._world.network.country
+        return any(face.meaning != "maxspeed" or not spot.limits.tells(face, country) for face in main)
+
     def _city_limits(
-        self, osm_id: str, face: SignFace, tags: Mapping[str, str], spot: _Spot
+        self, osm_id: str, face: SignFace, tags: Mapping[str, str], spot: Spot
     ) -> list[tuple[bool, SignFace]]:
         """Return what the sign of a town says to those who enter and to those who leave it.
 
@@ -222,41 +240,16 @@ class _Reader:
         self._world.diagnostics.dropped("sign-left-out", osm_id, f"the sign is left out: {why}")
 
 
-def _beside(world: World, things: Sequence[RoadsideThing]) -> Iterator[tuple[RoadsideThing, list[_Spot]]]:
-    """Yield signs beside streets with the roads that they may be for, the nearest first."""
-    if not things:
-        return
-    plan = world.road_map.plan_view
-    x, y = np.array([item.points[0] for item in things]).T
-    near = curves_near(plan, x, y)
-    finder = CurveFinder(plan, near[near < len(world.places.road_street)])
-    point, curve, s, t, distance = finder.near(x, y, defaults.SIGN_ASIDE)
-    hdg = pose(plan, curve, s)[2]
-    rows = np.lexsort((curve, distance, point)).tolist()
-    spots: list[list[_Spot]] = [[] for _ in things]
-    for k in rows:
-        thing = things[int(point[k])]
-        spot = _spot(world, thing, int(curve[k]), (float(s[k]), float(t[k]), float(hdg[k])))
-        if spot is not None:
-            spots[int(point[k])].append(spot)
-    yield from zip(things, spots, strict=True)
-
-
-def _spot(world: World, thing: RoadsideThing, curve: int, place: tuple[float, float, float]) -> _Spot | None:
-    """Return where a sign stands on a road; None where it cannot be for its traffic."""
-    s, t, hdg = place
-    road = world.road_map.roads[curve].id
-    street = world.network.streets[int(world.places.road_street[curve])]
-    limits = LimitsAround.near(street, float(thing.points[0, 0]), float(thing.points[0, 1]))
-    runs = limits.directions()
-    heading = compass_heading(thing.tags)
-    along = None if heading is None else faced_along(heading, hdg)
-    if heading is not None and along is None:
-        return None
-    if along is None:
-        on_right = t < 0.0
-        along = on_right == (world.road_map.rule is Rule.RIGHT_HAND) if len(runs) > 1 else runs[0]
-    return _Spot(road, s, t, along, limits)
+def _others(faces: Sequence[SignFace]) -> list[SignFace]:
+    """Return the signs but stop and give-way signs and the plates below them."""
+    out: list[SignFace] = []
+    wanted = False
+    for face in faces:
+        if not face.supplementary:
+            wanted = face.meaning not in KINDS
+        if wanted:
+            out.append(face)
+    return out
 
 
 def _count_ways(world: World) -> None:

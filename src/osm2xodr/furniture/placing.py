@@ -25,7 +25,7 @@ def place(network: StreetNetwork, road_map: RoadMap, options: FurnitureOptions, 
     crossings = find_crossings(world)
     approaches = find_approaches(world, crossings)
     lights = place_lights(world, approaches, crossings)
-    signs = place_signs(world, approaches, lights.signalled)
+    signs = place_signs(world, approaches, lights.signalled, crossings)
     objects = (
         *crossing_objects(world, crossings),
         *place_objects(world, approaches, (*lights.stops, *signs.stops)),

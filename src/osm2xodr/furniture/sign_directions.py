@@ -151,6 +151,12 @@ class LimitsAround:
         begins = [along for along in holds if not _same(self._limits(along)[0], speed)]
         return begins or holds or list(runs)
 
+    def tells(self, face: SignFace, country: str) -> bool:
+        """Say whether the limits around a sign of one tell its direction: it begins to hold in one, or as said."""
+        if len(self.limited(face, country)) < 2:
+            return True
+        return face.value is None and all(self._limits(along)[0] != self._limits(along)[1] for along in (True, False))
+
     def with_value(self, face: SignFace, along: bool, country: str) -> SignFace:
         """Return a sign of a limit with the value that holds behind it, if it has none itself."""
         speed = self._limits(along)[1]

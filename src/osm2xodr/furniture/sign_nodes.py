@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,12 +14,15 @@ from osm2xodr import defaults
 from osm2xodr.furniture.approaches import car_lanes
 from osm2xodr.furniture.node_places import NodePlace, NodePlaces
 from osm2xodr.furniture.sign_posts import Post
+from osm2xodr.furniture.sign_spots import Spot
 from osm2xodr.furniture.traffic_sign_tags import SignFace
-from osm2xodr.furniture.world import Approach, Stop, World
+from osm2xodr.furniture.world import Approach, Crossing, Stop, World
 from osm2xodr.model import Direction, Intersection, Street
 from osm2xodr.street_signs import meant_ends
 
 KINDS: Final = ("stop", "give_way")
+# Values of railway of nodes where tracks cross a street.
+_RAILWAYS: Final = frozenset({"level_crossing", "tram_level_crossing", "crossing", "tram_crossing"})
 _ALL_WAY: Final = frozenset({"all", "4-way", "4way"})
 
 
@@ -54,12 +58,13 @@ class YieldSigns:
 
     Parameters
     ----------
-    world, approaches
+    world, approaches, crossings
         What is there.
     """
 
-    def __init__(self, world: World, approaches: Sequence[Approach]) -> None:
+    def __init__(self, world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing] = ()) -> None:
         self._world = world
+        self._crossings = crossings
         self._by_end = {item.street_end: item for item in approaches}
         self._at = {(item.road, item.at_end): item for item in approaches}
         self._found: dict[tuple[int, bool, float | None], YieldSign] = {}
@@ -112,6 +117,30 @@ class YieldSigns:
             return YieldSign(kind, road, approach.stop_s, along, osm_id, approach)
         margin = min(0.5 * length, defaults.STOP_LINE_SETBACK)
         return YieldSign(kind, road, min(max(s, margin), length - margin), along, osm_id)
+
+    def ahead(self, spot: Spot, along: bool) -> float | None:
+        """Return how far it is from a sign beside a road to what its traffic has to stop or yield for, m.
+
+        That is a junction, a crossing or a railway within reach; None where there is none.
+        """
+        length = self._world.lanes.length(spot.road)
+        found = [abs(at - spot.s) for at in self._crossed.get(spot.road, ()) if (at > spot.s) == along]
+        if (spot.road, along) in self._at:
+            found.append(length - spot.s if along else spot.s)
+        near = [distance for distance in found if distance <= defaults.SIGN_REACH]
+        return min(near) if near else None
+
+    @cached_property
+    def _crossed(self) -> Mapping[int, list[float]]:
+        """Where people and railways cross roads: s by road, m."""
+        out: dict[int, list[float]] = defaultdict(list)
+        for crossing in self._crossings:
+            out[crossing.road].append(crossing.s)
+        places, tags = self._world.places, self._world.network.node_tags
+        for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
+            if road >= 0 and tags[node].get("railway") in _RAILWAYS:
+                out[road].append(s)
+        return out
 
     def _leave_out(self, osm_id: str, why: str) -> None:
         self._world.diagnostics.dropped("sign-left-out", osm_id, f"the sign is left out: {why}")

@@ -10,7 +10,7 @@ from osm2xodr.furniture.node_places import NodePlaces
 from osm2xodr.furniture.sign_nodes import YieldSigns
 from osm2xodr.furniture.sign_posts import joined_posts, make_signals
 from osm2xodr.furniture.speed_signs import road_signs
-from osm2xodr.furniture.world import Approach, Stop, World
+from osm2xodr.furniture.world import Approach, Crossing, Stop, World
 from osm2xodr.model import Signal
 
 
@@ -22,7 +22,12 @@ class PlacedSigns:
     stops: tuple[Stop, ...] = ()
 
 
-def place_signs(world: World, approaches: Sequence[Approach], signalled: frozenset[tuple[int, bool]]) -> PlacedSigns:
+def place_signs(
+    world: World,
+    approaches: Sequence[Approach],
+    signalled: frozenset[tuple[int, bool]],
+    crossings: Sequence[Crossing] = (),
+) -> PlacedSigns:
     """Place all signs.
 
     Parameters
@@ -31,9 +36,11 @@ def place_signs(world: World, approaches: Sequence[Approach], signalled: frozens
         What is there.
     signalled
         (road, whether at its end) of the approaches with lights: their signs stop nobody.
+    crossings
+        Where people cross: signs beside a road may be for them.
     """
     places = NodePlaces(world)
-    yielding = YieldSigns(world, approaches)
+    yielding = YieldSigns(world, approaches, crossings)
     yielding.add_nodes(places)
     mapped = add_mapped_signs(world, places, yielding)
     posts = [*yielding.posts(), *mapped]

@@ -64,7 +64,7 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     a, b = ends.node[0::2], ends.node[1::2]
     between = (a >= 0) & (b >= 0)
     between[between] &= is_junction[a[between]] & is_junction[b[between]]
-    tiny = ends.length[0::2] < defaults.SHORTEST_ROAD
+    tiny = ends.length[0::2] < np.where(a < 0, defaults.SHORTEST_RING, defaults.SHORTEST_ROAD)
     inner = tiny & ~between
     ring = ends.roundabout[0::2] & ends.roundabout[1::2]
     via = _restricted(network, ends)

@@ -21,6 +21,30 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, 
 _NO_CURVES = PlanView(np.zeros(1, np.int64), *(np.zeros(0) for _ in range(6)))
 
 
+@dataclass(frozen=True, slots=True)
+class InnerLane:
+    """A lane of a corner between its sidewalk and the carriageway.
+
+    Parameters
+    ----------
+    type
+        What it is for.
+    entry_width, exit_width
+        m.
+    height
+        Above the road, m.
+    entry_lane, exit_lane
+        Lane ids on the roads that it goes on as; None for what only fills the corner.
+    """
+
+    type: LaneType
+    entry_width: float
+    exit_width: float
+    height: float
+    entry_lane: int | None = None
+    exit_lane: int | None = None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ConnectingRoads:
     """All connecting roads, grouped by junction.
@@ -50,6 +74,8 @@ class ConnectingRoads:
         Of the lane above the road, m.
     set_apart
         The type of those lanes where both are set apart for the same kind of traffic, else that of cars' lanes.
+    inner
+        What lies between a sidewalk and the carriageway, from the sidewalk inwards; nothing beside cars' lanes.
     """
 
     plan_view: PlanView
@@ -68,23 +94,27 @@ class ConnectingRoads:
     exit_aside: FloatArray
     height: FloatArray
     set_apart: tuple[LaneType, ...]
+    inner: tuple[tuple[InnerLane, ...], ...]
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""
         rows = np.flatnonzero(keep)
         plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows) if len(rows) else _NO_CURVES
-        flat = [item.name for item in fields(self) if item.name not in ("plan_view", "set_apart")]
-        columns = {name: getattr(self, name)[rows] for name in flat}
-        return ConnectingRoads(plan, **columns, set_apart=tuple(self.set_apart[k] for k in rows.tolist()))
+        columns = {name: getattr(self, name)[rows] for name in _FLAT}
+        listed = {name: tuple(getattr(self, name)[k] for k in rows.tolist()) for name in _LISTED}
+        return ConnectingRoads(plan, **columns, **listed)
 
     def joined(self, other: ConnectingRoads) -> ConnectingRoads:
         """Return these and others, the others behind."""
         if not len(other.length):
             return self
-        flat = [item.name for item in fields(self) if item.name not in ("plan_view", "set_apart")]
-        columns = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in flat}
-        plan = joined_plan_views(self.plan_view, other.plan_view)
-        return ConnectingRoads(plan, **columns, set_apart=self.set_apart + other.set_apart)
+        columns = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _FLAT}
+        listed = {name: getattr(self, name) + getattr(other, name) for name in _LISTED}
+        return ConnectingRoads(joined_plan_views(self.plan_view, other.plan_view), **columns, **listed)
+
+
+_LISTED = ("set_apart", "inner")
+_FLAT = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_LISTED))
 
 
 def build_connecting_roads(
@@ -156,4 +186,5 @@ def build_connecting_roads(
         exit_aside=np.zeros(len(rows)),
         height=np.zeros(len(rows)),
         set_apart=tuple(row.lane_type() for row in rows),
+        inner=((),) * len(rows),
     )

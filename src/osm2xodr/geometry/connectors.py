@@ -74,6 +74,14 @@ def detours(plan: PlanView) -> BoolArray:
     return out
 
 
+def turns_on_the_spot(plan: PlanView) -> BoolArray:
+    """Say which curves are a point that something turns at, (curves,)."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    whole = np.bincount(owner, np.abs(plan.curvature * plan.length), len(plan.start) - 1)
+    out: BoolArray = (lengths(plan) < defaults.SHORTEST_TURN) & (whole > defaults.TURN_OF_A_POINT)
+    return out
+
+
 def swings_out(plan: PlanView) -> BoolArray:
     """Say which pairs of arcs turn to the other side before they turn or after it, (curves,)."""
     owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))

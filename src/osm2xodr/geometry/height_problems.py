@@ -7,6 +7,7 @@ import numpy as np
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.corner_strips import inner_width
 from osm2xodr.geometry.profile_problem import ConnectorProblem, ProfileProblem
 from osm2xodr.geometry.profile_tags import tagged_heights
 from osm2xodr.geometry.road_parts import RoadParts
@@ -77,6 +78,8 @@ def _oneway(attributes: StreetAttributes) -> int:
 def connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
     """Ask for the heights of all connecting roads; those of sidewalks follow what cars drive on."""
     aside = np.maximum(np.abs(connecting.entry_aside), np.abs(connecting.exit_aside))
+    # A sidewalk that goes its own way runs along its middle, with all that lies inside of it at one side.
+    aside = np.where(aside > 0.0, aside, np.maximum(*inner_width(connecting)))
     return ConnectorProblem(
         plan_view=connecting.plan_view,
         junction=connecting.junction,

@@ -21,9 +21,13 @@ from osm2xodr.geometry.streets import FittedStreets
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 _PROBES = np.arange(0.0, 3.01, 0.25)
+# Ends of roads often lie where a bend ends: so far within, m, it is certain which side of that is meant.
+_WITHIN = 1e-6
 _CHOICES = np.linspace(0.0, 1.0, 5)
 # A curve may shrink to this share of itself where its line moves towards the inside.
 _LEAST_SHARE = 0.4
+# More than any lane is longer than its line.
+_NEVER = 1e9
 
 
 def lines_outside_bends(
@@ -109,7 +113,7 @@ def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
     street: list[IntArray] = []
     at: list[FloatArray] = []
     end = parts.begin + parts.length
-    for probe in _PROBES:
+    for probe in _PROBES + _WITHIN:
         street += [parts.street, parts.street]
         at += [np.minimum(parts.begin + probe, end), np.maximum(end - probe, parts.begin)]
     changes = [
@@ -154,7 +158,7 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     def moved_by(aside: FloatArray) -> FloatArray:
         shrunk = np.ones(len(out))
         np.minimum.at(shrunk, owner, 1.0 - plan.curvature * aside[owner])
-        return np.where(shrunk > _LEAST_SHARE, stretch(aside), np.inf)
+        return np.where(shrunk > _LEAST_SHARE, stretch(aside), _NEVER)
 
     for choice in _CHOICES[1:]:
         # Of both sides the better one, so that it does not matter which way the street is drawn.

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import lengths
+from osm2xodr.curves import lengths, pose, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.cross_section import Piece
@@ -19,7 +19,10 @@ from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts
 from osm2xodr.geometry.straight_ends import out_of_bends, outermost_lanes
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.geometry.streets import FittedStreets
-from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
+
+# Rings close to this, m and rad.
+_CLOSED = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,7 +161,7 @@ def cut_roads(
     before, after = front[len(whole) :], back[len(whole) :]
     end_link[before, 1] = 2 * after
     end_link[after, 0] = 2 * before + 1
-    ring = first[halves] < 0
+    ring = (first[halves] < 0) & _closes(fitted.plan_view, halves, length)
     end_link[before[ring], 0] = 2 * after[ring] + 1
     end_link[after[ring], 1] = 2 * before[ring]
     whole_stretches = _stretches(pieces, whole, lo[: len(whole)], hi[: len(whole)], earlier)
@@ -177,6 +180,14 @@ def cut_roads(
         fitted=fitted,
         pieces=pieces,
     )
+
+
+def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
+    """Say which curves end where, and in the direction in which, they start: not those of a line to and fro."""
+    x0, y0, hdg0 = pose(plan, curve, np.zeros(len(curve)))
+    x1, y1, hdg1 = pose(plan, curve, length[curve])
+    out: BoolArray = (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
+    return out
 
 
 def _halved_stretches(pieces: Sequence[Piece], begin: float, end: float, ring: bool) -> list[Stretch]:

@@ -14,7 +14,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.connecting_roads import ConnectingRoads, build_connecting_roads
 from osm2xodr.geometry.connectivity_report import report_unheeded
-from osm2xodr.geometry.connectors import detours
+from osm2xodr.geometry.connectors import detours, turns_on_the_spot
 from osm2xodr.geometry.corner_room import lay_out_corners
 from osm2xodr.geometry.lane_links import find_lane_links
 from osm2xodr.geometry.lost_streets import refuse_without_roads, report_lost
@@ -122,7 +122,8 @@ def _without_detours(
 ) -> ConnectingRoads:
     """Leave out connecting roads that no car would drive because the arms that they join lie on each other."""
     # Loops that turn back are long by design.
-    astray = detours(connecting.plan_view) & (connecting.entry != connecting.exit)
+    astray = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
+    astray &= connecting.entry != connecting.exit
     for junction in np.unique(connecting.junction[astray]).tolist():
         node = network.intersections[layout.nodes[junction][0]].osm_node_id
         diagnostics.dropped(

@@ -11,8 +11,9 @@ from osm2xodr.countries import find_country
 from osm2xodr.curves import joined_plan_views, joined_profiles, profile_of
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
-from osm2xodr.geometry.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connecting_roads import ConnectingRoads, InnerLane
 from osm2xodr.geometry.connectivity import Connectivity
+from osm2xodr.geometry.corner_strips import inner_width
 from osm2xodr.geometry.elevation import ElevationOptions, Ground, connector_profiles, solve_profiles
 from osm2xodr.geometry.height_problems import connector_problem, profile_problem
 from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_all, smooth_step
@@ -137,11 +138,12 @@ class _Numbers:
 
 
 def _connecting_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicProfile:
-    """Return the lane offsets that put a connecting road's one lane around its reference line."""
+    """Return the lane offsets that put a connecting road's lane around its reference line, or beside it."""
     n = len(connecting.length)
-    side = -0.5 * _own_lanes(connecting, rule)
-    start = side * connecting.entry_width + connecting.entry_aside
-    end = side * connecting.exit_width + connecting.exit_aside
+    side = -0.5 * np.sign(_own_lanes(connecting, rule))
+    inner = inner_width(connecting)
+    start = side * (connecting.entry_width + 2 * inner[0]) + connecting.entry_aside
+    end = side * (connecting.exit_width + 2 * inner[1]) + connecting.exit_aside
     bent = np.flatnonzero(start != end)
     columns = (column[bent].tolist() for column in (connecting.length, start, end))
     steps = [smooth_step(0.0, *values) for values in zip(*columns, strict=True)]
@@ -151,9 +153,9 @@ def _connecting_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicProfile
 
 
 def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
-    """Return the id of each connecting road's one lane, (n,)."""
+    """Return the id of each connecting road's lane, (n,); others lie between a sidewalk and the carriageway."""
     usual = -1 if rule is Rule.RIGHT_HAND else 1
-    return np.where(connecting.against, -usual, usual)
+    return np.where(connecting.against, -usual, usual) * np.array([len(lanes) + 1 for lanes in connecting.inner])
 
 
 def _blend(length: float, start: float, end: float) -> Cubic:
@@ -253,10 +255,12 @@ def _connecting(
     for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(
         zip(*(column.tolist() for column in columns), strict=True)
     ):
-        kind = (own, connecting.set_apart[k], w0, w1, length if w0 != w1 else 0.0, lane_in, lane_out, height)
+        walk = InnerLane(connecting.set_apart[k], w0, w1, height, lane_in, lane_out)
+        kind = (own, (*reversed(connecting.inner[k]), walk), length)
+        kind = kind if any(item.entry_width != item.exit_width for item in kind[1]) else (*kind[:2], 0.0)
         sections = kinds.get(kind)
         if sections is None:
-            sections = kinds[kind] = _one_lane(*kind)
+            sections = kinds[kind] = _lanes_through(*kind)
         out.append(
             Road(
                 id=numbers.connecting(k),
@@ -273,15 +277,31 @@ def _connecting(
 
 
 _CENTRE = Lane(0, LaneType.NONE, (), road_mark=NO_MARK)
-_LaneKind = tuple[int, LaneType, float, float, float, int, int, float]
+_LaneKind = tuple[int, tuple[InnerLane, ...], float]
 
 
-def _one_lane(
-    own: int, lane_type: LaneType, start: float, end: float, length: float, lane_in: int, lane_out: int, height: float
-) -> tuple[LaneSection, ...]:
-    """Return the lane section of a connecting road, from one width to another."""
-    lane = Lane(own, lane_type, (_blend(length, start, end),), lane_in, lane_out, NO_MARK, height=height)
-    return (LaneSection(0.0, (_CENTRE, lane) if own < 0 else (lane, _CENTRE)),)
+def _lanes_through(own: int, across: tuple[InnerLane, ...], length: float) -> tuple[LaneSection, ...]:
+    """Return the lane section of a connecting road, with lanes from its reference line to the one that it is for."""
+    side = 1 if own > 0 else -1
+    lanes = [
+        Lane(
+            side * number,
+            item.type,
+            (_blend(length, item.entry_width, item.exit_width),),
+            item.entry_lane,
+            item.exit_lane,
+            NO_MARK,
+            height=item.height,
+        )
+        for number, item in enumerate(across, start=1)
+    ]
+    return (LaneSection(0.0, (_CENTRE, *lanes) if own < 0 else (*reversed(lanes), _CENTRE)),)
+
+
+def _lane_links(entry_lane: int, own: int, inner: tuple[InnerLane, ...]) -> tuple[tuple[int, int], ...]:
+    side = 1 if own > 0 else -1
+    rest = [(item.entry_lane, own - side * k) for k, item in enumerate(inner, start=1) if item.entry_lane is not None]
+    return ((entry_lane, own), *rest)
 
 
 def _junctions(
@@ -308,7 +328,7 @@ def _junctions(
                 id=number,
                 incoming_road=numbers.road(entry[k] // 2),
                 connecting_road=numbers.connecting(k),
-                lane_links=((entry_lane[k], own[k]),),
+                lane_links=_lane_links(entry_lane[k], own[k], connecting.inner[k]),
             )
             for number, k in enumerate(group)
         )

@@ -8,33 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curve_finder import project
 from osm2xodr.curves import lengths, pose, smallest_radius, wrapped
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connectors import connect
+from osm2xodr.geometry.corner_overlaps import onto_lanes, onto_roads, probes
+from osm2xodr.geometry.corner_strips import Sidewalk, between, with_inner_lanes
 from osm2xodr.geometry.margin_columns import columns_of, present
 from osm2xodr.geometry.margins import Margins
 from osm2xodr.geometry.plan_fit import cut_curves, replaced
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.shortest_curves import wide_curves
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec, PlanView, Rule
 
-# Shares of a path at which it is held against lanes for cars.
-_PROBES = np.linspace(0.0, 1.0, 9)[1:-1]
-# A place whose distance from a curve is that from its tangent, up to this, m, lies abreast of it.
-_ABREAST = 0.01
 # The sidewalk leaves the direction of the curve that it runs beside by this slope at most.
 _STEEPEST = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class _Sidewalk:
-    """A sidewalk at a road end: lane id, t of its middle, width, height, m."""
-
-    lane: int
-    t: float
-    width: float
-    height: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +31,8 @@ class _Corner:
     junction: int
     entry: int
     exit: int
-    one: _Sidewalk
-    other: _Sidewalk
+    one: Sidewalk
+    other: Sidewalk
 
 
 def sidewalk_corners(
@@ -81,10 +68,10 @@ def sidewalk_corners(
     plan, own = _paths(corners, beside, parts, cars)
     rows = _as_rows(corners, beside, plan, own, cars, rule)
     good = _passable(rows, own, cars, parts)
-    return rows.chosen(good), rows.chosen(~good)
+    return with_inner_lanes(rows.chosen(good), own[good], cars, parts, rule), rows.chosen(~good)
 
 
-def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> _Sidewalk | None:
+def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewalk | None:
     """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end."""
     last = bool(end % 2)
     stretch = parts.at_end(end)
@@ -93,11 +80,15 @@ def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> _Sidew
     columns = columns_of(margins, side)
     # What is a lane of the section elsewhere counts here, though it has no width.
     here = present(columns, margins, stretch.start, stretch.end)
+    inner: list[tuple[int, MarginSpec]] = []
     for number, column in enumerate(here, start=lanes + 1):
         strip = columns[column].strips[-1 if last else 0]
-        if strip is not None and strip.type is LaneType.SIDEWALK:
-            return _Sidewalk(side * number, t + side * strip.width / 2, strip.width, strip.height)
-        t += side * (strip.width if strip is not None else 0.0)
+        if strip is None:
+            continue
+        if strip.type is LaneType.SIDEWALK:
+            return Sidewalk(side * number, t + side * strip.width / 2, strip.width, strip.height, tuple(inner))
+        inner.insert(0, (side * number, strip))
+        t += side * strip.width
     return None
 
 
@@ -268,7 +259,7 @@ def _as_rows(
     exit_ = [(c.entry, c.one) if turned else (c.exit, c.other) for c, turned in zip(corners, back, strict=True)]
     source = np.array([0 if item is None else item.row for item in beside], np.int64)
 
-    def of_walks(name: str, ends: list[tuple[int, _Sidewalk]]) -> FloatArray:
+    def of_walks(name: str, ends: list[tuple[int, Sidewalk]]) -> FloatArray:
         return np.array([getattr(walk, name) for _, walk in ends])
 
     return ConnectingRoads(
@@ -289,6 +280,7 @@ def _as_rows(
         exit_aside=np.array([0.0 if item is None else item.end for item in beside]),
         height=of_walks("height", entry),
         set_apart=(LaneType.SIDEWALK,) * len(corners),
+        inner=tuple(between(one, other) for (_, one), (_, other) in zip(entry, exit_, strict=True)),
     )
 
 
@@ -312,68 +304,9 @@ def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, part
     good &= smallest_radius(plan) >= half + defaults.CORNER_EDGE_RADIUS
     good &= _turning_in_vain(plan) <= defaults.CORNER_SWING
     good |= ~own
-    x, y = _probes(rows)
+    x, y = probes(rows, rows.entry_aside, rows.exit_aside)
     # Beside a turn a lane that swings wider may cover its edge, but no more.
-    good &= ~_onto_lanes(rows, cars, x, y, np.where(own, half - defaults.CORNER_ONTO_LANE, 0.0))
+    good &= ~onto_lanes(rows, cars, x, y, np.where(own, half - defaults.CORNER_ONTO_LANE, 0.0))
     far = np.flatnonzero(good & (own | (rows.length > defaults.CORNER_FAR)))
-    good[far] = ~_onto_roads(rows.junction[far], parts, x[far], y[far])
+    good[far] = ~onto_roads(rows.junction[far], parts, x[far], y[far])
     return good
-
-
-def _probes(rows: ConnectingRoads) -> tuple[FloatArray, FloatArray]:
-    """Return places along the middle of each lane, (rows, probes)."""
-    curve = np.repeat(np.arange(len(rows.length)), len(_PROBES))
-    x, y, hdg = pose(rows.plan_view, curve, (rows.length[:, None] * _PROBES).ravel())
-    share = _PROBES * _PROBES * (3.0 - 2.0 * _PROBES)
-    t = (rows.entry_aside[:, None] + (rows.exit_aside - rows.entry_aside)[:, None] * share).ravel()
-    shape = len(rows.length), len(_PROBES)
-    return (x - t * np.sin(hdg)).reshape(shape), (y + t * np.cos(hdg)).reshape(shape)
-
-
-def _onto_lanes(
-    rows: ConnectingRoads, cars: ConnectingRoads, x: FloatArray, y: FloatArray, half: FloatArray
-) -> BoolArray:
-    """Say which strips about places lie on a lane for cars through their junction, (rows,)."""
-    row, car = _pairs(rows.junction, cars.junction)
-    lane = np.minimum(cars.entry_width, cars.exit_width) / 2
-    used, place = np.unique(car, return_inverse=True)
-    s = np.linspace(0.0, 1.0, len(_PROBES)) * cars.length[used][:, None]
-    px, py, _ = (v.reshape(s.shape) for v in pose(cars.plan_view, np.repeat(used, len(_PROBES)), s.ravel()))
-    # A curve leaves the box of its probes by less than a quarter of the way between two of them.
-    slack = 0.25 * cars.length[used] / (len(_PROBES) - 1)
-    near = np.ones(len(row), bool)
-    for one, other in ((x, px), (y, py)):
-        gap = slack[place] + half[row] + lane[car]
-        near &= (one.min(1)[row] < other.max(1)[place] + gap) & (one.max(1)[row] > other.min(1)[place] - gap)
-    row, car = row[near], car[near]
-    _, _, distance = project(cars.plan_view, np.repeat(car, len(_PROBES)), x[row].ravel(), y[row].ravel())
-    reach = half[row] + lane[car]
-    out = np.zeros(len(rows.length), bool)
-    out[row[(distance.reshape(-1, len(_PROBES)) < reach[:, None]).any(axis=1)]] = True
-    return out
-
-
-def _onto_roads(junction: IntArray, parts: RoadParts, x: FloatArray, y: FloatArray) -> BoolArray:
-    """Say which paths run over the carriageway of an arm of their junction, (paths,)."""
-    arms = np.flatnonzero(parts.end_junction.ravel() >= 0)
-    arms = arms[np.argsort(parts.end_junction.ravel()[arms], kind="stable")]
-    path, arm = _pairs(junction, parts.end_junction.ravel()[arms])
-    end = arms[arm]
-    road = np.repeat(end // 2, len(_PROBES))
-    _, t, distance = project(parts.plan_view, road, x[path].ravel(), y[path].ravel())
-    sections = {int(k): parts.at_end(int(k)).section for k in np.unique(end)}
-    left = np.repeat([sections[k].left_edge for k in end.tolist()], len(_PROBES))
-    right = np.repeat([sections[k].right_edge for k in end.tolist()], len(_PROBES))
-    beside = np.abs(distance - np.abs(t)) < _ABREAST
-    on = beside & (t < left - defaults.CORNER_ONTO_LANE) & (t > right + defaults.CORNER_ONTO_LANE)
-    out = np.zeros(len(junction), bool)
-    out[path[on.reshape(-1, len(_PROBES)).any(axis=1)]] = True
-    return out
-
-
-def _pairs(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
-    """Return all pairs of rows of one junction; the junctions of the others ascend."""
-    first = np.searchsorted(other, one)
-    count = np.searchsorted(other, one, side="right") - first
-    row = np.repeat(np.arange(len(one)), count)
-    return row, np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)

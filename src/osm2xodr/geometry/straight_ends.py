@@ -125,8 +125,10 @@ def out_of_bends(
     # Most curves bend nowhere that much: their places stay unless they are close to an end.
     fits = (s > _PROBES[-1]) & (s < length[curve] - _PROBES[-1]) & ~bends_tightly(plan, curve, right, left)
     todo = np.flatnonzero(~fits)
+    # Towards the middle of the curve first, whichever way that is drawn.
+    inwards = np.where(s < length[curve] / 2, 1.0, -1.0)
     for shift in _SHIFTS:
-        at = s[todo] + shift
+        at = s[todo] + inwards[todo] * shift
         fits = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])
         for probe in (*-_PROBES[:0:-1], *_PROBES):
             k = find_record(plan.start, plan.s, curve[todo], at + probe)

@@ -130,12 +130,17 @@ def _directed(links: list[Link], closed: bool, flows: Sequence[int]) -> list[Cha
     chains: list[Chain] = []
     part: list[Link] = []
     running = 0
+    # How many links of the part there are up to its last one-way piece.
+    ruled = 0
     for link, sign in zip(links, signs, strict=True):
         if sign * running < 0:
-            chains.append(_part(part, running))
-            part, running = [], 0
+            # What is two-way between them goes with the lower piece, whichever way the walk went.
+            rest = part[ruled:] if link[0] < part[ruled - 1][0] else []
+            chains.append(_part(part[: len(part) - len(rest)], running))
+            part, running = rest, 0
         part.append(link)
-        running = running or sign
+        if sign:
+            running, ruled = sign, len(part)
     chains.append(_part(part, running))
     return chains
 

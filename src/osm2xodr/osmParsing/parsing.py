@@ -31,7 +31,7 @@ from osm2xodr.osmParsing.reach import sample_streets
 from osm2xodr.osmParsing.reader import RawNodes, RawWay, count_contents, read_nodes, read_ways
 from osm2xodr.osmParsing.restrictions import read_restrictions
 from osm2xodr.osmParsing.roadside import read_beside, ways_beside
-from osm2xodr.osmParsing.tags import WAY_TAGS, way_attributes
+from osm2xodr.osmParsing.tags import WAY_TAGS, way_attributes, without_margins
 
 # Values of ``highway`` for roads that are not there yet; reported, because maps show them.
 _UNBUILT: Final = frozenset({"construction", "proposed"})
@@ -65,6 +65,8 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
     country, rule = _side(frame, carried, options, diagnostics)
     usual = find_country(country)
     attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics, usual)
+    if not options.furniture:
+        attributes = [without_margins(item) for item in attributes]
     transitions = frozenset(way.id for way in carried if is_transition(way.tags))
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
     rows = np.unique(np.concatenate([street.node_ids for street in streets]))

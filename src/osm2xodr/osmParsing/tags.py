@@ -122,6 +122,13 @@ def way_attributes(
     return attributes, directions
 
 
+def without_margins(attributes: StreetAttributes) -> StreetAttributes:
+    """Return a way's attributes with nothing beside its carriageway."""
+    if not attributes.margin_left and not attributes.margin_right:
+        return attributes
+    return replace(attributes, margin_left=(), margin_right=())
+
+
 def turned_round(attributes: StreetAttributes) -> StreetAttributes:
     """Return a way's attributes as they are seen against the direction that they are given for."""
     return replace(
