@@ -12,7 +12,7 @@ RESULT := build/andorra_ordino.xodr
 AREAS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test browser bench lint format clean distclean
+.PHONY: help run test test-oldest browser bench lint format clean distclean
 
 # Debian's and Ubuntu's: what the tests open reports in.
 BROWSER_PACKAGES := chromium chromium-driver
@@ -20,6 +20,7 @@ BROWSER_PACKAGES := chromium chromium-driver
 help:
 	@echo 'make run        convert the sample in $(SAMPLE) to $(RESULT)'
 	@echo 'make test       everything that must hold: linters, types, tests, real readers of OpenDRIVE'
+	@echo 'make test-oldest  the tests, but for browser and readers, with the oldest libraries (Python 3.10 to 3.12)'
 	@echo 'make bench      speed beside SUMO netconvert and CARLA Osm2Odr, to benchmarks/RESULTS.md; AREAS=FOLDER for more'
 	@echo 'make lint       linters and types alone'
 	@echo 'make format     put the code into shape'
@@ -40,6 +41,18 @@ run: $(VENV)/.run
 
 test: lint browser
 	$(BIN)/python -m pytest -n 2
+
+# The lower bounds of pyproject.toml, as wheels, in an environment of their own.
+OLDEST := .venv-oldest
+test-oldest:
+	$(PYTHON) -m venv --clear $(OLDEST)
+	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps --editable .
+	$(OLDEST)/bin/python tools/oldest.py > $(OLDEST)/oldest.txt
+	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --only-binary :all: \
+		--requirement $(OLDEST)/oldest.txt
+	$(OLDEST)/bin/python -m pytest -n 2 --ignore tests/readers --ignore tests/viewing/test_browser.py \
+		--ignore tests/xodrWriter/test_schema.py --ignore tests/checking/test_check_schema.py \
+		--ignore tests/checking/test_damage.py
 
 browser:
 	@if ! command -v chromium >/dev/null || ! command -v chromedriver >/dev/null; then \
@@ -69,7 +82,7 @@ clean:
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean
-	rm -rf $(VENV)
+	rm -rf $(VENV) $(OLDEST)
 
 # The stamps say what was installed into .venv; a change of pyproject.toml installs anew.
 $(VENV)/.run: pyproject.toml | $(BIN)/python

@@ -63,7 +63,10 @@ def test_time_is_bounded_and_given_back() -> None:
 
 def test_memory_is_bounded_and_given_back() -> None:
     before = resource.getrlimit(resource.RLIMIT_DATA)
-    with pytest.raises(LimitError, match="more memory is needed than --max-memory 3,000 MB"), limited(3 * 10**9, None):
+    with (
+        pytest.raises(LimitError, match="more memory is needed than --max-memory 3,000 MB"),
+        limited(3 * 10**9, None),
+    ):
         np.ones(10**9)
     assert resource.getrlimit(resource.RLIMIT_DATA) == before
 

@@ -15,12 +15,11 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "support"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
-from faults import command, interrupted, is_writing, moments
+from fault_runs import command, interrupted, moments
 
-SAMPLE = ROOT / "data" / "samples" / "andorra_ordino"
+SAMPLE = Path(__file__).parents[1] / "data" / "samples" / "andorra_ordino"
 SIGNALS = {"KILL": signal.SIGKILL, "TERM": signal.SIGTERM, "INT": signal.SIGINT, "HUP": signal.SIGHUP}
 
 
@@ -41,7 +40,7 @@ def main() -> int:
         subprocess.run(command("convert", *arguments, "-o", whole, "-q"), check=True)
         longest = time.monotonic() - began
         print(f"undisturbed: {longest:.1f} s, {whole.stat().st_size:,} bytes", flush=True)
-        when = [*moments(given.runs, longest, given.seed), *[is_writing] * (given.runs // 5)]
+        when = moments(given.runs, 0.0, longest, given.runs // 5, given.seed)
         counts: collections.Counter[str] = collections.Counter()
         failed = 0
         for k, at in enumerate(when):

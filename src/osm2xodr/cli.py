@@ -61,6 +61,8 @@ def _run(arguments: list[str] | None) -> int:
     """Run a command, and turn all that may go wrong into one sentence and an exit status."""
     session = Session()
     _calm_linear_algebra()
+    # Whatever the environment says, PROJ fetches no grids.
+    os.environ["PROJ_NETWORK"] = "OFF"
     try:
         with _signals():
             status = cli.main(arguments, "osm2xodr", standalone_mode=False, obj=session)

@@ -460,6 +460,11 @@ DEM_MARGIN_CELLS: Final = 8
 # that is said.
 DEM_CELLS_MAX: Final = 2**25
 DEM_CELLS_MAX_BICUBIC: Final = 2**23
+# More cells than these are not read, even to be averaged: a minute's work, 32 km of cells of 1 m either way. Files of
+# a few hundred bytes can claim them.
+DEM_CELLS_READ: Final = 2**30
+# Largest block of cells that a file may ask to be unpacked as a whole, bytes; usual ones have up to some MB.
+DEM_BLOCK_MAX: Final = 2**28
 
 # Over which length the step between two elevation models fades, m and cells of the coarser one, whichever is longer
 # (3 m of step over 100 m: 4.5 % of grade at most); and over which length the guess beyond the last measured cell
@@ -675,6 +680,8 @@ CHECK_SURFACE_SHARES: Final = (0.05, 0.35, 0.65, 0.95)
 CHECK_SURFACE: Final = 0.12
 CHECK_SURFACE_GRAVE: Final = 0.3
 CHECK_LEVELS: Final = 2.0
+# Middles of lanes that end so near to each other end on one lane, m: half of a narrow one.
+CHECK_SAME_LANE: Final = 1.0
 # Overlaps of carriageways are counted in cells of this size, m, that far from edges and from ends; an area above this
 # is a finding, m2: a car's.
 CHECK_OVERLAP_CELL: Final = 0.7
@@ -838,6 +845,8 @@ CORNER_FAR: Final = 20.0
 # How far before a junction's edge a sidewalk lies at the kerb where it would not get round the corner otherwise, m:
 # nobody may park there (StVO section 12: 5 m).
 CORNER_KERBSIDE: Final = 5.0
+# Share of its width that a sidewalk keeps there if it gets round so only. A choice.
+CORNER_NARROW: Final = 0.5
 # Sidewalks across corners: least radius of their inner edge, m; longest path as a multiple of the direct distance and
 # how much longer it may be anyway, m; how much it turns to one side only to turn back, rad; how far onto lanes for
 # cars they may reach, m. Choices.

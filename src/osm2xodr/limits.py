@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import faulthandler
+import os
 import re
+import select
 import signal
 from collections.abc import Iterator
 from types import FrameType
@@ -15,6 +18,8 @@ _UNITS: Final = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "KI": 2**10, "MI": 2
 _SECONDS: Final = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 # Below this the interpreter and its libraries do not even start, bytes.
 LEAST_MEMORY: Final = 200_000_000
+# How long libraries may go on after the time is up before the process is ended from outside, s.
+_GRACE: Final = 3.0
 
 
 class LimitError(Osm2xodrError):
@@ -108,16 +113,55 @@ def _time_limit(seconds: float | None) -> Iterator[None]:
         yield
         return
 
+    words = (
+        f"it takes longer than --timeout {seconds:g} s; allow more, choose a smaller area, or give only --ways major"
+    )
+
     def end(number: int, frame: FrameType | None) -> NoReturn:
-        raise LimitError(
-            f"it takes longer than --timeout {seconds:g} s; allow more, choose a smaller area, or give only --ways"
-            " major"
-        )
+        raise LimitError(words)
 
     before = signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
-        yield
+        with _hard_end(seconds + _GRACE, words):
+            yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+@contextlib.contextmanager
+def _hard_end(seconds: float, words: str) -> Iterator[None]:
+    """End the process with exit status 1 when libraries are still busy after a while, s, and do not hear signals.
+
+    A copy of the process says why, since nothing of Python runs in this one then.
+    """
+    if not hasattr(os, "fork"):
+        yield
+        return
+    ours, theirs = os.pipe()
+    teller = os.fork()
+    if teller == 0:
+        _tell_late(ours, theirs, seconds, words)
+    os.close(ours)
+    with open(os.devnull, "wb") as nowhere:
+        faulthandler.dump_traceback_later(seconds + 0.5, exit=True, file=nowhere)
+        try:
+            yield
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+            os.close(theirs)
+            os.kill(teller, signal.SIGKILL)
+            os.waitpid(teller, 0)
+
+
+def _tell_late(ours: int, theirs: int, seconds: float, words: str) -> NoReturn:
+    """Wait for the parent to end, and say why it will if it has not after a while, s."""
+    try:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
+        os.close(theirs)
+        if not select.select([ours], [], [], seconds)[0]:
+            os.write(2, f"osm2xodr: error: {words}\n".encode())
+    finally:
+        os._exit(0)

@@ -8,10 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, place_furniture
 from osm2xodr.geometry import ElevationOptions, Ground, RoadOptions, build_roads, ground_around
-from osm2xodr.model import RoadMap, Surface
+from osm2xodr.model import RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.parallel import Task
 from osm2xodr.statistics import Statistics, summarize
@@ -112,6 +112,19 @@ def convert(
     finally:
         if ground is not None:
             ground.cancel()
+    _tell_of_ways_inside(network, road_map, diagnostics)
     on_stage("placing signals and objects")
     road_map = place_furniture(network, road_map, options.furniture, diagnostics)
     return Conversion(road_map, summarize(road_map, coverage), elevation_models)
+
+
+def _tell_of_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics: Diagnostics) -> None:
+    """Report the ways that no road is made of, since all of them lies inside junctions."""
+    carried = {way for road in road_map.roads for way in road.osm_way_ids}
+    ways = {attributes.osm_way_id for street in network.streets for _, attributes in street.pieces} - carried
+    dropped = {item.osm_id for item in diagnostics if item.kind is Kind.DROPPED} if ways else set()
+    for way in sorted(ways):
+        if f"way/{way}" not in dropped:
+            diagnostics.note(
+                "inside-junction", f"way/{way}", "it lies wholly inside a junction, whose connecting roads replace it"
+            )

@@ -52,6 +52,13 @@ class Target:
         and takes some for lights of the next junction (measured with netconvert 1.28).
     lights_for_people
         Whether crossings have lights for people; SUMO takes them for lights for cars.
+    changes_as_driven
+        Whether ``laneChange`` of road marks is named as drivers see it. The standard has ``increase`` and
+        ``decrease`` mean towards higher and lower lane ids (ASAM OpenDRIVE 1.8, road markings). CARLA 0.9.16 makes
+        ``Right`` and ``Left`` of them (``LaneMarking.lane_change``, which its route planner asks), which is the same
+        for lanes above 0, but the opposite for those below; on the centre line one word lets both directions cross,
+        the other none. Measured with its client, for traffic on either side. Its ``Waypoint.lane_change`` is wrong
+        about marks that only one side may cross under either word.
     """
 
     name: str
@@ -61,6 +68,7 @@ class Target:
     crosswalks: Crosswalks = Crosswalks.STANDARD
     light_references: bool = True
     lights_for_people: bool = True
+    changes_as_driven: bool = False
 
 
 # The default suits CARLA, esmini and SUMO alike.
@@ -70,7 +78,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
         item.name: item
         for item in (
             Target(DEFAULT_TARGET, crosswalks=Crosswalks.BOTH),
-            Target("carla", crosswalks=Crosswalks.CARLA),
+            Target("carla", crosswalks=Crosswalks.CARLA, changes_as_driven=True),
             Target("esmini", value_in_subtype=False),
             Target("sumo", lane_types=(("parking", "shoulder"),), light_references=False, lights_for_people=False),
             Target("roadrunner", own_codes=True),

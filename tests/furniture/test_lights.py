@@ -22,6 +22,7 @@ X = CASES["x"].case
 # Streets of the crossing with a node each 12 m before it.
 NODES = {**X.nodes, "wi": (-12.0, 0.0), "ei": (12.0, 0.0), "si": (0.0, -12.0), "ni": (0.0, 12.0)}
 ARMS = Case(NODES, {1: ("w wi o", ""), 2: ("o ei e", ""), 3: ("s si o", ""), 4: ("o ni n", "")})
+YIELDING = {"si": "highway=give_way", "ni": "highway=give_way"}
 STREET = {"w": (-100.0, 0.0), "a": (-20.0, 0.0), "b": (0.0, 0.0), "c": (10.0, 0.0), "e": (100.0, 0.0)}
 ROAD = Case(STREET, {1: ("w a b c e", "")})
 ONE_WAY = Case(STREET, {1: ("w a b c e", "oneway=yes")})
@@ -118,11 +119,12 @@ def test_lanes_that_lead_to_the_same_sides_share_a_head() -> None:
     ("tagged", "ways"),
     [
         ({"wi": SIGNALS, "ei": SIGNALS, "si": SIGNALS, "ni": SIGNALS}, [1, 2, 3, 4]),
-        ({"wi": SIGNALS, "ei": SIGNALS}, [1, 2]),
+        ({"wi": SIGNALS, "ei": SIGNALS, **YIELDING}, [1, 2]),
         (
             {
                 "wi": f"{SIGNALS} traffic_signals:direction=forward",
                 "ei": f"{SIGNALS} traffic_signals:direction=backward",
+                **YIELDING,
             },
             [1, 2],
         ),
@@ -133,7 +135,9 @@ def test_a_signal_on_an_approach_is_for_it(rule: Rule, tagged: dict[str, str], w
     assert sorted(found.way(item) for item in found.heads()) == ways
     assert not found.left_out
     number = {name: 1001 + k for k, name in enumerate(NODES)}
-    assert {item.osm_id for item in found.heads()} == {f"node/{number[name]}" for name in tagged}
+    assert {item.osm_id for item in found.heads()} == {
+        f"node/{number[name]}" for name in tagged if SIGNALS in tagged[name]
+    }
     # The node shows where traffic stops, as far as it is off the junction's edge.
     assert [abs(abs(found.at(item)) - abs(12.0 - 3.5j)) for item in found.heads()] == pytest.approx(
         [0.0] * len(ways), abs=0.02
@@ -161,6 +165,54 @@ def test_one_signal_of_four_arms_is_a_light_on_its_road(rule: Rule) -> None:
 def test_an_approach_with_a_sign_of_its_own_has_no_lights() -> None:
     found = lit(with_tags(ARMS, o=SIGNALS, si="highway=give_way direction=forward"))
     assert sorted(found.way(item) for item in found.heads()) == [1, 2, 4]
+
+
+@EITHER
+def test_who_crosses_a_sign_for_when_the_lights_are_off_has_them_too(rule: Rule) -> None:
+    """The lights are those of the crossing that one comes to before the junction."""
+    nodes = {**NODES, "sp": (0.0, -16.0)}
+    case = Case(nodes, {**ARMS.ways, 3: ("s sp si o", "")})
+    people = "highway=crossing crossing=traffic_signals"
+    found = lit(with_tags(case, o=SIGNALS, si="highway=give_way", sp=people), rule)
+    assert {found.way(item): item.osm_id for item in found.heads()} == {
+        **dict.fromkeys((1, 2, 4), "node/1002"),
+        3: f"node/{1001 + list(nodes).index('sp')}",
+    }
+    assert {item.junction for item in found.lights.controllers} == {found.world.road_map.junctions[0].id}
+    assert "signal-added" not in {item.code for item in found.world.diagnostics}
+
+
+@EITHER
+@pytest.mark.parametrize("tagged", [("wi", "ei"), ("wi", "ei", "ni"), ("wi", "si")])
+def test_who_crosses_traffic_with_lights_and_has_no_sign_has_lights_too(tagged: tuple[str, ...], rule: Rule) -> None:
+    found = lit(with_tags(ARMS, **dict.fromkeys(tagged, SIGNALS)), rule)
+    heads = {found.way(item): item for item in found.heads()}
+    assert sorted(heads) == [1, 2, 3, 4]
+    added = {"wi": 1, "ei": 2, "si": 3, "ni": 4}.keys() - set(tagged)
+    ways = sorted({"wi": 1, "ei": 2, "si": 3, "ni": 4}[name] for name in added)
+    guessed = [item for item in found.world.diagnostics if item.code == "signal-added"]
+    assert sorted(item.osm_id for item in guessed) == [f"way/{way}" for way in ways]
+    assert [way for way in sorted(heads) if not heads[way].osm_id] == ways
+    assert found.lights.signalled == {(item.road, item.orientation == "+") for item in heads.values()}
+    # Who turns across oncoming traffic shares a head with who does not: each arm has a phase of its own.
+    assert [item.signals for item in found.lights.controllers] == [(heads[way].id,) for way in (1, 2, 3, 4)]
+
+
+def test_who_only_merges_yields_on() -> None:
+    case = CASES["slip_lane"].case
+    found = lit(with_tags(case, o=SIGNALS))
+    assert "signal-added" not in {item.code for item in found.world.diagnostics}
+    merge = Case(
+        {"w": (-100.0, 0.0), "wi": (-12.0, 0.0), "o": (0.0, 0.0), "e": (100.0, 0.0), "r": (-80.0, -30.0)},
+        {
+            1: ("w wi o", "highway=primary oneway=yes lanes=2"),
+            2: ("o e", "highway=primary oneway=yes lanes=3"),
+            3: ("r o", "highway=primary_link oneway=yes"),
+        },
+    )
+    found = lit(with_tags(merge, wi=SIGNALS))
+    assert {found.way(item) for item in found.heads()} == {1}
+    assert "signal-added" not in {item.code for item in found.world.diagnostics}
 
 
 @EITHER
@@ -288,7 +340,7 @@ def test_people_at_a_signalled_junction_have_lights(rule: Rule) -> None:
 
 def test_crossings_with_lights_on_enough_arms_make_a_signalled_junction() -> None:
     crossing = "highway=crossing crossing=traffic_signals"
-    found = lit(with_tags(ARMS, wi=crossing, ei=crossing))
+    found = lit(with_tags(ARMS, wi=crossing, ei=crossing, **YIELDING))
     assert sorted(found.way(item) for item in found.heads()) == [1, 2]
     assert {item.junction for item in found.lights.controllers} == {found.world.road_map.junctions[0].id}
     alone = lit(with_tags(ARMS, wi=crossing))

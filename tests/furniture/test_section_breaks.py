@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from junction_cases import CASES
 
 from osm2xodr.furniture.lane_table import LaneTable
 from osm2xodr.furniture.section_breaks import cut_sections
-from osm2xodr.model import RoadMap
+from osm2xodr.model import Cubic, Lane, LaneType, RoadMap
 
 
 @pytest.fixture(name="roads")
@@ -52,3 +54,20 @@ def test_no_section_becomes_too_short(roads: RoadMap) -> None:
         len(cut_sections(roads, [(road.id, 30.0), (road.id, 30.2)]).roads[0].lane_sections)
         == len(road.lane_sections) + 1
     )
+
+
+def test_what_lies_beside_one_half_only_is_no_lane_of_the_other(roads: RoadMap) -> None:
+    """A sidewalk from 40 m on: cut at 20 m, only the second half has it; cut at 60 m, both do."""
+    road = roads.roads[0]
+    (section,) = road.lane_sections
+    lowest = section.lanes[-1].id - 1
+    widths = Cubic(0.0, 0.0), Cubic(40.0, 0.0, 0.2), Cubic(50.0, 2.0)
+    walk = Lane(lowest, LaneType.SIDEWALK, widths)
+    beside = replace(road, lane_sections=(replace(section, lanes=(*section.lanes, walk)),))
+    whole = replace(roads, roads=(beside, *roads.roads[1:]))
+    for s, first_has_it in ((20.0, False), (60.0, True)):
+        first, second = cut_sections(whole, [(road.id, s)]).roads[0].lane_sections
+        assert (first.lanes[-1].id == lowest) is first_has_it
+        assert second.lanes[-1].id == lowest
+        assert second.lanes[-1].predecessor == (lowest if first_has_it else None)
+        assert all(lane.successor == lane.id for lane in first.lanes if lane.id)

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
-from osm2xodr.geometry.connectors import connect, detours, swings_out
+from osm2xodr.geometry.connectors import connect, detours, swings_out, turns_on_the_spot
 from osm2xodr.model import PlanView
 
 # An arc of less than 1e-4 rad is written as its chord, which is off by half of that at either end.
@@ -79,6 +79,18 @@ def test_a_u_turn_is_a_half_circle() -> None:
     assert curve_length(plan, 0) == pytest.approx(4.5 * math.pi, abs=1e-9)
     assert smallest_radius_of(plan, 0) == pytest.approx(4.5, abs=1e-9)
     assert_joins(plan, Pose(0.0, 0.0, 0.0), Pose(0.0, 9.0, math.pi))
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-3, -0.4])
+def test_a_pose_that_looks_back_from_far_ahead_is_met(off: float) -> None:
+    one, other = Pose(0.0, 0.0, 0.0), Pose(60.0, off, math.pi - 1e-6)
+    assert_joins(joined(one, other), one, other)
+
+
+def test_a_curve_of_no_length_that_turns_is_a_point() -> None:
+    poses = (Pose(0.0, 0.0, 0.0), Pose(2e-5, 0.0, 2.5)), (Pose(0.0, 0.0, 0.0), Pose(0.0, 9.0, math.pi))
+    columns = np.array([[*vars(one).values(), *vars(other).values()] for one, other in poses]).T
+    assert turns_on_the_spot(connect(*columns)).tolist() == [True, False]
 
 
 def test_a_lane_beside_is_reached_by_two_equal_arcs() -> None:

@@ -70,6 +70,16 @@ def test_two_points_are_a_line() -> None:
     assert length == pytest.approx(10.0, abs=1e-12)
 
 
+def test_a_polyline_to_and_fro_over_a_centimetre_comes_to_a_point() -> None:
+    """Nodes 1 cm apart, of which the last lies on the first: nothing is left but a place and a heading."""
+    c, d = 0.0111, 0.0069
+    points = [(0.0, -c), (0.0, 0.0), (0.0, c), (0.0, 0.0), (0.0, -c), (d, 0.0), (-d, c), (d, 0.0), (0.0, -c)]
+    plan = fit(points).plan_view
+    assert len(plan.s) > 0
+    assert np.isfinite([plan.x, plan.y, plan.hdg, plan.curvature]).all()
+    assert 0.0 < curve_length(plan, 0) < 1e-3
+
+
 def test_a_square_corner_is_an_arc_between_its_tangents() -> None:
     """Fixed points are not moved, so the arc is the fillet that cuts the corner by 2 m at most."""
     points = np.array([(-50.0, 0.0), (0.0, 0.0), (0.0, 50.0)])

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from junction_cases import CASES
-from margin_cases import BOTH, PARKING, VERGE, WALK, Strips, built
+from margin_cases import BOTH, PARKING, TRACK, VERGE, WALK, Strips, built
 from road_measures import RoadMeasures, assert_sound, curve_length, pose_at, width_at
 from street_cases import Case
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import LaneType, MarginSpec, Road, RoadMap, Rule
+from osm2xodr.model import BoolArray, FloatArray, Lane, LaneType, MarginSpec, Road, RoadMap, Rule
+from osm2xodr.surface import FlatSurface
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 X = CASES["x"].case
@@ -41,12 +42,17 @@ def corners(roads: RoadMap) -> list[Road]:
     ]
 
 
+def sidewalk_of(road: Road) -> Lane:
+    (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.type is LaneType.SIDEWALK)
+    return lane
+
+
 def ways_joined(roads: RoadMap) -> set[frozenset[tuple[int, bool]]]:
     """Return, for each corner, the ways that it joins and whether at a lane left of their centre."""
     by_id = {road.id: road for road in roads.roads}
     out = set()
     for road in corners(roads):
-        (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.id)
+        lane = sidewalk_of(road)
         ends = []
         for link, number in ((road.predecessor, lane.predecessor), (road.successor, lane.successor)):
             assert link is not None
@@ -59,12 +65,12 @@ def ways_joined(roads: RoadMap) -> set[frozenset[tuple[int, bool]]]:
 def middle_of(
     roads: RoadMap, road: Road, shares: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0)
 ) -> list[tuple[float, float]]:
-    """Return places along the middle of a corner's lane."""
+    """Return places along the middle of a corner's sidewalk."""
     measures = RoadMeasures(roads)
     out = []
     for share in shares:
         s = share * measures.length(road)
-        (edges,) = (edges for lane, edges in measures.edges(road, 0, s).items() if lane)
+        edges = measures.edges(road, 0, s)[sidewalk_of(road).id]
         place = measures.pose(road, s).beside(sum(edges) / 2)
         out.append((place.x, place.y))
     return out
@@ -135,7 +141,7 @@ def test_left_hand_traffic_is_the_mirror_image() -> None:
         assert len(corners(right)) == len(corners(left)), name
         for one, other in zip(corners(right), corners(left), strict=True):
             mirrored = [(x, -y) for x, y in middle_of(left, other)]
-            assert np.allclose(middle_of(right, one), mirrored, atol=1e-3), name
+            assert np.allclose(middle_of(right, one), mirrored, atol=2e-3), name
 
 
 @EITHER
@@ -181,7 +187,7 @@ def test_a_corner_between_sidewalks_of_different_width_and_place(rule: Rule) -> 
     assert_sound(roads)
     widths = []
     for road in corners(roads):
-        (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.id)
+        lane = sidewalk_of(road)
         length = curve_length(roads.plan_view, RoadMeasures(roads).index[road.id])
         widths.append(sorted(width_at(lane.widths, s) for s in (0.0, length)))
     assert sorted(widths) == [[2.0, 2.0], [2.0, 2.0], [2.0, 3.0]]
@@ -256,3 +262,136 @@ def test_no_sidewalk_lies_on_a_lane_for_cars(rule: Rule) -> None:
                     here = measures.pose(road, s).beside(sum(edges) / 2)
                     nearest = min(math.hypot(x - here.x, y - here.y) for x, y in places)
                     assert nearest > abs(edges[0] - edges[1]) / 2 - 0.01, (name, walk.id, road.id)
+
+
+def lanes_across(roads: RoadMap, road: Road, share: float) -> list[tuple[LaneType, float, float]]:
+    """Return type, and distances of both edges from the reference line, of a corner's lanes from the inside out."""
+    measures = RoadMeasures(roads)
+    edges = measures.edges(road, 0, share * measures.length(road))
+    types = {lane.id: lane.type for lane in road.lane_sections[0].lanes if lane.id}
+    return [(types[lane], *sorted(map(abs, edges[lane]))) for lane in sorted(types, key=abs)]
+
+
+@EITHER
+def test_verges_and_bicycle_tracks_go_on_beside_the_sidewalk(rule: Rule) -> None:
+    """Lanes are 3 m wide: beside that of the turn lie 1 m of verge, 1.6 m of track and 2 m of sidewalk."""
+    case = wide(X)
+    strips = (VERGE, TRACK, WALK)
+    roads = built(case, everywhere(case, (strips, strips)), rule)
+    assert_sound(roads)
+    assert len(corners(roads)) == 4
+    (junction,) = roads.junctions
+    links = {item.connecting_road: item.lane_links for item in junction.connections}
+    for road in corners(roads):
+        for share in (0.0, 0.4, 1.0):
+            kinds, inner, outer = zip(*lanes_across(roads, road, share), strict=True)
+            assert kinds == (LaneType.BORDER, LaneType.BIKING, LaneType.SIDEWALK)
+            assert inner == pytest.approx([1.5, 2.5, 4.1])
+            assert outer == pytest.approx([2.5, 4.1, 6.1])
+        lanes = sorted((lane for lane in road.lane_sections[0].lanes if lane.id), key=lambda lane: abs(lane.id))
+        assert [lane.height for lane in lanes] == [0.12, 0.06, 0.12]
+        for lane in lanes:
+            assert (abs(lane.predecessor or 0), abs(lane.successor or 0)) == (abs(lane.id) + 1, abs(lane.id) + 1)
+        assert sorted(links[road.id]) == sorted((lane.predecessor, lane.id) for lane in lanes)
+
+
+@EITHER
+def test_a_border_fills_what_the_arms_have_not_both(rule: Rule) -> None:
+    """From a sidewalk beyond 2.2 m of parked cars to one at the kerb: the border runs out, linked to nothing."""
+    case = wide(X)
+    parked = ((PARKING, WALK), (PARKING, WALK))
+    roads = built(case, {1: parked, 2: parked, 3: BOTH, 4: BOTH}, rule)
+    assert_sound(roads)
+    assert len(corners(roads)) == 4
+    for road in corners(roads):
+        border, walk = sorted(
+            (lane for lane in road.lane_sections[0].lanes if lane.id), key=lambda lane: abs(lane.id)
+        )
+        assert (border.type, border.height, border.predecessor, border.successor) == (
+            LaneType.BORDER,
+            0.12,
+            None,
+            None,
+        )
+        assert walk.type is LaneType.SIDEWALK
+        at = [lanes_across(roads, road, share) for share in (0.0, 0.5, 1.0)]
+        assert [across[0][1] for across in at] == pytest.approx([1.5] * 3)
+        assert sorted(across[0][2] for across in at) == pytest.approx([1.5, 2.6, 3.7])
+        assert all(across[1][2] - across[1][1] == pytest.approx(2.0) for across in at)
+    (junction,) = roads.junctions
+    walks = {road.id for road in corners(roads)}
+    assert all(len(item.lane_links) == 1 for item in junction.connections if item.connecting_road in walks)
+
+
+@EITHER
+def test_a_border_fills_the_closed_side_of_a_t(rule: Rule) -> None:
+    """Parking lanes end at the junction, and the sidewalk beyond goes straight on: all between is border."""
+    case = wide(T)
+    parked = ((PARKING, WALK), (PARKING, WALK))
+    roads = built(case, everywhere(case, parked), rule)
+    assert_sound(roads)
+    side = 1 if rule is Rule.RIGHT_HAND else -1
+    street = pose_at(roads.plan_view, 0, 0.0).y
+    (straight,) = (road for road in corners(roads) if side * (middle_of(roads, road)[2][1] - street) > 0)
+    for share in (0.0, 0.5, 1.0):
+        kinds, inner, outer = zip(*lanes_across(roads, straight, share), strict=True)
+        assert kinds == (LaneType.BORDER, LaneType.SIDEWALK)
+        assert inner == pytest.approx([1.5, 3.7], abs=0.01)
+        assert outer == pytest.approx([3.7, 5.7], abs=0.01)
+
+
+@dataclass(frozen=True)
+class _Slope(FlatSurface):
+    """Exact ground that rises to the north."""
+
+    grade: float = 0.0
+
+    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
+        return self.grade * y, np.ones(len(x), bool)
+
+
+def widths_of_corners(roads: RoadMap) -> dict[frozenset[int], float]:
+    """Return, by the ways that a corner joins, the width at the start of its sidewalk."""
+    out = {}
+    for road in corners(roads):
+        links = (link for link in (road.predecessor, road.successor) if link is not None)
+        ways = frozenset(roads.roads[link.id - 1].osm_way_ids[0] for link in links)
+        out[ways] = sidewalk_of(road).widths[0].a
+    return out
+
+
+OUTER = {frozenset(pair): 2.0 for pair in ((1, 12), (3, 7), (4, 9), (6, 10))}
+MEDIANS = {frozenset(pair): 1.0 for pair in ((3, 4), (1, 6), (7, 12), (9, 10))}
+
+
+@EITHER
+def test_sidewalks_grow_narrow_where_they_get_round_so_only(rule: Rule) -> None:
+    """Carriageways 10 m apart, with 4 m between them: a sidewalk of 2 m cannot turn back into its twin, 1 m can."""
+    roads = built(CASES["dual_cross"].case, everywhere(CASES["dual_cross"].case), rule)
+    assert_sound(roads)
+    assert widths_of_corners(roads) == OUTER | MEDIANS
+    (section,) = roads.roads[0].lane_sections
+    length = curve_length(roads.plan_view, 0)
+    walks = sorted(
+        [width_at(lane.widths, s) for s in (0.0, length - defaults.CORNER_KERBSIDE, length)]
+        for lane in section.lanes
+        if lane.type is LaneType.SIDEWALK
+    )
+    assert walks == [pytest.approx([2.0, 2.0, 1.0]), pytest.approx([2.0, 2.0, 2.0])]
+
+
+@pytest.mark.parametrize(("grade", "steep"), [(0.04, False), (0.08, True)])
+@EITHER
+def test_short_corners_between_roads_of_different_height_are_left_out_and_told(
+    rule: Rule, grade: float, steep: bool
+) -> None:
+    """Both carriageways are level across and 10 m apart: their sidewalks meet 3 m from each other in a step."""
+    case = CASES["dual_cross"].case
+    diagnostics = Diagnostics()
+    roads = built(case, everywhere(case), rule, _Slope(grade=grade), diagnostics)
+    assert_sound(roads)
+    across_the_slope = {frozenset((3, 4)), frozenset((1, 6))}
+    wanted = (OUTER | MEDIANS).keys() - (across_the_slope if steep else set())
+    assert widths_of_corners(roads).keys() == wanted
+    told = [item.osm_id for item in diagnostics if item.code == "sidewalk-corner"]
+    assert told == (["node/1001"] if steep else [])

@@ -139,3 +139,12 @@ def test_a_loop_is_no_longer_than_its_circle_and_the_way_there() -> None:
     roads = Case(_LINE, {1: ("w o", "")}, node_tags={"o": "highway=turning_circle"}).build()
     ((_, loop),) = _loops(roads)
     assert RoadMeasures(roads).length(loop) < 2 * math.pi * defaults.TURNING_CIRCLE_DIAMETER / 2
+
+
+@pytest.mark.parametrize(("length", "loops"), [(14.0, 1), (60.0, 2)])
+def test_a_short_street_has_no_room_for_loops_at_both_ends(length: float, loops: int) -> None:
+    case = Case({"a": (0.0, 0.0), "b": (length, 0.0)}, {1: ("a b", "highway=living_street")})
+    roads = case.build(turnarounds=True)
+    assert len(roads.junctions) == loops
+    assert all(road.lane_sections for road in roads.roads)
+    assert all(records(roads.plan_view, k) for k in range(len(roads.roads)))

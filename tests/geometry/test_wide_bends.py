@@ -62,6 +62,18 @@ FOLDED = {
 }
 
 
+@pytest.mark.parametrize("name", FOLDED)
+def test_a_street_drawn_the_other_way_has_the_same_bends(name: str) -> None:
+    nodes, _ = FOLDED[name]
+    one, _, _ = street(nodes, "highway=residential", Rule.RIGHT_HAND)
+    other, _, _ = street(dict(reversed(nodes.items())), "highway=residential", Rule.RIGHT_HAND)
+    length = curve_length(one.plan_view, 0)
+    assert curve_length(other.plan_view, 0) == pytest.approx(length, abs=1e-6)
+    for share in np.linspace(0.0, 1.0, 41).tolist():
+        there = pose_at(other.plan_view, 0, (1.0 - share) * length)
+        assert pose_at(one.plan_view, 0, share * length).gap(there) < 1e-5
+
+
 @EITHER
 @pytest.mark.parametrize("name", FOLDED)
 def test_the_inner_edge_keeps_its_radius(name: str, rule: Rule) -> None:

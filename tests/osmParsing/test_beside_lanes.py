@@ -179,6 +179,8 @@ def test_widths(tags: str, widths: list[float]) -> None:
         ("cycleway:right=lane cycleway:right:oneway=-1", [(Kind.REPAIRED, "cycle-lane")]),
         ("oneway=yes busway=lane", [(Kind.GUESSED, "bus-lane")]),
         ("oneway=yes lanes=1 lanes:psv=1", [(Kind.DROPPED, "bus-lane")]),
+        ("oneway=yes lanes:psv=99999999999999999999", [(Kind.DROPPED, "bus-lane")]),
+        ("oneway=yes lanes:psv=26", [(Kind.DROPPED, "bus-lane")]),
         ("oneway=yes lanes=2 busway=opposite_lane", [(Kind.NOTE, "contraflow")]),
         ("oneway=yes lanes=2 lanes:backward=1", [(Kind.DROPPED, "contraflow")]),
     ],

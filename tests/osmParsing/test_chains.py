@@ -35,6 +35,11 @@ def chains(text: str) -> list[str]:
     [
         ("ab", ["ab"]),
         ("ab bc", ["abc"]),
+        # What is two-way between one-ways head on goes with the lower of them, from wherever the walk comes.
+        ("a>b bc c<d", ["abc", "dc"]),
+        ("c<d bc a>b", ["dcb", "ab"]),
+        ("cb a>b c<d", ["abc", "dc"]),
+        ("cb d>c a>b", ["dcb", "ab"]),
         # The lowest piece gives a two-way chain its direction, wherever in the chain it stands.
         ("cb ba", ["cba"]),
         ("cb ab", ["cba"]),

@@ -87,6 +87,14 @@ def test_lists_that_do_not_fit_are_ignored() -> None:
     assert findings == [(Kind.DROPPED, "lane-lists", "turn:lanes=left does not fit 3 lanes, ignored")]
 
 
+def test_lists_of_more_lanes_than_any_road_has_are_ignored() -> None:
+    findings: Findings = []
+    assert read_slots({"turn:lanes": "through|" * 25}, ("",), 2, findings) == ()
+    words = "turn:lanes names 26 lanes, more than any road has, ignored"
+    assert findings == [(Kind.DROPPED, "lane-lists", words)]
+    assert len(read_slots({"turn:lanes": "through|" * 24}, ("",), 0, [])) == 25
+
+
 def test_the_first_direction_that_is_there_counts() -> None:
     tags = tags_of("turn:lanes=left|right turn:lanes:forward=through|through|through turn:backward=left|through")
     assert len(read_slots(tags, ("", ":forward"), 0, [])) == 2

@@ -57,6 +57,11 @@ def test_streets_without_a_name_have_no_neighbours() -> None:
     assert lanes_of_neighbours(row("lanes=4", "", "lanes=4", street="highway=primary")) == {}
 
 
+def test_ways_without_nodes_have_no_neighbours() -> None:
+    ways = row("lanes=4", "", "lanes=4")
+    assert lanes_of_neighbours([*ways, RawWay(9, [], tags_of("highway=primary name=A"))]) == {1: 4}
+
+
 def test_a_fork_tells_nothing() -> None:
     ways = [*row("lanes=4", "", "lanes=4"), RawWay(9, [2, 20], tags_of("highway=primary name=A lanes=4"))]
     assert lanes_of_neighbours(ways) == {}

@@ -51,6 +51,9 @@ def test_length(text: str, metres: float | None) -> None:
         ("-1", None, False),
         ("two", None, False),
         ("", None, False),
+        ("99999999999999999999", None, False),
+        ("9" * 400, None, False),  # too large for a floating-point number
+        ("9" * 5000 + ";2", 2, False),
         ("٣", None, False),  # a digit, but none that int() should be given
     ],
 )
@@ -126,7 +129,10 @@ def test_grade(text: str, grade: float | None) -> None:
 
 @pytest.mark.parametrize(
     ("text", "layer"),
-    [("1", 1), ("-1", -1), ("+2", 2), ("0", 0), ("-1;0", -1), ("0;1", 1), ("1.0", 1), ("99", None), ("top", None)],
+    [
+        *[("1", 1), ("-1", -1), ("+2", 2), ("0", 0), ("-1;0", -1), ("0;1", 1), ("1.0", 1), ("99", None)],
+        *[("top", None), ("9" * 400, None), ("1;" + "9" * 400, 1)],
+    ],
 )
 def test_layer(text: str, layer: int | None) -> None:
     assert parse_layer(text) == layer

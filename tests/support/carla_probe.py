@@ -50,6 +50,12 @@ def crosswalks(world: Any) -> list[list[list[float]]]:
     return found
 
 
+def changes(waypoint: Any) -> list[bool]:
+    """Say whether the marks beside a lane let its drivers leave it to the left and to the right."""
+    sides = (carla.LaneChange.Left, waypoint.left_lane_marking), (carla.LaneChange.Right, waypoint.right_lane_marking)
+    return [bool(int(mark.lane_change) & int(side)) for side, mark in sides]
+
+
 def landmark(item: Any) -> dict[str, Any]:
     """Say what a landmark is: where it was read from, and where the thing itself stands."""
     p = item.transform.location
@@ -77,6 +83,7 @@ def probe(path: str) -> dict[str, Any]:
     return {
         "origin_lat_lon": [origin.latitude, origin.longitude],
         "lanes": sorted({lane_key(w) for w in waypoints}),
+        "changes": sorted({lane_key(w): changes(w) for w in waypoints}.items()),
         "topology": sorted({(lane_key(a), lane_key(b)) for a, b in world.get_topology()}),
         "places": [place(w) for w in waypoints],
         "steps": [figure for w in waypoints for figure in step_figures(w)],

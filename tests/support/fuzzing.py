@@ -80,7 +80,9 @@ def fuzz_map(dice: random.Random, folder: Path) -> None:
     with target.open("wb") as stream:
         write_xodr(road_map, stream, WriteOptions(version=dice.choice(_VERSIONS), target=reader), found)
     result = check_file(target, CheckOptions(ignore=("schema",)))
-    worst = [str(item) for item in result.findings if item.severity is Severity.ERROR]
+    # No junction can have one surface on ground that leaps by kilometres; that this is told is all that is asked.
+    allowed = {"junction-surface"} if options.dems else set[str]()
+    worst = [str(item) for item in result.findings if item.severity is Severity.ERROR and item.rule not in allowed]
     assert not worst, worst[:3]
 
 

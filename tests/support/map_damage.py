@@ -446,6 +446,16 @@ add(
 put("object behind the road's end", "signal-off-road", ".//object", s="55")
 
 
+@damage("controller that lets ways that cross go", "conflicting-phase")
+def _green_at_once(tree: Tree) -> None:
+    signals = copy.deepcopy(one(tree, "road[@id='1']/signals"))
+    one(signals, "signal").set("id", "902")
+    road(tree, 3).append(signals)
+    controller = one(tree, "controller")
+    controller.append(copy.deepcopy(one(controller, "control")))
+    controller[-1].set("signalId", "902")
+
+
 drop("signal without lanes", "signal-without-lanes", ".//validity")
 drop("crosswalk without an end", "crosswalk-open", ".//cornerLocal[last()]")
 

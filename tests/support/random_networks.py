@@ -119,12 +119,23 @@ _CLASSES: Final = (
 )
 
 
-def random_network(seed: int) -> RandomNetwork:
-    """Return a network of up to some twenty streets: a grid out of shape, of which parts are missing."""
+SPACINGS: Final = (18.0, 40.0, 70.0, 120.0, 250.0)
+
+
+def random_network(seed: int, spacings: tuple[float, ...] = SPACINGS) -> RandomNetwork:
+    """Return a network of up to some twenty streets: a grid out of shape, of which parts are missing.
+
+    Parameters
+    ----------
+    seed
+        What to make.
+    spacings
+        Distances of the grid's lines to choose from, m.
+    """
     dice = random.Random(seed)
     place = dice.choice(PLACES)
     columns, rows = dice.randint(2, 4), dice.randint(2, 4)
-    spacing = dice.choice((18.0, 40.0, 70.0, 120.0, 250.0))
+    spacing = dice.choice(spacings)
     jitter = dice.choice((0.1, 0.3, 0.45)) * spacing
     nodes: dict[int, tuple[int, int, Mapping[str, str]]] = {}
     ids = dice.sample(range(1, 1000), columns * rows)

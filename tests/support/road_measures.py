@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-from osm2xodr.model import Cubic, CubicProfile, LaneSection, LaneType, PlanView, Road, RoadLink, RoadMap, Rule
+from osm2xodr.model import Cubic, CubicProfile, Lane, LaneSection, LaneType, PlanView, Road, RoadLink, RoadMap, Rule
 
 CLOSE = 1e-6
 # Connecting roads write an arc of less than 1e-4 rad as its chord: headings at its ends are off by half of it, rad.
@@ -219,11 +219,20 @@ def _edges_before(measures: RoadMeasures, road: Road, k: int, s: float) -> dict[
 
 
 def _assert_contact(measures: RoadMeasures, path: Road) -> None:
-    """Check that a connecting road starts and ends in the lanes that it joins."""
+    """Check that a connecting road starts and ends in the lanes that it joins; borders may fill corners."""
     by_id = {road.id: road for road in measures.map.roads}
-    (own,) = (lane for lane in path.lane_sections[0].lanes if lane.id)
-    for_both = own.type in (LaneType.BIDIRECTIONAL, LaneType.SIDEWALK)
-    assert for_both or (own.id < 0) == (measures.map.rule is Rule.RIGHT_HAND)
+    lanes = [lane for lane in path.lane_sections[0].lanes if lane.id]
+    corner = any(lane.type is LaneType.SIDEWALK for lane in lanes)
+    linked = [lane for lane in lanes if (lane.predecessor, lane.successor) != (None, None)]
+    assert corner or len(lanes) == 1
+    assert all(lane.type is LaneType.BORDER for lane in lanes if lane not in linked)
+    for own in linked:
+        for_both = corner or own.type is LaneType.BIDIRECTIONAL
+        assert for_both or (own.id < 0) == (measures.map.rule is Rule.RIGHT_HAND)
+        _assert_joined(measures, path, own, by_id)
+
+
+def _assert_joined(measures: RoadMeasures, path: Road, own: Lane, by_id: Mapping[int, Road]) -> None:
     for at_start, link, lane_id in (
         (True, path.predecessor, own.predecessor),
         (False, path.successor, own.successor),
@@ -261,11 +270,11 @@ def _assert_every_lane_leads_on(measures: RoadMeasures) -> None:
     for path in measures.map.roads:
         if path.junction is None:
             continue
-        (own,) = (lane for lane in path.lane_sections[0].lanes if lane.id)
-        for link, lane_id in ((path.predecessor, own.predecessor), (path.successor, own.successor)):
-            assert link is not None
-            assert lane_id is not None
-            used.add((link.id, bool(link.at_start), lane_id))
+        for own in path.lane_sections[0].lanes:
+            for link, lane_id in ((path.predecessor, own.predecessor), (path.successor, own.successor)):
+                assert link is not None
+                if lane_id is not None:
+                    used.add((link.id, bool(link.at_start), lane_id))
     sides = {(road, at_start, lane > 0) for road, at_start, lane in used}
     missing = []
     for road in measures.map.roads:

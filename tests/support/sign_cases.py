@@ -9,6 +9,7 @@ from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.approaches import find_approaches
+from osm2xodr.furniture.crossings import find_crossings
 from osm2xodr.furniture.lane_table import LaneTable
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.signs import PlacedSigns, place_signs
@@ -56,6 +57,7 @@ def signed(
     *,
     target: str = "generic",
     signalled: frozenset[int] = frozenset(),
+    with_crossings: bool = False,
 ) -> Signed:
     """Place the signs of a case, drawn for right-hand traffic and mirrored for left-hand traffic.
 
@@ -67,6 +69,8 @@ def signed(
         The reader to write for.
     signalled
         Ways at whose approaches there are lights.
+    with_crossings
+        Whether crossings are looked for.
     """
     drawn = case if rule is Rule.RIGHT_HAND else case.mirrored()
     road_map = drawn.build(rule)
@@ -85,4 +89,5 @@ def signed(
     (found_at,) = {
         complex(*street.points[street.node_ids == 1001][0]) for street in network.streets if 1001 in street.node_ids
     }
-    return Signed(world, place_signs(world, approaches, lit), rule, found_at - drawn_at)
+    crossings = find_crossings(world) if with_crossings else ()
+    return Signed(world, place_signs(world, approaches, lit, crossings), rule, found_at - drawn_at)

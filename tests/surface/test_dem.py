@@ -97,6 +97,16 @@ def complex_numbers(folder: Path) -> Path:
     return write_raster(folder / "a.tif", np.ones((rows, cols), np.complex64), transform, UTM)
 
 
+def of_no_size(folder: Path) -> Path:
+    path = folder / "a.tif"
+    return write_raster(path, np.ones((9, 9), np.float32), Affine(1e-300, 0, 7e5, 0, -1e-5, 5e6), UTM)
+
+
+def off_the_earth(folder: Path) -> Path:
+    path = folder / "a.tif"
+    return write_raster(path, np.ones((9, 9), np.float32), Affine(20, 0, 1e300, 0, -20, 5e6), UTM)
+
+
 def scaled_to_nothing(folder: Path) -> Path:
     return good(folder / "a.tif", scale=float("nan"))
 
@@ -150,6 +160,8 @@ BAD_FILES = [
     (short_tile, "see that it is whole"),
     (without_crs, "no coordinate reference system; assign the right one"),
     (without_place, "does not say where it lies"),
+    (of_no_size, "does not say where it lies"),
+    (off_the_earth, "does not say where it lies"),
     (of_nowhere, "is not one on Earth; assign the right one"),
     (colours, "a picture in colours"),
     (four_byte_bands, "a picture in colours"),

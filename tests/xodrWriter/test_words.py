@@ -66,6 +66,20 @@ def test_words_that_a_reader_takes_for_something_else() -> None:
     assert Words(DIALECTS["1.7"], TARGETS["generic"].lane_types).lane_type("parking") == "parking"
 
 
+def test_lane_changes_as_drivers_see_them() -> None:
+    carla = TARGETS["carla"]
+    words = Words(DIALECTS["1.7"], carla.lane_types, changes_as_driven=carla.changes_as_driven)
+    said = {side: [words.lane_change(word, side) for word in ("increase", "decrease", "both")] for side in (1, 0, -1)}
+    assert said == {
+        1: ["increase", "decrease", "both"],
+        0: ["none", "none", "both"],
+        -1: ["decrease", "increase", "both"],
+    }
+    assert not any(item.changes_as_driven for name, item in TARGETS.items() if name != "carla")
+    plain = Words(DIALECTS["1.7"])
+    assert [plain.lane_change("increase", side) for side in (1, 0, -1)] == ["increase"] * 3
+
+
 def test_words_of_furniture() -> None:
     words = Words(DIALECTS["1.6"])
     assert (words.object_type("barrier"), words.object_type("roadSurface")) == ("barrier", "patch")

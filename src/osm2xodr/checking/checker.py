@@ -11,6 +11,7 @@ from osm2xodr.checking.findings import Finding, Findings
 from osm2xodr.checking.lane_checks import check_lanes
 from osm2xodr.checking.lane_index import LaneIndex, lane_index
 from osm2xodr.checking.link_checks import check_links, check_ways_on
+from osm2xodr.checking.phase_checks import check_phases
 from osm2xodr.checking.places import file_bytes
 from osm2xodr.checking.plan_checks import check_plan_views
 from osm2xodr.checking.profile_checks import check_profiles
@@ -94,6 +95,7 @@ def _check_tables(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Non
     check_links(drive, lanes, steps, findings)
     check_ways_on(drive, lanes, steps, findings)
     check_surfaces(drive, lanes, findings)
+    check_phases(drive, lanes, findings)
 
 
 def _located(drive: OpenDrive, road: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -127,4 +127,11 @@ JUNCTION_RULES: Final = (
         "CARLA has no waypoints there.",
         ("carla",),
     ),
+    Rule(
+        "conflicting-phase",
+        _WARNING,
+        "A junction's controller shows green at once to ways through it that cross or end on one lane.",
+        "controller {other}",
+        "Put signals of ways that cross into controllers of their own, unless drivers who turn wait for the others.",
+    ),
 )

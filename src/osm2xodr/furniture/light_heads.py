@@ -230,7 +230,9 @@ def people_heads(world: World, crossing: Crossing, along: bool) -> tuple[Signal,
     out = []
     for t, side in ((crossing.left + defaults.LIGHT_BESIDE, 1.0), (crossing.right - defaults.LIGHT_BESIDE, -1.0)):
         # No lane at all (0) where people have none of their own: no reader may stop cars for it.
-        own = [lane.id for lane in lanes if lane.type is LaneType.SIDEWALK and lane.id * side > 0] or [0]
+        # Sidewalks that begin elsewhere are lanes without width here, and may be none at all in the end.
+        wide = [lane for lane in lanes if lane.left > lane.right]
+        own = [lane.id for lane in wide if lane.type is LaneType.SIDEWALK and lane.id * side > 0] or [0]
         out.append(
             Signal(
                 id=world.ids.thing(),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr import conflicts, defaults
 from osm2xodr.curves import pose
 from osm2xodr.furniture.light_rows import LightRow, light_rows
 from osm2xodr.furniture.road_lights import Candidate, RoadLight, place_on_roads
@@ -46,8 +46,10 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
     if not lights and not any(crossing.signals for crossing in crossings):
         return Sites({}, (), ())
     signs = read_signs(world.network)
-    lit = _lit_approaches(world, approaches, signs)
+    before = _lights_before(world, signs)
+    lit = _lit_approaches(world, approaches, signs, before)
     lit |= dict.fromkeys(_between(world, approaches, signs, lit), "")
+    lit |= _crossing_the_lit(world, approaches, signs, before, lit)
     junctions = frozenset(approaches[k].junction for k in lit)
     at_junctions: list[tuple[int, Crossing]] = []
     apart: list[Crossing] = []
@@ -76,23 +78,30 @@ def _leave_out(world: World, osm_id: str, why: str) -> None:
     world.diagnostics.dropped(_LEFT_OUT, osm_id, f"the lights here are left out: {why}")
 
 
-def _lit_approaches(world: World, approaches: Sequence[Approach], signs: Signs) -> dict[int, str]:
+def _lights_before(world: World, signs: Signs) -> dict[int, int]:
+    """Return the first node with lights before each street end that has any, those of crossings among them."""
+    out: dict[int, int] = {}
+    for node, ends in signs.ends_of.items():
+        if light_of(world.network.node_tags[node]) is not None:
+            for end in ends:
+                out.setdefault(end, node)
+    return out
+
+
+def _lit_approaches(
+    world: World, approaches: Sequence[Approach], signs: Signs, before: Mapping[int, int]
+) -> dict[int, str]:
     """Return which approaches have lights, and the OSM node that says so.
 
     Lights at the nodes of a junction or inside it are for all its approaches but those that have a sign of their
     own; else a junction has lights if enough of its approaches have, as `Signs.signalled` says.
     """
-    places, network = world.places, world.network
+    places = world.places
     inside: dict[int, int] = {}
     for node, ends in signs.ends_of.items():
         for end in ends:
             if places.inner[end // 2] and signs.before_end[end] is Sign.SIGNALS:
                 inside.setdefault(int(places.end_junction[end]), node)
-    nodes_before: dict[int, int] = {}
-    for node, ends in signs.ends_of.items():
-        if light_of(network.node_tags[node]) is not None:
-            for end in ends:
-                nodes_before.setdefault(end, node)
     members: dict[int, list[int]] = defaultdict(list)
     for k, approach in enumerate(approaches):
         members[approach.junction].append(k)
@@ -107,7 +116,7 @@ def _lit_approaches(world: World, approaches: Sequence[Approach], signs: Signs) 
         for k in rows:
             sign = signs.before_end.get(approaches[k].street_end)
             if sign is Sign.SIGNALS or (sign is None and middle is not None):
-                lit[k] = f"node/{nodes_before.get(approaches[k].street_end, middle)}"
+                lit[k] = f"node/{before.get(approaches[k].street_end, middle)}"
     return lit
 
 
@@ -131,6 +140,42 @@ def _between(world: World, approaches: Sequence[Approach], signs: Signs, lit: Ma
             way = f"way/{road.osm_way_ids[-1 if approach.at_end else 0]}"
             words = "a short road between junctions with lights has none in OSM, it gets some where it comes to one"
             world.diagnostics.guessed("signal-between", way, words)
+    return out
+
+
+def _crossing_the_lit(
+    world: World, approaches: Sequence[Approach], signs: Signs, before: Mapping[int, int], lit: Mapping[int, str]
+) -> dict[int, str]:
+    """Return further approaches of junctions with lights whose traffic crosses that of approaches which have some.
+
+    Those with lights of a crossing and a sign before the junction have the sign for when the lights are off. Those
+    with neither would drive into traffic that has green: OSM lacks their lights, unless they merge and do not cross.
+    """
+    members: dict[int, list[int]] = defaultdict(list)
+    for k in sorted(lit):
+        members[approaches[k].junction].append(k)
+    rows: list[tuple[int, int, int]] = []
+    for k, approach in enumerate(approaches):
+        end = approach.street_end
+        if k in lit or approach.junction not in members or (end in signs.before_end and end not in before):
+            continue
+        others = {
+            item.connecting_road for other in members[approach.junction] for item in approaches[other].movements
+        }
+        own = {item.connecting_road for item in approach.movements}
+        rows += [(k, world.lanes.index(one), world.lanes.index(other)) for one in own for other in others]
+    if not rows:
+        return {}
+    owner, one, other = np.array(sorted(rows), np.int64).T
+    out: dict[int, str] = {}
+    for k in np.unique(owner[conflicts.crossing(world.road_map.plan_view, one, other)]).tolist():
+        end = approaches[k].street_end
+        out[k] = f"node/{before[end]}" if end in before else ""
+        if not out[k]:
+            road = world.lanes.road(approaches[k].road)
+            way = f"way/{road.osm_way_ids[-1 if approaches[k].at_end else 0]}"
+            words = "it has no lights or signs in OSM and crosses traffic that has lights: it gets some, too"
+            world.diagnostics.guessed("signal-added", way, words)
     return out
 
 

@@ -63,6 +63,7 @@ def place_lights(world: World, approaches: Sequence[Approach], crossings: Sequen
     _at_junctions(world, approaches, sites, made)
     for light in sites.on_roads:
         _on_road(world, light, made)
+    _tell_of_joined(world, made)
     return Lights(
         tuple(made.signals),
         tuple(made.references),
@@ -71,6 +72,16 @@ def place_lights(world: World, approaches: Sequence[Approach], crossings: Sequen
         tuple((light.road, light.section_break()) for light in sites.on_roads),
         frozenset((approaches[k].road, approaches[k].at_end) for k in sites.approaches),
     )
+
+
+def _tell_of_joined(world: World, made: _Made) -> None:
+    """Report the nodes whose lights are those of others, as several stand before one junction."""
+    named = {signal.osm_id for signal in made.signals} | {item.osm_id for item in world.diagnostics}
+    for node, tags in world.network.node_tags.items():
+        if tags.get("highway") == _KIND and f"node/{node}" not in named:
+            world.diagnostics.note(
+                "signal-joined", f"node/{node}", "the lights here are those of another node of the same junction"
+            )
 
 
 def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, made: _Made) -> None:

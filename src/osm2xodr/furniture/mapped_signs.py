@@ -74,6 +74,9 @@ class _Reader:
                 length = self._world.lanes.length(found[0].road)
                 s = min(max(found[0].s, 0.0), length)
                 spot = Spot(found[0].road, s, None, limits.along(word), limits)
+            if word != "both" and self._for_both(faces, spot):
+                words = "the sign stands for both directions of its street: no tag says which of them it is for"
+                self._world.diagnostics.guessed("sign-direction", osm_id, words)
             self._place(osm_id, tags, faces, spot)
 
     def _in_junction(self, node: int, place: NodePlace) -> Spot | None:
@@ -152,9 +155,6 @@ class _Reader:
         by_direction: dict[bool, list[SignFace]] = {True: [], False: []}
         main_along: tuple[bool, ...] = ()
         lost = ""
-        if self._for_both(faces, spot):
-            words = "the sign stands for both directions of its street: no tag says which of them it is for"
-            self._world.diagnostics.guessed("sign-direction", osm_id, words)
         for face in faces:
             if face.supplementary:
                 for along in main_along:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -79,10 +79,13 @@ class Phases:
         number = {key: k for k, key in enumerate(dict.fromkeys(exits))}
         exit_ = np.array([number[key] for key in exits], np.int64)
         points = np.concatenate([np.arange(self._first[row], self._first[row + 1]) for row in rows])
-        start = np.concatenate([[0], np.cumsum([self._first[row + 1] - self._first[row] for row in rows])])[:-1]
+        first = np.concatenate([[0], np.cumsum([self._first[row + 1] - self._first[row] for row in rows])])
         x, y = self._x[points], self._y[points]
-        gap = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2
-        nearest = np.minimum.reduceat(np.minimum.reduceat(gap, start, axis=0), start, axis=1)
+        nearest = np.empty((len(rows), len(rows)))
+        # One movement after the other: all distances of a large junction at once would fill the memory.
+        for k, (lo, hi) in enumerate(pairwise(first.tolist())):
+            gap = (x[lo:hi, None] - x) ** 2 + (y[lo:hi, None] - y) ** 2
+            nearest[k] = np.minimum.reduceat(gap.min(axis=0), first[:-1])
         out: BoolArray = (nearest < defaults.LIGHT_PATHS_APART**2) | (exit_[:, None] == exit_)
         return out
 

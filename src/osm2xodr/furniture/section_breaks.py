@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from osm2xodr import defaults
 from osm2xodr.curves import lengths
-from osm2xodr.model import Cubic, LaneSection, Road, RoadMap
+from osm2xodr.model import Cubic, Lane, LaneSection, Road, RoadMap
 
 
 def cut_sections(road_map: RoadMap, breaks: Sequence[tuple[int, float]]) -> RoadMap:
@@ -58,7 +58,25 @@ def _halves(section: LaneSection, s: float) -> tuple[LaneSection, LaneSection]:
         first = tuple(item for item in lane.widths if item.s < along)
         before.append(replace(lane, widths=first, successor=link))
         after.append(replace(lane, widths=_from(lane.widths, along), predecessor=link))
-    return LaneSection(section.s, tuple(before)), LaneSection(s, tuple(after))
+    # What lies beside the carriageway in one half only is no lane of the other.
+    gone = _nowhere(before, "predecessor"), _nowhere(after, "successor")
+    before = [replace(lane, successor=None) if lane.id in gone[1] else lane for lane in before]
+    after = [replace(lane, predecessor=None) if lane.id in gone[0] else lane for lane in after]
+    kept_before = tuple(lane for lane in before if lane.id not in gone[0])
+    kept_after = tuple(lane for lane in after if lane.id not in gone[1])
+    return LaneSection(section.s, kept_before), LaneSection(s, kept_after)
+
+
+def _nowhere(lanes: Sequence[Lane], beyond: str) -> frozenset[int]:
+    """Return the ids of the outermost lanes without any width that go on as nothing at one end."""
+    out: set[int] = set()
+    for side in (lanes, lanes[::-1]):
+        for lane in side:
+            wide = any(item.a or item.b or item.c or item.d for item in lane.widths)
+            if lane.id == 0 or wide or getattr(lane, beyond) is not None:
+                break
+            out.add(lane.id)
+    return frozenset(out)
 
 
 def _from(cubics: Sequence[Cubic], s: float) -> tuple[Cubic, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.curve_finder import CurveFinder
 from osm2xodr.curves import cubic_value, lengths, pose
+from osm2xodr.furniture.street_pieces import way_at
 from osm2xodr.furniture.world import World
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -69,8 +70,26 @@ class SignRoom:
         ):
             if out[place] and abs(off) < self._half_width(other):
                 left, right = world.lanes.carriageway(world.road_map.roads[other].id, on)
-                out[place] = not right < off < left
+                at_place = float(x[place]), float(y[place])
+                levels = (self._level(road, *at_place) for road in (int(own[place]), other))
+                out[place] = not right < off < left or len(set(levels)) > 1
         return out
+
+    def _level(self, curve: int, x: float, y: float) -> int:
+        """Return the level of a road near a place.
+
+        On a level world bridges are as high as what is below them; there it is OSM's layer. Roads of junctions are on
+        that of the road that they come from.
+        """
+        if self._world.road_map.elevation_report is not None:
+            return 0
+        streets = self._world.places.road_street
+        if curve >= len(streets):
+            before = self._world.road_map.roads[curve].predecessor
+            if before is None or before.to_junction:
+                return 0
+            curve = self._world.lanes.index(before.id)
+        return way_at(self._world.network.streets[int(streets[curve])], x, y).layer
 
     def _half_width(self, curve: int) -> float:
         """Return how far from its reference line a road has lanes at most, m."""

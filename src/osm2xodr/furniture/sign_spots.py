@@ -16,8 +16,9 @@ from osm2xodr.curve_finder import CurveFinder
 from osm2xodr.curves import pose
 from osm2xodr.furniture.sign_directions import LimitsAround, compass_heading, faced_along
 from osm2xodr.furniture.sign_room import curves_near
+from osm2xodr.furniture.street_pieces import way_at
 from osm2xodr.furniture.world import World
-from osm2xodr.model import RoadsideThing, Rule, Street, StreetAttributes, Structure
+from osm2xodr.model import RoadsideThing, Rule, StreetAttributes, Structure
 
 _NO_ROAD: Final = "no road for cars that it faces is near"
 # Roads that no stop sign stands at; whoever leaves them by a link may meet one there.
@@ -115,16 +116,7 @@ def _candidate(
     if along is None:
         along = on_right == keeps_right if len(runs) > 1 else runs[0]
     spot, outside = Spot(road, s, t, along, limits), max(t - left, right - t)
-    return Candidate(spot, along, _way_at(street, x, y), outside, on_right == (along == keeps_right), beyond)
-
-
-def _way_at(street: Street, x: float, y: float) -> StreetAttributes:
-    """Return the attributes of the part of a street that is nearest to a place."""
-    start, step = street.points[:-1], np.diff(street.points, axis=0)
-    off = np.array([x, y]) - start
-    share = np.clip((off * step).sum(1) / np.maximum((step * step).sum(1), 1e-12), 0.0, 1.0)
-    nearest = int(np.argmin(np.hypot(*(off - share[:, None] * step).T)))
-    return next(item for first, item in reversed(street.pieces) if first <= nearest)
+    return Candidate(spot, along, way_at(street, x, y), outside, on_right == (along == keeps_right), beyond)
 
 
 def choose_spot(candidates: Sequence[Candidate], *, any_way: bool) -> Spot | str:

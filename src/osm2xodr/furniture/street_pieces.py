@@ -40,3 +40,12 @@ def pieces_on_road(world: World, street: Street, road: int) -> list[tuple[float,
     if found:
         return found
     return [(0.0, length, pieces[0][1])]
+
+
+def way_at(street: Street, x: float, y: float) -> StreetAttributes:
+    """Return the attributes of the part of a street that is nearest to a place."""
+    start, step = street.points[:-1], np.diff(street.points, axis=0)
+    off = np.array([x, y]) - start
+    share = np.clip((off * step).sum(1) / np.maximum((step * step).sum(1), 1e-12), 0.0, 1.0)
+    nearest = int(np.argmin(np.hypot(*(off - share[:, None] * step).T)))
+    return next(item for first, item in reversed(street.pieces) if first <= nearest)

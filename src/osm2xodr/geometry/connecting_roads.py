@@ -101,16 +101,18 @@ class ConnectingRoads:
         rows = np.flatnonzero(keep)
         plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows) if len(rows) else _NO_CURVES
         columns = {name: getattr(self, name)[rows] for name in _FLAT}
-        listed = {name: tuple(getattr(self, name)[k] for k in rows.tolist()) for name in _LISTED}
-        return ConnectingRoads(plan, **columns, **listed)
+        kinds = tuple(self.set_apart[k] for k in rows.tolist())
+        inner = tuple(self.inner[k] for k in rows.tolist())
+        return ConnectingRoads(plan, **columns, set_apart=kinds, inner=inner)
 
     def joined(self, other: ConnectingRoads) -> ConnectingRoads:
         """Return these and others, the others behind."""
         if not len(other.length):
             return self
         columns = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _FLAT}
-        listed = {name: getattr(self, name) + getattr(other, name) for name in _LISTED}
-        return ConnectingRoads(joined_plan_views(self.plan_view, other.plan_view), **columns, **listed)
+        plan = joined_plan_views(self.plan_view, other.plan_view)
+        kinds, inner = self.set_apart + other.set_apart, self.inner + other.inner
+        return ConnectingRoads(plan, **columns, set_apart=kinds, inner=inner)
 
 
 _LISTED = ("set_apart", "inner")

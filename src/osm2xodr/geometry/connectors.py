@@ -6,9 +6,13 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.curves import arc_step, lengths, pose, smallest_radius, wrapped
+from osm2xodr.geometry.plan_fit import replaced
+from osm2xodr.geometry.shortest_curves import shortest_curves
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # A line and an arc are used while both tangents are longer than this, m, and the turn lies between these, rad.
+# A curve whose heading at its end is off by more has missed it, rad.
+_MISSED = 1e-3
 _SHORTEST_TANGENT = 0.05
 _LEAST_TURN = 1e-3
 _MOST_TURN = np.deg2rad(150.0)
@@ -51,7 +55,15 @@ def connect(
     used = length > 0
     s = np.cumsum(length, axis=1) - length
     start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
-    return PlanView(start, s[used], x[used], y[used], hdg[used], length[used], curvature[used])
+    plan = PlanView(start, s[used], x[used], y[used], hdg[used], length[used], curvature[used])
+    # Two arcs do not reach a pose that looks back from straight ahead.
+    missed = np.flatnonzero(np.abs(wrapped(hdg0 + (length * curvature).sum(axis=1) - hdg1)) > _MISSED)
+    if not len(missed):
+        return plan
+    poses = (column[missed] for column in (x0, y0, hdg0, x1, y1, hdg1))
+    other = shortest_curves(*poses, radius=defaults.CONNECTING_RADIUS)
+    found = np.flatnonzero(lengths(other) > 0)
+    return replaced(plan, missed[found], other, found)
 
 
 def wanting(plan: PlanView) -> BoolArray:

@@ -1,25 +1,27 @@
-"""Sidewalks come up to the kerb before corners that they would otherwise not get round.
+"""Sidewalks come up to the kerb, or grow narrower, before corners that they would otherwise not get round.
 
 Parking lanes end some metres before a junction anyway, and where wide strips lie between the carriageway and the
-sidewalks of two arms, these lie across each other before they meet.
+sidewalks of two arms, these lie across each other before they meet. Where nobody turns from one arm into the other,
+their roads end so close to each other that even sidewalks at the kerb have no room for a bend.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.margins import Margins
+from osm2xodr.geometry.margins import Margins, Strips
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.sidewalk_corners import sidewalk_corners
 from osm2xodr.model import IntArray, LaneType, Rule
 
 _Place = tuple[int, int]
 """(road end, side of the road: left 1, right -1)."""
+_Change = Callable[[Strips], Strips]
 
 
 def lay_out_corners(
@@ -46,16 +48,21 @@ def lay_out_corners(
         The junctions of corners that could not be drawn, once for each.
     """
     corners, failed = sidewalk_corners(parts, margins, cars, rule)
-    places = _places(failed)
-    nearer = _with_sidewalks_at_kerbs(parts, margins, places)
-    if nearer is margins:
-        return margins, corners, failed.junction
-    _, still = sidewalk_corners(parts, nearer, cars, rule)
-    hopeless = set(_places(still))
-    # Each side of an end faces one corner: it stays as it was where nothing is gained.
-    nearer = _with_sidewalks_at_kerbs(parts, margins, [place for place in places if place not in hopeless])
-    corners, failed = sidewalk_corners(parts, nearer, cars, rule)
-    return nearer, corners, failed.junction
+    for change in (_sidewalk_alone, _narrow_sidewalk):
+        places, junctions = _places(failed), np.unique(failed.junction)
+        nearer = _changed(parts, margins, places, change)
+        if nearer is margins:
+            continue
+        _, still = sidewalk_corners(parts, nearer, cars, rule, junctions)
+        hopeless = set(_places(still))
+        # Each side of an end faces one corner: it stays as it was where nothing is gained.
+        nearer = _changed(parts, margins, [place for place in places if place not in hopeless], change)
+        if nearer is margins:
+            continue
+        margins = nearer
+        again, failed = sidewalk_corners(parts, margins, cars, rule, junctions)
+        corners = corners.chosen(~np.isin(corners.junction, junctions)).joined(again)
+    return margins, corners, failed.junction
 
 
 def _places(rows: ConnectingRoads) -> list[_Place]:
@@ -67,23 +74,31 @@ def _places(rows: ConnectingRoads) -> list[_Place]:
     return sorted(set(found))
 
 
-def _with_sidewalks_at_kerbs(
-    parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[_Place]
+def _sidewalk_alone(strips: Strips) -> Strips:
+    return tuple(strip for strip in strips if strip.type is LaneType.SIDEWALK)[:1]
+
+
+def _narrow_sidewalk(strips: Strips) -> Strips:
+    return tuple(replace(strip, width=defaults.CORNER_NARROW * strip.width) for strip in _sidewalk_alone(strips))
+
+
+def _changed(
+    parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[_Place], change: _Change
 ) -> tuple[Margins, ...]:
-    """Return margins with nothing but the sidewalk at some places; the same ones where nothing else was there."""
+    """Return margins with other strips at some places; the same ones where they are no others."""
     out = list(margins)
     changed = False
     for end, side in places:
         borders = [stretch.start for stretch in parts.stretches[end // 2][1:]]
-        beside = _kerbside(out[end // 2], bool(end % 2), side, borders)
+        beside = _changed_end(out[end // 2], bool(end % 2), side, borders, change)
         changed |= beside is not out[end // 2]
         out[end // 2] = beside
     return tuple(out) if changed else margins
 
 
-def _kerbside(beside: Margins, at_end: bool, side: int, borders: Sequence[float]) -> Margins:
+def _changed_end(beside: Margins, at_end: bool, side: int, borders: Sequence[float], change: _Change) -> Margins:
     piece = beside[-1 if at_end else 0]
-    strips = tuple(strip for strip in piece.strips(side) if strip.type is LaneType.SIDEWALK)[:1]
+    strips = change(piece.strips(side))
     if strips == piece.strips(side):
         return beside
     inner = replace(piece, left=strips) if side > 0 else replace(piece, right=strips)

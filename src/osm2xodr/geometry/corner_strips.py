@@ -114,7 +114,9 @@ def _lies_badly(
 
 def inner_width(rows: ConnectingRoads) -> tuple[FloatArray, FloatArray]:
     """Return how wide all lanes between sidewalk and carriageway are together at both ends, (rows,), m."""
-    return (
-        np.array([sum(lane.entry_width for lane in lanes) for lanes in rows.inner], np.float64),
-        np.array([sum(lane.exit_width for lane in lanes) for lanes in rows.inner], np.float64),
-    )
+    start, end = np.zeros(len(rows.inner)), np.zeros(len(rows.inner))
+    for k, lanes in enumerate(rows.inner):
+        if lanes:
+            start[k] = sum(lane.entry_width for lane in lanes)
+            end[k] = sum(lane.exit_width for lane in lanes)
+    return start, end

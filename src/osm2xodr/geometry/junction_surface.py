@@ -112,7 +112,7 @@ def _surface_in_chunks(
     return out[0], out[1], out[2]
 
 
-def _end_state(solution: ProfileSolution, end: IntArray, leaving: bool) -> tuple[FloatArray, FloatArray]:
+def end_state(solution: ProfileSolution, end: IntArray, leaving: bool) -> tuple[FloatArray, FloatArray]:
     """Return height and grade, along the connecting road, of the road ends it comes from or goes to."""
     z, grade = solution.end_z.ravel()[end], solution.end_grade.ravel()[end]
     along = (end % 2 == 1) if leaving else (end % 2 == 0)
@@ -191,8 +191,8 @@ def connector_profiles(
     cos, sin = np.cos(hdg), np.sin(hdg)
     grade, cross = gx * cos + gy * sin, gy * cos - gx * sin
     first, last = start[:-1], start[1:] - 1
-    z0, g0 = _end_state(solution, connectors.start_end, leaving=True)
-    z1, g1 = _end_state(solution, connectors.end_end, leaving=False)
+    z0, g0 = end_state(solution, connectors.start_end, leaving=True)
+    z1, g1 = end_state(solution, connectors.end_end, leaving=False)
     rest = (z0 - z[first], g0 - grade[first], z1 - z[last], g1 - grade[last])
     reach = np.minimum(run, defaults.CONNECTOR_END_REACH)
     dz, dg = _blend(s, run, reach, tuple(value[curve] for value in rest))

@@ -10,7 +10,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.curves import pose, wrapped
-from osm2xodr.geometry.cross_section import EndLane, centre_lanes, end_lanes
+from osm2xodr.geometry.cross_section import CrossSection, EndLane, centre_lanes, end_lanes
 from osm2xodr.geometry.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.road_parts import RoadParts
@@ -52,6 +52,8 @@ class LaneLinks:
         Pose of every road end, its heading along the road's s.
     road_end : (street ends,)
         As in `RoadParts`.
+    sections
+        Of every road end: they change where a road has become so short that a stretch at its end joins another.
     """
 
     rows: tuple[LaneRow, ...]
@@ -59,6 +61,7 @@ class LaneLinks:
     y: FloatArray
     hdg: FloatArray
     road_end: IntArray
+    sections: tuple[CrossSection, ...]
 
 
 def find_lane_links(
@@ -82,9 +85,11 @@ def find_lane_links(
     x, y, hdg = pose(parts.plan_view, np.repeat(np.arange(roads), 2), s)
     entry = parts.road_end[np.array([item.entry for item in movements], np.int64)]
     exit_ = parts.road_end[np.array([item.exit for item in movements], np.int64)]
+    sections = tuple(stretches[k].section for stretches in parts.stretches for k in (0, -1))
     known: dict[int, list[LaneRow]] = {}
     if before is not None and np.array_equal(before.road_end, parts.road_end):
         still = (np.abs(before.x - x) < _SAME) & (np.abs(before.y - y) < _SAME) & (np.abs(before.hdg - hdg) < _SAME)
+        still &= [one is other for one, other in zip(before.sections, sections, strict=True)]
         known = _kept(before, movements, still[entry] & still[exit_])
     # As drivers see it: headings into and out of the junction, and where entries lie as seen from exits.
     hdg_in, hdg_out = hdg[entry] + np.where(entry % 2, 0.0, np.pi), hdg[exit_] + np.where(exit_ % 2, np.pi, 0.0)
@@ -103,7 +108,7 @@ def find_lane_links(
             rows += known[junction]
         else:
             rows += _junction_rows(junction, list(group), movements, view, arms, rule)
-    return LaneLinks(tuple(rows), x, y, hdg, parts.road_end)
+    return LaneLinks(tuple(rows), x, y, hdg, parts.road_end, sections)
 
 
 def _kept(before: LaneLinks, movements: list[Movement], still: BoolArray) -> dict[int, list[LaneRow]]:

@@ -21,6 +21,7 @@ _LEFTOVER_LINE = 0.1
 # Between two arcs lies a line at least so long, or none, m: some readers round to centimetres.
 _SHORTEST_LINE = 0.02
 _NO_LINE = 1e-9
+_POINT = 1e-6
 # A smaller turn is none, rad: its arc would be shorter than a centimetre even with the largest radius.
 _NO_TURN = 5e-6
 
@@ -235,6 +236,11 @@ def _records(
     rx[1:, 1], ry[1:, 1], rh[1:, 1] = arc_start[:, 0], arc_start[:, 1], hdg
     rl[:, 1] = np.where(bend, radius * np.abs(turn), 0.0)
     rk[:, 1] = np.where(bend, np.sign(turn) / np.maximum(radius, 1e-9), 0.0)
+    # A polyline that comes to a point keeps a heading: what is made of it is dropped for its length.
+    last = np.flatnonzero(np.concatenate([~same, [True]]))
+    point = np.bincount(np.repeat(owner, 2), (rl > _NO_LINE).ravel(), curves)[owner[last]] == 0
+    rx[last[point], 0], ry[last[point], 0] = vertex[last[point], 0], vertex[last[point], 1]
+    rl[last[point], 0] = _POINT
     flat_length = rl.ravel()
     end_s = np.cumsum(flat_length)
     first_of = np.concatenate([[True], ~same])

@@ -108,7 +108,7 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     _report_connectivity(network, movements, parts, diagnostics)
     margins = margins_with_room(parts, find_margins(parts), diagnostics)
     margins, corners, left_out = lay_out_corners(parts, margins, connecting, network.rule)
-    _report_corners(network, layout, left_out, diagnostics)
+    report_corners(network, layout, left_out, diagnostics)
     return RoadPlan(fitted, ends, layout, parts, connecting, margins, corners)
 
 
@@ -147,9 +147,10 @@ def _report(
         diagnostics.repaired("tight-turn", f"node/{node}", "a turn through the junction is sharper than a car drives")
 
 
-def _report_corners(
+def report_corners(
     network: StreetNetwork, layout: JunctionLayout, left_out: IntArray, diagnostics: Diagnostics
 ) -> None:
+    """Tell in which junctions sidewalks are not connected around corners."""
     for junction in np.unique(left_out).tolist():
         node = network.intersections[layout.nodes[junction][0]].osm_node_id
         diagnostics.dropped(

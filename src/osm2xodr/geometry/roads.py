@@ -13,6 +13,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.connecting_roads import ConnectingRoads, InnerLane
 from osm2xodr.geometry.connectivity import Connectivity
+from osm2xodr.geometry.corner_heights import too_steep
 from osm2xodr.geometry.corner_strips import inner_width
 from osm2xodr.geometry.elevation import ElevationOptions, Ground, connector_profiles, solve_profiles
 from osm2xodr.geometry.height_problems import connector_problem, profile_problem
@@ -21,7 +22,7 @@ from osm2xodr.geometry.margin_lanes import add_margins
 from osm2xodr.geometry.priorities import Priorities, find_priorities
 from osm2xodr.geometry.road_marks import NO_MARK
 from osm2xodr.geometry.road_parts import RoadParts
-from osm2xodr.geometry.road_plan import plan_roads
+from osm2xodr.geometry.road_plan import plan_roads, report_corners
 from osm2xodr.geometry.street_places import street_places
 from osm2xodr.geometry.turnarounds import RoadOptions
 from osm2xodr.memory import release_memory
@@ -74,8 +75,10 @@ def build_roads(
     release_memory()
     problem = profile_problem(network, plan.fitted, layout, parts, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
+    steep = too_steep(plan.corners, solution)
+    report_corners(network, layout, plan.corners.junction[steep], diagnostics)
     # Sidewalks' roads come after those of cars, which are what they would be without them.
-    through = connecting.joined(plan.corners)
+    through = connecting.joined(plan.corners.chosen(~steep))
     elevation, superelevation = connector_profiles(problem, connector_problem(through), solution)
     priorities = find_priorities(network, plan.ends, layout, parts, connecting, diagnostics)
     numbers = _Numbers(len(parts.length), len(through.length))
@@ -155,7 +158,9 @@ def _connecting_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicProfile
 def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
     """Return the id of each connecting road's lane, (n,); others lie between a sidewalk and the carriageway."""
     usual = -1 if rule is Rule.RIGHT_HAND else 1
-    return np.where(connecting.against, -usual, usual) * np.array([len(lanes) + 1 for lanes in connecting.inner])
+    side: IntArray = np.where(connecting.against, -usual, usual)
+    out: IntArray = side * np.array([len(lanes) + 1 for lanes in connecting.inner], np.int64)
+    return out
 
 
 def _blend(length: float, start: float, end: float) -> Cubic:
@@ -256,8 +261,9 @@ def _connecting(
         zip(*(column.tolist() for column in columns), strict=True)
     ):
         walk = InnerLane(connecting.set_apart[k], w0, w1, height, lane_in, lane_out)
-        kind = (own, (*reversed(connecting.inner[k]), walk), length)
-        kind = kind if any(item.entry_width != item.exit_width for item in kind[1]) else (*kind[:2], 0.0)
+        across = (*reversed(connecting.inner[k]), walk)
+        blends = any(item.entry_width != item.exit_width for item in across)
+        kind = own, across, length if blends else 0.0
         sections = kinds.get(kind)
         if sections is None:
             sections = kinds[kind] = _lanes_through(*kind)

@@ -36,7 +36,11 @@ class _Corner:
 
 
 def sidewalk_corners(
-    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule
+    parts: RoadParts,
+    margins: Sequence[Margins],
+    cars: ConnectingRoads,
+    rule: Rule,
+    junctions: IntArray | None = None,
 ) -> tuple[ConnectingRoads, ConnectingRoads]:
     """Connect the sidewalks of neighbouring arms.
 
@@ -51,6 +55,8 @@ def sidewalk_corners(
         The connecting roads for cars. Arms that none of them touches have no part in the junction.
     rule
         Side of the road that one drives on.
+    junctions
+        Look only at these; at all if not given.
 
     Returns
     -------
@@ -60,7 +66,7 @@ def sidewalk_corners(
     ConnectingRoads
         Those that no sidewalk can take.
     """
-    corners = list(_corners(parts, margins, cars, rule))
+    corners = list(_corners(parts, margins, cars, rule, junctions))
     if not corners:
         none = cars.chosen(np.zeros(len(cars.length), bool))
         return none, none
@@ -92,10 +98,14 @@ def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewa
     return None
 
 
-def _corners(parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule) -> Iterator[_Corner]:
+def _corners(
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None
+) -> Iterator[_Corner]:
     """Find the pairs of neighbouring arms whose facing sides both have a sidewalk, by junction."""
     end_junction = parts.end_junction.ravel()
     touched = np.union1d(cars.entry, cars.exit)
+    if junctions is not None:
+        touched = touched[np.isin(end_junction[touched], junctions)]
     walks = {
         (end, side): walk
         for end in touched.tolist()

@@ -40,8 +40,12 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     on_ring = {street: number for number, street in enumerate(rings.streets)}
     lines = [_line(street, rings, street.id in on_ring) for street in network.streets]
     start = np.concatenate([[0], np.cumsum([len(points) for points, _ in lines])]).astype(np.int64)
+    # Of ways of several classes the least, so that it does not matter which comes first.
     radius = np.array(
-        [defaults.CORNER_RADIUS.get(pieces[0][1].highway, defaults.CORNER_RADIUS_OTHER) for _, pieces in lines]
+        [
+            min(defaults.CORNER_RADIUS.get(item.highway, defaults.CORNER_RADIUS_OTHER) for _, item in pieces)
+            for _, pieces in lines
+        ]
     )
     closed = np.array([street.start < 0 for street in network.streets], bool)
     fitted = fit_polylines(np.concatenate([points for points, _ in lines]), start, radius, closed)

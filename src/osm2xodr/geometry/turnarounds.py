@@ -68,12 +68,19 @@ def add_turnarounds(
     chosen: list[tuple[int, Loop, float]] = []
     near = _near(network, [end for end, _ in wishes], ends)
     taken: list[tuple[float, float, float, int]] = []
+    # What the loop at a street's other end has taken of it, m.
+    given: dict[int, float] = {}
     for end, diameter in wishes:
         node = network.intersections[int(ends.node[end])]
         found = _fitting(end, diameter, fitted, network, ends, layout, near.get(end, math.inf))
         x, y, layer = node.x, node.y, int(ends.layer[end])
-        if found is None or any(
-            layer == other[3] and math.hypot(x - other[0], y - other[1]) < found[2] + other[2] for other in taken
+        left = math.inf if end ^ 1 not in given else float(ends.length[end]) - given[end ^ 1]
+        if (
+            found is None
+            or left - found[1] < 2 * defaults.SHORTEST_ROAD
+            or any(
+                layer == other[3] and math.hypot(x - other[0], y - other[1]) < found[2] + other[2] for other in taken
+            )
         ):
             diagnostics.note(
                 "no-room-to-turn", f"node/{node.osm_node_id}", "no room for a loop, the dead end is left as it is"
@@ -81,6 +88,7 @@ def add_turnarounds(
             continue
         chosen.append((end, found[0], found[1]))
         taken.append((x, y, found[2], layer))
+        given[end] = found[1]
     if not chosen:
         return layout, []
     junction, trim = layout.junction.copy(), layout.trim.copy()

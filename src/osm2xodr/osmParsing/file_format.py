@@ -19,8 +19,13 @@ from xml.parsers import expat
 from osm2xodr.errors import InputError
 
 _HEAD: Final = 4096
-# A prolog longer than this is not OSM's.
-_PROLOG_MAX: Final = 1 << 20
+# A prolog longer than this is not OSM's, bytes.
+_PROLOG_MAX: Final = 1 << 16
+# Nor is this much without any markup, or in one element: OSM allows 32,000 members in a relation. Parsers take a time
+# that grows with the square of such a length, and little of it on the disk is much when decompressed.
+_SCANNED: Final = 1 << 20
+_ELEMENT_MAX: Final = 16 * _SCANNED
+_ELEMENTS: Final = (b"<node", b"<way", b"<relation")
 
 _MISC: Final = re.compile(r"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
 _ROOT: Final = re.compile(r"<([A-Za-z_][^\s/>]*)([^>]*)>")
@@ -150,14 +155,33 @@ def _check_prolog(path: Path, stream: BinaryIO) -> str:
 
 
 def _mentions_deleted(path: Path, kind: str) -> bool:
+    """Say whether anything is marked as deleted, and refuse what would keep parsers busy for nothing."""
     last = b""
+    found = False
+    since = 0
     with _decompressed(path, kind) as stream:
-        while chunk := stream.read(1 << 20):
+        while chunk := stream.read(_SCANNED):
+            if len(chunk) == _SCANNED and b"<" not in chunk:
+                raise InputError(
+                    f"{path} has {_SCANNED >> 20} MB of text without any markup, which is not OSM's; {_EXPECTED}"
+                )
+            since = 0 if _has_element(chunk) else since + len(chunk)
+            if since > _ELEMENT_MAX:
+                raise InputError(
+                    f"{path} has an element of over {_ELEMENT_MAX >> 20} MB, which OSM does not allow; {_EXPECTED}"
+                )
             # `in` is many times faster than the pattern, which is only tried where it can match.
-            if (b"delete" in chunk or b"delete" in last + chunk[:64]) and _DELETED.search(last + chunk):
-                return True
+            if not found and (b"delete" in chunk or b"delete" in last + chunk[:64]):
+                found = _DELETED.search(last + chunk) is not None
             last = chunk[-64:]
-    return False
+    return found
+
+
+def _has_element(chunk: bytes) -> bool:
+    """Say whether an element begins in some text, whatever the width of its letters."""
+    return any(name in chunk for name in _ELEMENTS) or (
+        b"\0" in chunk and any(name in chunk.replace(b"\0", b"") for name in _ELEMENTS)
+    )
 
 
 def _deleted(path: Path, kind: str) -> frozenset[tuple[str, int]]:

@@ -37,6 +37,10 @@ _STRIP_CELLS = 2**22
 # Metadata in which rasters describe themselves.
 _DESCRIPTIONS = ("TIFFTAG_IMAGEDESCRIPTION", "TIFFTAG_DOCUMENTNAME", "DESCRIPTION", "description", "TITLE", "title")
 
+# Areas of cells, and positions, that a raster on Earth can have, in degrees or metres (squared): with any others the
+# arithmetic of floating point has no meaning.
+_LEAST_AREA, _LARGEST_AREA, _FARTHEST = 1e-18, 1e18, 1e12
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DemSource:
@@ -130,9 +134,10 @@ def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
         try:
             with _open(rasterio, path) as dataset:
                 _check_bands(path, dataset, diagnostics)
+                _check_blocks(rasterio, path, dataset)
                 crs = _crs_of(path, dataset)
                 a, b, c, d, e, f = (float(value) for value in tuple(dataset.transform)[:6])
-                if dataset.transform.is_identity or a * e == b * d:
+                if not _is_placed(dataset, crs):
                     raise InputError(
                         f"{path}: the raster does not say where it lies; georeference it with gdal_translate -a_ullr"
                     )
@@ -296,6 +301,36 @@ def _check_bands(path: Path, dataset: Any, diagnostics: Diagnostics) -> None:
         diagnostics.note(
             "dem-bands", "", f"{path}: of the raster's {dataset.count} bands the first was taken for heights."
         )
+
+
+def _is_placed(dataset: Any, crs: CRS) -> bool:
+    """Say whether a raster lies somewhere on Earth, with cells that have an area."""
+    a, b, c, d, e, f = (float(value) for value in tuple(dataset.transform)[:6])
+    if dataset.transform.is_identity:
+        return False
+    # Written so that NaN is out of all bounds.
+    if not (_LEAST_AREA <= abs(a * e - b * d) <= _LARGEST_AREA and max(abs(c), abs(f)) <= _FARTHEST):
+        return False
+    if not crs.is_geographic:
+        return True
+    across, down = d * dataset.width, e * dataset.height
+    # Half a cell beyond a pole is usual.
+    return max(map(abs, (f, f + across, f + down, f + across + down))) <= 90.0 + min(abs(d) + abs(e), 1.0)
+
+
+def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
+    """Refuse files, and sources of virtual rasters, whose cells are packed in blocks too large to be unpacked."""
+    rows, cols = dataset.block_shapes[0]
+    size = rows * cols * np.dtype(dataset.dtypes[0]).itemsize
+    if size > defaults.DEM_BLOCK_MAX:
+        raise InputError(
+            f"{path}: the raster's cells are packed in blocks of {size / 1e6:,.0f} MB;"
+            " pack it in tiles with gdal_translate -co TILED=YES"
+        )
+    for name in dataset.files if dataset.driver == "VRT" else ():
+        if Path(name).is_file() and not path.samefile(name):
+            with _open(rasterio, Path(name)) as source:
+                _check_blocks(rasterio, Path(name), source)
 
 
 def _descriptions(dataset: Any) -> list[str]:

@@ -11,6 +11,7 @@ from pyproj import CRS, Transformer
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.projection import WGS84, transformer_to
 from osm2xodr.surface.cover import looks_covered
@@ -138,6 +139,12 @@ def _count(plan: _Plan, block: int) -> int:
 def _blocks(plans: Sequence[_Plan], cells_max: int) -> dict[int, int]:
     """Return how many cells to join in either direction, by the id of the plan: none coarser than need be."""
     finest = min((plan.cell_size for plan in plans), default=1.0)
+    for plan in plans:
+        if _count(plan, 1) > defaults.DEM_CELLS_READ:
+            raise InputError(
+                f"{plan.source.path}: around the roads lie {_count(plan, 1):,} cells of {plan.cell_size:.2g} m, more"
+                " than can be read; resample it with gdalwarp -tr, or choose a smaller area"
+            )
     for times in range(1, 10_000):
         blocks = {
             id(plan): min(

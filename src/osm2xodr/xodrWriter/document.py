@@ -32,10 +32,11 @@ def write_document(
 ) -> None:
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
-    words = Words(options.dialect, options.target.lane_types)
+    target = options.target
+    words = Words(options.dialect, target.lane_types, changes_as_driven=target.changes_as_driven)
     rule = road_map.rule.value if options.dialect.has_rule else None
     furniture = FurnitureWriter(
-        road_map.furniture, options.dialect, words, options.target.crosswalks, crosswalk_offsets(road_map)
+        road_map.furniture, options.dialect, words, target.crosswalks, crosswalk_offsets(road_map)
     )
     writer = RoadWriter(rule, words, furniture)
     stream.write(_header(road_map, options).encode())

@@ -26,7 +26,8 @@ class LaneWriter:
         self._sections: dict[int, str] = {}
         self._heads: dict[_Head, str] = {}
         self._widths: dict[tuple[Cubic, ...], str] = {}
-        self._marks: dict[RoadMark, str] = {}
+        # By side of the centre line, from where the same mark may need other words.
+        self._marks: tuple[dict[RoadMark, str], ...] = ({}, {}, {})
 
     def sections(self, sections: tuple[LaneSection, ...], length: float) -> str:
         """Return the ``<laneSection>`` elements of a road of a length, m."""
@@ -61,7 +62,10 @@ class LaneWriter:
         widths = self._widths.get(lane.widths)
         if widths is None:
             widths = self._width(lane.widths)
-        mark = "" if lane.road_mark is None else self._marks.get(lane.road_mark) or self._mark(lane.road_mark)
+        mark = ""
+        if lane.road_mark is not None:
+            side = (lane.id > 0) - (lane.id < 0)
+            mark = self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         speed = ""
         if lane.speed is not None:
             speed = f'      <speed sOffset="0" {lane_speed_attributes(lane.speed)}/>\n'
@@ -92,14 +96,14 @@ class LaneWriter:
         self._widths[widths] = text
         return text
 
-    def _mark(self, mark: RoadMark) -> str:
-        """Make and remember a ``<roadMark>``."""
+    def _mark(self, mark: RoadMark, side: int) -> str:
+        """Make and remember a ``<roadMark>`` of a lane left (1) or right (-1) of the centre line, or of that (0)."""
         kind, color = self._words.mark_type(mark.type), self._words.mark_color(mark.color)
-        change = self._words.lane_change(mark.lane_change)
+        change = self._words.lane_change(mark.lane_change, side)
         material = "" if mark.material == "standard" else f' material="{attribute(mark.material)}"'
         text = (
             f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"{material}'
             f' width="{number(mark.width)}" laneChange="{change}"/>\n'
         )
-        self._marks[mark] = text
+        self._marks[side][mark] = text
         return text

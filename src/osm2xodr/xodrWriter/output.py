@@ -33,7 +33,11 @@ def check_target(path: Path) -> None:
     OutputError
         If the path is a directory, or lies in none, or in one that takes no files.
     """
-    folder = path.resolve().parent
+    try:
+        folder = path.resolve().parent
+    except (OSError, RuntimeError):
+        msg = f"cannot write {path}: it is a symbolic link that leads back to itself; choose another place"
+        raise OutputError(msg) from None
     if path.is_dir():
         msg = f"{path} is a directory; name a file in it, such as {path / 'map.xodr'}"
         raise OutputError(msg)

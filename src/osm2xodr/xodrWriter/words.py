@@ -43,6 +43,14 @@ _MARK_TYPES: Final = frozenset(
 )
 _MARK_COLORS: Final = frozenset({"standard", "blue", "green", "red", "white", "yellow", "orange", "violet"})
 _LANE_CHANGES: Final = frozenset({"increase", "decrease", "both", "none"})
+# What to write, by word and side, for readers that take `increase` and `decrease` for changes to one side and the
+# other as drivers see them. They cannot be told that only one direction may cross the centre line.
+_AS_DRIVEN: Final = {
+    ("increase", -1): "decrease",
+    ("decrease", -1): "increase",
+    ("increase", 0): "none",
+    ("decrease", 0): "none",
+}
 # Those of 1.6 to 1.8 that stand still; 1.4 leaves the choice to whoever writes.
 _OBJECT_TYPES: Final = frozenset(
     {
@@ -80,6 +88,8 @@ class Words:
         The version of OpenDRIVE.
     lane_types
         Types of lanes that the reader takes for something else, and what to write instead.
+    changes_as_driven
+        Whether lane changes are named as drivers see them, see `osm2xodr.targets.Target`.
 
     Attributes
     ----------
@@ -87,8 +97,11 @@ class Words:
         (word of the model, word that is written in its place).
     """
 
-    def __init__(self, dialect: Dialect, lane_types: tuple[tuple[str, str], ...] = ()) -> None:
+    def __init__(
+        self, dialect: Dialect, lane_types: tuple[tuple[str, str], ...] = (), *, changes_as_driven: bool = False
+    ) -> None:
         self._dialect = dialect
+        self._changes_as_driven = changes_as_driven
         self._lane_types = {**dialect.lane_types, **dict(lane_types)}
         self.replaced: set[tuple[str, str]] = set()
 
@@ -111,10 +124,18 @@ class Words:
         _require(word, _MARK_COLORS, "colour of road marks")
         return self._replaced_by(word, self._dialect.mark_colors)
 
-    def lane_change(self, word: str) -> str:
-        """Return what a road mark allows, the same in all versions."""
+    def lane_change(self, word: str, side: int = 0) -> str:
+        """Return what a road mark allows, the same in all versions.
+
+        Parameters
+        ----------
+        word
+            Of the model.
+        side
+            1 for a lane left of the centre line, -1 for one right of it, 0 for that line.
+        """
         _require(word, _LANE_CHANGES, "lane change")
-        return word
+        return _AS_DRIVEN.get((word, side), word) if self._changes_as_driven else word
 
     def object_type(self, word: str) -> str:
         """Return the type of an object."""

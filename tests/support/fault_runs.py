@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Final
 
 OLD: Final = b"what was there before"
+# After so many seconds, or once this holds for the folder.
+Moment = float | Callable[[Path], bool]
 _PART: Final = re.compile(r"\.osm2xodr-[0-9a-f]{16}\.part")
 # How long a copy of a process may outlive it, s.
 _ORPHANS_GONE: Final = 5.0
@@ -56,9 +58,7 @@ def command(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "osm2xodr", *map(str, arguments)]
 
 
-def interrupted(
-    folder: Path, arguments: Sequence[object], new: bytes, at: float | Callable[[Path], bool], number: int
-) -> Outcome:
+def interrupted(folder: Path, arguments: Sequence[object], new: bytes, at: Moment, number: int) -> Outcome:
     """Convert into a folder with an old result, send a signal, and look at what is there.
 
     Parameters
@@ -114,10 +114,11 @@ def is_writing(folder: Path) -> bool:
     return any(_PART.fullmatch(name) for name in os.listdir(folder))
 
 
-def moments(count: int, longest: float, seed: int) -> list[float]:
-    """Return random moments, s, spread evenly over a duration."""
+def moments(count: int, first: float, last: float, writing: int, seed: int) -> list[Moment]:
+    """Return random moments, s, spread evenly over a time, and then some in which the result is being written."""
     dice = random.Random(seed)
-    return [(k + dice.random()) * longest / count for k in range(count)]
+    spread: list[Moment] = [first + (k + dice.random()) * (last - first) / count for k in range(count)]
+    return spread + [is_writing] * writing
 
 
 def _orphans(session: int) -> tuple[int, ...]:

@@ -1,0 +1,48 @@
+"""Roads name all ways that they were made of, and what was guessed about them, whatever became of their stretches."""
+
+from __future__ import annotations
+
+import pytest
+from street_cases import Case
+
+from osm2xodr.model import RoadMap, Rule
+
+NODES = {"w": (-150.0, 0.0), "a": (-40.0, 0.0), "b": (-37.0, 0.0), "c": (40.0, 0.0), "e": (150.0, 0.0)}
+TAGGED = "highway=secondary lanes=2 width=6 maxspeed=50 surface=asphalt"
+
+
+def street(*tags: str) -> Case:
+    """Return a street of four ways, the second of which is 3 m long."""
+    places = ("w a", "a b", "b c", "c e")
+    return Case(NODES, {7 - k: pair for k, pair in enumerate(zip(places, tags, strict=True))})
+
+
+def the_road(case: Case, rule: Rule) -> RoadMap:
+    road_map = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
+    assert len(road_map.roads) == 1
+    return road_map
+
+
+@pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+@pytest.mark.parametrize(
+    ("tags", "sections"),
+    [
+        # Alike but for what no lane shows.
+        ((TAGGED, f"{TAGGED} ref=B1", f"{TAGGED} name=Main", TAGGED), 1),
+        # A stretch too short for a lane section of its own: the one before it takes it over.
+        ((TAGGED, "highway=secondary lanes=3 width=9", TAGGED, TAGGED), 2),
+        ((TAGGED, TAGGED, "highway=secondary lanes=4 width=12", TAGGED), 3),
+    ],
+)
+def test_all_ways_are_named_in_order(tags: tuple[str, ...], sections: int, rule: Rule) -> None:
+    (road,) = the_road(street(*tags), rule).roads
+    assert road.osm_way_ids == (7, 6, 5, 4)
+    assert len(road.lane_sections) == sections
+
+
+def test_guesses_about_stretches_that_were_merged_are_kept() -> None:
+    (sure,) = the_road(street(TAGGED, TAGGED, TAGGED, TAGGED), Rule.RIGHT_HAND).roads
+    (guessed,) = the_road(street(TAGGED, "highway=secondary", TAGGED, TAGGED), Rule.RIGHT_HAND).roads
+    assert guessed.osm_way_ids == (7, 6, 5, 4)
+    assert set(guessed.guesses) > set(sure.guesses)
+    assert guessed.guesses == tuple(sorted(guessed.guesses))

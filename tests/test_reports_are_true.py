@@ -1,0 +1,128 @@
+"""What a report says is what has become of the OSM file: nothing is lost in silence, and all counts are true."""
+
+from __future__ import annotations
+
+import gzip
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lxml import etree
+from scene_files import SCENES, Conversion, Conversions, Scene
+
+DRIVABLE = frozenset(
+    f"{name}{link}" for name in ("motorway", "trunk", "primary", "secondary", "tertiary") for link in ("", "_link")
+) | {"unclassified", "residential", "living_street", "service", "road", "busway"}
+FURNITURE = frozenset({"traffic_signals", "stop", "give_way", "crossing"})
+
+
+@pytest.fixture(params=SCENES, ids=str)
+def conversion(request: pytest.FixtureRequest, conversions: Conversions) -> Conversion:
+    scene: Scene = request.param
+    return conversions.of(scene)
+
+
+def osm_elements(path: Path) -> tuple[dict[int, tuple[dict[str, str], list[int]]], dict[int, dict[str, str]]]:
+    """Return tags and nodes of the ways, and tags of the nodes, by id."""
+    raw = path.read_bytes()
+    root = etree.fromstring(gzip.decompress(raw) if path.suffix == ".gz" else raw)
+    ways = {
+        int(way.attrib["id"]): (_tags(way), [int(member.attrib["ref"]) for member in way.iter("nd")])
+        for way in root.iter("way")
+    }
+    return ways, {int(node.attrib["id"]): _tags(node) for node in root.iter("node")}
+
+
+def _tags(element: etree._Element) -> dict[str, str]:
+    return {str(tag.attrib["k"]): str(tag.attrib["v"]) for tag in element.iter("tag")}
+
+
+def user_data(root: etree._Element, code: str) -> list[str]:
+    return [str(item.attrib["value"]) for item in root.iter("userData") if item.get("code") == code]
+
+
+def carried_ways(root: etree._Element) -> set[int]:
+    return {int(number) for value in user_data(root, "osm_way_ids") for number in value.split()}
+
+
+def told_about(report: dict[str, Any]) -> set[str]:
+    return {item["osm_id"] for item in report["diagnostics"] if item["osm_id"]}
+
+
+def test_every_drivable_way_is_there_or_named(conversion: Conversion) -> None:
+    """Those that were not asked for are counted by the value that tells them."""
+    report: dict[str, Any] = conversion.report
+    root = etree.parse(conversion.path).getroot()
+    ways, _ = osm_elements(conversion.scene.osm)
+    carried, told = carried_ways(root), told_about(report)
+    selections = " ".join(item["message"] for item in report["diagnostics"] if item["code"] == "way-selection")
+    lost = []
+    for number, (tags, _) in ways.items():
+        if tags.get("highway") not in DRIVABLE or number in carried or f"way/{number}" in told:
+            continue
+        if f"service={tags.get('service')} is not among the ways asked for" not in selections:
+            lost.append((number, tags))
+    assert lost == []
+    assert carried <= ways.keys()
+
+
+def test_every_signal_sign_and_crossing_is_there_or_named(conversion: Conversion) -> None:
+    report: dict[str, Any] = conversion.report
+    root = etree.parse(conversion.path).getroot()
+    ways, nodes = osm_elements(conversion.scene.osm)
+    carried = carried_ways(root)
+    on_streets = {node for number in carried for node in ways[number][1]}
+    known = {part for value in user_data(root, "osm_id") for part in value.split()} | told_about(report)
+    wanted = {node: tags for node, tags in nodes.items() if node in on_streets and tags.get("highway") in FURNITURE}
+    assert {node: tags for node, tags in wanted.items() if f"node/{node}" not in known} == {}
+
+
+def test_what_is_named_is_in_the_osm_file(conversion: Conversion) -> None:
+    report: dict[str, Any] = conversion.report
+    root = etree.parse(conversion.path).getroot()
+    ways, nodes = osm_elements(conversion.scene.osm)
+    known = {f"way/{number}" for number in ways} | {f"node/{number}" for number in nodes}
+    named = {part for value in user_data(root, "osm_id") for part in value.split()} | told_about(report)
+    # Ways that reach beyond the file have nodes there.
+    assert {name for name in named if not name.startswith("relation/")} - known <= _missing_nodes(ways, nodes)
+
+
+def _missing_nodes(ways: dict[int, tuple[dict[str, str], list[int]]], nodes: dict[int, Any]) -> set[str]:
+    return {f"node/{node}" for _, members in ways.values() for node in members if node not in nodes}
+
+
+def test_counts_are_those_of_what_is_listed(conversion: Conversion) -> None:
+    report: dict[str, Any] = conversion.report
+    listed = Counter((item["kind"], item["code"]) for item in report["diagnostics"])
+    counted = {(item["kind"], item["code"]): item["count"] for item in report["counts"]}
+    assert counted == dict(listed)
+    # Each line of the summary names as many.
+    for (kind, code), count in listed.items():
+        line = next(line for line in conversion.messages.splitlines() if f" {code}: " in line and kind in line)
+        assert int(line.split()[1].replace(",", "")) == count
+
+
+def test_statistics_are_those_of_the_file(conversion: Conversion) -> None:
+    statistics: dict[str, Any] = conversion.report["statistics"]  # type: ignore[assignment]
+    root = etree.parse(conversion.path).getroot()
+    roads = [road for road in root.iter("road") if road.get("junction") == "-1"]
+    connecting = [road for road in root.iter("road") if road.get("junction") != "-1"]
+    assert statistics["roads"] == len(roads)
+    assert statistics["connecting_roads"] == len(connecting)
+    assert statistics["junctions"] == len(root.findall("junction"))
+    further = statistics["further"]
+    length = sum(float(road.attrib["length"]) for road in roads)
+    assert further["road_km"] * 1000.0 == pytest.approx(length, rel=1e-6)
+    assert statistics["road_length"] == pytest.approx(length, rel=1e-6)
+    assert further["controllers"] == len(root.findall("controller"))
+    signals = Counter(signal.get("dynamic") for signal in root.iter("signal"))
+    assert (further["traffic_lights"], further["signs"]) == (signals["yes"], signals["no"])
+    crossings = [item for item in root.iter("object") if item.get("type") == "crosswalk"]
+    assert further["crossings"] == len(crossings)
+    assert further["objects"] == len(list(root.iter("object")))
+    assert conversion.report["output"] == {
+        "file": str(conversion.path),
+        "bytes": conversion.path.stat().st_size,
+        "xodr_version": "1.7",
+    }
