@@ -39,7 +39,7 @@ def output_option(what: str) -> Callable[[_Command], _Command]:
     )
 
 
-class _Parsed(click.ParamType):
+class _Parsed(click.ParamType):  # type: ignore[type-arg,unused-ignore]
     """An option whose text a function reads."""
 
     def __init__(self, name: str, parse: Callable[[str], float]) -> None:

@@ -150,7 +150,9 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     metavar="LIST",
     help=f"Further objects: {', '.join(EXTRA_OBJECTS)}, or all.  [default: none]",
 )
-@click.option("--no-furniture", is_flag=True, help="Write the carriageway alone: no signals, objects and lanes beside it.")
+@click.option(
+    "--no-furniture", is_flag=True, help="Write the carriageway alone: no signals, objects and lanes beside it."
+)
 @click.option(
     "--report-json",
     type=click.Path(path_type=Path),

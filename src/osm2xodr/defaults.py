@@ -915,12 +915,14 @@ LIGHT_OPPOSITE: Final = 0.785
 LIGHT_PATHS_APART: Final = 2.0
 LIGHT_PATH_STEP: Final = 1.0
 # Lights apart from junctions whose nodes are so near to each other along the road are one installation, m; half of
-# the extent of a crossing whose node alone is known, m; least distance of such lights from the road's ends, m. Choices.
+# the extent of a crossing whose node alone is known, m; least distance of such lights from the road's ends, m.
+# Choices.
 LIGHT_GROUP_REACH: Final = 25.0
 LIGHT_HALF_CROSSING: Final = 2.0
 LIGHT_FROM_END: Final = 1.0
 # Half of the distance of the stop lines of both directions at a node that is not said to be for one of them, m: so
-# readers that cut roads between them can tell them apart; a choice. Least length of a lane section that is cut off, m.
+# readers that cut roads between them can tell them apart; a choice. Least length of a lane section that is cut off,
+# m.
 LIGHT_HALF_GAP: Final = 1.0
 # How far from the start of their lane section heads stand at least, m; a choice.
 LIGHT_IN_SECTION: Final = 0.1
@@ -931,7 +933,8 @@ LIGHT_CROSSING_REACH: Final = 8.0
 # ---- furniture: what lies beside streets
 
 # How far from a carriageway's edge a thing still belongs to the street, m: RPS 2009 wants guard rails where trees
-# stand within 7.5 m of a rural road (12 m above 100 km/h); a footway behind a verge and a hedge lies as far. A choice.
+# stand within 7.5 m of a rural road (12 m above 100 km/h); a footway behind a verge and a hedge lies as far. A
+# choice.
 ROADSIDE_REACH: Final = 15.0
 # Distance of the points along streets and along footways at which they are compared, m: well below the length of a
 # crossing's gap in a sidewalk.

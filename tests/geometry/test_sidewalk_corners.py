@@ -269,7 +269,11 @@ def lanes_across(roads: RoadMap, road: Road, share: float) -> list[tuple[LaneTyp
     measures = RoadMeasures(roads)
     edges = measures.edges(road, 0, share * measures.length(road))
     types = {lane.id: lane.type for lane in road.lane_sections[0].lanes if lane.id}
-    return [(types[lane], *sorted(map(abs, edges[lane]))) for lane in sorted(types, key=abs)]
+    out = []
+    for lane in sorted(types, key=abs):
+        inner, outer = sorted(abs(t) for t in edges[lane])
+        out.append((types[lane], inner, outer))
+    return out
 
 
 @EITHER

@@ -315,7 +315,7 @@ def _is_placed(dataset: Any, crs: CRS) -> bool:
         return True
     across, down = d * dataset.width, e * dataset.height
     # Half a cell beyond a pole is usual.
-    return max(map(abs, (f, f + across, f + down, f + across + down))) <= 90.0 + min(abs(d) + abs(e), 1.0)
+    return bool(max(map(abs, (f, f + across, f + down, f + across + down))) <= 90.0 + min(abs(d) + abs(e), 1.0))
 
 
 def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
