@@ -399,3 +399,18 @@ def test_short_corners_between_roads_of_different_height_are_left_out_and_told(
     assert widths_of_corners(roads).keys() == wanted
     told = [item.osm_id for item in diagnostics if item.code == "sidewalk-corner"]
     assert told == (["node/1001"] if steep else [])
+
+
+@EITHER
+@pytest.mark.parametrize("apart", [16.0, 20.0, 24.0, 28.0, 34.0])
+@pytest.mark.parametrize("verge", [4.0, 10.0])
+def test_a_short_road_changes_for_the_corners_at_both_ends(rule: Rule, apart: float, verge: float) -> None:
+    """Where a short road loses its verge for one corner, corners at its other end find its lanes all the same."""
+    nodes = {"w": (-120.0, 0.0), "a": (0.0, 0.0), "b": (apart, 0.0), "e": (apart + 120.0, 0.0)}
+    nodes |= {"n": (0.0, 100.0), "s": (apart, -100.0)}
+    street = "highway=residential lanes=2 width=6"
+    ways = {1: ("w a", street), 2: ("a b", street), 3: ("b e", street), 4: ("a n", street), 5: ("b s", street)}
+    case = Case(nodes, ways)
+    strips: Strips = (MarginSpec(LaneType.BORDER, verge), WALK)
+    for margins in (everywhere(case, (strips, strips)), everywhere(case, ((WALK,), (WALK,))) | {2: (strips, strips)}):
+        assert_sound(built(case, margins, rule))

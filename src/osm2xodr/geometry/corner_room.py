@@ -59,6 +59,9 @@ def lay_out_corners(
         nearer = _changed(parts, margins, [place for place in places if place not in hopeless], change)
         if nearer is margins:
             continue
+        # Lanes may have other ids at the far ends of these roads, too.
+        other = [k for k, (one, two) in enumerate(zip(margins, nearer, strict=True)) if one is not two]
+        junctions = np.union1d(junctions, parts.end_junction[np.array(other, np.int64)])
         margins = nearer
         again, failed = sidewalk_corners(parts, margins, cars, rule, junctions)
         corners = corners.chosen(~np.isin(corners.junction, junctions)).joined(again)
