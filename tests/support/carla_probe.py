@@ -53,7 +53,8 @@ def crosswalks(world: Any) -> list[list[list[float]]]:
 def changes(waypoint: Any) -> list[bool]:
     """Say whether the marks beside a lane let its drivers leave it to the left and to the right."""
     sides = (carla.LaneChange.Left, waypoint.left_lane_marking), (carla.LaneChange.Right, waypoint.right_lane_marking)
-    return [bool(int(mark.lane_change) & int(side)) for side, mark in sides]
+    # Lanes at the edge of the road may have no mark.
+    return [mark is not None and bool(int(mark.lane_change) & int(side)) for side, mark in sides]
 
 
 def landmark(item: Any) -> dict[str, Any]:

@@ -15,6 +15,9 @@ from osm2xodr import defaults
 from osm2xodr.curves import lengths
 from osm2xodr.model import Cubic, Lane, LaneSection, Road, RoadMap
 
+# What is narrower is written as 0, m.
+_NO_WIDTH = 1e-6
+
 
 def cut_sections(road_map: RoadMap, breaks: Sequence[tuple[int, float]]) -> RoadMap:
     """Return a road map with a new lane section from each of some places on, the same as the one before it.
@@ -54,10 +57,11 @@ def _halves(section: LaneSection, s: float) -> tuple[LaneSection, LaneSection]:
     along = s - section.s
     before, after = [], []
     for lane in section.lanes:
-        link = lane.id or None
-        first = tuple(item for item in lane.widths if item.s < along)
+        first, last = tuple(item for item in lane.widths if item.s < along), _from(lane.widths, along)
+        # A lane without width where sections touch is linked to none beyond (ASAM OpenDRIVE 1.7, 11.6).
+        link = lane.id if last and last[0].a > _NO_WIDTH else None
         before.append(replace(lane, widths=first, successor=link))
-        after.append(replace(lane, widths=_from(lane.widths, along), predecessor=link))
+        after.append(replace(lane, widths=last, predecessor=link))
     # What lies beside the carriageway in one half only is no lane of the other.
     gone = _nowhere(before, "predecessor"), _nowhere(after, "successor")
     before = [replace(lane, successor=None) if lane.id in gone[1] else lane for lane in before]

@@ -15,6 +15,8 @@ from osm2xodr.model import Cubic, Lane, LaneSection, MarginSpec, RoadMark
 # Heights that differ by less are no kerb, and borders that are closer are one, m.
 _LEVEL = 0.005
 _SAME_PLACE = 1e-6
+# What is narrower is written as 0, m.
+_NO_WIDTH = 1e-6
 _SIDES = (1, -1)
 KERB_MARK = RoadMark("curb", width=defaults.KERB_MARK_WIDTH)
 
@@ -108,8 +110,8 @@ class _Side:
                 id=self._id(k, column) or 0,
                 type=self.columns[column].kind.type,
                 widths=window(self.widths[column], *self.borders[k]),
-                predecessor=self._id(k - 1, column) if k else None,
-                successor=self._id(k + 1, column) if k + 1 < len(self.borders) else None,
+                predecessor=self._linked(k - 1, column, self.borders[k][0]) if k else None,
+                successor=self._linked(k + 1, column, self.borders[k][1]) if k + 1 < len(self.borders) else None,
                 road_mark=KERB_MARK if self._is_kerb(here[rank : rank + 2]) else NO_MARK,
                 height=self.columns[column].kind.height,
             )
@@ -120,6 +122,13 @@ class _Side:
         """Return the lane id of a column in the k-th section; None if it has none there."""
         here = self.present[k]
         return self.side * (self.inner[k] + 1 + here.index(column)) if column in here else None
+
+    def _linked(self, k: int, column: int, s: float) -> int | None:
+        """Return the lane id of a column in the k-th section, if it has any width at s, where that section touches.
+
+        ASAM OpenDRIVE 1.7, 11.6: a lane without width at the border of its section is linked to none beyond.
+        """
+        return self._id(k, column) if width_at(self.widths[column], s) > _NO_WIDTH else None
 
     def _is_kerb(self, neighbours: Sequence[int]) -> bool:
         heights = [self.columns[column].kind.height for column in neighbours]
@@ -169,3 +178,10 @@ def window(cubics: Sequence[Cubic], begin: float, end: float) -> tuple[Cubic, ..
             else replace(item, s=item.s - begin)
         )
     return tuple(out)
+
+
+def width_at(cubics: Sequence[Cubic], s: float) -> float:
+    """Return the value of piecewise cubics at s; on a border, that before it."""
+    holding = max((item for item in cubics if item.s < s), key=lambda item: item.s, default=cubics[0])
+    u = s - holding.s
+    return holding.a + u * (holding.b + u * (holding.c + u * holding.d))

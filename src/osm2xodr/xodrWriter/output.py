@@ -105,9 +105,10 @@ def settle(stream: BinaryIO) -> None:
 def _temporary(target: Path) -> Iterator[tuple[BinaryIO, Path]]:
     """Make a file of a new name beside the target, and see that the name is gone afterwards."""
     name = target.with_name(f".osm2xodr-{secrets.token_hex(8)}.part")
-    # Not `tempfile`, whose files only their owner may read: a new file obeys the process's umask.
-    descriptor = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
     try:
+        # Not `tempfile`, whose files only their owner may read: a new file obeys the process's umask. Within the
+        # block, so that no signal comes between making the file and taking care of it.
+        descriptor = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         with os.fdopen(descriptor, "wb") as stream:
             _take_over_permissions(target, descriptor)
             yield stream, name
