@@ -134,3 +134,18 @@ def test_a_road_with_other_lanes_than_its_street_gets_none() -> None:
     assert said(mixed)["turn-arrows"] == [
         "the arrows of 1 road ends are left out: the road has other lanes there than way 1 and its like"
     ]
+
+
+@EITHER
+def test_arrows_stay_in_the_section_whose_lanes_they_are_for(rule: Rule) -> None:
+    """Lanes with arrows for the last metres, where there is room for one: before, other lanes have their ids."""
+    nodes = {**NODES, "p": (-35.0, 0.0)}
+    arrow_lanes = "lanes=3 lanes:backward=1 turn:lanes:forward=left|through;right width=10.5"
+    ways = {1: ("w p", "lanes=2 width=7"), 5: ("p o", arrow_lanes), **SIDES}
+    world = world_of(Case(nodes, ways), rule)
+    road = road_of_way(world, 5)
+    sections = world.lanes.road(road).lane_sections
+    assert len(sections) == 2
+    found = [item for item in place(world) if item.road == road]
+    assert len(found) == 2
+    assert all(item.s - 0.5 * item.length >= sections[1].s for item in found)

@@ -149,6 +149,20 @@ def test_tram_tracks_lie_where_their_way_runs(rule: Rule) -> None:
     assert all(item.repeat is not None and item.repeat.length == pytest.approx(100.0, abs=NEAR) for item in found)
 
 
+@EITHER
+def test_what_lies_above_a_tunnel_is_no_part_of_it(rule: Rule) -> None:
+    """The street goes under from x = 0 on: the track on the ground above it ends there."""
+    under = Case(STREET, {1: ("w a", "lanes=2 width=7"), 2: ("a e", "lanes=2 width=7 tunnel=yes layer=-1")})
+    track = thing(RoadsideKind.TRAM_TRACK, [(-50.0, 1.5), (50.0, 1.5)], rule)
+    found = placed(world_of(under, rule, network=with_things(track)))
+    portal = s_of(STREET["a"][0])
+    assert len(found) == 2
+    for item in found:
+        assert item.repeat is not None
+        assert item.repeat.s == pytest.approx(s_of(-50.0), abs=NEAR)
+        assert portal - 5.0 < item.repeat.s + item.repeat.length <= portal + 1e-6
+
+
 def test_tracks_beside_the_carriageway_are_no_part_of_it() -> None:
     track = thing(RoadsideKind.TRAM_TRACK, [(-50.0, 6.0), (50.0, 6.0)])
     assert placed(world_of(ROAD, network=with_things(track))) == ()

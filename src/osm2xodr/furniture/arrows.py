@@ -113,10 +113,14 @@ def _on_lane(
     out = []
     back = -1.0 if approach.at_end else 1.0
     length = world.lanes.length(approach.road)
+    section = world.lanes.section_start(approach.road, approach.stop_s)
     for number in range(defaults.ARROWS):
         tip = line + back * (defaults.ARROW_FROM_LINE + number * defaults.ARROW_SPACING)
         tail = tip + back * defaults.ARROW_LENGTH
-        if not (0.0 <= tail <= length and all(_has_room(world, approach.road, s, lane) for s in (tip, tail))):
+        if not 0.0 <= tail <= length or world.lanes.section_start(approach.road, tail) != section:
+            # Beyond, other lanes may have these ids.
+            break
+        if not all(_has_room(world, approach.road, s, lane) for s in (tip, tail)):
             break
         middle = 0.5 * (tip + tail)
         (place,) = (item for item in world.lanes.at(approach.road, middle) if item.id == lane)

@@ -113,6 +113,10 @@ class LaneTable:
             right -= _value(lane.widths, s - section.s)
         return left, right
 
+    def section_start(self, road: int, s: float) -> float:
+        """Return where the lane section begins that holds at s of a road, m."""
+        return self._section(self._index[road], s)[0].s
+
     def _section(self, k: int, s: float) -> tuple[LaneSection, _Sides]:
         """Return the lane section that holds at s of the k-th road, and its lanes by sides."""
         sections = self._map.roads[k].lane_sections

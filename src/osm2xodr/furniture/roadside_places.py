@@ -12,8 +12,9 @@ from scipy.spatial import cKDTree
 from osm2xodr import defaults
 from osm2xodr.curve_finder import project
 from osm2xodr.curves import lengths, pose
+from osm2xodr.furniture.street_pieces import pieces_on_road
 from osm2xodr.furniture.world import World
-from osm2xodr.model import FloatArray, IntArray, PlanView
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
 
 # Distance of the samples by which roads near a point are found, m, and how many of them are looked at: enough for the
 # next road at a junction of four.
@@ -99,7 +100,7 @@ class RoadsideFinder:
         """
         point, curve, s, t, left, right = self._beside(self._outside, x, y, reach + _HALF)
         beyond = np.maximum(t - left, right - t)
-        near = beyond <= reach
+        near = (beyond <= reach) & ~self._covered(curve, s)
         order = np.flatnonzero(near)[np.lexsort((curve[near], beyond[near], point[near]))]
         order = order[np.unique(point[order], return_index=True)[1]]
         out = RoadsidePlaces(np.full(len(x), -1, np.int64), *(np.full(len(x), np.nan) for _ in range(4)))
@@ -112,6 +113,34 @@ class RoadsideFinder:
         out.road[at], out.s[at], out.t[at] = curve[order], s[order], t[order]
         out.left[at], out.right[at] = left[order], right[order]
         return out
+
+    def _covered(self, curve: IntArray, s: FloatArray) -> BoolArray:
+        """Say which places on roads lie in tunnels: what OSM has there is above them."""
+        out = np.zeros(len(curve), np.bool_)
+        for road, parts in self._tunnels.items():
+            rows = np.flatnonzero(curve == road)
+            for begin, end in parts:
+                out[rows] |= (begin <= s[rows]) & (s[rows] <= end)
+        return out
+
+    @cached_property
+    def _tunnels(self) -> dict[int, list[tuple[float, float]]]:
+        """From where to where roads run in tunnels, by the index of the road, m."""
+        world = self._world
+        inside = [
+            any(piece.structure is Structure.TUNNEL for _, piece in street.pieces) for street in world.network.streets
+        ]
+        return {
+            k: [
+                (begin, end)
+                for begin, end, piece in pieces_on_road(
+                    world, world.network.streets[street], world.road_map.roads[k].id
+                )
+                if piece.structure is Structure.TUNNEL
+            ]
+            for k, street in enumerate(world.places.road_street.tolist())
+            if inside[street]
+        }
 
     def edges(self, curve: int, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return t of the left and right edge of a road's carriageway at s, (n,), m."""
