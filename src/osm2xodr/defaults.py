@@ -927,6 +927,10 @@ LIGHT_HALF_GAP: Final = 1.0
 # How far from the start of their lane section heads stand at least, m; a choice.
 LIGHT_IN_SECTION: Final = 0.1
 SECTION_BREAK_APART: Final = 0.5
+# No lane section is cut within so many m of a bend of less than this radius, m: CARLA steps 2.5 m along the reference
+# line, which on a lane 6 m outside of it is no more than 3.3 m.
+SECTION_BREAK_STEP: Final = 2.5
+SECTION_BREAK_RADIUS: Final = 20.0
 # How far from a crossing a node with lights on a footway belongs to it, m; a choice.
 LIGHT_CROSSING_REACH: Final = 8.0
 

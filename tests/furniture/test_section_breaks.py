@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 from junction_cases import CASES
+from street_cases import Case
 
 from osm2xodr.furniture.lane_table import LaneTable
 from osm2xodr.furniture.section_breaks import cut_sections
@@ -71,3 +72,16 @@ def test_what_lies_beside_one_half_only_is_no_lane_of_the_other(roads: RoadMap) 
         assert second.lanes[-1].id == lowest
         assert second.lanes[-1].predecessor == (lowest if first_has_it else None)
         assert all(lane.successor == lane.id for lane in first.lanes if lane.id)
+
+
+def test_tight_bends_are_not_cut() -> None:
+    """A street turns off at a right angle on 6 m of radius: cuts keep 2.5 m off that bend, those elsewhere are made."""
+    nodes = {"w": (-60.0, 0.0), "o": (0.0, 0.0), "n": (0.0, 60.0)}
+    roads = Case(nodes, {1: ("w o n", "lanes=2 width=6")}).build()
+    plan = roads.plan_view
+    bent = (plan.curvature != 0.0).nonzero()[0]
+    begin = float(plan.s[bent].min())
+    end = float((plan.s + plan.length)[bent].max())
+    assert 20.0 < begin < end < 100.0
+    for s, parts in ((begin - 4.0, 2), (begin - 1.0, 1), (0.5 * (begin + end), 1), (end + 1.0, 1), (end + 4.0, 2)):
+        assert len(cut_sections(roads, [(roads.roads[0].id, s)]).roads[0].lane_sections) == parts

@@ -11,9 +11,12 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from osm2xodr import defaults
+from osm2xodr.curve_finder import curvature_at
 from osm2xodr.curves import lengths
-from osm2xodr.model import Cubic, Lane, LaneSection, Road, RoadMap
+from osm2xodr.model import Cubic, Lane, LaneSection, PlanView, Road, RoadMap
 
 # What is narrower is written as 0, m.
 _NO_WIDTH = 1e-6
@@ -27,7 +30,9 @@ def cut_sections(road_map: RoadMap, breaks: Sequence[tuple[int, float]]) -> Road
     road_map
         The roads.
     breaks
-        (id of the road, s, m). Where a section begins or a road ends within `SECTION_BREAK_APART`, none is added.
+        (id of the road, s, m). Where a section begins or a road ends within `SECTION_BREAK_APART`, or the road bends
+        tightly, none is added: readers that step from section to section along the reference line leave outer lanes
+        there.
     """
     if not breaks:
         return road_map
@@ -36,10 +41,18 @@ def cut_sections(road_map: RoadMap, breaks: Sequence[tuple[int, float]]) -> Road
         at[road].append(s)
     length = lengths(road_map.plan_view).tolist()
     roads = [
-        _cut(road, sorted(at[road.id]), far) if road.id in at else road
-        for road, far in zip(road_map.roads, length, strict=True)
+        _cut(road, _straight(road_map.plan_view, k, sorted(at[road.id])), far) if road.id in at else road
+        for k, (road, far) in enumerate(zip(road_map.roads, length, strict=True))
     ]
     return replace(road_map, roads=tuple(roads))
+
+
+def _straight(plan: PlanView, curve: int, places: Sequence[float]) -> list[float]:
+    """Return the places off tight bends."""
+    probes = np.array([[s - defaults.SECTION_BREAK_STEP, s, s + defaults.SECTION_BREAK_STEP] for s in places])
+    curves = np.full(probes.size, curve, np.int64)
+    bend = np.abs(curvature_at(plan, curves, probes.ravel())).reshape(-1, 3).max(axis=1)
+    return [s for s, k in zip(places, bend.tolist(), strict=True) if k * defaults.SECTION_BREAK_RADIUS < 1.0]
 
 
 def _cut(road: Road, places: Sequence[float], length: float) -> Road:
