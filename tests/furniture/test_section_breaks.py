@@ -75,7 +75,7 @@ def test_what_lies_beside_one_half_only_is_no_lane_of_the_other(roads: RoadMap) 
 
 
 def test_tight_bends_are_not_cut() -> None:
-    """A street turns off at a right angle on 6 m of radius: cuts keep 2.5 m off that bend, those elsewhere are made."""
+    """A street turns off at a right angle: cuts keep 2.5 m off the bend, those elsewhere are made."""
     nodes = {"w": (-60.0, 0.0), "o": (0.0, 0.0), "n": (0.0, 60.0)}
     roads = Case(nodes, {1: ("w o n", "lanes=2 width=6")}).build()
     plan = roads.plan_view
