@@ -76,8 +76,9 @@ def mark_lines(grid: FloatArray, kinds: Sequence[Sequence[Any]], scale: float) -
             out.append(Line(line, _KERB_COLOUR, width))
         if name in _UNPAINTED or not style:
             continue
-        sides = (-_DOUBLE, _DOUBLE) if " " in name and name != "botts dots" else (0.0,)
-        styles = [_BROKEN if word == "broken" else 1 for word in name.split()] if len(sides) > 1 else [style]
+        words = name.split()
+        sides = (-_DOUBLE, _DOUBLE) if len(words) == 2 and name != "botts dots" else (0.0,)
+        styles = [_BROKEN if word == "broken" else 1 for word in words] if len(sides) > 1 else [style]
         for side, own in zip(sides, styles, strict=True):
             moved = _moved(line, side * scale)
             pieces = _dashed(moved, _DASH * scale, _GAP * scale) if own == _BROKEN else [moved]
