@@ -20,6 +20,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=1.0, help="for all fuzzers together")
     parser.add_argument("--fuzzer", choices=sorted(FUZZERS), action="append", help="only this one; may be repeated")
+    parser.add_argument("--most", type=int, help="seeds of each fuzzer, at most")
     parser.add_argument("--first", type=int, default=0, help="seed to begin with")
     parser.add_argument("--seed", type=int, help="run this seed alone")
     given = parser.parse_args()
@@ -30,7 +31,7 @@ def main() -> int:
         return int(bool(found))
     failed = False
     for name in chosen:
-        cases, findings = run_for(name, given.first, 60.0 * given.minutes / len(chosen))
+        cases, findings = run_for(name, given.first, 60.0 * given.minutes / len(chosen), given.most)
         print(f"{name}: {cases:,} cases, {len(findings)} findings", flush=True)
         for item in findings:
             print(f"  --fuzzer {item.fuzzer} --seed {item.seed}\n{item.what}", flush=True)

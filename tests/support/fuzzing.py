@@ -167,13 +167,17 @@ def run_case(fuzzer: str, seed: int) -> str:
     return ""
 
 
-def run_for(fuzzer: str, first: int, seconds: float) -> tuple[int, list[Finding]]:
-    """Run a fuzzer on one seed after another in copies of this process; return how many, and what was found."""
+def run_for(fuzzer: str, first: int, seconds: float, most: int | None = None) -> tuple[int, list[Finding]]:
+    """Run a fuzzer on one seed after another in copies of this process; return how many, and what was found.
+
+    It ends after a time, or after a number of seeds if one is given.
+    """
     findings: list[Finding] = []
     end = time.monotonic() + seconds
     seed = first
-    while time.monotonic() < end:
-        done, what = _batch(fuzzer, seed, min(200, max(1, int(seconds * 10))), end)
+    while time.monotonic() < end and (most is None or seed < first + most):
+        count = min(200, max(1, int(seconds * 10)))
+        done, what = _batch(fuzzer, seed, count if most is None else min(count, first + most - seed), end)
         seed += done
         if what:
             findings.append(Finding(fuzzer, seed - 1, what))
