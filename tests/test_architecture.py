@@ -30,6 +30,8 @@ SHARED = {
     "opendrive",
     "memory",
     "curves",
+    "grouping",
+    "outlines",
     "curve_finder",
     "conflicts",
     "countries",
@@ -37,10 +39,12 @@ SHARED = {
     "street_signs",
 }
 # Packages that work on files of OpenDRIVE; they stand on the stages, never the other way round.
-TOOLS = ("xodr_reader", "road_space", "exporting", "checking", "viewing")
+TOOLS = ("xodr_reader", "road_space", "exporting", "checking", "viewing", "batch")
 OUTSIDE = {
     *TOOLS,
     "cli",
+    "cli_batch",
+    "cli_batch_options",
     "cli_check",
     "cli_common",
     "cli_convert",
@@ -51,6 +55,7 @@ OUTSIDE = {
     "cli_report",
     "cli_surface",
     "locating",
+    "partition_file",
     "pipeline",
     "delivery",
     "limits",
@@ -67,6 +72,8 @@ OUTSIDE = {
 RESERVED = {
     "click": {
         "cli",
+        "cli_batch",
+        "cli_batch_options",
         "cli_check",
         "cli_common",
         "cli_convert",
@@ -78,9 +85,13 @@ RESERVED = {
         "cli_surface",
     },
     "PIL": {"viewing.png"},
-    "osmium": {"osmParsing.reader"},
+    "osmium": {"osmParsing.reader", "batch.cut_source", "batch.cut_writing"},
     "rasterio": {"surface.dem"},
     "lxml": set[str](),
+    "dask": {"batch.running"},
+    "distributed": {"batch.running"},
+    "psutil": {"batch.running"},
+    "tomli": {"batch.manifest"},
     "pyproj": {"projection", "surface", "road_space.georeference"},
 }
 
@@ -211,10 +222,14 @@ def test_the_version_stands_in_one_place() -> None:
 def test_runtime_dependencies_are_those_that_are_imported() -> None:
     required = importlib.metadata.requires("osm2xodr") or []
     declared = {re.split(r"[^\w-]", item)[0] for item in required if "extra ==" not in item}
+    # What a command needs that not everybody uses; the first brings the last two along.
+    optional = {"distributed", "tomli", "dask", "psutil"}
+    extra = {re.split(r"[^\w-]", item)[0] for item in required if re.search(r"extra == .batch.", item)}
+    assert optional - {"dask", "psutil"} <= extra
     # Where what is imported has another name than what is installed.
     named = {"PIL": "pillow"}
     used = {named.get(item.split(".")[0], item.split(".")[0]) for path in MODULES for item in imports(path)}
-    assert used - {"osm2xodr"} - sys.stdlib_module_names == declared
+    assert used - {"osm2xodr"} - sys.stdlib_module_names - {"tomllib"} == declared | optional
 
 
 def test_no_paths_of_one_machine() -> None:

@@ -20,6 +20,7 @@ from osm2xodr.curves import (
     pose,
     profile_of,
     smallest_radius,
+    turned_round,
 )
 from osm2xodr.model import Cubic, PlanView
 
@@ -133,3 +134,29 @@ def test_joined_tables_hold_the_curves_of_both() -> None:
     )
     assert joined.start.tolist() == [0, 1, 1, 1, 3]
     assert cubic_value(joined, np.array([0, 1, 2, 3]), np.full(4, 2.0)).tolist() == [1.0, 0.0, 0.0, 3.0]
+
+
+def test_curves_turned_round_pass_the_same_places() -> None:
+    plan = line_arc_line()
+    whole = lengths(plan)
+    turned = turned_round(plan, np.array([True, False]))
+    assert lengths(turned) == pytest.approx(whole)
+    share = np.linspace(0.0, 1.0, 13)
+    curve, s = np.repeat([0, 1], len(share)), np.concatenate([share * whole[0], share * whole[1]])
+    back = curve == 0
+    x, y, hdg = pose(plan, curve, np.where(back, whole[curve] - s, s))
+    found_x, found_y, found_hdg = pose(turned, curve, s)
+    assert found_x == pytest.approx(x, abs=1e-9)
+    assert found_y == pytest.approx(y, abs=1e-9)
+    assert np.cos(found_hdg - hdg) == pytest.approx(np.where(back, -1.0, 1.0))
+    assert turned.s.tolist() == pytest.approx([0.0, 5.0, 5.0 + 10.0 * math.pi, 0.0])
+    assert turned.curvature.tolist() == [0.0, -0.05, 0.0, 0.0]
+
+
+def test_a_cubic_that_begins_later_is_the_same_curve() -> None:
+    cubic = Cubic(10.0, 1.0, -0.5, 0.25, 0.125)
+    later = cubic.begun_later(2.0, 12.0)
+    assert (cubic.at(0.0), cubic.at(2.0)) == (1.0, 2.0)
+    assert later == Cubic(12.0, 2.0, 2.0, 1.0, 0.125)
+    assert [later.at(ds) for ds in (0.0, 1.0, 3.0)] == [cubic.at(2.0 + ds) for ds in (0.0, 1.0, 3.0)]
+    assert (cubic.is_flat, Cubic(0.0, 3.0).is_flat) == (False, True)

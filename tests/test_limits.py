@@ -59,6 +59,20 @@ def test_time_is_bounded_and_given_back() -> None:
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
 
+def test_time_is_bounded_where_nobody_listens(tmp_path: Path) -> None:
+    """What runs in C alone hears no signal; the process is ended from outside."""
+    busy = "collections.deque(itertools.repeat(None, 10**12), maxlen=0)"
+    code = f"import collections, itertools; from osm2xodr.limits import limited\nwith limited(None, 0.5): {busy}"
+    began = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, check=False, text=True, timeout=60, cwd=tmp_path
+    )
+    assert 3.0 < time.monotonic() - began < 20.0
+    assert done.returncode == 1
+    assert done.stderr.startswith("osm2xodr: error: it takes longer than --timeout 0.5 s;")
+    assert done.stderr.count("\n") == 1
+
+
 def test_memory_is_bounded_and_given_back() -> None:
     before = resource.getrlimit(resource.RLIMIT_DATA)
     with (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,25 @@ import pytest
 from lxml import etree
 from scene_files import SCENES, Conversion, Conversions, Scene
 
-DRIVABLE = frozenset(
-    f"{name}{link}" for name in ("motorway", "trunk", "primary", "secondary", "tertiary") for link in ("", "_link")
-) | {"unclassified", "residential", "living_street", "service", "road", "busway"}
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.osmParsing import ParseOptions, parse_osm
+
+# What cars do not drive on, whoever maps it so; every other way with a ``highway`` has to be accounted for.
+NOT_FOR_CARS = frozenset(
+    {
+        *("footway", "path", "cycleway", "bridleway", "steps", "corridor", "elevator", "platform", "via_ferrata"),
+        *("services", "rest_area", "crossing", "bus_stop", "no"),
+    }
+)
+# Codes that say that a way is no road of the output, and why.
+GONE = frozenset(
+    {
+        *("area", "closed", "not-built", "highway-class", "inside-junction", "within-junction"),
+        *("duplicate-way", "short-way", "absent-node"),
+    }
+)
+ON_THE_ROAD = ("gate", "lift_gate", "swing_gate", "bollard", "block", "toll_booth", "cattle_grid")
+CAR_RESTRICTIONS = ("restriction", "restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle")
 FURNITURE = frozenset({"traffic_signals", "stop", "give_way", "crossing"})
 
 
@@ -51,20 +68,90 @@ def told_about(report: dict[str, Any]) -> set[str]:
 
 
 def test_every_drivable_way_is_there_or_named(conversion: Conversion) -> None:
-    """Those that were not asked for are counted by the value that tells them."""
+    """Those that were not asked for are counted by the value that tells them, no more and no less."""
     report: dict[str, Any] = conversion.report
     root = etree.parse(conversion.path).getroot()
     ways, _ = osm_elements(conversion.scene.osm)
-    carried, told = carried_ways(root), told_about(report)
-    selections = " ".join(item["message"] for item in report["diagnostics"] if item["code"] == "way-selection")
-    lost = []
+    carried = carried_ways(root)
+    gone = {item["osm_id"] for item in report["diagnostics"] if item["kind"] != "guessed" and item["code"] in GONE}
+    said = Counter[tuple[str, str]]()
+    for item in report["diagnostics"]:
+        if item["code"] == "way-selection":
+            found = re.fullmatch(
+                r"(\d+) ways are left out: (\w+)=(\S+) is not among the ways asked for", item["message"]
+            )
+            assert found, item
+            said[found[2], found[3]] = int(found[1])
+    counted, lost = Counter[tuple[str, str]](), []
     for number, (tags, _) in ways.items():
-        if tags.get("highway") not in DRIVABLE or number in carried or f"way/{number}" in told:
+        highway, service = tags.get("highway", "no"), tags.get("service", "")
+        if highway in NOT_FOR_CARS or number in carried or f"way/{number}" in gone:
             continue
-        if f"service={tags.get('service')} is not among the ways asked for" not in selections:
+        if highway == "service" and ("service", service) in said:
+            counted["service", service] += 1
+        elif ("highway", highway) in said and tags.get("area") != "yes":
+            counted["highway", highway] += 1
+        elif highway != "pedestrian" or tags.get("area") != "yes":
             lost.append((number, tags))
     assert lost == []
+    assert counted == said
     assert carried <= ways.keys()
+
+
+def test_every_turn_restriction_is_read_or_named(conversion: Conversion) -> None:
+    """Which movements follow from them is the matter of other tests."""
+    raw = conversion.scene.osm.read_bytes()
+    root = etree.fromstring(gzip.decompress(raw) if conversion.scene.osm.suffix == ".gz" else raw)
+    network = parse_osm(conversion.scene.osm, ParseOptions(), Diagnostics())
+    known = {f"relation/{item.osm_relation_id}" for item in network.restrictions} | told_about(conversion.report)
+    silent = []
+    for relation in root.iter("relation"):
+        tags = _tags(relation)
+        about_cars = any(key in tags for key in CAR_RESTRICTIONS) and "motor" not in tags.get("except", "")
+        if tags.get("type") in CAR_RESTRICTIONS and about_cars and f"relation/{relation.get('id')}" not in known:
+            silent.append((relation.get("id"), tags))
+    assert silent == []
+
+
+def test_values_that_are_of_no_use_are_named(conversion: Conversion) -> None:
+    """Whatever stands for a number on a road that is carried, and is none that can be read without care."""
+    report: dict[str, Any] = conversion.report
+    ways, _ = osm_elements(conversion.scene.osm)
+    told: dict[str, str] = {}
+    for item in report["diagnostics"]:
+        told[item["osm_id"]] = told.get(item["osm_id"], "") + item["message"]
+    number = r"\d+(\.\d+)?"
+    plain = {
+        **dict.fromkeys(("lanes", "lanes:forward", "lanes:backward"), r"\d+"),
+        **dict.fromkeys(("maxspeed", "maxspeed:forward", "maxspeed:backward"), r"\d+( mph)?|none|walk|[A-Z]{2}:\w+"),
+        **dict.fromkeys(("width", "est_width"), rf"{number} ?(m|ft)?|\d+'(\d+\")?"),
+        "layer": r"-?\d",
+        "incline": rf"[-+]?{number} ?[%°]?|up|down|yes|no",
+        "oneway": "yes|no|-1",
+    }
+    silent = []
+    for way in carried_ways(etree.parse(conversion.path).getroot()):
+        tags = ways[way][0]
+        for key in plain.keys() & tags.keys():
+            if not re.fullmatch(plain[key], tags[key]) and tags[key] not in told.get(f"way/{way}", ""):
+                silent.append((way, key, tags[key]))
+    assert silent == []
+
+
+def test_what_stands_on_the_road_is_there_or_named(conversion: Conversion) -> None:
+    report: dict[str, Any] = conversion.report
+    root = etree.parse(conversion.path).getroot()
+    ways, nodes = osm_elements(conversion.scene.osm)
+    on_streets = {node for number in carried_ways(root) for node in ways[number][1]}
+    known = {part for value in user_data(root, "osm_id") for part in value.split()} | told_about(report)
+    wanted = {
+        node
+        for node in on_streets & nodes.keys()
+        if nodes[node].get("barrier") in ON_THE_ROAD
+        or nodes[node].get("railway") in ("level_crossing", "tram_level_crossing")
+        or nodes[node].get("highway") == "mini_roundabout"
+    }
+    assert {node for node in wanted if f"node/{node}" not in known} == set()
 
 
 def test_every_signal_sign_and_crossing_is_there_or_named(conversion: Conversion) -> None:

@@ -6,10 +6,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves import find_record, lengths, pose
+from osm2xodr.grouping import ranks
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Distance of the samples by which curves near a point are found, m; places are then exact.
-_SPACING = 4.0
+SAMPLE_SPACING = 4.0
 
 
 def project(
@@ -28,7 +29,7 @@ def project(
     """
     count = (plan.start[curve + 1] - plan.start[curve]).astype(np.int64)
     owner = np.repeat(np.arange(len(curve)), count)
-    record = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(plan.start[curve], count)
+    record = ranks(count) + np.repeat(plan.start[curve], count)
     along = _nearest_on_records(plan, record, x[owner], y[owner])
     s = plan.s[record] + along
     px, py, hdg = _pose_on(plan, record, along)
@@ -67,6 +68,24 @@ def _pose_on(plan: PlanView, record: IntArray, along: FloatArray) -> tuple[Float
     )
 
 
+def sampled(plan: PlanView, curves: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return places along curves from end to end, at most `SAMPLE_SPACING` apart: index of the curve, x, y, all (n,).
+
+    Parameters
+    ----------
+    plan
+        The curves.
+    curves
+        Indices of those that count.
+    """
+    length = lengths(plan)[curves]
+    count = np.maximum(np.ceil(length / SAMPLE_SPACING).astype(np.int64), 1) + 1
+    curve = np.repeat(curves, count)
+    s = np.multiply(np.repeat(length / (count - 1), count), ranks(count), dtype=np.float64)
+    x, y, _ = pose(plan, curve, s)
+    return curve, x, y
+
+
 class CurveFinder:
     """Finds the curves near points.
 
@@ -80,13 +99,7 @@ class CurveFinder:
 
     def __init__(self, plan: PlanView, curves: IntArray | None = None) -> None:
         self._plan = plan
-        chosen = np.arange(len(plan.start) - 1) if curves is None else curves
-        length = lengths(plan)[chosen]
-        count = np.maximum(np.ceil(length / _SPACING).astype(np.int64), 1) + 1
-        self._curve = np.repeat(chosen, count)
-        step = np.arange(len(self._curve)) - np.repeat(np.cumsum(count) - count, count)
-        s = np.repeat(length / (count - 1), count) * step
-        x, y, _ = pose(plan, self._curve, s)
+        self._curve, x, y = sampled(plan, np.arange(len(plan.start) - 1) if curves is None else curves)
         self._tree = cKDTree(np.column_stack([x, y])) if len(x) else None
 
     def near(
@@ -111,7 +124,7 @@ class CurveFinder:
         if self._tree is None or not len(x):
             none = np.zeros(0)
             return np.zeros(0, np.int64), np.zeros(0, np.int64), none, none, none
-        found = self._tree.query_ball_point(np.column_stack([x, y]), reach + _SPACING)
+        found = self._tree.query_ball_point(np.column_stack([x, y]), reach + SAMPLE_SPACING)
         pairs = [
             (k, curve)
             for k, rows in enumerate(found)

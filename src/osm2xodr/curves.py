@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from osm2xodr.model import Cubic, CubicProfile, FloatArray, IntArray, PlanView
+from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray, PlanView
 
 
 def wrapped(angle: FloatArray) -> FloatArray:
@@ -48,7 +48,7 @@ def smallest_radius(plan: PlanView) -> FloatArray:
 # Lines whose headings differ by less are one, rad.
 _SAME_HEADING = 1e-8
 # Shorter pieces of curves are none, m.
-_SHORTEST_PIECE = 1e-7
+SHORTEST_PIECE = 1e-7
 # So few queries are sooner answered one by one.
 _FEW = 16
 
@@ -126,7 +126,7 @@ def curves_of(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray,
         u, v, turn = arc_step(curvature[:, k], length[:, k])
         x, y = x + np.cos(hdg) * u - np.sin(hdg) * v, y + np.sin(hdg) * u + np.cos(hdg) * v
         hdg = hdg + turn
-    used = length > _SHORTEST_PIECE
+    used = length > SHORTEST_PIECE
     start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
     xs, ys, hdgs = (np.column_stack([place[k] for place in places])[used] for k in range(3))
     s = (np.cumsum(length * used, axis=1) - length * used)[used]
@@ -163,6 +163,28 @@ def joined_curves(plan: PlanView, first: IntArray) -> PlanView:
         plan.hdg[kept],
         np.add.reduceat(plan.length, kept) if len(kept) else plan.length,
         plan.curvature[kept],
+    )
+
+
+def turned_round(plan: PlanView, turned: BoolArray) -> PlanView:
+    """Return the curves of a table, some of them, (curves,), from their end to their start."""
+    owner = np.repeat(np.arange(len(turned)), np.diff(plan.start))
+    back = turned[owner]
+    every = np.arange(len(owner))
+    source = np.where(back, (plan.start[:-1] + plan.start[1:] - 1)[owner] - every, every)
+    u, v, turn = arc_step(plan.curvature, plan.length)
+    cos, sin = np.cos(plan.hdg), np.sin(plan.hdg)
+    end = (
+        lengths(plan)[owner] - (plan.s + plan.length),
+        plan.x + cos * u - sin * v,
+        plan.y + sin * u + cos * v,
+        wrapped(plan.hdg + turn + np.pi),
+        plan.length,
+        -plan.curvature,
+    )
+    start = plan.s, plan.x, plan.y, plan.hdg, plan.length, plan.curvature
+    return PlanView(
+        plan.start, *(np.where(back, after[source], before) for before, after in zip(start, end, strict=True))
     )
 
 

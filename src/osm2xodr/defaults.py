@@ -82,6 +82,8 @@ ABSENT_NODES_BRIDGED: Final = 200.0
 FRAME_REACH: Final = 100e3
 # Latitude up to which there are roads (Svalbard: 78.7) and the frame is of use, degrees.
 LATITUDE_MAX_DEG: Final = 84.0
+# How far an area may reach in longitude, degrees: PROJ's transverse Mercator ends 80 degrees from its meridian.
+LONGITUDE_SPAN_MAX_DEG: Final = 160.0
 # How far out at sea the nearest country still tells the side that traffic drives on, m.
 COUNTRY_REACH: Final = 200e3
 
@@ -338,7 +340,7 @@ FAST_HIGHWAYS: Final = ("motorway", "motorway_link", "trunk", "trunk_link")
 # Radius of the kerb at a corner between two streets, by the lesser street's highway value: RASt 06 section 6.3.5
 # recommends 5 to 8 m for minor roads; private access is tighter.
 KERB_RADIUS: Final = MappingProxyType(
-    {"residential": 4.0, "living_street": 3.0, "unclassified": 4.0, "service": 2.0, "track": 2.0}
+    {"residential": 4.0, "living_street": 3.0, "unclassified": 4.0, "road": 4.0, "service": 2.0, "track": 2.0}
 )
 KERB_RADIUS_OTHER: Final = 5.0
 # A kerb's tangent is not let grow beyond this at acute corners, where nobody turns at speed.
@@ -608,6 +610,45 @@ TURNAROUND_PIECE: Final = 40.0
 # Lanes that lie this near to their loop's radius apart go round half a circle without more ado, m.
 TURNAROUND_ASIDE_MIN: Final = 0.05
 
+# ---------------------------------------------------------------- batches
+# Road and junction ids that each area of a shared frame may use; a choice.
+BATCH_IDS_PER_AREA: Final = 100_000
+# Side of the smallest tiles, m, below which most roads are cut several times, and the greatest number of tiles.
+# Choices.
+BATCH_TILE_MIN: Final = 200.0
+BATCH_TILES_MAX: Final = 100_000
+# Origins of the frames of tiles are rounded to this, degrees, so that tiles keep names and ids when the map's bounds
+# move a little from one extract to the next; a choice.
+BATCH_ORIGIN_STEP_DEG: Final = 0.1
+# An area during whose conversion so many workers died is given up.
+BATCH_WORKER_DEATHS: Final = 3
+# How long a conversion that is to stop has for its temporary files, s, before it is killed.
+BATCH_STOP_GRACE: Final = 3.0
+# A process that has not been given an area for so long ends, s; a choice.
+BATCH_IDLE: Final = 60.0
+
+# ---------------------------------------------------------------- areas side by side
+# The first metres of a junction's arms belong to the area of the junction, m: the arms have to be there for its
+# connecting roads, and their stop lines and lights stand on them.
+BORDER_STUB: Final = 25.0
+# What a road runs through an area for less than this stays with its neighbour, m: as long as two stubs.
+BORDER_PIECE: Final = 50.0
+# Heights where roads are cut follow from the roads that come this near to both areas, m. Evidence farther off than
+# the length over which a road bends (some 100 m on coarse elevation models, `ROAD_FLEXIBILITY`) hardly moves them.
+BORDER_HEIGHT_REACH: Final = 270.0
+# What comes this near to the border is cut out whole for both areas, m: roads lie some metres off OSM's lines.
+BORDER_REACH: Final = 300.0
+# Around the ends of streets that come this near to a border, what lies within this belongs to the cut as well, m:
+# junctions farther off do not shape each other (twice the longest connecting road through a large junction).
+CONTEXT_REACH: Final = 200.0
+# So far from the middle of these streets, m, is all that lies beside them: sidewalks tell of built-up areas and their
+# speed limits over the whole length of a street (half of the widest carriageway, `ROADSIDE_REACH`, and some room).
+CONTEXT_BESIDE: Final = 50.0
+# Standard errors with which an area keeps to these heights and grades, m and rise per metre: little beside what must
+# meet (1 cm), and much beside rounding.
+BORDER_HEIGHT_SIGMA: Final = 1e-4
+BORDER_GRADE_SIGMA: Final = 1e-4
+
 # ---------------------------------------------------------------- several cores
 
 # More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
@@ -807,6 +848,9 @@ OBJECT_SPACING: Final = 3.0
 OBJECT_TOLERANCE: Final = 0.1
 OBJECT_SHORTEST: Final = 1.0
 OBJECT_SLOPE: Final = 1.0
+# Distance of what stands in a row that is mapped as a line, m: bollards, so that no car comes through, and trees.
+BOLLARD_SPACING: Final = 1.5
+TREE_SPACING: Final = 10.0
 # Width and height of what stands beside roads where tags give none, m: guard rails of steel (0.75 m) and kerbs (0.12
 # m) as they mostly are in Germany (RPS 2009, RASt 06), garden walls, fences and hedges, lamps of streets, young
 # trees: choices.

@@ -9,6 +9,10 @@ class InputError(Osm2xodrError):
     """A file that was given cannot be read or is not what it should be."""
 
 
+class EmptyAreaError(InputError):
+    """There is nothing to drive on in the area: for one of many areas that may be as it should be."""
+
+
 class CoverageError(Osm2xodrError):
     """The elevation model does not reach where the roads are."""
 

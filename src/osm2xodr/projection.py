@@ -48,6 +48,14 @@ def to_geographic(
     return np.asarray(lon, np.float64), np.asarray(lat, np.float64)
 
 
+def bounds_deg(lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike) -> tuple[float, float, float, float]:
+    """Return west, south, east, north of points, degrees; east is above 180 where they lie on both sides of it."""
+    lon, lat = np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64)
+    if lon.max() - lon.min() > 180.0:
+        lon = np.where(lon < 0.0, lon + 360.0, lon)
+    return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+
+
 def transformer_to(frame: LocalFrame, crs: object) -> Transformer:
     """Return the transformation from local x, y (m) to x, y of another CRS, in its own units."""
     return _transformer(frame.proj, crs)

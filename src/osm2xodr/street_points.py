@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from osm2xodr.defaults import COVERAGE_STEP
+from osm2xodr.grouping import ranks
 from osm2xodr.model import FloatArray, Street
 
 
@@ -29,7 +30,6 @@ def points_along(streets: Sequence[Street], step: float = COVERAGE_STEP) -> tupl
     along = np.concatenate([[0.0], np.cumsum(pieces)])
     start, end = along[first[:-1]], along[first[1:] - 1]
     steps = np.maximum(np.ceil((end - start) / step).astype(np.int64), 1)
-    total = int((steps + 1).sum())
-    index = np.arange(total) - np.repeat(np.cumsum(steps + 1) - (steps + 1), steps + 1)
+    index = ranks(steps + 1)
     at = np.repeat(start, steps + 1) + index * np.repeat((end - start) / steps, steps + 1)
     return np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])

@@ -117,6 +117,18 @@ def sign_of(tags: Mapping[str, str]) -> Sign | None:
     return Sign.SIGNALS if light_of(tags) in (Light.JUNCTION, Light.CROSSING) else None
 
 
+def stops_all(tags: Mapping[str, str]) -> bool:
+    """Say whether a stop sign stands before all arms of its junction, by the tags of its node."""
+    return tags.get("stop") in _ALL_WAY
+
+
+def priority_rank(highway: str) -> int:
+    """Return how a road of a class of OSM ranks among those that it meets, see `PRIORITY_RANK`."""
+    if highway.endswith("_link"):
+        return defaults.PRIORITY_RANK_LINK
+    return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
+
+
 def read_signs(network: StreetNetwork) -> Signs:
     """Find the signs of all street ends.
 
@@ -126,7 +138,7 @@ def read_signs(network: StreetNetwork) -> Signs:
     Lights of a crossing are meant for the nearer end within `SIGNALLED_CROSSING_REACH` if traffic comes to it.
     """
     signed = {node: sign for node, tags in network.node_tags.items() if (sign := sign_of(tags)) is not None}
-    all_way = {node for node in signed if network.node_tags[node].get("stop") in _ALL_WAY}
+    all_way = {node for node in signed if stops_all(network.node_tags[node])}
     meeting = {node.osm_node_id for node in network.intersections}
     before: dict[int, tuple[bool, float, Sign, int]] = {}
     ends_of: dict[int, list[int]] = defaultdict(list)
@@ -183,7 +195,7 @@ def _meant(
     street: Street, place: int, tags: Mapping[str, str], distance: tuple[float, float], crossing: bool
 ) -> tuple[int, ...]:
     """Return the ends (0 start, 1 end) that a sign inside a street is meant for."""
-    attributes = next(item for first, item in reversed(street.pieces) if first <= place)
+    attributes = street.attributes_at(place)
     runs = attributes.car_directions()
     nearer = int(distance[1] < distance[0])
     if crossing:

@@ -7,7 +7,6 @@ from object_cases import has_corners, road_of_way, said, world_of
 from street_cases import Case
 
 from osm2xodr.furniture.calming import calming_objects
-from osm2xodr.furniture.node_places import NodePlaces
 from osm2xodr.furniture.world import World
 from osm2xodr.model import RoadObject, Rule
 
@@ -16,7 +15,7 @@ STREET = {"w": (0.0, 0.0), "a": (50.0, 0.0), "z": (99.0, 0.0), "e": (100.0, 0.0)
 
 
 def placed(world: World) -> list[RoadObject]:
-    return calming_objects(world, NodePlaces(world))
+    return calming_objects(world, world.nodes)
 
 
 def road(tags: str, way: str = "lanes=2 width=7", node: str = "a") -> Case:

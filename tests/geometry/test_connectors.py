@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
-from osm2xodr.geometry.connectors import connect, detours, swings_out, turns_on_the_spot
+from osm2xodr.geometry.connectors import connect, detours, has_kinks, swings_out, turns_on_the_spot
 from osm2xodr.model import PlanView
 
 # An arc of less than 1e-4 rad is written as its chord, which is off by half of that at either end.
@@ -176,3 +176,15 @@ def test_curves_far_longer_than_what_they_bridge_are_detours() -> None:
     around = joined(Pose(0.0, 0.0, 0.0), Pose(-40.0, 0.5, 0.0))
     ahead = joined(Pose(0.0, 0.0, 0.0), Pose(40.0, 0.5, 0.0))
     assert [bool(detours(plan)[0]) for plan in (around, ahead)] == [True, False]
+
+
+def test_kinks_are_seen_within_curves_only() -> None:
+    """Two lines at 90 degrees are a kink in one curve, none where they are two curves."""
+    five, none = np.array([5.0, 5.0]), np.zeros(2)
+    rest = np.array([0.0, 5.0]), none, np.array([0.0, np.pi / 2]), five, none
+    one = PlanView(np.array([0, 2]), np.array([0.0, 5.0]), *rest)
+    two = PlanView(np.array([0, 1, 2]), none, *rest)
+    assert has_kinks(one).tolist() == [True]
+    assert has_kinks(two).tolist() == [False, False]
+    around = joined(Pose(0.0, 0.0, 3.0), Pose(-9.0, 9.0, -3.0))
+    assert has_kinks(around).tolist() == [False]

@@ -10,7 +10,7 @@ from road_measures import assert_sound
 from street_cases import Case, built_links, mirrored_links
 
 from osm2xodr.curves import joined_curves, lengths, pose, smallest_radius
-from osm2xodr.geometry.connectors import connect
+from osm2xodr.geometry.connectors import connect, has_kinks
 from osm2xodr.geometry.corner_paths import follow_corners
 from osm2xodr.geometry.through_paths import StreetPaths, street_paths
 from osm2xodr.model import FloatArray, PlanView, Rule
@@ -75,6 +75,30 @@ def test_its_ends_stay() -> None:
         before = np.array(pose(plan, np.array([0]), share * lengths(plan)))
         after = np.array(pose(turned, np.array([0]), share * lengths(turned)))
         assert after == pytest.approx(before, abs=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [5.0, 90.0, 200.0])
+def test_a_way_to_and_fro_is_not_followed(degrees: float) -> None:
+    """From the west to the junction's northern node and back, along the middle of the one lane between."""
+    angle = np.radians(degrees)
+    cos, sin = np.cos(angle), np.sin(angle)
+    nodes = {name: (cos * x - sin * y, sin * x + cos * y) for name, (x, y) in STEP.nodes.items()}
+    stages = Case(nodes, STEP.ways).stages()
+    first = next(item for item in stages.movements if (stages.way(item.entry), stages.way(item.exit)) == (1, 5))
+    street, along = first.exit // 2, first.exit % 2 == 0
+    spike = replace(first, exit=first.entry, inner=((street, along), (street, not along)))
+    trim = np.full(len(stages.ends.length), 8.0)
+    paths = street_paths([spike], stages.ends, trim, lambda *_: (0.0, 0.0))
+    assert paths.length == pytest.approx(2 * 8.0 + 2 * 30.0, abs=0.5)
+    x, y = np.array([-8.0, -8.0]), np.array([-16.5, -13.5])
+    x, y, hdg = cos * x - sin * y, sin * x + cos * y, angle + np.array([0.0, np.pi])
+    plan = connect(x[:1], y[:1], hdg[:1], x[1:], y[1:], hdg[1:])
+    sides = np.array([-1.5]), np.array([-1.5])
+    alone = follow_corners(plan, paths, stages.ends.plan_view, np.array([0]), *sides)
+    # No curve turns round on the spot.
+    assert not has_kinks(alone).any()
+    assert alone.hdg == pytest.approx(plan.hdg)
+    assert lengths(alone) == pytest.approx(lengths(plan))
 
 
 def test_what_keeps_near_its_way_is_left_alone() -> None:

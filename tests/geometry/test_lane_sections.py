@@ -204,3 +204,28 @@ def test_what_a_junction_leaves_of_other_lanes_is_no_pocket() -> None:
     # A metre and more grows to the length of a taper.
     longest = defaults.SHORTEST_LANE_SECTION
     assert [item.s for item in layout((0.0, before), (25.0, after), begin=20.0).sections] == [0.0, longest]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "expected"),
+    [
+        # Too little for two: the longer one stays alone.
+        ((10.0, 8.76), (1,)),
+        ((13.0, 8.0), (1,)),
+        ((8.0, 30.0), (1, 2)),
+        # In the middle, half of what there is can be spared: by the end that lacks less first.
+        ((4.0, 20.0, 8.0), (2, 3)),
+        ((8.0, 30.0, 8.0), (1, 2, 3)),
+    ],
+)
+def test_short_stretches_are_mended_alike_whichever_way_the_road_is_drawn(
+    lengths: tuple[float, ...], expected: tuple[int, ...]
+) -> None:
+    for order in (1, -1):
+        kinds = [cross_section(attributes(k), Rule.RIGHT_HAND) for k in range(1, len(lengths) + 1)][::order]
+        starts = [0.0]
+        for length in lengths[::order]:
+            starts.append(starts[-1] + length)
+        pieces = [(s, attributes(), section) for s, section in zip(starts, kinds, strict=False)]
+        found = [len(item.section.right) for item in stretches(pieces, 0.0, starts[-1])][::order]
+        assert found == list(expected)

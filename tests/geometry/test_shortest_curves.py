@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
 from osm2xodr import defaults
+from osm2xodr.curves import curves_of
 from osm2xodr.geometry.shortest_curves import shortest_curves, wide_curves
 from osm2xodr.model import PlanView
 
@@ -91,3 +92,22 @@ def test_a_radius_a_little_larger_leaves_no_tiny_record() -> None:
     assert plan.length.min() > 0.02
     assert RADIUS * (1 - 1e-12) <= smallest_radius_of(plan, 0) <= 1.3 * RADIUS * (1 + 1e-12)
     assert pose_at(plan, 0, curve_length(plan, 0)).gap(other) < 1e-6
+
+
+def test_of_two_that_are_as_long_it_is_the_same_mirrored_and_backwards() -> None:
+    """With a line between two arcs it is 0.2 mm shorter than with three arcs, but the first arc is a sliver."""
+    radius = 5.0
+    pieces, curvature = np.array([[0.004388, 0.740769, 9.619467]]), np.array([[1.0, 0.0, -1.0]]) / radius
+    origin = np.zeros(1)
+    sliver = curves_of(origin, origin, origin, pieces, curvature)
+    end = pose_at(sliver, 0, curve_length(sliver, 0))
+    for one, other, sense, step in (
+        (Pose(0.0, 0.0, 0.0), end, 1, 1),
+        (Pose(0.0, 0.0, 0.0), Pose(end.x, -end.y, -end.hdg), -1, 1),
+        (end.turned(), Pose(0.0, 0.0, 0.0).turned(), -1, -1),
+    ):
+        values = (one.x, one.y, one.hdg, other.x, other.y, other.hdg)
+        plan = shortest_curves(*(np.array([value]) for value in values), radius=radius)
+        rows = records(plan, 0)[::step]
+        assert [round(sense * radius * curvature) for _, _, _, curvature in rows] == [-1, 1, -1]
+        assert [length for _, _, length, _ in rows] == pytest.approx([0.183068, 0.37486, 9.806871], abs=2e-3)

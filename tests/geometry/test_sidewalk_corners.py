@@ -414,3 +414,32 @@ def test_a_short_road_changes_for_the_corners_at_both_ends(rule: Rule, apart: fl
     strips: Strips = (MarginSpec(LaneType.BORDER, verge), WALK)
     for margins in (everywhere(case, (strips, strips)), everywhere(case, ((WALK,), (WALK,))) | {2: (strips, strips)}):
         assert_sound(built(case, margins, rule))
+
+
+@EITHER
+def test_corners_lead_where_the_ids_of_their_lanes_do(rule: Rule) -> None:
+    # Cars turn from 1 to 4 only, so that the sidewalks between those two lie left of them.
+    case = Case(X.nodes, {1: ("w o", "oneway=yes"), 4: ("o n", "oneway=yes"), 3: ("s o", "")})
+    roads = built(case, everywhere(case), rule)
+    by_id = {road.id: road for road in roads.roads}
+    along = -1 if rule is Rule.RIGHT_HAND else 1
+    links = {
+        connection.connecting_road: (by_id[connection.incoming_road], connection.lane_links)
+        for junction in roads.junctions
+        for connection in junction.connections
+    }
+    assert len(corners(roads)) == 3
+    for road in corners(roads):
+        walk = sidewalk_of(road)
+        before, after = road.predecessor, road.successor
+        assert before is not None
+        assert after is not None
+        assert walk.predecessor is not None
+        assert walk.successor is not None
+        assert walk.id * along > 0
+        # Out of the end of its road, or against it out of its start; likewise into the next.
+        assert (walk.predecessor * along > 0) == (not before.at_start)
+        assert (walk.successor * along > 0) == bool(after.at_start)
+        incoming, pairs = links[road.id]
+        assert incoming.id == before.id
+        assert (walk.predecessor, walk.id) in pairs

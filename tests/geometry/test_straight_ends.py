@@ -58,3 +58,10 @@ def test_an_end_far_from_bends_stays() -> None:
     begin = ended(0.0, 0.0)[1]
     assert defaults.BEND_IN_JUNCTION > 3.0
     assert ended(begin - 3.5, 2.0)[0] == begin - 3.5
+
+
+@pytest.mark.parametrize("off", [-1e-12, 0.0, 1e-12])
+def test_an_end_where_a_bend_is_over_stays(off: float) -> None:
+    """Whichever side of the bend's end rounding puts it on, even though there would be room before the bend."""
+    over = ended(0.0, 0.0)[2]
+    assert ended(over + off, 0.0)[0] == pytest.approx(over, abs=1e-9)

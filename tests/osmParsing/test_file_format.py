@@ -9,6 +9,7 @@ import pytest
 from osm_builder import document
 
 from osm2xodr.errors import InputError
+from osm2xodr.osmParsing import file_format
 from osm2xodr.osmParsing.file_format import open_osm_file
 
 ROAD = document(
@@ -147,6 +148,32 @@ def test_truncated_archives(tmp_path: Path, pack: Callable[[bytes], bytes]) -> N
     path.write_bytes(pack(ROAD.encode())[:60])
     with pytest.raises(InputError, match=r"damaged or incomplete|no OSM data or incomplete"):
         open_osm_file(path)
+
+
+@pytest.fixture
+def early(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look at sizes from 1 MB on: files that are larger make for slow tests."""
+    monkeypatch.setattr(file_format, "_RATIO_FROM", 1 << 20)
+
+
+@pytest.mark.usefixtures("early")
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])
+def test_what_becomes_far_larger_than_map_data_do_is_refused(tmp_path: Path, pack: Callable[[bytes], bytes]) -> None:
+    path = tmp_path / "area.osm"
+    path.write_bytes(pack(document(['<node id="1" lat="50" lon="10"/>\n' * 200_000]).encode()))
+    assert path.stat().st_size < 30_000
+    with pytest.raises(InputError) as caught:
+        open_osm_file(path)
+    assert str(caught.value).startswith(f"{path} holds over 200 times its own size, which map data does not; give")
+
+
+@pytest.mark.usefixtures("early")
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])
+def test_compressed_maps_are_not_too_large(tmp_path: Path, pack: Callable[[bytes], bytes]) -> None:
+    nodes = [f'<node id="{k}" lat="{40 + k * 7919 % 9973 / 1e3}" lon="{k / 1e4}"/>' for k in range(40_000)]
+    path = tmp_path / "area.osm"
+    path.write_bytes(pack(document(nodes).encode()))
+    assert open_osm_file(path).deleted == frozenset()
 
 
 @pytest.mark.parametrize("pack", [bytes, gzip.compress, bz2.compress])

@@ -9,8 +9,8 @@ from osm2xodr.osmParsing.options import DRIVABLE, PRESETS, ParseOptions, WaySele
 def test_presets_grow() -> None:
     major, drivable, everything = (PRESETS[name].highways for name in ("major", "drivable", "all"))
     assert major < drivable < everything
-    assert sorted(drivable - major) == ["living_street", "residential", "service", "unclassified"]
-    assert sorted(everything - drivable) == ["road", "track"]
+    assert sorted(drivable - major) == ["living_street", "residential", "road", "service", "unclassified"]
+    assert sorted(everything - drivable) == ["track"]
     assert sorted(major) == sorted(
         f"{name}{link}"
         for name in ("motorway", "trunk", "primary", "secondary", "tertiary")

@@ -15,6 +15,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import Direction, LaneType, Rule, StreetNetwork, Structure
 from osm2xodr.osmParsing import ParseOptions, parse_osm, parse_ways_option
+from osm2xodr.projection import make_frame
 
 ROOT = Path(__file__).parents[2]
 ORDINO = ROOT / "data/samples/andorra_ordino/area.osm"
@@ -52,6 +53,13 @@ NODES = {1: (0.0, 0.0), 2: (100.0, 0.0), 3: (200.0, 0.0)}
                 "choose an area off the poles"
             ),
         ),
+        (
+            Area({**NODES, 4: (11_622_000.0, 0.0)}, {20: ([1, 2, 3, 4], "highway=primary")}, lat_0=2.0),
+            (
+                "reaches over 162 degrees of longitude, but the local projection is of use over 160; "
+                "choose a smaller area, without node/4"
+            ),
+        ),
     ],
 )
 def test_nothing_to_drive_on(tmp_path: Path, area: Area, words: str) -> None:
@@ -59,6 +67,15 @@ def test_nothing_to_drive_on(tmp_path: Path, area: Area, words: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_osm(path, ParseOptions(), Diagnostics())
     assert str(caught.value) == f"{path} {words}"
+
+
+def test_an_origin_on_the_other_side_of_the_earth(tmp_path: Path) -> None:
+    path = Area(NODES, {20: ([1, 2, 3], "highway=primary")}, lat_0=1.0).write(tmp_path)
+    with pytest.raises(InputError) as caught:
+        parse_osm(path, ParseOptions(frame=make_frame(1.0, 100.0)), Diagnostics())
+    assert str(caught.value) == (
+        f"{path} reaches to the other side of the Earth from the origin at 1, 100; give an origin near it"
+    )
 
 
 def test_a_compressed_bomb_is_refused_at_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

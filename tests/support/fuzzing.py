@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import gzip
 import io
+import math
 import os
 import random
 import re
@@ -65,9 +66,10 @@ def fuzz_map(dice: random.Random, folder: Path) -> None:
     area.write_text((odd_network if dice.random() < 0.2 else random_map)(dice, longest), encoding="utf-8")
     reader = TARGETS[dice.choice(sorted(TARGETS))]
     extra = frozenset(EXTRA_OBJECTS if dice.random() < 0.7 else ())
+    bumpy, wild = _bumpy_dem(area, folder, dice) if dice.random() < 0.15 else (None, False)
     options = ConvertOptions(
         area,
-        dems=(_bumpy_dem(area, folder, dice),) if dice.random() < 0.15 else (),
+        dems=(bumpy,) if bumpy else (),
         parse=_parse_options(dice, extra),
         elevation=ElevationOptions(superelevation=dice.random() < 0.3, structures=dice.random() < 0.8),
         surface=SurfaceOptions(allow_partial=dice.random() < 0.8),
@@ -81,7 +83,7 @@ def fuzz_map(dice: random.Random, folder: Path) -> None:
         write_xodr(road_map, stream, WriteOptions(version=dice.choice(_VERSIONS), target=reader), found)
     result = check_file(target, CheckOptions(ignore=("schema",)))
     # No junction can have one surface on ground that leaps by kilometres; that this is told is all that is asked.
-    allowed = {"junction-surface"} if options.dems else set[str]()
+    allowed = {"junction-surface"} if wild else set[str]()
     worst = [str(item) for item in result.findings if item.severity is Severity.ERROR and item.rule not in allowed]
     assert not worst, worst[:3]
 
@@ -97,18 +99,49 @@ def _parse_options(dice: random.Random, extra: frozenset[str]) -> ParseOptions:
     )
 
 
-def _bumpy_dem(area: Path, folder: Path, dice: random.Random) -> Path:
-    """Write an elevation model under the first node of an area: noise, cliffs and voids."""
-    found = re.search(r'lat="([-\d.]+)" lon="([-\d.]+)"', area.read_text(encoding="utf-8"))
-    assert found is not None
-    lat, lon = float(found[1]), float(found[2])
+# Ground steeper than this between neighbouring cells of an elevation model is no ground that streets are built on.
+_STEEP: Final = 0.3
+_METRES_PER_DEGREE: Final = 111_195.0
+
+
+def _bumpy_dem(area: Path, folder: Path, dice: random.Random) -> tuple[Path, bool]:
+    """Write an elevation model around the first node of an area; say if it is wild.
+
+    It is small noise, cliffs and voids, or hills under all nodes.
+    """
+    found = re.findall(r'lat="([-\d.]+)" lon="([-\d.]+)"', area.read_text(encoding="utf-8"))
+    places = np.array(found, np.float64)
+    lat, lon = places[0].tolist()
     noise = np.random.default_rng(dice.getrandbits(32))
     size = dice.choice((2, 5, 30))
-    heights = noise.normal(dice.choice((0.0, 4000.0, -400.0)), dice.choice((0.0, 1.0, 30.0, 1e4)), (size, size))
-    heights[noise.random((size, size)) < dice.choice((0.0, 0.1, 0.9))] = dice.choice((-32768.0, np.nan, 1e30))
+    base, rough = dice.choice((0.0, 4000.0, -400.0)), dice.choice((0.0, 1.0, 30.0, 1e4))
+    hilly = noise.random() < 0.5
+    size = 30 if hilly else size
+    heights = noise.normal(base, rough, (size, size))
+    void, value = noise.random((size, size)) < dice.choice((0.0, 0.1, 0.9)), dice.choice((-32768.0, np.nan, 1e30))
+    cell = dice.choice((1e-5, 3e-4, 3e-3))
+    if hilly:
+        far = np.abs((places - places[0] + 180.0) % 360.0 - 180.0).max()
+        cell = max(cell, 2.2 * far / size)
+    metres = cell * _METRES_PER_DEGREE * math.cos(math.radians(lat))
+    if hilly:
+        heights = base + _hills(size, metres, noise)
+    steps = [np.abs(np.diff(heights, axis=axis)).max() for axis in (0, 1)]
+    heights[void] = value
     path = folder / "under.tif"
-    path.write_bytes(_as_tiff(heights.astype(np.float32), lon, lat, dice.choice((1e-5, 3e-4, 3e-3))))
-    return path
+    path.write_bytes(_as_tiff(heights.astype(np.float32), lon, lat, cell))
+    return path, max(steps) > _STEEP * metres
+
+
+def _hills(size: int, cell: float, noise: np.random.Generator) -> npt.NDArray[np.float64]:
+    """Return hills of about a hundred metres and more, none of them steep, for cells of a size in metres."""
+    at = cell * np.arange(size)
+    out = np.zeros((size, size))
+    for _ in range(4):
+        number, direction, phase = 2 * np.pi / noise.uniform(100.0, 2000.0), *noise.uniform(0.0, 2 * np.pi, 2)
+        along = np.add.outer(np.sin(direction) * at, np.cos(direction) * at)
+        out += noise.uniform(0.0, 0.06) / number * np.sin(number * along + phase)
+    return out
 
 
 def fuzz_osm(dice: random.Random, folder: Path) -> None:

@@ -76,6 +76,13 @@ def of_nowhere(folder: Path) -> Path:
     return write_raster(folder / "a.tif", np.ones((rows, cols), np.float32), transform, crs)
 
 
+def of_mars(folder: Path) -> Path:
+    datum = 'DATUM["D",SPHEROID["Mars",3396190,169.89]],PRIMEM["Reference",0]'
+    crs = f'GEOGCS["Mars",{datum},UNIT["degree",0.0174532925]]'
+    transform, rows, cols = around(BAVARIA, "EPSG:4326", 2e-4)
+    return write_raster(folder / "a.tif", np.ones((rows, cols), np.float32), transform, crs)
+
+
 def colours(folder: Path) -> Path:
     transform, rows, cols = around(BAVARIA, UTM, 20.0)
     return write_raster(folder / "a.tif", np.ones((3, rows, cols), np.uint8), transform, UTM, photometric="RGB")
@@ -163,6 +170,7 @@ BAD_FILES = [
     (of_no_size, "does not say where it lies"),
     (off_the_earth, "does not say where it lies"),
     (of_nowhere, "is not one on Earth; assign the right one"),
+    (of_mars, "is not one on Earth; assign the right one"),
     (colours, "a picture in colours"),
     (four_byte_bands, "a picture in colours"),
     (picture, "a picture in colours"),

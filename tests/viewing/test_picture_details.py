@@ -106,6 +106,14 @@ def test_dashes_are_3_m_with_gaps_of_6_m() -> None:
     assert lines[-1].colour != WHITE
 
 
+@pytest.mark.parametrize("length", [1e7, 1e300])
+def test_lines_of_no_end_are_not_dashed(length: float) -> None:
+    """As those of damaged files may be, whose dashes would take for ever."""
+    grid = np.array([[[0.0, 0.0], [0.0, 30.0], [0.0, 60.0]], [[length, 0.0], [length, 30.0], [length, 60.0]]])
+    (line,) = mark_lines(grid, [["none", 0, WHITE], ["broken", 2, WHITE], ["none", 0, WHITE]], 10.0)
+    assert line.corners[:, 0].tolist() == [0.0, length]
+
+
 def test_double_lines_are_two() -> None:
     grid = np.array([[[0.0, 0.0], [0.0, 30.0], [0.0, 60.0]], [[200.0, 0.0], [200.0, 30.0], [200.0, 60.0]]])
     kinds = [["none", 0, WHITE], ["solid broken", 1, "#e8b400"], ["none", 0, WHITE]]

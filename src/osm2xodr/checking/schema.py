@@ -5,6 +5,9 @@ from __future__ import annotations
 import gzip
 import importlib
 import importlib.util
+import locale
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -69,14 +72,30 @@ def schema_violations(
     if etree is None:
         return (), "the schema was not checked: install lxml"
     try:
-        compiled = etree.XMLSchema(etree.parse(str(found)))
+        with _decimal_points():
+            compiled = etree.XMLSchema(etree.parse(str(found)))
     except etree.LxmlError as error:
         # The schemas of 1.8 are of XML Schema 1.1, which lxml does not know.
         if schema is None and path.stat().st_size > defaults.CHECK_SCHEMA_18_BYTES:
             return (), f"the schema was not checked: it takes long for so large a file; --schema {found.name} does it"
         return _by_xmlschema(_tree(etree, path), found, str(error))
-    compiled.validate(_tree(etree, path))
+    with _decimal_points():
+        compiled.validate(_tree(etree, path))
     return tuple((error.line, " ".join(error.message.split())) for error in compiled.error_log), None
+
+
+@contextmanager
+def _decimal_points() -> Iterator[None]:
+    """Have the C library read numbers with points: libxml2 asks it, and a program around this one may want commas."""
+    before = locale.setlocale(locale.LC_NUMERIC)
+    if locale.localeconv()["decimal_point"] == ".":
+        yield
+        return
+    locale.setlocale(locale.LC_NUMERIC, "C")
+    try:
+        yield
+    finally:
+        locale.setlocale(locale.LC_NUMERIC, before)
 
 
 def _installed(revision: tuple[int, int]) -> Path | None:

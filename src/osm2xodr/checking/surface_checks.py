@@ -12,6 +12,7 @@ from osm2xodr.checking.findings import Findings
 from osm2xodr.checking.lane_index import LaneIndex
 from osm2xodr.checking.places import worst_of
 from osm2xodr.checking.plan_checks import above
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.road_space import elevation, grade, lane_borders, pose, section_at, superelevation
@@ -76,7 +77,7 @@ def _carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: flo
     length = drive.roads.length[roads]
     count = np.maximum((length / step).astype(np.int64) + 1, 2)
     road = np.repeat(roads, count)
-    k = np.arange(len(road)) - np.repeat(np.cumsum(count) - count, count)
+    k = ranks(count)
     s = np.repeat(length, count) * k / np.repeat(count - 1, count)
     section = section_at(drive, road, s)
     first, last = _outer_driving(drive, lanes)
@@ -190,7 +191,7 @@ def _shared_cells(drive: OpenDrive, ways: _Carriageways, spacing: float) -> _Sha
     room = (ways.high - ways.low)[inside] - 2 * defaults.CHECK_OVERLAP_EDGE
     count = np.maximum(np.ceil(room / spacing), 0).astype(np.int64)
     row = np.repeat(inside, count)
-    k = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    k = ranks(count)
     x, y, z = ways.points(row, ways.low[row] + defaults.CHECK_OVERLAP_EDGE + k * spacing)
     key = np.floor(x / cell).astype(np.int64) * _CELLS + np.floor(y / cell).astype(np.int64)
     del x, y, k

@@ -31,10 +31,6 @@ _SUBTYPES: Final[Mapping[RoadsideKind, str]] = {
     RoadsideKind.BOLLARD: "bollard",
     RoadsideKind.KERB: "kerb",
 }
-# Kerbs that a wheel crosses (OSM wiki, Key:kerb), m.
-_KERBS: Final[Mapping[str, float]] = {"flush": 0.0, "lowered": 0.03, "rolled": 0.05, "raised": 0.12}
-# Bollards in a row stand so far apart that no car comes through, m.
-_BOLLARD_SPACING: Final = 1.5
 
 
 def barrier_objects(world: World, finder: RoadsideFinder, things: Iterable[RoadsideThing]) -> list[RoadObject]:
@@ -69,7 +65,7 @@ def size_of(kind: RoadsideKind, tags: Mapping[str, str]) -> tuple[float, float]:
 def _size(thing: RoadsideThing) -> tuple[float, float]:
     width, height = size_of(thing.kind, thing.tags)
     if thing.kind is RoadsideKind.KERB:
-        return width, _KERBS.get(thing.tags.get("kerb", ""), height)
+        return width, defaults.KERB_HEIGHT.get(thing.tags.get("kerb", ""), height)
     return width, height
 
 
@@ -82,7 +78,7 @@ def _object(world: World, thing: RoadsideThing, strip: Strip, width: float, heig
         (kind, _SUBTYPES[thing.kind], name),
         (strip.t_start, strip.t_end),
         (width, height),
-        _BOLLARD_SPACING if bollards else 0.0,
+        defaults.BOLLARD_SPACING if bollards else 0.0,
         thing.osm_id,
     )
 

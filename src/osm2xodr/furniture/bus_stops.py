@@ -90,7 +90,7 @@ def _runs_along(world: World, place: NodePlace, tags: Mapping[str, str]) -> bool
     """Say whether the buses that stop run along the street; None where nothing tells."""
     street = world.network.streets[place.street]
     at = street.node_ids.tolist().index(place.node)
-    attributes = next(item for first, item in reversed(street.pieces) if first <= at)
+    attributes = street.attributes_at(at)
     text = tags.get("direction", "")
     if text in ("forward", "backward"):
         return (text == "forward") != attributes.reversed

@@ -56,7 +56,7 @@ def find_crossings(world: World) -> tuple[Crossing, ...]:
     a crossing of the road there. Nodes in a junction go to the arm that they cross, if that is near.
     """
     wishes = _wishes(world)
-    places = NodePlaces(world)
+    places = world.nodes
     found: dict[int, list[_Found]] = defaultdict(list)
     on_streets = places.on_streets(wish.node for wish in wishes)
     for wish in wishes:

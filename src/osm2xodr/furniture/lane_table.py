@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -45,6 +45,17 @@ class _Sides:
         left = tuple(sorted((lane for lane in section.lanes if lane.id > 0), key=lambda lane: lane.id))
         right = tuple(sorted((lane for lane in section.lanes if lane.id < 0), key=lambda lane: -lane.id))
         return cls(left, right, _paved(left), _paved(right))
+
+
+def lane_ranges(lanes: Iterable[int]) -> tuple[tuple[int, int], ...]:
+    """Return lane ids as ascending (first, last) of ranges without gaps; the centre (0) parts the sides."""
+    out: list[tuple[int, int]] = []
+    for lane in sorted(set(lanes)):
+        if out and lane - out[-1][1] == 1:
+            out[-1] = (out[-1][0], lane)
+        else:
+            out.append((lane, lane))
+    return tuple(out)
 
 
 def _paved(lanes: tuple[Lane, ...]) -> int:
@@ -148,5 +159,4 @@ def _value(cubics: Sequence[Cubic], ds: float) -> float:
         if item.s > ds:
             break
         holding = item
-    u = ds - holding.s
-    return max(holding.a + u * (holding.b + u * (holding.c + u * holding.d)), 0.0)
+    return max(holding.at(ds - holding.s), 0.0)

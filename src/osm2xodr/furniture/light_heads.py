@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Final
 
 from osm2xodr import defaults
-from osm2xodr.furniture.lane_table import CAR_LANES
+from osm2xodr.furniture.approaches import car_lanes
+from osm2xodr.furniture.lane_table import CAR_LANES, lane_ranges
 from osm2xodr.furniture.road_lights import RoadLight
 from osm2xodr.furniture.world import Approach, Crossing, Movement, World
 from osm2xodr.model import LaneSection, LaneType, Rule, Signal, SignalReference
@@ -151,7 +152,7 @@ def _car_head(
         z_offset=defaults.LIGHT_Z_BESIDE if at_kerb else defaults.LIGHT_Z_ABOVE,
         height=defaults.LIGHT_HEIGHT,
         width=defaults.LIGHT_WIDTH,
-        validity=ranges(lanes),
+        validity=lane_ranges(lanes),
         osm_id=osm_id,
     )
 
@@ -162,17 +163,6 @@ def _beside(world: World, road: int, s: float, along: bool) -> float:
     if along == (world.road_map.rule is Rule.RIGHT_HAND):
         return right - defaults.LIGHT_BESIDE
     return left + defaults.LIGHT_BESIDE
-
-
-def ranges(lanes: Iterable[int]) -> tuple[tuple[int, int], ...]:
-    """Return lane ids as ranges without gaps; 0 is no lane."""
-    out: list[tuple[int, int]] = []
-    for lane in sorted(set(lanes)):
-        if out and lane - out[-1][1] == 1:
-            out[-1] = (out[-1][0], lane)
-        else:
-            out.append((lane, lane))
-    return tuple(out)
 
 
 def _references(world: World, signal: int, movements: Sequence[Movement]) -> list[SignalReference]:
@@ -189,7 +179,7 @@ def _references(world: World, signal: int, movements: Sequence[Movement]) -> lis
     for road, entries in sorted(lanes.items()):
         first = world.lanes.road(road).lane_sections[0]
         own = [lane.id for lane in first.lanes if lane.predecessor in entries and lane.type in CAR_LANES]
-        out.append(SignalReference(signal, road, 0.0, _beside(world, road, 0.0, along=True), "+", ranges(own)))
+        out.append(SignalReference(signal, road, 0.0, _beside(world, road, 0.0, along=True), "+", lane_ranges(own)))
     return out
 
 
@@ -197,20 +187,10 @@ def road_heads(world: World, light: RoadLight) -> list[tuple[Signal, tuple[int, 
     """Make the heads for cars of lights apart from junctions, each with the lanes that stop there."""
     out = []
     for along, s in light.stops:
-        lanes = _car_lanes(world, light.road, s, along)
+        lanes = car_lanes(world, light.road, s, along)
         head = _car_head(world, light.road, s, along, lanes, True, "traffic light", light.osm_ids[0])
         out.append((head, lanes))
     return out
-
-
-def _car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
-    found = (
-        lane.id
-        for lane in world.lanes.at(road, s)
-        if lane.type in CAR_LANES
-        and (lane.type is LaneType.BIDIRECTIONAL or world.lanes.runs_along(lane.id) == along)
-    )
-    return tuple(sorted(found, key=abs))
 
 
 def people_heads(world: World, crossing: Crossing, along: bool) -> tuple[Signal, Signal]:
@@ -250,7 +230,7 @@ def people_heads(world: World, crossing: Crossing, along: bool) -> tuple[Signal,
                 width=defaults.LIGHT_WIDTH,
                 # Who walks to the left sees the head at the left end as who drives to the left would.
                 h_offset=0.5 * math.pi * side * (1.0 if along else -1.0),
-                validity=ranges(own),
+                validity=lane_ranges(own),
                 osm_id=crossing.osm_id,
             )
         )

@@ -13,7 +13,7 @@ from osm2xodr.curves import pose
 from osm2xodr.furniture.light_rows import LightRow, light_rows
 from osm2xodr.furniture.road_lights import Candidate, RoadLight, place_on_roads
 from osm2xodr.furniture.world import Approach, Crossing, World
-from osm2xodr.model import RoadsideKind
+from osm2xodr.model import FloatArray, RoadsideKind
 from osm2xodr.street_signs import Light, Sign, Signs, light_of, read_signs
 
 _LEFT_OUT = "signal-left-out"
@@ -268,9 +268,7 @@ def _with_lights_beside(world: World, crossings: Sequence[Crossing]) -> tuple[Cr
     return tuple(out)
 
 
-def _crossing_ends(
-    world: World, crossings: Sequence[Crossing]
-) -> tuple[np.ndarray[tuple[int, int], np.dtype[np.float64]], np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
+def _crossing_ends(world: World, crossings: Sequence[Crossing]) -> tuple[FloatArray, FloatArray]:
     """Return the left and right ends of crossings, both (n, 2), m."""
     curve = np.array([world.lanes.index(item.road) for item in crossings], np.int64)
     x, y, hdg = pose(world.road_map.plan_view, curve, np.array([item.s for item in crossings], float))
@@ -280,12 +278,8 @@ def _crossing_ends(
     return ends[0], ends[1]
 
 
-def _nearest(
-    point: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    left: np.ndarray[tuple[int, int], np.dtype[np.float64]],
-    right: np.ndarray[tuple[int, int], np.dtype[np.float64]],
-) -> int | None:
-    """Return the index of the crossing nearest to a point, (2,), within reach."""
+def _nearest(point: FloatArray, left: FloatArray, right: FloatArray) -> int | None:
+    """Return the index of the crossing nearest to a point, (2,), within reach; their ends are (n, 2), m."""
     if not len(left):
         return None
     step = right - left

@@ -52,5 +52,5 @@ def _along(world: World, node: int, street: int) -> bool | None:
         return None
     found = world.network.streets[street]
     place = int(np.flatnonzero(found.node_ids == node)[0])
-    attributes = next(item for first, item in reversed(found.pieces) if first <= place)
+    attributes = found.attributes_at(place)
     return meant != attributes.reversed

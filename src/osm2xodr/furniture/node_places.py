@@ -12,8 +12,8 @@ import numpy as np
 
 from osm2xodr.curve_finder import project
 from osm2xodr.curves import pose
-from osm2xodr.furniture.world import World
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.furniture.lane_table import LaneTable
+from osm2xodr.model import FloatArray, IntArray, RoadMap, StreetNetwork, StreetPlaces
 
 # Nodes that lie beyond a road's end by less count as on it, m.
 _ON_IT: Final = 1e-6
@@ -63,18 +63,21 @@ class NodePlaces:
 
     Parameters
     ----------
-    world
-        Its streets and roads.
+    network, road_map, places, lanes
+        Streets, roads and their lanes.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, network: StreetNetwork, road_map: RoadMap, places: StreetPlaces, lanes: LaneTable) -> None:
+        self._network = network
+        self._road_map = road_map
+        self._places = places
+        self._lanes = lanes
 
     @cached_property
     def _tagged(self) -> Mapping[tuple[int, int], list[int]]:
         """Rows of `StreetPlaces` by node and street."""
         out: dict[tuple[int, int], list[int]] = defaultdict(list)
-        places = self._world.places
+        places = self._places
         for row, key in enumerate(zip(places.node.tolist(), places.street.tolist(), strict=True)):
             out[key].append(row)
         return out
@@ -83,20 +86,20 @@ class NodePlaces:
     def _roads(self) -> Mapping[int, list[int]]:
         """Indices of each street's roads."""
         out: dict[int, list[int]] = defaultdict(list)
-        for k, street in enumerate(self._world.places.road_street.tolist()):
+        for k, street in enumerate(self._places.road_street.tolist()):
             out[street].append(k)
         return out
 
     @cached_property
     def arms(self) -> Mapping[int, tuple[Arm, ...]]:
         """Road ends by their junction, in the order of streets."""
-        places, lanes = self._world.places, self._world.lanes
+        places, lanes = self._places, self._lanes
         used = np.flatnonzero((places.end_road >= 0) & (places.end_junction >= 0))
         road = places.end_road[used].tolist()
         at_end = (used % 2).astype(bool).tolist()
         curve = np.array([lanes.index(item) for item in road], np.int64)
         s = np.array([lanes.length(item) if last else 0.0 for item, last in zip(road, at_end, strict=True)])
-        x, y, hdg = pose(self._world.road_map.plan_view, curve, s)
+        x, y, hdg = pose(self._road_map.plan_view, curve, s)
         out: dict[int, list[Arm]] = defaultdict(list)
         rows = zip(
             places.end_junction[used].tolist(), road, at_end, x.tolist(), y.tolist(), hdg.tolist(), strict=True
@@ -107,7 +110,7 @@ class NodePlaces:
 
     @cached_property
     def _street_nodes(self) -> tuple[IntArray, IntArray]:
-        streets = self._world.network.streets
+        streets = self._network.streets
         start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in streets])])
         return np.concatenate([street.node_ids for street in streets]), start.astype(np.int64)
 
@@ -134,7 +137,7 @@ class NodePlaces:
         return out
 
     def _place(self, node: int, street: int, at: int, again: int) -> NodePlace:
-        points = self._world.network.streets[street].points
+        points = self._network.streets[street].points
         x, y = points[at].tolist()
         along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
         if not along.any():
@@ -142,7 +145,7 @@ class NodePlaces:
             along = points[1] - points[0]
         hdg = float(np.arctan2(along[1], along[0]))
         rows = self._tagged.get((node, street), [])
-        places = self._world.places
+        places = self._places
         if again < len(rows):
             row = rows[again]
             return NodePlace(
@@ -153,11 +156,11 @@ class NodePlaces:
 
     def _find(self, street: int, point: FloatArray) -> tuple[int, float, int]:
         """Return road, s and junction of a point of a street that has no tags."""
-        places = self._world.places
+        places = self._places
         roads = self._roads.get(street)
         if not roads:
             return -1, float("nan"), int(places.end_junction[2 * street])
-        road_map = self._world.road_map
+        road_map = self._road_map
         curves = np.array(roads, np.int64)
         x, y = np.full(len(roads), point[0]), np.full(len(roads), point[1])
         s, _, distance = project(road_map.plan_view, curves, x, y)
@@ -168,6 +171,6 @@ class NodePlaces:
         at = float(s[best]) + beyond
         if at < -_ON_IT:
             return road, at, int(places.end_junction[2 * street])
-        if at > self._world.lanes.length(road) + _ON_IT:
+        if at > self._lanes.length(road) + _ON_IT:
             return road, at, int(places.end_junction[2 * street + 1])
         return road, at, -1

@@ -8,7 +8,6 @@ from osm2xodr.furniture.arrows import arrows
 from osm2xodr.furniture.barriers import barrier_objects
 from osm2xodr.furniture.bus_stops import bus_stop_objects
 from osm2xodr.furniture.calming import calming_objects
-from osm2xodr.furniture.node_places import NodePlaces
 from osm2xodr.furniture.roadside_places import RoadsideFinder
 from osm2xodr.furniture.roadside_points import point_objects
 from osm2xodr.furniture.stop_lines import stop_lines
@@ -30,7 +29,7 @@ def place_objects(world: World, approaches: Sequence[Approach], stops: Sequence[
         Where there are lines across lanes.
     """
     things = world.network.roadside
-    finder, nodes = RoadsideFinder(world), NodePlaces(world)
+    finder, nodes = RoadsideFinder(world), world.nodes
     return (
         *stop_lines(world, stops),
         *arrows(world, approaches, stops),

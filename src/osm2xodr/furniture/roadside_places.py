@@ -10,15 +10,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr import defaults
-from osm2xodr.curve_finder import project
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curve_finder import SAMPLE_SPACING, project, sampled
+from osm2xodr.curves import lengths
 from osm2xodr.furniture.street_pieces import pieces_on_road
 from osm2xodr.furniture.world import World
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
 
-# Distance of the samples by which roads near a point are found, m, and how many of them are looked at: enough for the
-# next road at a junction of four.
-_SPACING: Final = 4.0
+# How many of the samples by which roads near a point are found are looked at: enough for the next road at a junction
+# of four.
 _NEIGHBOURS: Final = 12
 # Half of the widest carriageway that things are sought beside, m; and of connecting roads, which have few lanes.
 _HALF: Final = 20.0
@@ -151,7 +150,7 @@ class RoadsideFinder:
         self, samples: _Samples, x: FloatArray, y: FloatArray, reach: float
     ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return points, curves that they lie beside, s, t, and t of the carriageway's edges there, all (m,)."""
-        point, curve = _pairs(samples, x, y, reach + _SPACING)
+        point, curve = _pairs(samples, x, y, reach + SAMPLE_SPACING)
         s, t, distance = project(self._plan, curve, x[point], y[point])
         beside = (distance - np.abs(t) <= _BESIDE) & (distance <= reach)
         point, curve, s, t = point[beside], curve[beside], s[beside], t[beside]
@@ -199,11 +198,7 @@ class RoadsideFinder:
 
 
 def _sampled(plan: PlanView, curves: IntArray) -> _Samples:
-    length = lengths(plan)[curves]
-    count = np.maximum(np.ceil(length / _SPACING).astype(np.int64), 1) + 1
-    curve = np.repeat(curves, count)
-    step = np.arange(len(curve)) - np.repeat(np.cumsum(count) - count, count)
-    x, y, _ = pose(plan, curve, np.repeat(length / (count - 1), count) * step)
+    curve, x, y = sampled(plan, curves)
     # Few points are sought, so that a tree that is made fast serves best.
     return _Samples(cKDTree(np.column_stack([x, y]), balanced_tree=False, compact_nodes=False), curve)
 

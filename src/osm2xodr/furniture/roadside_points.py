@@ -22,8 +22,6 @@ _TYPES: Final[Mapping[RoadsideKind, tuple[str, str, str]]] = {
 }
 # Kinds that are there on request only.
 _ON_REQUEST: Final[Mapping[RoadsideKind, str]] = {RoadsideKind.STREET_LAMP: "lamps", RoadsideKind.TREE: "trees"}
-# Distance of trees in a row that is mapped as a line, m.
-_TREE_SPACING: Final = 10.0
 
 
 def point_objects(world: World, finder: RoadsideFinder, things: Iterable[RoadsideThing]) -> list[RoadObject]:
@@ -90,6 +88,6 @@ def _points(thing: RoadsideThing) -> list[tuple[float, float]]:
     if len(points) == 1:
         return [(float(points[0, 0]), float(points[0, 1]))]
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    at = np.linspace(0.0, along[-1], max(round(along[-1] / _TREE_SPACING), 1) + 1)
+    at = np.linspace(0.0, along[-1], max(round(along[-1] / defaults.TREE_SPACING), 1) + 1)
     x, y = np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])
     return list(zip(x.tolist(), y.tolist(), strict=True))

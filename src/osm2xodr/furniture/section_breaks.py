@@ -59,7 +59,9 @@ def _cut(road: Road, places: Sequence[float], length: float) -> Road:
     sections = list(road.lane_sections)
     for s in places:
         starts = [section.s for section in sections]
-        if min(abs(s - other) for other in (*starts, length)) < defaults.SECTION_BREAK_APART:
+        # A light at the end of a short road may ask for a section that would begin beyond it.
+        at_end = s > length - defaults.SECTION_BREAK_APART
+        if at_end or min(abs(s - other) for other in starts) < defaults.SECTION_BREAK_APART:
             continue
         k = bisect_right(starts, s) - 1
         sections[k : k + 1] = _halves(sections[k], s)
@@ -101,13 +103,4 @@ def _from(cubics: Sequence[Cubic], s: float) -> tuple[Cubic, ...]:
     if not cubics:
         return ()
     k = max(bisect_right([item.s for item in cubics], s) - 1, 0)
-    here = cubics[k]
-    u = s - here.s
-    first = Cubic(
-        0.0,
-        here.a + u * (here.b + u * (here.c + u * here.d)),
-        here.b + u * (2 * here.c + 3 * u * here.d),
-        here.c + 3 * u * here.d,
-        here.d,
-    )
-    return (first, *(replace(item, s=item.s - s) for item in cubics[k + 1 :]))
+    return (cubics[k].begun_later(s - cubics[k].s, 0.0), *(replace(item, s=item.s - s) for item in cubics[k + 1 :]))

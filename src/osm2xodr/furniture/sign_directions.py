@@ -11,16 +11,13 @@ from typing import Final
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.furniture.traffic_sign_tags import SignFace, speed_unit
+from osm2xodr.furniture.traffic_sign_tags import IN_UNIT, SAME_LIMIT, SignFace, speed_unit
 from osm2xodr.model import Direction, FloatArray, Street, StreetAttributes
 
 _COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
 _POINTS: Final = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")
 # A sign is for a road's traffic if it faces it within this angle's cosine (60 degrees).
 _FACES: Final = 0.5
-_IN_UNIT: Final = {"km/h": 3.6, "mph": 1.0 / 0.44704}
-# Limits are one up to this, m/s: rounding of a unit.
-_SAME_LIMIT: Final = 0.1
 
 
 def compass_heading(tags: Mapping[str, str]) -> float | None:
@@ -130,7 +127,7 @@ class LimitsAround:
         before, after = (
             max(item.speed_forward or 0.0, item.speed_backward or 0.0) for item in (self.before, self.after)
         )
-        if not before or not after or abs(before - after) < _SAME_LIMIT:
+        if not before or not after or abs(before - after) < SAME_LIMIT:
             return None
         return after < before
 
@@ -146,7 +143,7 @@ class LimitsAround:
         if face.value is None:
             changed = [along for along in runs if self._limits(along)[0] != self._limits(along)[1]]
             return changed or list(runs)
-        speed = face.value / _IN_UNIT.get(face.unit or speed_unit(country), 3.6)
+        speed = face.value / IN_UNIT.get(face.unit or speed_unit(country), 3.6)
         holds = [along for along in runs if _same(self._limits(along)[1], speed)]
         begins = [along for along in holds if not _same(self._limits(along)[0], speed)]
         return begins or holds or list(runs)
@@ -163,7 +160,7 @@ class LimitsAround:
         if face.value is not None or speed is None or not np.isfinite(speed):
             return face
         unit = speed_unit(country)
-        return replace(face, value=float(round(speed * _IN_UNIT[unit])), unit=unit)
+        return replace(face, value=float(round(speed * IN_UNIT[unit])), unit=unit)
 
 
 def comes_to(street: Street, end: int) -> bool:
@@ -200,4 +197,4 @@ class TownSide:
 
 
 def _same(one: float | None, other: float) -> bool:
-    return one is not None and abs(one - other) < _SAME_LIMIT
+    return one is not None and abs(one - other) < SAME_LIMIT

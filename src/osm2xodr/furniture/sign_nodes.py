@@ -18,12 +18,11 @@ from osm2xodr.furniture.sign_spots import Spot
 from osm2xodr.furniture.traffic_sign_tags import SignFace
 from osm2xodr.furniture.world import Approach, Crossing, Stop, World
 from osm2xodr.model import Direction, Intersection, Street
-from osm2xodr.street_signs import meant_ends
+from osm2xodr.street_signs import meant_ends, priority_rank, stops_all
 
 KINDS: Final = ("stop", "give_way")
 # Values of railway of nodes where tracks cross a street.
 _RAILWAYS: Final = frozenset({"level_crossing", "tram_level_crossing", "crossing", "tram_crossing"})
-_ALL_WAY: Final = frozenset({"all", "4-way", "4way"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +198,7 @@ class YieldSigns:
         osm_id = f"node/{meeting.osm_node_id}"
         if not here:
             return "no road with lanes for cars comes to that junction"
-        all_way = tags.get("stop") in _ALL_WAY
+        all_way = stops_all(tags)
         meant = here if all_way or len(here) == 1 else self._yielding(here, tags)
         if not meant:
             return "it stands on a junction of equal roads and does not say which of them it is for"
@@ -226,10 +225,7 @@ class YieldSigns:
         ]
 
     def _rank(self, end: int) -> int:
-        highway = self._world.network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway
-        if highway.endswith("_link"):
-            return defaults.PRIORITY_RANK_LINK
-        return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
+        return priority_rank(self._world.network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway)
 
     def _of(self, item: Approach, kind: str, osm_id: str, *, all_way: bool = False) -> YieldSign:
         return YieldSign(kind, item.road, item.stop_s, item.at_end, osm_id, item, all_way)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -11,6 +10,7 @@ from typing import Final
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.approaches import car_lanes
+from osm2xodr.furniture.lane_table import lane_ranges
 from osm2xodr.furniture.sign_codes import NO_SUBTYPE, SignCode, code_of
 from osm2xodr.furniture.sign_room import SignRoom
 from osm2xodr.furniture.traffic_sign_tags import SignFace
@@ -270,7 +270,7 @@ def _signal(world: World, post: Post, face: SignFace, code: SignCode, place: tup
         value=face.value,
         unit=face.unit if face.value is not None else "",
         text=face.text,
-        validity=_runs(lanes),
+        validity=lane_ranges(lanes),
         osm_id=face.osm_id or post.osm_id,
     )
 
@@ -284,11 +284,3 @@ def _shape(face: SignFace) -> str:
         if face.meaning in members:
             return shape
     return "round"
-
-
-def _runs(lanes: Sequence[int]) -> tuple[tuple[int, int], ...]:
-    """Return lanes as (first, last) of those that lie side by side, ascending."""
-    runs: dict[int, list[int]] = defaultdict(list)
-    for place, lane in enumerate(sorted(lanes)):
-        runs[lane - place].append(lane)
-    return tuple((run[0], run[-1]) for run in runs.values())

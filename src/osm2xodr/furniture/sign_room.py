@@ -12,6 +12,7 @@ from osm2xodr.curve_finder import CurveFinder
 from osm2xodr.curves import cubic_value, lengths, pose
 from osm2xodr.furniture.street_pieces import way_at
 from osm2xodr.furniture.world import World
+from osm2xodr.grouping import ranks
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Curves are looked for in squares of this size, m, and in those around them: larger than what signs reach.
@@ -119,7 +120,7 @@ def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
     # Every record has a place in each half of a cell.
     parts = np.maximum(np.ceil(plan.length / (0.5 * _CELL)).astype(np.int64), 1)
     curve = np.repeat(owner, parts)
-    rank = np.arange(len(curve)) - np.repeat(np.cumsum(parts) - parts, parts)
+    rank = ranks(parts)
     s = np.repeat(plan.s, parts) + np.repeat(plan.length / parts, parts) * (rank + 0.5)
     s = np.minimum(s, lengths(plan)[curve])
     px, py, _ = pose(plan, curve, s)

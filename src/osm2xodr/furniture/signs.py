@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from osm2xodr.furniture.mapped_signs import add_mapped_signs
-from osm2xodr.furniture.node_places import NodePlaces
 from osm2xodr.furniture.sign_nodes import YieldSigns
 from osm2xodr.furniture.sign_posts import joined_posts, make_signals
 from osm2xodr.furniture.speed_signs import road_signs
@@ -39,7 +38,7 @@ def place_signs(
     crossings
         Where people cross: signs beside a road may be for them.
     """
-    places = NodePlaces(world)
+    places = world.nodes
     yielding = YieldSigns(world, approaches, crossings)
     yielding.add_nodes(places)
     mapped = add_mapped_signs(world, places, yielding)

@@ -15,15 +15,13 @@ from osm2xodr import defaults
 from osm2xodr.curve_finder import project
 from osm2xodr.furniture.approaches import car_lanes
 from osm2xodr.furniture.sign_posts import Post
-from osm2xodr.furniture.traffic_sign_tags import SignFace, read_faces, speed_unit
+from osm2xodr.furniture.traffic_sign_tags import IN_UNIT, SAME_LIMIT, SignFace, read_faces, speed_unit
 from osm2xodr.furniture.world import Approach, World
 from osm2xodr.model import StreetAttributes
+from osm2xodr.street_signs import priority_rank
 
 # How far a limit in a unit may be from a whole number to have been meant in it.
 _WHOLE: Final = 0.02
-_PER_SPEED: Final = {"km/h": 3.6, "mph": 1.0 / 0.44704}
-# Limits are one up to this, m/s.
-_SAME: Final = 0.1
 _LIMITS: Final = frozenset({"maxspeed", "maxspeed_zone", "living_street", "restrictions_end"})
 
 
@@ -145,7 +143,7 @@ def _behind_junctions(
         there = pieces[item.road].attributes[-1 if item.at_end else 0]
         limit = _limit(there, item.at_end)
         # Where the limit of an arm is not known, or it is no street of its own, no sign is behind it.
-        known = limit is not None and _rank(there) > defaults.PRIORITY_RANK_MINOR
+        known = limit is not None and priority_rank(there.highway) > defaults.PRIORITY_RANK_MINOR
         for movement in item.movements:
             if movement.exit_road == item.road or movement.exit_road not in pieces:
                 continue
@@ -154,19 +152,13 @@ def _behind_junctions(
             if signed and limit is not None:
                 limits[movement.exit_road, movement.exit_at_start].add(limit)
             elif after.priority_road:
-                limits[movement.exit_road, movement.exit_at_start].update()
+                limits.setdefault((movement.exit_road, movement.exit_at_start), set())
     for (road, at_start), found in sorted(limits.items()):
         length = world.lanes.length(road)
         away = min(defaults.SIGN_BEYOND_JUNCTION, 0.5 * length)
         after = pieces[road].attributes[0 if at_start else -1]
         s = away if at_start else length - away
         yield _Change(road, s, at_start, (), tuple(sorted(found)), after, from_junction=True)
-
-
-def _rank(attributes: StreetAttributes) -> int:
-    if attributes.highway.endswith("_link"):
-        return defaults.PRIORITY_RANK_LINK
-    return defaults.PRIORITY_RANK.get(attributes.highway, defaults.PRIORITY_RANK_OTHER)
 
 
 def _faces(change: _Change, country: str) -> Iterator[SignFace]:
@@ -176,7 +168,7 @@ def _faces(change: _Change, country: str) -> Iterator[SignFace]:
     limit = _limit(change.after, change.along)
     if limit is None or not change.after.speed_signed:
         return
-    others = [item for item in change.limits_before if item != limit and not abs(item - limit) < _SAME]
+    others = [item for item in change.limits_before if item != limit and not abs(item - limit) < SAME_LIMIT]
     if others:
         face = _limit_face(change.after, limit, country)
         if face is not None:
@@ -207,10 +199,10 @@ def shown_speed(speed: float, country: str) -> tuple[float, str]:
     """
     own = speed_unit(country)
     for unit in (own, "mph" if own == "km/h" else "km/h"):
-        value = speed * _PER_SPEED[unit]
+        value = speed * IN_UNIT[unit]
         if abs(value - round(value)) < _WHOLE:
             return float(round(value)), unit
-    return float(round(speed * _PER_SPEED[own])), own
+    return float(round(speed * IN_UNIT[own])), own
 
 
 def _is_said(face: SignFace, change: _Change, said: Sequence[tuple[float, SignFace, bool]]) -> bool:

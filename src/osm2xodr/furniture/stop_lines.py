@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from osm2xodr import defaults
-from osm2xodr.furniture.lane_table import LaneAt
+from osm2xodr.furniture.lane_table import LaneAt, lane_ranges
 from osm2xodr.furniture.world import Stop, World
 from osm2xodr.model import RoadObject
 
@@ -68,7 +68,6 @@ def _side_by_side(lanes: Sequence[LaneAt]) -> list[list[LaneAt]]:
 def _line(world: World, stop: Stop, s: float, extent: float, lanes: Sequence[LaneAt]) -> RoadObject:
     subtype, name = _LINES[stop.kind]
     left, right = lanes[0].left, lanes[-1].right
-    ids = sorted(lane.id for lane in lanes)
     return RoadObject(
         id=world.ids.thing(),
         road=stop.road,
@@ -80,17 +79,6 @@ def _line(world: World, stop: Stop, s: float, extent: float, lanes: Sequence[Lan
         length=extent,
         width=left - right,
         orientation=stop.orientation,
-        validity=_validity(ids),
+        validity=lane_ranges(lane.id for lane in lanes),
         osm_id=stop.osm_id,
     )
-
-
-def _validity(ids: Sequence[int]) -> tuple[tuple[int, int], ...]:
-    """Return the ranges of ascending lane ids; none goes over the centre."""
-    ranges: list[tuple[int, int]] = []
-    for lane in ids:
-        if ranges and lane == ranges[-1][1] + 1:
-            ranges[-1] = (ranges[-1][0], lane)
-        else:
-            ranges.append((lane, lane))
-    return tuple(ranges)

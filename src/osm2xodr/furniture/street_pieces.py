@@ -48,4 +48,4 @@ def way_at(street: Street, x: float, y: float) -> StreetAttributes:
     off = np.array([x, y]) - start
     share = np.clip((off * step).sum(1) / np.maximum((step * step).sum(1), 1e-12), 0.0, 1.0)
     nearest = int(np.argmin(np.hypot(*(off - share[:, None] * step).T)))
-    return next(item for first, item in reversed(street.pieces) if first <= nearest)
+    return street.attributes_at(nearest)

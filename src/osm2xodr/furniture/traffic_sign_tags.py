@@ -113,6 +113,12 @@ class SignFace:
     osm_id: str = ""
 
 
+# Units of speed limits, each per m/s.
+IN_UNIT: Final = {"km/h": 3.6, "mph": 1.0 / 0.44704}
+# Limits are one up to this, m/s: rounding of a unit.
+SAME_LIMIT: Final = 0.1
+
+
 def speed_unit(country: str) -> str:
     """Return the unit of speed limits in a country."""
     return find_country(country).speed_unit

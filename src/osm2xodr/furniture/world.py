@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import count
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.lane_table import LaneTable
+from osm2xodr.furniture.node_places import NodePlaces
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.model import RoadMap, StreetNetwork, StreetPlaces
 
@@ -27,7 +29,7 @@ class Ids:
         return next(self._controllers)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class World:
     """What is there before furniture is placed.
 
@@ -52,6 +54,11 @@ class World:
     options: FurnitureOptions
     diagnostics: Diagnostics
     ids: Ids = field(default_factory=Ids)
+
+    @cached_property
+    def nodes(self) -> NodePlaces:
+        """Finds the places of nodes of streets."""
+        return NodePlaces(self.network, self.road_map, self.places, self.lanes)
 
 
 @dataclass(frozen=True, slots=True)

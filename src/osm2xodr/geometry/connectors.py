@@ -86,6 +86,15 @@ def detours(plan: PlanView) -> BoolArray:
     return out
 
 
+def has_kinks(plan: PlanView) -> BoolArray:
+    """Say which curves change their heading at once between two of their records, (curves,)."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    jump = np.abs(wrapped(plan.hdg[1:] - (plan.hdg + plan.curvature * plan.length)[:-1]))
+    out = np.zeros(len(plan.start) - 1, bool)
+    out[owner[1:][(owner[1:] == owner[:-1]) & (jump > _MISSED)]] = True
+    return out
+
+
 def turns_on_the_spot(plan: PlanView) -> BoolArray:
     """Say which curves are a point that something turns at, (curves,)."""
     owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))

@@ -9,6 +9,7 @@ from osm2xodr.curve_finder import project
 from osm2xodr.curves import pose
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.road_parts import RoadParts
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Shares of a path at which it is held against lanes for cars.
@@ -72,4 +73,4 @@ def _pairs(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
     first = np.searchsorted(other, one)
     count = np.searchsorted(other, one, side="right") - first
     row = np.repeat(np.arange(len(one)), count)
-    return row, np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
+    return row, ranks(count) + np.repeat(first, count)

@@ -10,7 +10,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.curves import joined_curves, lengths, pose, smallest_radius, wrapped
-from osm2xodr.geometry.connectors import connect, detours
+from osm2xodr.geometry.connectors import connect, detours, has_kinks
 from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.shortest_curves import wide_curves
 from osm2xodr.geometry.through_paths import StreetPaths, lane_offsets, poses_on
@@ -66,6 +66,8 @@ def follow_corners(
         turned = _turning(plan, rows, paths, streets, path[rows], t0, t1, places)
         other = _apart_at_most(*_sampled(turned, np.arange(len(rows)), paths, streets, path[rows], t0, t1))
         bad = (smallest_radius(turned) < least) | (other > defaults.STRAY_LESS * strays) | detours(turned)
+        # A way that goes to and fro turns round on the spot, and no curve does.
+        bad |= has_kinks(turned)
         good = ~_all_of(path[rows], bad.astype(float), 0.5, len(paths.length))
         plan = replaced(plan, rows[good], turned, np.flatnonzero(good))
         rows = rows[~good]

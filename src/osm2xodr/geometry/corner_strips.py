@@ -89,14 +89,14 @@ def _lies_badly(
 ) -> BoolArray:
     """Say for which corners the innermost lane lies on lanes for cars, or folds, (rows,)."""
     # Towards the carriageway: left of a lane that traffic keeping right goes along.
-    inwards = np.where(rows.against, -1.0, 1.0) * (1.0 if rule is Rule.RIGHT_HAND else -1.0)
+    inwards = 1.0 if rule is Rule.RIGHT_HAND else -1.0
     start, end = inner_width(rows)
     start, end = start + rows.entry_width / 2, end + rows.exit_width / 2
     plan = rows.plan_view
     owner = np.repeat(np.arange(len(own)), np.diff(plan.start))
     reach = np.maximum(start, end) + defaults.CORNER_EDGE_RADIUS
     bad = np.zeros(len(own), bool)
-    bad[owner[plan.curvature * (inwards * reach)[owner] > 1.0]] = True
+    bad[owner[plan.curvature * inwards * reach[owner] > 1.0]] = True
     bad &= own
     far = np.flatnonzero(own | (rows.length > defaults.CORNER_FAR))
     last = [lanes[-1] for lanes in rows.inner]

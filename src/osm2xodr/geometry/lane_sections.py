@@ -136,17 +136,19 @@ def _without_short(found: list[Stretch]) -> list[Stretch]:
 
 
 def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
+    """Lengthen the stretches at a road's ends, whichever way it is drawn, by what their neighbours can spare."""
     if len(found) < 2:
         return found
-    first, second = found[:2]
-    missing = defaults.SHORTEST_LANE_SECTION - (first.end - first.start)
-    if 0 < missing < (second.end - second.start) / 2 and not _leftover(first):
-        found[:2] = [replace(first, end=first.end + missing), replace(second, start=second.start + missing)]
-    before, last = found[-2:]
-    missing = defaults.SHORTEST_LANE_SECTION - (last.end - last.start)
-    if 0 < missing < (before.end - before.start) / 2 and not _leftover(last):
-        found[-2:] = [replace(before, end=before.end - missing), replace(last, start=last.start - missing)]
-    return found
+    out, lacking = list(found), [defaults.SHORTEST_LANE_SECTION - (item.end - item.start) for item in found]
+    for k, beside in sorted(((0, 1), (-1, -2)), key=lambda pair: lacking[pair[0]]):
+        missing, room = lacking[k], out[beside].end - out[beside].start
+        # Of two stretches neither grows at the cost of the other, which is at an end as well.
+        spare = room / 2 if len(out) > 2 else room - defaults.SHORTEST_LANE_SECTION
+        if 0 < missing < spare and not _leftover(out[k]):
+            border = out[k].start - missing if k else out[k].end + missing
+            one, other = min(k, beside), max(k, beside)
+            out[one], out[other] = replace(out[one], end=border), replace(out[other], start=border)
+    return out
 
 
 def _leftover(item: Stretch) -> bool:
@@ -252,7 +254,7 @@ def lay_out_lanes(
         if ahead is not None:
             at_border = {to: widths[lane] for lane, to in ahead.items()}
             offset_at_border = offset_after
-    return LaneLayout(tuple(sections), _without_repeats(offset), _without_equal_types(types))
+    return LaneLayout(tuple(sections), without_repeats(offset), _without_equal_types(types))
 
 
 def _widths(section: CrossSection) -> dict[int, float]:
@@ -385,12 +387,11 @@ def _without_equal_types(types: list[RoadType]) -> tuple[RoadType, ...]:
     )
 
 
-def _without_repeats(cubics: list[Cubic]) -> tuple[Cubic, ...]:
+def without_repeats(cubics: list[Cubic]) -> tuple[Cubic, ...]:
     """Leave out records that say what the one before says: neighbouring constants of the same value."""
     out: list[Cubic] = []
     for item in cubics:
-        flat = item.b == item.c == item.d == 0.0
-        if out and flat and out[-1].b == out[-1].c == out[-1].d == 0.0 and abs(out[-1].a - item.a) < 1e-9:
+        if out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < 1e-9:
             continue
         out.append(item)
     return tuple(out)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from osm2xodr import defaults
-from osm2xodr.geometry.lane_sections import tapered
+from osm2xodr.geometry.lane_sections import tapered, without_repeats
 from osm2xodr.geometry.margins import Margins
 from osm2xodr.model import Cubic, MarginSpec
 
@@ -86,15 +86,4 @@ def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
             Cubic(item.start + c.s, c.a, c.b, c.c, c.d)
             for c in tapered(length, taper, begins, width, width if goes_on else 0.0)
         ]
-    return _without_repeats(out)
-
-
-def _without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:
-    """Leave out constants that say what the one before says."""
-    out: list[Cubic] = []
-    for item in cubics:
-        flat = item.b == item.c == item.d == 0.0
-        if out and flat and out[-1].b == out[-1].c == out[-1].d == 0.0 and out[-1].a == item.a:
-            continue
-        out.append(item)
-    return tuple(out)
+    return without_repeats(out)

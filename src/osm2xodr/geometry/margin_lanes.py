@@ -166,22 +166,11 @@ def window(cubics: Sequence[Cubic], begin: float, end: float) -> tuple[Cubic, ..
         if until <= begin + _SAME_PLACE or item.s >= end - _SAME_PLACE:
             continue
         ds = max(begin - item.s, 0.0)
-        out.append(
-            Cubic(
-                max(item.s - begin, 0.0),
-                item.a + ds * (item.b + ds * (item.c + ds * item.d)),
-                item.b + ds * (2 * item.c + 3 * ds * item.d),
-                item.c + 3 * ds * item.d,
-                item.d,
-            )
-            if ds
-            else replace(item, s=item.s - begin)
-        )
+        out.append(item.begun_later(ds, 0.0) if ds else replace(item, s=item.s - begin))
     return tuple(out)
 
 
 def width_at(cubics: Sequence[Cubic], s: float) -> float:
     """Return the value of piecewise cubics at s; on a border, that before it."""
     holding = max((item for item in cubics if item.s < s), key=lambda item: item.s, default=cubics[0])
-    u = s - holding.s
-    return holding.a + u * (holding.b + u * (holding.c + u * holding.d))
+    return holding.at(s - holding.s)

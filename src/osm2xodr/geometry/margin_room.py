@@ -13,6 +13,7 @@ from osm2xodr.curves import find_record, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.margins import Margins, MarginStretch, Strips, settled
 from osm2xodr.geometry.road_parts import RoadParts
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType
 
 # Bends of larger radii have room inside for any strips, m.
@@ -128,7 +129,7 @@ def _beside_others(
     """Return where the carriageways of other roads of the same layer run along, (road, obstacle) in their order."""
     count = np.maximum((parts.length / defaults.PARALLEL_SPACING).astype(np.int64), 1)
     road = np.repeat(np.arange(len(count)), count)
-    number = np.arange(len(road)) - np.repeat(np.cumsum(count) - count, count)
+    number = ranks(count)
     step = (parts.length / count)[road]
     s = (number + 0.5) * step
     x, y, hdg = pose(parts.plan_view, road, s)

@@ -12,6 +12,7 @@ from osm2xodr.curves import find_record, lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.cross_section import Piece, cross_section
 from osm2xodr.geometry.streets import FittedStreets
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetAttributes, StreetNetwork
 
 
@@ -95,7 +96,7 @@ def _samples(length: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return street and s of places every few metres along all streets."""
     count = np.maximum((length / defaults.PARALLEL_SPACING).astype(np.int64), 1)
     street = np.repeat(np.arange(len(length)), count)
-    number = np.arange(len(street)) - np.repeat(np.cumsum(count) - count, count)
+    number = ranks(count)
     return street, (number + 0.5) * (length / count)[street]
 
 

@@ -25,7 +25,7 @@ from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.model import BoolArray, IntArray, StreetNetwork
-from osm2xodr.street_signs import Sign, Signs, read_signs
+from osm2xodr.street_signs import Sign, Signs, priority_rank, read_signs
 
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 
@@ -165,10 +165,7 @@ def _signalled_inside(network: StreetNetwork, layout: JunctionLayout, signs: Sig
 
 
 def _rank(network: StreetNetwork, end: int) -> int:
-    highway = network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway
-    if highway.endswith("_link"):
-        return defaults.PRIORITY_RANK_LINK
-    return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
+    return priority_rank(network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway)
 
 
 def goes_first(one: Arm, other: Arm, ranks: Sequence[int]) -> bool:

@@ -11,6 +11,7 @@ from osm2xodr.curves import lengths, pose
 from osm2xodr.defaults import CLEARANCE, CLEARANCE_OTHER, PARALLEL_SINE
 from osm2xodr.geometry.profile_problem import ProfileProblem, span_at
 from osm2xodr.geometry.profile_system import Elements, Unknowns
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # Roads are taken as chords of at most this length where crossings are looked for, m, in a grid of such cells.
@@ -172,7 +173,7 @@ def _chords(problem: ProfileProblem) -> tuple[IntArray, FloatArray, FloatArray, 
     length = lengths(problem.plan_view)
     count = np.maximum(1, np.ceil(length / CHORD)).astype(np.int64)
     road = np.repeat(np.arange(len(length), dtype=np.int64), count)
-    within = np.arange(len(road)) - np.repeat(np.cumsum(count) - count, count)
+    within = ranks(count)
     step = (length / count)[road]
     s = within * step
     # A chord ends where the next one of its road begins.

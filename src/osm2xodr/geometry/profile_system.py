@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from osm2xodr.curves import find_record, lengths, pose
 from osm2xodr.geometry.profile_problem import ProfileProblem, span_at, span_roads
+from osm2xodr.grouping import ranks
 from osm2xodr.model import FloatArray, IntArray
 
 # Runs of one structure that are shorter than this are no elements of their own, m: an element's stiffness grows
@@ -100,7 +101,7 @@ def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elem
     longest = np.broadcast_to(np.asarray(spacing, np.float64), length.shape)[run_road]
     count = np.maximum(1, np.ceil(run_length / longest - 1e-9)).astype(np.int64)
     run = np.repeat(np.arange(len(count)), count)
-    within = np.arange(len(run)) - np.repeat(np.cumsum(count) - count, count)
+    within = ranks(count)
     h = (run_length / count)[run]
     s = run_s[run] + within * h
     road = run_road[run]
@@ -129,7 +130,7 @@ def build_samples(problem: ProfileProblem, elements: Elements, spacing: FloatArr
     """Spread samples evenly over each element, at most its road's `spacing` (R,) apart."""
     count = np.maximum(1, np.ceil(elements.h / spacing[elements.road] - 1e-9)).astype(np.int64)
     element = np.repeat(np.arange(len(count), dtype=np.int64), count)
-    within = np.arange(len(element)) - np.repeat(np.cumsum(count) - count, count)
+    within = ranks(count)
     u = (within + 0.5) / count[element]
     s = elements.s[element] + u * elements.h[element]
     x, y, hdg = pose(problem.plan_view, elements.road[element], s)

@@ -6,13 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
-from osm2xodr.curves import curves_of, wrapped
+from osm2xodr.curves import SHORTEST_PIECE, curves_of, wrapped
 from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of almost a full turn is one of almost none, rad.
 _FULL = 2 * np.pi - 1e-9
-# A curve must be shorter than another by this to be taken in its place, m.
+# Curves whose lengths differ by less are equally short, m: the one whose shortest record is the longest is taken.
+# That does not depend on the side they turn to, nor on the direction in which they are driven.
 _SHORTER = 1e-3
 # Shorter records are not written, m: with a radius larger by one of these factors there is none, or a longer one.
 _SLIVER = 0.02
@@ -41,11 +42,10 @@ def shortest_curves(
     """
     n = len(x0)
     radius = np.broadcast_to(np.asarray(radius, np.float64), n)
-    best = np.full(n, np.inf)
-    lengths_, curvatures = np.zeros((n, 3)), np.zeros((n, 3))
     net = np.abs(wrapped(hdg1 - hdg0))
     most = np.where(net > defaults.SWING_BACK, defaults.MOST_SWING_BACK, defaults.MOST_SWING)
     p0, p1 = (x0 + 1j * y0) / radius, (x1 + 1j * y1) / radius
+    wholes, choices, senses = [], [], []
     for first in (1.0, -1.0):
         for last in (1.0, -1.0):
             c0 = p0 + first * 1j * np.exp(1j * hdg0)
@@ -55,12 +55,17 @@ def shortest_curves(
                 found += [_by_arc(c0, c1, hdg0, hdg1, first, side) for side in (1.0, -1.0)]
             for possible, pieces, middle in found:
                 turned = pieces[:, 0] + np.abs(middle) * pieces[:, 1] + pieces[:, 2]
-                whole = np.where(possible & (turned - net < most), pieces.sum(axis=1), np.inf)
-                better = whole < best - _SHORTER / radius
-                best = np.where(better, whole, best)
-                lengths_ = np.where(better[:, None], pieces * radius[:, None], lengths_)
-                senses = np.array([first, middle, last])
-                curvatures = np.where(better[:, None], senses / radius[:, None], curvatures)
+                wholes.append(np.where(possible & (turned - net < most), pieces.sum(axis=1), np.inf))
+                choices.append(pieces)
+                senses.append((first, middle, last))
+    whole = np.stack(wholes) * radius
+    size = np.stack(choices) * radius[:, None]
+    shortest_record = np.where(size > SHORTEST_PIECE, size, np.inf).min(axis=2)
+    equal = whole <= whole.min(axis=0) + _SHORTER
+    best = np.where(equal, shortest_record, -1.0).argmax(axis=0)
+    there = np.isfinite(whole.min(axis=0))[:, None]
+    lengths_ = np.where(there, size[best, np.arange(n)], 0.0)
+    curvatures = np.where(there, np.array(senses)[best] / radius[:, None], 0.0)
     return curves_of(x0, y0, hdg0, lengths_, curvatures)
 
 

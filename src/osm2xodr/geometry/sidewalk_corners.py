@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import lengths, pose, smallest_radius, wrapped
+from osm2xodr.curves import lengths, pose, smallest_radius, turned_round, wrapped
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connectors import connect
 from osm2xodr.geometry.corner_overlaps import onto_lanes, onto_roads, probes
@@ -26,7 +26,10 @@ _STEEPEST = 0.5
 
 @dataclass(frozen=True, slots=True)
 class _Corner:
-    """Two neighbouring arms whose sidewalks face each other, in the direction of the road that is to connect them."""
+    """Two neighbouring arms whose sidewalks face each other, in the direction of the road that is to connect them.
+
+    By its lane's id, the sidewalk of the first arm leads into the junction, that of the second out of it.
+    """
 
     junction: int
     entry: int
@@ -45,7 +48,8 @@ def sidewalk_corners(
     """Connect the sidewalks of neighbouring arms.
 
     A sidewalk runs beside the turn of cars from one arm to the other, on that turn's own reference line, where the
-    turn leaves it room, else on a curve of its own.
+    turn leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for
+    (ASAM OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), against cars where need be.
 
     Parameters
     ----------
@@ -61,8 +65,7 @@ def sidewalk_corners(
     Returns
     -------
     ConnectingRoads
-        One for each corner, grouped by junction; `against` says that the lane lies on the side of the reference line
-        that traffic against it drives on.
+        One for each corner, grouped by junction.
     ConnectingRoads
         Those that no sidewalk can take.
     """
@@ -183,6 +186,10 @@ class _Beside:
     start: float
     end: float
 
+    def asides(self) -> tuple[float, float]:
+        """Return how far left of the sidewalk's own direction it lies at its start and end, m."""
+        return (-self.end, -self.start) if self.back else (self.start, self.end)
+
 
 def _turn_beside(corner: _Corner, cars: ConnectingRoads, between: tuple[list[int], list[int]]) -> _Beside | None:
     """Return the turn that a corner's sidewalk can run beside: the nearest that leaves it room."""
@@ -196,6 +203,10 @@ def _turn_beside(corner: _Corner, cars: ConnectingRoads, between: tuple[list[int
             if _leaves_room(item, cars, first.width / 2, last.width / 2):
                 found.append((abs(start) + abs(end), row, item))
     return min(found, key=lambda entry: entry[:2])[2] if found else None
+
+
+def _against_cars(beside: Sequence[_Beside | None]) -> BoolArray:
+    return np.array([item is not None and item.back for item in beside], bool)
 
 
 def _left_of_travel(along: bool, t: float) -> float:
@@ -235,6 +246,7 @@ def _paths(
         x, y, hdg = pose(parts.plan_view, end // 2, np.where(end % 2 == 1, parts.length[end // 2], 0.0))
         poses += [x - t * np.sin(hdg), y + t * np.cos(hdg), hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
     plan = cut_curves(cars.plan_view, np.zeros(len(corners)), cars.length[source], source)
+    plan = turned_round(plan, _against_cars(beside))
     alone = np.flatnonzero(own)
     if len(alone):
         half = np.array([max(item.one.width, item.other.width) / 2 for item in corners])[alone]
@@ -264,33 +276,33 @@ def _as_rows(
     cars: ConnectingRoads,
     rule: Rule,
 ) -> ConnectingRoads:
-    back = [item is not None and item.back for item in beside]
-    entry = [(c.exit, c.other) if turned else (c.entry, c.one) for c, turned in zip(corners, back, strict=True)]
-    exit_ = [(c.entry, c.one) if turned else (c.exit, c.other) for c, turned in zip(corners, back, strict=True)]
+    back = _against_cars(beside)
+    first, last = [item.one for item in corners], [item.other for item in corners]
     source = np.array([0 if item is None else item.row for item in beside], np.int64)
+    cars_first = np.where(back, cars.exit_t[source], cars.entry_t[source])
+    cars_last = np.where(back, cars.entry_t[source], cars.exit_t[source])
 
-    def of_walks(name: str, ends: list[tuple[int, Sidewalk]]) -> FloatArray:
-        return np.array([getattr(walk, name) for _, walk in ends])
+    def of_walks(name: str, walks: list[Sidewalk]) -> FloatArray:
+        return np.array([getattr(walk, name) for walk in walks])
 
     return ConnectingRoads(
         plan_view=plan,
         length=lengths(plan),
         junction=np.array([corner.junction for corner in corners], np.int64),
-        entry=np.array([end for end, _ in entry], np.int64),
-        exit=np.array([end for end, _ in exit_], np.int64),
-        entry_lane=np.array([walk.lane for _, walk in entry], np.int64),
-        exit_lane=np.array([walk.lane for _, walk in exit_], np.int64),
-        entry_t=np.where(own, of_walks("t", entry), cars.entry_t[source]),
-        exit_t=np.where(own, of_walks("t", exit_), cars.exit_t[source]),
-        entry_width=of_walks("width", entry),
-        exit_width=of_walks("width", exit_),
-        # Cars keep the sidewalk at their near side, so that a lane beside them runs along with them.
-        against=np.array(back, bool),
-        entry_aside=np.array([0.0 if item is None else item.start for item in beside]),
-        exit_aside=np.array([0.0 if item is None else item.end for item in beside]),
-        height=of_walks("height", entry),
+        entry=np.array([item.entry for item in corners], np.int64),
+        exit=np.array([item.exit for item in corners], np.int64),
+        entry_lane=np.array([walk.lane for walk in first], np.int64),
+        exit_lane=np.array([walk.lane for walk in last], np.int64),
+        entry_t=np.where(own, of_walks("t", first), cars_first),
+        exit_t=np.where(own, of_walks("t", last), cars_last),
+        entry_width=of_walks("width", first),
+        exit_width=of_walks("width", last),
+        against=np.zeros(len(corners), bool),
+        entry_aside=np.array([0.0 if item is None else item.asides()[0] for item in beside]),
+        exit_aside=np.array([0.0 if item is None else item.asides()[1] for item in beside]),
+        height=of_walks("height", first),
         set_apart=(LaneType.SIDEWALK,) * len(corners),
-        inner=tuple(between(one, other) for (_, one), (_, other) in zip(entry, exit_, strict=True)),
+        inner=tuple(between(one, other) for one, other in zip(first, last, strict=True)),
     )
 
 

@@ -18,6 +18,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _PROBES = np.arange(0.0, 3.01, 0.25)
 _SLIVER = 0.01
+# An end that was moved lies where a bend ends: so far within the road, m, it is certain which side of that is meant.
+_WITHIN = 1e-6
 _SHIFTS = (0.0, *(sign * step for step in np.arange(2.0, 20.1, 2.0) for sign in (1.0, -1.0)))
 
 
@@ -68,7 +70,7 @@ def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[Bool
     bent = np.zeros(len(end), bool)
     before = np.full(len(end), np.inf)
     beyond = trim.copy()
-    for probe in _PROBES:
+    for probe in _PROBES + _WITHIN:
         u = np.minimum(trim + probe, ends.length[end])
         s = np.where(at_end, ends.length[end] - u, u)
         k = find_record(plan.start, plan.s, end // 2, s)

@@ -16,6 +16,7 @@ from osm2xodr.curves import find_record, lengths, pose, smallest_radius, wrapped
 from osm2xodr.geometry.movements import Movement
 from osm2xodr.geometry.plan_fit import fit_polylines, replaced
 from osm2xodr.geometry.street_ends import StreetEnds
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _SPACING = 2.0
@@ -232,7 +233,7 @@ def _followed(
     x1, y1, h1 = pose(simple, row, lengths(simple)[row])
     inside = np.maximum(np.floor((paths.length[path] - 4 * _LEAD) / _SPACING).astype(np.int64), 0) + 1
     owner = np.repeat(np.arange(len(row)), inside)
-    number = np.arange(len(owner)) - np.repeat(np.cumsum(inside) - inside, inside)
+    number = ranks(inside)
     room = paths.length[path] - 4 * _LEAD
     chainage = 2 * _LEAD + room[owner] * (number + 0.5) / inside[owner]
     share = chainage / paths.length[path][owner]

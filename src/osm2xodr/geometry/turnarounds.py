@@ -23,6 +23,7 @@ from osm2xodr.geometry.movements import Loop, Movement
 from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.geometry.streets import FittedStreets
+from osm2xodr.grouping import ranks
 from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
 
 _CIRCLES = ("turning_circle", "turning_loop", "mini_roundabout")
@@ -226,7 +227,7 @@ def _short_lines(network: StreetNetwork) -> tuple[FloatArray, FloatArray, IntArr
     run -= run[np.searchsorted(owner[first], owner[first])]
     count = np.maximum(np.ceil(size / defaults.TURNAROUND_PIECE).astype(np.int64), 1)
     line = np.repeat(np.arange(len(first)), count)
-    share = (np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)) / count[line]
+    share = ranks(count) / count[line]
     step = (points[first + 1] - points[first])[line]
     start = points[first][line] + share[:, None] * step
     middle = run[line] + (share + 0.5 / count[line]) * size[line]

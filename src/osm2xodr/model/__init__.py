@@ -8,6 +8,12 @@ section, junction, s, t, hdg) to what is written.
 
 from __future__ import annotations
 
+from osm2xodr.model.areas import (
+    BorderEnd,
+    Borders,
+    Outline,
+    Partition,
+)
 from osm2xodr.model.furniture import (
     Controller,
     Furniture,
@@ -62,6 +68,8 @@ from osm2xodr.model.streets import (
 
 __all__ = [
     "BoolArray",
+    "BorderEnd",
+    "Borders",
     "Connection",
     "Controller",
     "Cubic",
@@ -81,6 +89,8 @@ __all__ = [
     "LocalFrame",
     "MarginSpec",
     "ObjectRepeat",
+    "Outline",
+    "Partition",
     "PlanView",
     "Road",
     "RoadLink",

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from osm2xodr.elevation_report import ElevationReport
+from osm2xodr.model.areas import BorderEnd, Borders
 from osm2xodr.model.furniture import Furniture
 from osm2xodr.model.shared import BoolArray, FloatArray, IntArray, LaneType, LocalFrame, Rule, freeze_arrays
 
@@ -66,6 +67,25 @@ class Cubic:
     b: float = 0.0
     c: float = 0.0
     d: float = 0.0
+
+    def at(self, ds: float) -> float:
+        """Return the value at ds from its start."""
+        return self.a + ds * (self.b + ds * (self.c + ds * self.d))
+
+    def begun_later(self, ds: float, s: float) -> Cubic:
+        """Return the same curve as a record that begins ds farther on, where s is counted as given."""
+        return Cubic(
+            s,
+            self.at(ds),
+            self.b + ds * (2 * self.c + 3 * ds * self.d),
+            self.c + 3 * ds * self.d,
+            self.d,
+        )
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether it is a constant."""
+        return self.b == self.c == self.d == 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,6 +319,11 @@ class RoadMap:
         Where streets have gone.
     furniture
         What stands on and beside the roads.
+    borders
+        Which areas the roads belong to, where the area is one of several side by side; the road map then holds its
+        surroundings as well, until they are cut off.
+    border_ends
+        Where roads were cut off that go on in a neighbouring area; None where no surroundings were cut off.
     """
 
     frame: LocalFrame
@@ -314,3 +339,5 @@ class RoadMap:
     country: str = ""
     places: StreetPlaces | None = None
     furniture: Furniture = field(default_factory=Furniture)
+    borders: Borders | None = None
+    border_ends: tuple[BorderEnd, ...] | None = None

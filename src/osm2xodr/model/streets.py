@@ -172,6 +172,10 @@ class Street:
     def __post_init__(self) -> None:
         freeze_arrays(self)
 
+    def attributes_at(self, place: int) -> StreetAttributes:
+        """Return what holds from the node at an index on (at the last node: up to it)."""
+        return next(item for first, item in reversed(self.pieces) if first <= place)
+
 
 @dataclass(frozen=True, slots=True)
 class Intersection:

@@ -25,10 +25,13 @@ _PROLOG_MAX: Final = 1 << 16
 # that grows with the square of such a length, and little of it on the disk is much when decompressed.
 _SCANNED: Final = 1 << 20
 _ELEMENT_MAX: Final = 16 * _SCANNED
+# Nor does OSM's text shrink more than some fifteenfold; from this much text on, bytes, more than that is refused.
+_RATIO_MAX: Final = 200
+_RATIO_FROM: Final = 64 * _SCANNED
 _ELEMENTS: Final = (b"<node", b"<way", b"<relation")
 
 _MISC: Final = re.compile(r"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
-_ROOT: Final = re.compile(r"<([A-Za-z_][^\s/>]*)([^>]*)>")
+_ROOT: Final = re.compile(r"<([A-Za-z_][^\s/>]*)[^>]*>")
 _DELETED: Final = re.compile(rb"action\s*=\s*[\"']delete")
 # What users hand in by mistake, told by the first bytes.
 _OTHERS: Final = (
@@ -79,12 +82,8 @@ def open_osm_file(path: Path) -> OsmFile:
         raise InputError(f"{path} is {what or 'no OSM data'}; {_EXPECTED}")
     try:
         with _decompressed(path, kind) as stream:
-            root = _check_prolog(path, stream)
-        deleted = frozenset[tuple[str, int]]()
-        # Only editors mark; other generators of a file that is slow to decompress can be believed.
-        editor = "generator" not in root or "JOSM" in root
-        if (editor or kind != "osm.bz2") and _mentions_deleted(path, kind):
-            deleted = _deleted(path, kind)
+            _check_prolog(path, stream)
+        deleted = _deleted(path, kind) if _mentions_deleted(path, kind) else frozenset[tuple[str, int]]()
     except _DAMAGED as error:
         raise InputError(f"{path} is damaged or incomplete ({error}); download or export it again") from error
     return OsmFile(path, kind, deleted)
@@ -129,8 +128,8 @@ def _decompressed(path: Path, kind: str) -> BinaryIO:
     return path.open("rb")
 
 
-def _check_prolog(path: Path, stream: BinaryIO) -> str:
-    """Refuse what is not OSM's XML by what stands before its content; return the attributes of its root."""
+def _check_prolog(path: Path, stream: BinaryIO) -> None:
+    """Refuse what is not OSM's XML by what stands before its content."""
     raw = b""
     while len(raw) < _PROLOG_MAX:
         more = stream.read(_HEAD)
@@ -148,7 +147,7 @@ def _check_prolog(path: Path, stream: BinaryIO) -> str:
         if root:
             if root[1] != "osm":
                 raise InputError(f"{path} is XML of another kind (<{root[1]}>, not <osm>); {_EXPECTED}")
-            return root[2]
+            return
         if not more:
             break
     raise InputError(f"{path} is no OSM data or incomplete; {_EXPECTED}")
@@ -158,12 +157,18 @@ def _mentions_deleted(path: Path, kind: str) -> bool:
     """Say whether anything is marked as deleted, and refuse what would keep parsers busy for nothing."""
     last = b""
     found = False
-    since = 0
+    since = total = 0
+    most = max(_RATIO_FROM, _RATIO_MAX * path.stat().st_size)
     with _decompressed(path, kind) as stream:
         while chunk := stream.read(_SCANNED):
             if len(chunk) == _SCANNED and b"<" not in chunk:
                 raise InputError(
                     f"{path} has {_SCANNED >> 20} MB of text without any markup, which is not OSM's; {_EXPECTED}"
+                )
+            total += len(chunk)
+            if total > most:
+                raise InputError(
+                    f"{path} holds over {_RATIO_MAX} times its own size, which map data does not; {_EXPECTED}"
                 )
             since = 0 if _has_element(chunk) else since + len(chunk)
             if since > _ELEMENT_MAX:

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from osm2xodr.grouping import ranks
 from osm2xodr.model import FloatArray, IntArray, Intersection, Street, StreetAttributes
 from osm2xodr.osmParsing.beside_tags import street_node_tags
 from osm2xodr.osmParsing.chains import Chain, make_chains
@@ -85,11 +86,11 @@ def _rows(chains: Sequence[Chain], pieces: Pieces) -> tuple[IntArray, list[int]]
     piece = np.array([piece for chain in chains for piece, _ in chain.links], np.int64)
     along = np.array([along for chain in chains for _, along in chain.links], np.bool_)
     links = np.array([len(chain.links) for chain in chains], np.int64)
-    is_last = np.zeros(len(piece), np.bool_)
-    is_last[np.cumsum(links) - 1] = True
+    is_last = np.zeros(len(piece), np.int64)
+    is_last[np.cumsum(links) - 1] = 1
     # A piece leaves its last node to the next one.
     length = pieces.last[piece] - pieces.first[piece] + is_last
-    step = np.arange(int(length.sum())) - np.repeat(np.cumsum(length) - length, length)
+    step = ranks(length)
     begin = np.where(along, pieces.first[piece], pieces.last[piece])
     row = pieces.node[np.repeat(begin, length) + np.repeat(np.where(along, 1, -1), length) * step]
     place = np.concatenate([[0], np.cumsum(length)])[np.concatenate([[0], np.cumsum(links)])]

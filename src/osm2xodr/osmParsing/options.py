@@ -9,13 +9,13 @@ from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
-from osm2xodr.model import Rule
+from osm2xodr.model import LocalFrame, Rule
 
 _MAJOR: Final = frozenset(
     f"{name}{link}" for name in ("motorway", "trunk", "primary", "secondary", "tertiary") for link in ("", "_link")
 )
-_DRIVABLE: Final = _MAJOR | {"unclassified", "residential", "living_street", "service"}
-_ALL: Final = _DRIVABLE | {"track", "road"}
+_DRIVABLE: Final = _MAJOR | {"unclassified", "residential", "living_street", "service", "road"}
+_ALL: Final = _DRIVABLE | {"track"}
 
 # Every value of ``highway`` that can be asked for: roads that cars fit on.
 HIGHWAYS: Final = _ALL | {"busway", "pedestrian", "raceway"}
@@ -63,6 +63,8 @@ class ParseOptions:
         Whether to read what lies beside streets: footways, barriers, stops, tram tracks, signs.
     extra_objects
         What is read beside streets only on request: ``lamps``, ``trees``.
+    frame
+        The local frame; None for one in the middle of the streets.
 
     Raises
     ------
@@ -76,6 +78,7 @@ class ParseOptions:
     default_lane_width: float | None = None
     furniture: bool = True
     extra_objects: frozenset[str] = frozenset()
+    frame: LocalFrame | None = None
 
     def __post_init__(self) -> None:
         width = self.default_lane_width

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -101,7 +101,8 @@ def attach_footways(
 # ---------------------------------------------------------------- stretches of streets
 
 
-_Found = dict[tuple[int, int, int], _Strip]
+_Key = tuple[int, int, int]
+_Found = dict[_Key, _Strip]
 
 
 def _stretches(
@@ -235,17 +236,26 @@ def _close_gaps(
             found.update({(number, side, kind): strip for number in range(piece + 1, last)})
 
 
+def _continuous(
+    samples: StreetSamples, found: _Found, alike: Callable[[_Key, Sequence[_Key]], bool] = lambda key, before: True
+) -> list[list[_Key]]:
+    """Return strips that follow each other along a street, as long as each is like those before it."""
+    runs: list[list[_Key]] = []
+    for side, kind, piece in sorted((side, kind, piece) for piece, side, kind in found):
+        key = piece, side, kind
+        before = runs[-1] if runs else []
+        follows = bool(before) and before[-1] == (piece - 1, side, kind)
+        if follows and samples.street[piece] == samples.street[piece - 1] and alike(key, before):
+            before.append(key)
+        else:
+            runs.append([key])
+    return runs
+
+
 def _drop_short(samples: StreetSamples, found: _Found) -> None:
     """Leave out strips that go on for less than `FOOTWAY_STRIP_MIN` along their street."""
     lengths = np.bincount(samples.piece, samples.lines.length, len(samples.street))
-    runs: list[list[tuple[int, int, int]]] = []
-    for side, kind, piece in sorted((side, kind, piece) for piece, side, kind in found):
-        last = runs[-1][-1] if runs else (-2, -1, -1)
-        if last == (piece - 1, side, kind) and samples.street[piece] == samples.street[piece - 1]:
-            runs[-1].append((piece, side, kind))
-        else:
-            runs.append([(piece, side, kind)])
-    for run in runs:
+    for run in _continuous(samples, found):
         if math.fsum(float(lengths[item[0]]) for item in run) < FOOTWAY_STRIP_MIN:
             for item in run:
                 del found[item]
@@ -254,21 +264,15 @@ def _drop_short(samples: StreetSamples, found: _Found) -> None:
 def _steady(samples: StreetSamples, found: _Found) -> None:
     """Let strips that follow each other along a street at nearly one distance lie at one, and be of one width."""
     lengths = np.bincount(samples.piece, samples.lines.length, len(samples.street))
-    runs: list[list[tuple[int, int, int]]] = []
-    for side, kind, piece in sorted((side, kind, piece) for piece, side, kind in found):
-        before = runs[-1] if runs else []
-        key, last = (piece, side, kind), before[-1] if before else (-2, -1, -1)
-        follows = last == (piece - 1, side, kind) and samples.street[piece] == samples.street[piece - 1]
-        alike = follows and all(
+
+    def alike(key: _Key, before: Sequence[_Key]) -> bool:
+        return all(
             abs(found[item].distance - found[key].distance) <= FOOTWAY_STEADY
             and abs(found[item].width - found[key].width) <= FOOTWAY_STEADY
             for item in before
         )
-        if alike:
-            before.append(key)
-        else:
-            runs.append([key])
-    for run in runs:
+
+    for run in _continuous(samples, found, alike):
         weights = [float(lengths[item[0]]) for item in run]
         distance = math.fsum(w * found[item].distance for w, item in zip(weights, run, strict=True)) / math.fsum(
             weights

@@ -6,61 +6,53 @@ from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
 from osm2xodr import projection
 from osm2xodr.countries import find_country
-from osm2xodr.defaults import FRAME_REACH, LATITUDE_MAX_DEG
+from osm2xodr.defaults import FRAME_REACH, LATITUDE_MAX_DEG, LONGITUDE_SPAN_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.errors import InputError
+from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
-from osm2xodr.osmParsing.access import left_out, oneway
+from osm2xodr.osmParsing.access import oneway
 from osm2xodr.osmParsing.beside_tags import is_thing, node_keys
 from osm2xodr.osmParsing.connectivity import read_connectivities
 from osm2xodr.osmParsing.country import find_place
 from osm2xodr.osmParsing.cross_sections import is_transition
-from osm2xodr.osmParsing.file_format import OsmFile, open_osm_file
+from osm2xodr.osmParsing.file_format import open_osm_file
 from osm2xodr.osmParsing.legal_speeds import with_urban_speeds
 from osm2xodr.osmParsing.network import make_streets, tags_on_streets
 from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.parallel_footways import attach_footways
 from osm2xodr.osmParsing.pieces import cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
 from osm2xodr.osmParsing.reach import sample_streets
-from osm2xodr.osmParsing.reader import RawNodes, RawWay, count_contents, read_nodes, read_ways
+from osm2xodr.osmParsing.reader import RawNodes, RawWay, read_nodes
 from osm2xodr.osmParsing.restrictions import read_restrictions
-from osm2xodr.osmParsing.roadside import read_beside, ways_beside
-from osm2xodr.osmParsing.tags import WAY_TAGS, way_attributes, without_margins
-
-# Values of ``highway`` for roads that are not there yet; reported, because maps show them.
-_UNBUILT: Final = frozenset({"construction", "proposed"})
+from osm2xodr.osmParsing.roadside import read_beside
+from osm2xodr.osmParsing.selection import nothing_to_drive_on, read_chosen_ways, tell_unused_nodes
+from osm2xodr.osmParsing.tags import way_attributes, without_margins
 
 
 def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
     """Do what `osm2xodr.osmParsing.parse_osm` says."""
     file = open_osm_file(path)
-    highways = options.ways.highways | _UNBUILT
     extra = options.extra_objects if options.furniture else frozenset()
-    others = ways_beside(highways, extra) if options.furniture else None
-    read, relations = read_ways(file, highways, WAY_TAGS, others)
-    found = [way for way in read if way.tags.get("highway") in highways]
-    beside = [way for way in read if way.tags.get("highway") not in highways]
-    ways = _carried(found, options, diagnostics)
+    ways, beside, relations, asked = read_chosen_ways(file, options, extra, diagnostics)
     if not ways:
-        raise InputError(_nothing_to_drive_on(file, found, options))
+        raise EmptyAreaError(nothing_to_drive_on(file, asked, options))
     keys, details = node_keys(options.furniture, extra)
     refs = np.unique(np.concatenate([way.refs for way in (*ways, *beside)]))
     nodes = read_nodes(file, refs, keys, details, partial(is_thing, extra=extra) if options.furniture else None)
     lines = make_lines(ways, nodes, diagnostics)
     if not len(lines.node):
         raise InputError(f"{path} has ways but not the nodes that they are made of; export the area with its nodes")
-    frame, points = _local(path, nodes, np.unique(lines.node), diagnostics)
+    frame, points = _local(path, nodes, np.unique(lines.node), options.frame, diagnostics)
     lines, same_node = join_same_places(lines, points, nodes, diagnostics)
     lines = cut_gaps(lines, points, ways, diagnostics)
     pieces = cut_at_shared_nodes(lines, points, ways, diagnostics)
     if not len(pieces.first):
-        raise InputError(f"{path} has no way of any length to drive on; check the area that it covers")
+        raise EmptyAreaError(f"{path} has no way of any length to drive on; check the area that it covers")
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
     country, rule = _side(frame, carried, options, diagnostics)
     usual = find_country(country)
@@ -71,6 +63,8 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
     rows = np.unique(np.concatenate([street.node_ids for street in streets]))
     tags = {way.id: way.tags for way in ways}
+    node_tags = tags_on_streets(rows, nodes, same_node)
+    tell_unused_nodes(node_tags, diagnostics)
     footways: tuple[Footway, ...] = ()
     roadside: tuple[RoadsideThing, ...] = ()
     if options.furniture:
@@ -85,7 +79,7 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
         streets=streets,
         intersections=intersections,
         restrictions=read_restrictions(relations, carried, same_node, diagnostics),
-        node_tags=tags_on_streets(rows, nodes, same_node),
+        node_tags=node_tags,
         bounds_deg=_bounds(nodes, np.searchsorted(nodes.ids, rows)),
         connectivities=read_connectivities(relations, carried, same_node, diagnostics),
         footways=footways,
@@ -93,57 +87,32 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
     )
 
 
-def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagnostics) -> list[RawWay]:
-    """Choose the ways that become streets, and say which do not although users might expect them."""
-    ways: list[RawWay] = []
-    not_asked_for: Counter[str] = Counter()
-    for way in found:
-        if way.tags["highway"] in _UNBUILT:
-            what = way.tags["highway"]
-            diagnostics.dropped("not-built", f"way/{way.id}", f"highway={what} is not there yet and is left out")
-            continue
-        reason = left_out(way.tags, options.ways, options.include_private)
-        if reason is None:
-            ways.append(way)
-        elif reason[0] == "way-selection":
-            not_asked_for[reason[1]] += 1
-        else:
-            diagnostics.dropped(reason[0], f"way/{way.id}", reason[1])
-    for words, count in sorted(not_asked_for.items()):
-        diagnostics.note("way-selection", "", f"{count} ways are left out: {words}")
-    return ways
-
-
-def _nothing_to_drive_on(file: OsmFile, found: Sequence[RawWay], options: ParseOptions) -> str:
-    """Say why there is no street, in one sentence."""
-    nodes, highways = count_contents(file)
-    if not nodes and not highways:
-        return f"{file.path} has no nodes and no ways; check the area that it covers"
-    if not highways:
-        return f"{file.path} has no ways with highway=*; export the area with its roads"
-    reasons = Counter(
-        reason[0] for way in found if (reason := left_out(way.tags, options.ways, options.include_private))
-    )
-    remedies = ["--ways all reads more kinds of ways"]
-    if reasons["closed"] and not options.include_private:
-        remedies.append(f"--include-private reads the {reasons['closed']} that are closed to cars")
-    return (
-        f"{file.path} has no way to drive on, all {highways} ways with highway=* are left out; {', '.join(remedies)}"
-    )
-
-
-def _local(path: Path, nodes: RawNodes, carried: IntArray, diagnostics: Diagnostics) -> tuple[LocalFrame, FloatArray]:
-    """Make the frame in the middle of the carried nodes and project all nodes."""
+def _local(
+    path: Path, nodes: RawNodes, carried: IntArray, given: LocalFrame | None, diagnostics: Diagnostics
+) -> tuple[LocalFrame, FloatArray]:
+    """Make the frame in the middle of the carried nodes, if none is given, and project all nodes."""
     west, south, east, north = _bounds(nodes, carried)
     if max(abs(south), abs(north)) > LATITUDE_MAX_DEG:
         raise InputError(
             f"{path} reaches to latitude {max(south, north, key=abs):.2f}, but the local projection is of use up to "
             f"{LATITUDE_MAX_DEG:g} degrees; choose an area off the poles"
         )
+    if east - west > LONGITUDE_SPAN_MAX_DEG:
+        far = int(nodes.ids[_farthest(nodes, carried)])
+        raise InputError(
+            f"{path} reaches over {east - west:.0f} degrees of longitude, but the local projection is of use over "
+            f"{LONGITUDE_SPAN_MAX_DEG:g}; choose a smaller area, without node/{far}"
+        )
     lon = (west + east) / 2.0
-    frame = projection.make_frame((south + north) / 2.0, lon - 360.0 if lon > 180.0 else lon)
+    middle = lon - 360.0 if lon > 180.0 else lon
+    frame = given or projection.make_frame((south + north) / 2.0, middle)
     x, y = projection.to_local(frame, nodes.lon_deg, nodes.lat_deg)
     reach = float(np.hypot(x[carried], y[carried]).max())
+    if not np.isfinite(reach):
+        raise InputError(
+            f"{path} reaches to the other side of the Earth from the origin at {frame.lat_0_deg:g}, "
+            f"{frame.lon_0_deg:g}; give an origin near it"
+        )
     if reach > FRAME_REACH:
         diagnostics.note(
             "extent", "", f"roads lie up to {reach / 1e3:.0f} km from the origin, where lengths are no longer exact"
@@ -151,12 +120,17 @@ def _local(path: Path, nodes: RawNodes, carried: IntArray, diagnostics: Diagnost
     return frame, np.column_stack([x, y])
 
 
+def _farthest(nodes: RawNodes, chosen: IntArray) -> int:
+    """Return the index of the node that lies farthest from most others in longitude."""
+    lon = np.radians(nodes.lon_deg[chosen])
+    # The middle of a map is where most of its nodes are, whichever side of the 180th meridian.
+    middle = np.arctan2(np.median(np.sin(lon)), np.median(np.cos(lon)))
+    return int(chosen[np.argmin(np.cos(lon - middle))])
+
+
 def _bounds(nodes: RawNodes, chosen: IntArray) -> tuple[float, float, float, float]:
-    """Return west, south, east, north of nodes, degrees; east is above 180 where they lie on both sides of it."""
-    lon, lat = nodes.lon_deg[chosen], nodes.lat_deg[chosen]
-    if lon.max() - lon.min() > 180.0:
-        lon = np.where(lon < 0.0, lon + 360.0, lon)
-    return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+    """Return west, south, east, north of nodes as `osm2xodr.projection.bounds_deg` does."""
+    return projection.bounds_deg(nodes.lon_deg[chosen], nodes.lat_deg[chosen])
 
 
 def _side(

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.defaults import BESIDE_SPACING, ROADSIDE_REACH
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street, StreetAttributes
 
 # Points farther than this from streets are not looked at, m: above the reach and half of any carriageway.
@@ -84,7 +85,7 @@ def sample_lines(points: FloatArray, counts: IntArray, spacing: float) -> LineSa
     node, step, length = node[length > 0.0], step[length > 0.0], length[length > 0.0]
     parts = np.maximum(np.ceil(length / spacing), 1.0).astype(np.int64)
     segment = np.repeat(np.arange(len(node)), parts)
-    number = np.arange(int(parts.sum())) - np.repeat(np.cumsum(parts) - parts, parts)
+    number = ranks(parts)
     share = (number + 0.5) / parts[segment]
     return LineSamples(
         points[node[segment]] + share[:, None] * step[segment],

@@ -29,7 +29,7 @@ RELATION_TYPES: Final = (
     "connectivity",
 )
 # libosmium keeps positions as whole numbers; positions that are missing or impossible are outside of the Earth.
-_UNITS_PER_DEGREE: Final = 1e7
+UNITS_PER_DEGREE: Final = 1e7
 _CAUSE_MAX: Final = 200
 _MEMBER_TYPES: Final = {"n": "node", "w": "way", "r": "relation"}
 
@@ -91,11 +91,14 @@ class OtherWays:
         Which of their tags are kept.
     wanted
         Says by these tags whether such a way is kept.
+    every
+        Keys: ways with one of them are looked at as well, whatever its value.
     """
 
     values: Mapping[str, AbstractSet[str]]
     keys: AbstractSet[str]
     wanted: Callable[[Mapping[str, str]], bool]
+    every: AbstractSet[str] = frozenset()
 
 
 def read_ways(
@@ -119,17 +122,14 @@ def read_ways(
     InputError
         The file is damaged or incomplete.
     """
-    looked_at = {("highway", value) for value in highways}
-    if others is not None:
-        looked_at |= {(key, value) for key, values in others.values.items() for value in values}
-    only_ways = osmium.filter.TagFilter(*sorted(looked_at))
+    only_ways = _way_filter(highways, others)
     only_ways.enable_for(osmium.osm.WAY)
     only_relations = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
     only_relations.enable_for(osmium.osm.RELATION)
     ways: dict[int, tuple[int, RawWay | None]] = {}
     relations: dict[int, tuple[int, RawRelation | None]] = {}
-    with _readable(file):
-        found = osmium.FileProcessor(_handle(file), osmium.osm.WAY | osmium.osm.RELATION)
+    with readable(file):
+        found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION)
         item: Any
         for item in found.with_filter(only_ways).with_filter(only_relations):
             number, version = item.id, item.version
@@ -147,6 +147,15 @@ def read_ways(
     kept_ways = [way for _, (_, way) in sorted(ways.items()) if way is not None]
     kept_relations = [relation for _, (_, relation) in sorted(relations.items()) if relation is not None]
     return kept_ways, kept_relations
+
+
+def _way_filter(highways: frozenset[str], others: OtherWays | None) -> Any:
+    if others is not None and others.every:
+        return osmium.filter.KeyFilter(*sorted({"highway", *others.every, *others.values}))
+    looked_at = {("highway", value) for value in highways}
+    if others is not None:
+        looked_at |= {(key, value) for key, values in others.values.items() for value in values}
+    return osmium.filter.TagFilter(*sorted(looked_at))
 
 
 def read_nodes(
@@ -179,8 +188,8 @@ def read_nodes(
     deleted = np.array([number for kind, number in file.deleted if kind == "node"], np.int64)
     ids = ids[~np.isin(ids, deleted)]
     # Positions are collected in C++. Negative ids are not kept.
-    with _readable(file):
-        nodes = osmium.FileProcessor(_handle(file), osmium.osm.NODE)
+    with readable(file):
+        nodes = osmium.FileProcessor(handle(file), osmium.osm.NODE)
         nodes.with_locations(_table_for(nodes.header))
         if not len(ids) or ids[0] >= 0:
             only_ways = osmium.filter.EntityFilter(osmium.osm.WAY)
@@ -204,7 +213,7 @@ def read_nodes(
         present.append(number)
         places.append(location.x)
         places.append(location.y)
-    lon_lat = np.array(places, np.int64).reshape(-1, 2) / _UNITS_PER_DEGREE
+    lon_lat = np.array(places, np.int64).reshape(-1, 2) / UNITS_PER_DEGREE
     valid = (np.abs(lon_lat) <= (180.0, 90.0)).all(axis=1)
     kept = np.array(present, np.int64)[valid]
     tagged = np.array(sorted(tags), np.int64)
@@ -244,20 +253,21 @@ def _tagged(
 
 def count_contents(file: OsmFile) -> tuple[int, int]:
     """Count the nodes, and the ways that have a ``highway`` of whatever kind: for messages when nothing is found."""
-    with _readable(file):
+    with readable(file):
         only_tagged = osmium.filter.KeyFilter("highway")
-        ways = sum(1 for _ in osmium.FileProcessor(_handle(file), osmium.osm.WAY).with_filter(only_tagged))
-        nodes = sum(1 for _ in osmium.FileProcessor(_handle(file), osmium.osm.NODE))
+        ways = sum(1 for _ in osmium.FileProcessor(handle(file), osmium.osm.WAY).with_filter(only_tagged))
+        nodes = sum(1 for _ in osmium.FileProcessor(handle(file), osmium.osm.NODE))
     return nodes, ways
 
 
-def _handle(file: OsmFile) -> Any:
+def handle(file: OsmFile) -> Any:
+    """Return what libosmium reads a file by."""
     # Absolute, because libosmium takes names such as "http:x" for addresses to fetch.
     return osmium.io.File(os.path.abspath(file.path), file.format)
 
 
 @contextmanager
-def _readable(file: OsmFile) -> Iterator[None]:
+def readable(file: OsmFile) -> Iterator[None]:
     """Turn what osmium throws about a file's content into one sentence."""
     try:
         yield
@@ -277,6 +287,8 @@ def _way(item: Any, keys: AbstractSet[str]) -> RawWay:
 
 def _other_way(item: Any, others: OtherWays) -> RawWay | None:
     tags = _tags(item, others.keys)
+    if others.every.isdisjoint(tags) and not any(tags.get(key) in values for key, values in others.values.items()):
+        return None
     return RawWay(item.id, _refs(item), tags) if others.wanted(tags) else None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 
 import numpy as np
@@ -32,9 +32,13 @@ def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays
     extra
         What is read on request: ``lamps``, ``trees``.
     """
-    return OtherWays(
-        way_values(streets, extra), BESIDE_TAGS, lambda tags: is_footway(tags) or kind_of_way(tags) is not None
-    )
+    values = way_values(streets, extra)
+
+    def wanted(tags: Mapping[str, str]) -> bool:
+        named = any(tags.get(key) in names for key, names in values.items())
+        return named and (is_footway(tags) or kind_of_way(tags) is not None)
+
+    return OtherWays(values, BESIDE_TAGS, wanted)
 
 
 def read_beside(

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.defaults import SAMPLE_MOST, SAMPLE_STEP, SAMPLE_TOLERANCE
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.road_space.curves import curvature, pose
@@ -71,7 +72,7 @@ def sample_roads(file: OpenDrive, tolerance: float = SAMPLE_TOLERANCE, step: flo
     repeat[piece] = count
     length = np.zeros(len(s))
     length[piece] = (high - low) / count
-    inside = np.arange(repeat.sum()) - np.repeat(np.cumsum(repeat) - repeat, repeat)
+    inside = ranks(repeat)
     at = np.repeat(s, repeat) + inside * np.repeat(length, repeat)
     owner = np.repeat(road, repeat)
     x, y, hdg = pose(file, owner, at)
@@ -170,7 +171,7 @@ def _sideways(file: OpenDrive, road: IntArray, low: FloatArray, high: FloatArray
     first = file.lanes.start[section[known]]
     count = file.lanes.start[section[known] + 1] - first
     place = np.repeat(known, count)
-    lane = np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
+    lane = ranks(count) + np.repeat(first, count)
     for profile in (file.lanes.width, file.lanes.border):
         bent = _bent(profile)[lane]
         at, which = place[bent], lane[bent]

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pyproj import CRS
-from pyproj.exceptions import CRSError
+from pyproj import CRS, Transformer
+from pyproj.exceptions import CRSError, ProjError
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray
+from osm2xodr.projection import WGS84
 from osm2xodr.surface.cover import named_cover
 from osm2xodr.surface.grid import Affine, GridFrame
 from osm2xodr.surface.interpolation import Cells, empty_cells
@@ -346,9 +347,17 @@ def _crs_of(path: Path, dataset: Any) -> CRS:
         raise InputError(f"{path}: the raster has no coordinate reference system; {remedy}")
     try:
         crs = CRS.from_wkt(dataset.crs.to_wkt())
+        placed = crs.is_geographic or crs.is_projected or crs.is_compound
+        if placed:
+            # Raises for what is on another planet, or has numbers that no projection can have.
+            Transformer.from_crs(WGS84, horizontal_crs(crs), always_xy=True)
+    except ProjError as error:
+        planet = "celestial body" in str(error)
+        why = "is not one on Earth" if planet else "cannot be turned into longitude and latitude"
+        raise InputError(f"{path}: the raster's coordinate reference system {why}; {remedy}") from None
     except CRSError:
         raise InputError(f"{path}: the raster's coordinate reference system is not understood; {remedy}") from None
-    if not (crs.is_geographic or crs.is_projected or crs.is_compound):
+    if not placed:
         raise InputError(
             f"{path}: the raster's coordinate reference system '{crs.name}' is not one on Earth; {remedy}"
         )

@@ -21,6 +21,8 @@ FURNISHED: Final = 2.0
 # Of road marks, m: width, dash and gap, distance of double lines.
 _WIDTH, _DASH, _GAP, _DOUBLE = 0.15, 3.0, 6.0, 0.14
 _BROKEN: Final = 2
+# Of one line.
+_DASHES_MAX: Final = 20_000
 _KERB_COLOUR: Final = "#8c8a84"
 _UNPAINTED: Final = frozenset({"", "none", "curb", "grass"})
 _PAINT: Final = symbols.WHITE
@@ -207,6 +209,10 @@ def _dashed(line: FloatArray, dash: float, gap: float) -> Iterator[FloatArray]:
     if len(line) < 2:
         return
     at = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))))
+    # Beyond what roads have, as a damaged file may, nobody tells dashes from a line.
+    if not at[-1] < _DASHES_MAX * (dash + gap):
+        yield line
+        return
     begin = 0.0
     while begin < at[-1]:
         end = min(begin + dash, float(at[-1]))

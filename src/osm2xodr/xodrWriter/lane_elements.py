@@ -78,7 +78,9 @@ class LaneWriter:
     def _head(self, key: _Head) -> str:
         """Make and remember the start of a lane and its links."""
         number_, kind, predecessor, successor = key
-        text = f'     <lane id="{number_}" type="{self._words.lane_type(kind.value)}">\n'
+        runs = self._words.lane_direction(kind.value)
+        direction = f' direction="{runs}"' if runs else ""
+        text = f'     <lane id="{number_}" type="{self._words.lane_type(kind.value)}"{direction}>\n'
         if predecessor is not None or successor is not None:
             before = "" if predecessor is None else f'<predecessor id="{predecessor}"/>'
             after = "" if successor is None else f'<successor id="{successor}"/>'

@@ -27,6 +27,9 @@ class Dialect:
         Words of the model that the version lacks, and the nearest that it has.
     has_subtype, has_outlines
         Whether objects have ``subtype`` and ``<outlines>``.
+    has_direction
+        Whether lanes have ``direction``. Where they have, ``bidirectional`` alone does not say that a lane is driven
+        both ways.
     """
 
     rev_minor: int
@@ -39,6 +42,7 @@ class Dialect:
     object_types: Mapping[str, str] = field(default_factory=dict)
     has_subtype: bool = True
     has_outlines: bool = True
+    has_direction: bool = False
 
 
 # Speed bumps and the like have a type of their own since 1.8.
@@ -76,7 +80,7 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             rev_minor=6, mark_colors=MappingProxyType({"violet": "standard"}), object_types=_NO_ROAD_SURFACE
         ),
         "1.7": Dialect(rev_minor=7, object_types=_NO_ROAD_SURFACE),
-        "1.8": Dialect(rev_minor=8, has_license=True),
+        "1.8": Dialect(rev_minor=8, has_license=True, has_direction=True),
     }
 )
 VERSIONS: Final = tuple(DIALECTS)

@@ -109,6 +109,10 @@ class Words:
         """Return the type of a lane; all that the model has are OpenDRIVE's."""
         return self._replaced_by(word, self._lane_types)
 
+    def lane_direction(self, word: str) -> str:
+        """Return for which directions a lane of the model's type is; empty for that of its side of the road."""
+        return "both" if self._dialect.has_direction and word == "bidirectional" else ""
+
     def road_type(self, word: str) -> str:
         """Return the type of a road."""
         _require(word, _ROAD_TYPES, "road type")
