@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from osm2xodr import __version__
+from osm2xodr.cli_batch import batch
 from osm2xodr.cli_check import check
 from osm2xodr.cli_common import Session
 from osm2xodr.cli_convert import convert
@@ -42,7 +43,7 @@ class _Terminated(BaseException):
     """The system asked the process to end."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, session: Session | None = None) -> int:
     """Run the command line and return its exit status.
 
     0: done; 1: cannot be done; 2: wrong usage; 130 and 143: interrupted, ended by the system.
@@ -51,15 +52,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ----------
     arguments
         Without the program's name; by default those of the process.
+    session
+        Holds, afterwards, why the command could not be done.
     """
     occupy_closed_streams()
     with patient_standard_error():
-        return _run(None if arguments is None else list(arguments))
+        return _run(None if arguments is None else list(arguments), session or Session())
 
 
-def _run(arguments: list[str] | None) -> int:
+def _run(arguments: list[str] | None, session: Session) -> int:
     """Run a command, and turn all that may go wrong into one sentence and an exit status."""
-    session = Session()
     _calm_linear_algebra()
     # Whatever the environment says, PROJ fetches no grids.
     os.environ["PROJ_NETWORK"] = "OFF"
@@ -78,6 +80,7 @@ def _run(arguments: list[str] | None) -> int:
         silence_standard_output()
         return CANNOT
     except Osm2xodrError as error:
+        session.error = error
         return _fail(str(error))
     except MemoryError:
         return _fail("the memory is not enough for this area; choose a smaller one, or give only --ways major")
@@ -98,6 +101,7 @@ def cli() -> None:
 
 
 cli.add_command(convert)
+cli.add_command(batch)
 cli.add_command(check)
 cli.add_command(report)
 cli.add_command(render)

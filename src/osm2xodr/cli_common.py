@@ -19,9 +19,10 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 @dataclass
 class Session:
-    """What outlives the reading of options: how much to say about a crash."""
+    """What outlives the reading of options: how much to say about a crash, and what the command could not do."""
 
     verbose: int = 0
+    error: Exception | None = None
 
 
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
@@ -39,7 +40,7 @@ def output_option(what: str) -> Callable[[_Command], _Command]:
     )
 
 
-class _Parsed(click.ParamType):  # type: ignore[type-arg,unused-ignore]
+class Parsed(click.ParamType):  # type: ignore[type-arg,unused-ignore]
     """An option whose text a function reads."""
 
     def __init__(self, name: str, parse: Callable[[str], float]) -> None:
@@ -59,13 +60,13 @@ def limit_options(command: _Command) -> _Command:
 
     @click.option(
         "--max-memory",
-        type=_Parsed("memory", parse_memory),
+        type=Parsed("memory", parse_memory),
         metavar="SIZE",
         help="Stop if a process needs more memory, such as 2G.  [default: no bound]",
     )
     @click.option(
         "--timeout",
-        type=_Parsed("duration", parse_duration),
+        type=Parsed("duration", parse_duration),
         metavar="TIME",
         help="Stop after a while, such as 90s or 10min.  [default: no bound]",
     )

@@ -13,7 +13,7 @@ import click
 
 from osm2xodr import __version__, defaults
 from osm2xodr.cli_common import Session, check_targets, limit_options, output_option, overwrite_option
-from osm2xodr.cli_convert_options import Arguments, convert_options, report_inputs
+from osm2xodr.cli_convert_options import Arguments, area_name, convert_options, report_inputs
 from osm2xodr.delivery import STANDARD_OUTPUT, deliver, label, report_text
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import EXTRA_OBJECTS
@@ -167,6 +167,13 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     help="Write a page to explore the road network with, as the command report does.",
 )
 @click.option(
+    "--frame",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Areas side by side, as batch --shared-frame writes them: cut roads at the border of the one that AREA is"
+    " named after.",
+)
+@click.option(
     "--jobs",
     type=click.IntRange(1),
     metavar="N",
@@ -195,7 +202,7 @@ def convert(session: Session, /, **options: Any) -> int:
         diagnostics = Diagnostics()
         conversion = run(wanted, diagnostics, progress.stage)
         progress.stage(f"writing {label(arguments.output)}")
-        name = _area_name(arguments.area) if arguments.name is None else arguments.name
+        name = area_name(arguments.area) if arguments.name is None else arguments.name
         target = TARGETS[arguments.target]
         how = WriteOptions(arguments.xodr_version, name, arguments.date, __version__, target=target)
         inputs = report_inputs(arguments, name)
@@ -223,7 +230,8 @@ def _refuse_contradictions(arguments: Arguments) -> None:
     for option, given in (("--check", arguments.check), ("--html", arguments.html is not None)):
         if given and arguments.output == STANDARD_OUTPUT:
             raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
-    check_targets(targets, (arguments.area, *arguments.dem), overwrite=arguments.overwrite)
+    inputs = [arguments.area, *arguments.dem, *([arguments.frame] if arguments.frame else [])]
+    check_targets(targets, inputs, overwrite=arguments.overwrite)
 
 
 def _tell(arguments: Arguments, conversion: Conversion, diagnostics: Diagnostics, size: int, seconds: float) -> None:
@@ -266,11 +274,3 @@ def _look_at(arguments: Arguments, log: bytes) -> int:
         if not arguments.quiet:
             click.echo(f"osm2xodr: wrote {label(arguments.html)} ({size / _MEGABYTE:,.1f} MB)", err=True)
     return status
-
-
-def _area_name(area: Path) -> str:
-    """Return the name of a file without the endings of OSM files."""
-    name = area.name
-    for ending in (".gz", ".bz2", ".osm", ".pbf", ".xml", ".osm"):
-        name = name.removesuffix(ending)
-    return name

@@ -54,6 +54,7 @@ class Arguments:
     report_json: Path | None
     check: bool
     html: Path | None
+    frame: Path | None
     jobs: int | None
     verbose: int
     quiet: bool
@@ -99,6 +100,11 @@ def convert_options(arguments: Arguments) -> ConvertOptions:
     if arguments.max_grade is not None:
         with _usage("--max-grade"):
             elevation = dataclasses.replace(elevation, grade_limit=parse_grade_limits(arguments.max_grade))
+    partition = None
+    if arguments.frame is not None:
+        from osm2xodr.partition_file import read_partition
+
+        partition = read_partition(arguments.frame, area_name(arguments.area))
     return ConvertOptions(
         arguments.area,
         arguments.dem,
@@ -108,6 +114,7 @@ def convert_options(arguments: Arguments) -> ConvertOptions:
         RoadOptions(arguments.turnarounds),
         furniture,
         arguments.jobs or min(available_jobs(), defaults.MOST_JOBS),
+        partition,
     )
 
 
@@ -152,4 +159,13 @@ def report_inputs(arguments: Arguments, name: str) -> dict[str, Any]:
         "target": arguments.target,
         "objects": arguments.objects,
         "furniture": not arguments.no_furniture,
+        **({"frame": str(arguments.frame)} if arguments.frame is not None else {}),
     }
+
+
+def area_name(area: Path) -> str:
+    """Return the name of a file without the endings of OSM files."""
+    name = area.name
+    for ending in (".gz", ".bz2", ".osm", ".pbf", ".xml", ".osm"):
+        name = name.removesuffix(ending)
+    return name

@@ -92,8 +92,9 @@ def report_text(
 ) -> bytes:
     """Return the report on a conversion, JSON, for parameters as those of `deliver` and the size that it returns."""
     output = {"file": str(target), "bytes": size, "xodr_version": options.version}
-    elevation = conversion.road_map.elevation_report
-    return report(inputs, conversion.elevation_models, conversion.statistics, elevation, diagnostics, output)
+    road_map, models = conversion.road_map, conversion.elevation_models
+    elevation, ends = road_map.elevation_report, road_map.border_ends
+    return report(inputs, models, conversion.statistics, elevation, diagnostics, output, ends)
 
 
 @contextlib.contextmanager

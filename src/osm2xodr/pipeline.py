@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, place_furniture
-from osm2xodr.geometry import ElevationOptions, Ground, RoadOptions, build_roads, ground_around
-from osm2xodr.model import RoadMap, StreetNetwork, Surface
+from osm2xodr.geometry import (
+    COMMON_ORIGIN,
+    ElevationOptions,
+    Ground,
+    Neighbourhood,
+    RoadOptions,
+    build_roads,
+    ground_around,
+    keep_own,
+)
+from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.parallel import Task
 from osm2xodr.statistics import Statistics, summarize
@@ -40,6 +49,8 @@ class ConvertOptions:
         What stands on and beside them.
     jobs
         How many processes work at once, at least 1. What comes out does not depend on it.
+    partition
+        The areas side by side that this is one of; roads are cut at its border. None for an area by itself.
     """
 
     area: Path
@@ -50,6 +61,7 @@ class ConvertOptions:
     roads: RoadOptions = field(default_factory=RoadOptions)
     furniture: FurnitureOptions = field(default_factory=FurnitureOptions)
     jobs: int = 1
+    partition: Partition | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +103,8 @@ def convert(
         If it cannot be done, with a sentence that says why and what to do.
     """
     on_stage(f"reading {options.area}")
-    network = parse_osm(options.area, options.parse, diagnostics)
+    frame = options.partition.frame if options.partition else None
+    network = parse_osm(options.area, replace(options.parse, frame=frame), diagnostics)
     surface: Surface = FlatSurface()
     coverage: float | None = None
     elevation_models: tuple[DemSummary, ...] = ()
@@ -102,20 +115,40 @@ def convert(
         measured = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
         surface, coverage, elevation_models = measured, measured.coverage, measured.dems
         # Beside the plan view, which takes as long and needs no heights.
-        ground = Task(partial(ground_around, surface, x, y, options.elevation), apart=options.jobs > 1)
+        origin = COMMON_ORIGIN if options.partition else None
+        ground = Task(partial(ground_around, surface, x, y, options.elevation, origin), apart=options.jobs > 1)
     else:
         diagnostics.note("flat", "", "no elevation model was given: all ground is at height 0; give one with --dem")
     on_stage("building roads")
     try:
         found = ground.result if ground else None
-        road_map = build_roads(network, surface, diagnostics, options.elevation, options.roads, found)
+        around = _neighbourhood(options, network)
+        road_map = build_roads(network, surface, diagnostics, options.elevation, options.roads, found, around)
     finally:
         if ground is not None:
             ground.cancel()
     _tell_of_ways_inside(network, road_map, diagnostics)
     on_stage("placing signals and objects")
     road_map = place_furniture(network, road_map, options.furniture, diagnostics)
+    if options.partition is not None:
+        on_stage("cutting roads at the border")
+        road_map = keep_own(road_map, diagnostics)
     return Conversion(road_map, summarize(road_map, coverage), elevation_models)
+
+
+def _neighbourhood(options: ConvertOptions, network: StreetNetwork) -> Neighbourhood | None:
+    """Return the areas side by side, with what makes the surface along their borders."""
+    if options.partition is None:
+        return None
+    # Borders may run where elevation models end.
+    choices = replace(options.surface, allow_partial=True)
+
+    def surface_around(x: FloatArray, y: FloatArray) -> Surface:
+        if not options.dems:
+            return FlatSurface()
+        return read_surface(options.dems, network.frame, x, y, choices, Diagnostics())
+
+    return Neighbourhood(options.partition, surface_around)
 
 
 def _tell_of_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics: Diagnostics) -> None:

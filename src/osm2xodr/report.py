@@ -17,6 +17,7 @@ from osm2xodr.diagnostics import Diagnostics, Kind
 
 if TYPE_CHECKING:
     from osm2xodr.elevation_report import ElevationReport
+    from osm2xodr.model import BorderEnd
     from osm2xodr.statistics import Statistics
     from osm2xodr.surface import DemSummary
 
@@ -124,6 +125,7 @@ def report(
     elevation: ElevationReport | None,
     diagnostics: Diagnostics,
     output: Mapping[str, Any],
+    border_ends: Sequence[BorderEnd] | None = None,
 ) -> bytes:
     """Return the JSON report: all that is to be known about a conversion.
 
@@ -137,6 +139,8 @@ def report(
         The conversion; no elevation report where the world is level.
     output
         What was written.
+    border_ends
+        Where roads were cut off; None for an area by itself.
 
     Returns
     -------
@@ -157,6 +161,7 @@ def report(
         "output": dict(output),
         "statistics": dataclasses.asdict(statistics),
         "elevation": None if elevation is None else dataclasses.asdict(elevation),
+        **({} if border_ends is None else {"border_ends": [dataclasses.asdict(item) for item in border_ends]}),
         "counts": counts,
         "diagnostics": found,
     }

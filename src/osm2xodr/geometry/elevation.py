@@ -27,6 +27,7 @@ from osm2xodr.geometry.profile_evidence import (
     height_weights,
     incline_evidence,
     junction_evidence,
+    pin_evidence,
     twin_evidence,
 )
 from osm2xodr.geometry.profile_limits import (
@@ -34,7 +35,7 @@ from osm2xodr.geometry.profile_limits import (
     grade_limits,
     tilt_limits,
 )
-from osm2xodr.geometry.profile_output import thin_records
+from osm2xodr.geometry.profile_output import thin_records, with_knots
 from osm2xodr.geometry.profile_problem import ConnectorProblem, ElevationOptions, ProfileProblem, ProfileSolution
 from osm2xodr.geometry.profile_reading import read_heights, road_spacing, typical_density
 from osm2xodr.geometry.profile_report import Outcome, element_grades, report
@@ -77,7 +78,13 @@ __all__ = [
 OUTLIER_SIGMAS = 3.0
 
 
-def ground_around(surface: Surface, x: FloatArray, y: FloatArray, options: ElevationOptions | None = None) -> Ground:
+def ground_around(
+    surface: Surface,
+    x: FloatArray,
+    y: FloatArray,
+    options: ElevationOptions | None = None,
+    origin: tuple[float, float] | None = None,
+) -> Ground:
     """Estimate the ground around where roads are expected, for `solve_profiles`.
 
     Parameters
@@ -88,8 +95,12 @@ def ground_around(surface: Surface, x: FloatArray, y: FloatArray, options: Eleva
         Points along all streets, local, m; at most a few hundred metres apart.
     options
         The user's choices.
+    origin
+        Where the windows' lattice begins, local, m: the same for areas side by side. None for where it needs the
+        fewest windows.
     """
-    return estimate_ground(surface, x, y, _roughness_factor(options or ElevationOptions()), defaults.GROUND_REACH)
+    factor = _roughness_factor(options or ElevationOptions())
+    return estimate_ground(surface, x, y, factor, defaults.GROUND_REACH, origin)
 
 
 def solve_profiles(
@@ -147,6 +158,7 @@ def solve_profiles(
     stiffness = _stiffness(elements, unknowns, chains, q)
     columns = stiffness.shape[0]
     release_memory()
+    pins = pin_evidence(problem, elements, unknowns, mean)
     # What these are made of is as large as they are, and is let go at once.
     observations = joined_observations(
         [
@@ -155,6 +167,7 @@ def solve_profiles(
             incline_evidence(problem, elements, unknowns),
             ele_evidence(problem, elements, unknowns, mean),
             twin_evidence(problem, elements, unknowns, samples, reading),
+            pins,
         ],
         columns,
     )
@@ -174,7 +187,7 @@ def solve_profiles(
     )
     covered = np.zeros(len(observations.z), bool)
     covered[: len(level)] = np.concatenate([reading.covered, at_junctions.covered])
-    robust, first = _robust(covered), np.ones(len(covered))
+    robust, first = _robust(covered, len(pins.z)), np.ones(len(covered))
     if covered.any():
         stages = _stages(elements, unknowns, chains, q, density)
         first[covered] = see_through(stages, observations, robust)[covered]
@@ -201,7 +214,7 @@ def solve_profiles(
     )
     report(problem, elements, samples, outcome, diagnostics)
     told = elevation_report(problem, elements, samples, outcome)
-    solution = _solution(elements, knots, planes, figures(elements, outcome, told), told)
+    solution = _solution(problem, elements, knots, planes, figures(elements, outcome, told), told)
     if not options.superelevation:
         return solution
     return replace(solution, superelevation=road_superelevation(problem, elements, samples, surface, diagnostics))
@@ -228,12 +241,15 @@ def _end_spans(problem: ProfileProblem) -> IntArray:
     return np.column_stack([problem.span_start[:-1], problem.span_start[1:] - 1])
 
 
-def _robust(covered: BoolArray) -> Robust:
-    """Return how observations lose weight, (n,): below and above alike, unless they may stand on the ground."""
-    return Robust(
-        np.where(covered, defaults.COVERED_ABOVE, OUTLIER_SIGMAS),
-        np.where(covered, defaults.COVERED_BELOW, OUTLIER_SIGMAS),
-    )
+def _robust(covered: BoolArray, pins: int) -> Robust:
+    """Return how observations lose weight, (n,): below and above alike, unless they may stand on the ground.
+
+    The last ones, pins, lose none.
+    """
+    above = np.where(covered, defaults.COVERED_ABOVE, OUTLIER_SIGMAS)
+    below = np.where(covered, defaults.COVERED_BELOW, OUTLIER_SIGMAS)
+    above[len(covered) - pins :] = below[len(covered) - pins :] = np.inf
+    return Robust(above, below)
 
 
 def _stages(
@@ -269,6 +285,7 @@ def _stiffness(elements: Elements, unknowns: Unknowns, chains: Chains, q: FloatA
 
 
 def _solution(
+    problem: ProfileProblem,
     elements: Elements,
     knots: FloatArray,
     planes: FloatArray,
@@ -280,7 +297,13 @@ def _solution(
     knots = np.column_stack(
         [np.round(knots[:, 0], defaults.PROFILE_DECIMALS), np.round(knots[:, 1], defaults.PROFILE_SLOPE_DECIMALS)]
     )
-    profile = thin_records(elements.knot_start, elements.knot_s, knots[:, 0].copy(), knots[:, 1].copy())
+    z, grade = knots[:, 0].copy(), knots[:, 1].copy()
+    if problem.pin_road is None or problem.pin_s is None or problem.pin_z is None or problem.pin_grade is None:
+        profile = thin_records(elements.knot_start, elements.knot_s, z, grade)
+    else:
+        pins = problem.pin_road, problem.pin_s, (problem.pin_z, problem.pin_grade)
+        start, s, z, grade, held = with_knots(elements.knot_start, elements.knot_s, z, grade, *pins)
+        profile = thin_records(start, s, z, grade, held=held)
     ends = np.stack([knots[elements.knot_start[:-1]], knots[elements.knot_start[1:] - 1]], axis=1)
     return ProfileSolution(profile, planes, ends[:, :, 0].copy(), ends[:, :, 1].copy(), statistics, told)
 

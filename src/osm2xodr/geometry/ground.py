@@ -76,10 +76,13 @@ class Ground:
         Factor on the penalty on its roughness.
     layers
         One for each size of cells.
+    origin
+        Where new lattices begin, local, m; None for where small areas lie in few windows.
     """
 
     smoothing: float
     layers: tuple[GroundLayer, ...] = ()
+    origin: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +120,12 @@ def cell_class(cell: FloatArray) -> IntArray:
 
 
 def estimate_ground(
-    surface: Surface, x: FloatArray, y: FloatArray, smoothing: float = 1.0, reach: float = 0.0
+    surface: Surface,
+    x: FloatArray,
+    y: FloatArray,
+    smoothing: float = 1.0,
+    reach: float = 0.0,
+    origin: tuple[float, float] | None = None,
 ) -> Ground:
     """Estimate the ground in the windows around places.
 
@@ -131,8 +139,10 @@ def estimate_ground(
         Factor on the penalty on the ground's roughness.
     reach
         How far from the places the ground may be asked for, m.
+    origin
+        Where lattices begin, as of `Ground`.
     """
-    return completed(Ground(smoothing), surface, surface.quality(x, y), x, y, reach)
+    return completed(Ground(smoothing, origin=origin), surface, surface.quality(x, y), x, y, reach)
 
 
 def completed(
@@ -143,7 +153,8 @@ def completed(
     for size, here in _by_cell(quality.cell_size):
         cell, sigma = float(np.median(quality.cell_size[here])), float(np.median(quality.sigma[here]))
         none = np.zeros(0, np.int64)
-        layer = layers.get(size) or GroundLayer(cell, sigma, _origin(x[here], y[here], reach), none, _joined([]))
+        origin = ground.origin or _origin(x[here], y[here], reach)
+        layer = layers.get(size) or GroundLayer(cell, sigma, origin, none, _joined([]))
         around = [(0.0, 0.0)]
         if reach:
             around += [(reach, reach), (reach, -reach), (-reach, reach), (-reach, -reach)]
@@ -151,7 +162,7 @@ def completed(
             np.concatenate([np.unique(_window_at(layer, x[here] + dx, y[here] + dy)) for dx, dy in around])
         )
         layers[size] = _with_windows(layer, surface, np.setdiff1d(wanted, layer.number), ground.smoothing)
-    return Ground(ground.smoothing, tuple(layer for _, layer in sorted(layers.items())))
+    return replace(ground, layers=tuple(layer for _, layer in sorted(layers.items())))
 
 
 def read_ground(ground: Ground, cell: FloatArray, x: FloatArray, y: FloatArray) -> GroundReading:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from osm2xodr.curves import cubic_slope, cubic_value
 from osm2xodr.defaults import (
     PROFILE_DECIMALS,
     PROFILE_S_DECIMALS,
@@ -12,6 +13,9 @@ from osm2xodr.defaults import (
     PROFILE_TOLERANCE,
 )
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
+
+# Knots closer to each other are one, m.
+KNOT_DISTANCE = 0.1
 
 
 def hermite_records(start: IntArray, s: FloatArray, value: FloatArray, slope: FloatArray) -> CubicProfile:
@@ -57,8 +61,9 @@ def thin_knots(
     slope: FloatArray,
     value_tolerance: float = PROFILE_TOLERANCE,
     slope_tolerance: float = PROFILE_SLOPE_TOLERANCE,
+    held: BoolArray | None = None,
 ) -> BoolArray:
-    """Return which knots to keep so that the cubics between them still fit all knots.
+    """Return which knots to keep so that the cubics between them still fit all knots; those `held`, (knots,), stay.
 
     What is kept is kept exactly, so that value and slope stay continuous there. In each round every other knot is
     tried, odd and even ones in turn: neighbouring cubics are joined pair by pair, so that the cost is linear in the
@@ -66,7 +71,7 @@ def thin_knots(
     """
     curve = np.repeat(np.arange(len(start) - 1), np.diff(start))
     keep = np.ones(len(s), bool)
-    fixed = np.zeros(len(s), bool)
+    fixed = np.zeros(len(s), bool) if held is None else held.copy()
     fixed[start[:-1]] = fixed[start[1:] - 1] = True
     failed = 0
     phase = 1
@@ -118,12 +123,64 @@ def thin_records(
     slope: FloatArray,
     value_tolerance: float = PROFILE_TOLERANCE,
     slope_tolerance: float = PROFILE_SLOPE_TOLERANCE,
+    held: BoolArray | None = None,
 ) -> CubicProfile:
-    """Return few cubics that fit all knots of many curves and are continuous in value and slope."""
-    keep = thin_knots(start, s, value, slope, value_tolerance, slope_tolerance)
+    """Return few cubics that fit all knots of many curves and are continuous in value and slope.
+
+    Parameters are those of `hermite_records`, tolerances, and the knots, (knots,), that must stay.
+    """
+    keep = thin_knots(start, s, value, slope, value_tolerance, slope_tolerance, held)
     counts = np.add.reduceat(keep, start[:-1]) if len(start) > 1 else np.zeros(0, np.int64)
     kept_start = np.r_[0, np.cumsum(counts)].astype(np.int64)
     return hermite_records(kept_start, *short_numbers(kept_start, s[keep], value[keep], slope[keep]))
+
+
+def with_knots(
+    start: IntArray,
+    s: FloatArray,
+    value: FloatArray,
+    slope: FloatArray,
+    curve: IntArray,
+    at: FloatArray,
+    wanted: tuple[FloatArray, FloatArray],
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]:
+    """Return the knots of many curves with some more, and which are new.
+
+    Parameters
+    ----------
+    start, s, value, slope
+        As of `hermite_records`.
+    curve, at : (n,)
+        Where the new knots are: not at a curve's ends, and apart from each other.
+    wanted : (n,) each
+        Their values and slopes; NaN for those of the cubics that are there.
+    """
+    records = hermite_records(start, s, value, slope)
+    there = [
+        np.where(np.isfinite(given), given, cubic(records, curve, at))
+        for given, cubic in zip(wanted, (cubic_value, cubic_slope), strict=True)
+    ]
+    # A knot at the same place makes way.
+    owner = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    ends = np.zeros(len(s), bool)
+    ends[start[:-1]] = ends[start[1:] - 1] = True
+    left = np.ones(len(s), bool)
+    for number, place in zip(curve.tolist(), at.tolist(), strict=True):
+        part = slice(start[number], start[number + 1])
+        left[part] &= ends[part] | (np.abs(s[part] - place) > KNOT_DISTANCE)
+    owner = np.concatenate([owner[left], curve])
+    all_s = np.concatenate([s[left], at])
+    order = np.lexsort((all_s, owner))
+    count = np.bincount(owner, minlength=len(start) - 1)
+    held = np.zeros(len(order), bool)
+    held[int(left.sum()) :] = True
+    return (
+        np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
+        all_s[order],
+        np.concatenate([value[left], there[0]])[order],
+        np.concatenate([slope[left], there[1]])[order],
+        held[order],
+    )
 
 
 def only_curves(profile: CubicProfile, wanted: BoolArray) -> CubicProfile:

@@ -54,6 +54,9 @@ class ProfileProblem:
         Heights that OSM's ``ele`` gives: road, place along it and height, m.
     road_id : (R,), optional
         Ids of the roads, for reports; their index where not given.
+    pin_road, pin_s, pin_z, pin_grade : (P,), optional
+        Where profiles have knots for certain: road and place along it, m; and the height and grade along +s that the
+        road is held to there, m and rise per metre, NaN for none.
     """
 
     plan_view: PlanView
@@ -75,6 +78,10 @@ class ProfileProblem:
     ele_s: FloatArray | None = None
     ele_z: FloatArray | None = None
     road_id: IntArray | None = None
+    pin_road: IntArray | None = None
+    pin_s: FloatArray | None = None
+    pin_z: FloatArray | None = None
+    pin_grade: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True)

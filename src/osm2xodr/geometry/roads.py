@@ -10,6 +10,8 @@ import numpy as np
 from osm2xodr.countries import find_country
 from osm2xodr.curves import joined_plan_views, joined_profiles, profile_of
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.border_heights import Neighbourhood, with_border_heights
+from osm2xodr.geometry.borders import Pieces, find_pieces
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.connecting_roads import ConnectingRoads, InnerLane
 from osm2xodr.geometry.connectivity import Connectivity
@@ -52,6 +54,7 @@ def build_roads(
     elevation_options: ElevationOptions | None = None,
     road_options: RoadOptions | None = None,
     ground: Callable[[], Ground] | None = None,
+    neighbourhood: Neighbourhood | None = None,
 ) -> RoadMap:
     """Turn streets into roads, intersections into junctions, and give all of them heights.
 
@@ -69,11 +72,19 @@ def build_roads(
         What the user chose about roads.
     ground
         Called for what `ground_around` found, once the plan view is there.
+    neighbourhood
+        The areas side by side that this is one of. The road map tells which of them its roads belong to, and heights
+        where they are cut are common to both.
     """
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
     parts, connecting, layout = plan.parts, plan.connecting, plan.layout
     release_memory()
     problem = profile_problem(network, plan.fitted, layout, parts, diagnostics)
+    pieces: Pieces | None = None
+    if neighbourhood is not None:
+        partition = neighbourhood.partition
+        pieces = find_pieces(partition, problem.plan_view, problem.end_junction, problem.junction_xy)
+        problem = with_border_heights(problem, pieces, neighbourhood, elevation_options, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
     steep = too_steep(plan.corners, solution)
     report_corners(network, layout, plan.corners.junction[steep], diagnostics)
@@ -108,7 +119,15 @@ def build_roads(
         elevation_report=solution.report,
         country=network.country,
         places=street_places(network, layout, parts, numbers.road, _junction_ids(layout, connecting, numbers)),
+        borders=pieces.borders(_first_seen(through.junction)) if pieces is not None else None,
     )
+
+
+def _first_seen(number: IntArray) -> IntArray:
+    """Return the numbers that occur, in the order in which they do first."""
+    found, first = np.unique(number, return_index=True)
+    out: IntArray = found[np.argsort(first)]
+    return out
 
 
 def _junction_ids(layout: JunctionLayout, connecting: ConnectingRoads, numbers: _Numbers) -> IntArray:

@@ -1,0 +1,290 @@
+"""Areas of one map: squares of a grid, or outlines from a file."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.batch.model import Area
+from osm2xodr.errors import InputError
+from osm2xodr.model import LocalFrame, Outline
+from osm2xodr.projection import make_frame, to_geographic, to_local
+
+RingDeg = tuple[tuple[float, float], ...]
+
+# The tile north-east of the frame's origin, so that names sort from west to east and from south to north.
+_TILE_ZERO: Final = 500
+# Of a cell of the grid.
+_CORNERS: Final = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+# A transverse Mercator projection is of little use farther than half of this from its meridian.
+_SPAN_MAX_DEG: Final = 60.0
+# Names that the batch uses itself.
+_TAKEN: Final = frozenset({"summary", "index", "frame"})
+_NAME_MAX: Final = 120
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedArea:
+    """An area with what it is cut out by.
+
+    Parameters
+    ----------
+    area
+        What is converted.
+    frame, outline
+        What is cut out, None for all of the map.
+    number
+        Of the area among all that there may be, from 0 on; it stays when others come or go.
+    """
+
+    area: Area
+    frame: LocalFrame | None = None
+    outline: Outline | None = None
+    number: int = 0
+
+
+def check_name(name: str) -> str:
+    """Return why a name is none for an area, nothing if it is one: it becomes the stem of files."""
+    if not name or len(name.encode("utf-8", "replace")) > _NAME_MAX:
+        return f"a name has 1 to {_NAME_MAX} bytes"
+    if name.lower() in _TAKEN:
+        return "the batch has a file of this name"
+    if name[0] in ".-" or name != name.strip() or name[-1] == ".":
+        return "a name begins with neither a dot nor a dash, and ends with no dot or space"
+    wrong = [sign for sign in name if sign in '/\\:*?"<>|' or unicodedata.category(sign)[0] == "C"]
+    return f"a name cannot hold {wrong[0]!r}" if wrong else ""
+
+
+def check_names(names: Iterable[str], where: str) -> None:
+    """Refuse names that are none, or that two areas share where case does not count.
+
+    Raises
+    ------
+    InputError
+        With `where` they are.
+    """
+    seen: dict[str, str] = {}
+    for name in names:
+        wrong = check_name(name)
+        if wrong:
+            raise InputError(f"{where}: {name!r} cannot be the name of an area: {wrong}; choose another one")
+        key = unicodedata.normalize("NFC", name).casefold()
+        if key in seen:
+            raise InputError(f"{where}: two areas are called {name!r}; give each a name of its own")
+        seen[key] = name
+
+
+def frame_around(rings: Sequence[RingDeg]) -> LocalFrame:
+    """Return the local frame in the middle of rings, degrees."""
+    corners = np.array([corner for ring in rings for corner in ring])
+    lon, lat = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+    return make_frame(float(lat), float(lon))
+
+
+def outlined(area: Area, frame: LocalFrame | None = None, number: int = 0) -> PlannedArea:
+    """Put the outline of an area into a frame, by default one of its own."""
+    if not area.outline_deg:
+        return PlannedArea(area, number=number)
+    frame = frame or frame_around(area.outline_deg)
+    rings = []
+    for ring in area.outline_deg:
+        lon, lat = np.array(ring).T
+        rings.append(np.column_stack(to_local(frame, lon, lat)))
+    return PlannedArea(area, frame, Outline(tuple(rings)), number)
+
+
+def parse_length(text: str) -> float:
+    """Read the side of tiles such as ``5km`` or ``800m``, m.
+
+    Raises
+    ------
+    ValueError
+        It is none, or too short.
+    """
+    match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(km|m)\s*", text, re.IGNORECASE)
+    if match is None:
+        raise ValueError(f"{text!r} is no length; give one such as 5km or 800m")
+    length = float(match[1]) * (1000.0 if match[2].lower() == "km" else 1.0)
+    if length < defaults.BATCH_TILE_MIN:
+        raise ValueError(f"tiles of {text} are too small; give at least {defaults.BATCH_TILE_MIN:g}m")
+    return length
+
+
+def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Area) -> list[PlannedArea]:
+    """Cover bounds with squares.
+
+    Parameters
+    ----------
+    bounds
+        West, south, east, north, degrees, WGS 84.
+    side
+        Of the squares, m. Their sides lie at multiples of it, from the origin of the frame on, which is in the middle
+        of the bounds, rounded.
+    area
+        What they have in common; name and outline are not looked at.
+
+    Raises
+    ------
+    InputError
+        There are too many.
+    """
+    west, south, east, north = bounds
+    if east - west > _SPAN_MAX_DEG:
+        raise InputError(f"{area.osm} reaches too far round the world for tiles; cut out a country first")
+    step = defaults.BATCH_ORIGIN_STEP_DEG
+    frame = make_frame(round((south + north) / 2.0 / step) * step, round((west + east) / 2.0 / step) * step)
+    # The edges of the bounds are curves in the frame.
+    share = np.linspace(0.0, 1.0, 33)
+    lon, lat = west + share * (east - west), south + share * (north - south)
+    edge_lon = np.concatenate([lon, lon, np.full(33, west), np.full(33, east)])
+    edge_lat = np.concatenate([np.full(33, south), np.full(33, north), lat, lat])
+    x, y = to_local(frame, edge_lon, edge_lat)
+    columns, rows = (range(math.floor(v.min() / side), math.floor(v.max() / side) + 1) for v in (x, y))
+    count = len(columns) * len(rows)
+    most = max(abs(k) for k in (columns[0], columns[-1], rows[0], rows[-1]))
+    if count > defaults.BATCH_TILES_MAX or most >= _TILE_ZERO:
+        raise InputError(
+            f"{area.osm} is too large for tiles of {side:g} m: there would be {count:,}; give larger ones"
+        )
+    cells = np.array([(column, row) for column in columns for row in rows])
+    rings = (cells[:, None, :] + _CORNERS) * side
+    lon, lat = to_geographic(frame, rings[..., 0], rings[..., 1])
+    rings_deg = np.round(np.stack([lon, lat], axis=-1), 7).tolist()
+    found = []
+    for (column, row), ring, ring_deg in zip(cells.tolist(), rings, rings_deg, strict=True):
+        name = f"x{_TILE_ZERO + column:03d}_y{_TILE_ZERO + row:03d}"
+        corners = tuple((lon, lat) for lon, lat in ring_deg)
+        named = Area(name, area.osm, area.dems, area.options, (corners,))
+        found.append(PlannedArea(named, frame, Outline((ring,)), _number(column, row)))
+    return found
+
+
+def _number(column: int, row: int) -> int:
+    """Return the number of a cell of an endless grid: those around the middle come first.
+
+    Szudzik, An elegant pairing function, 2006, of column and row counted 0, -1, 1, -2 ...
+    """
+    a, b = (2 * k if k >= 0 else -2 * k - 1 for k in (column, row))
+    return b * b + a if a < b else a * a + a + b
+
+
+def read_areas(path: Path, area: Area) -> list[PlannedArea]:
+    """Read the outlines of areas from GeoJSON: features of polygons, each named by its property name or id.
+
+    Raises
+    ------
+    InputError
+        It is not such a file.
+    """
+    found = []
+    for place, (feature_name, rings) in enumerate(read_polygons(path), start=1):
+        name = feature_name or f"area_{place}"
+        found.append(Area(name, area.osm, area.dems, area.options, rings))
+    check_names((item.name for item in found), str(path))
+    frame = frame_around([ring for item in found for ring in item.outline_deg])
+    return [outlined(item, frame, number) for number, item in enumerate(found)]
+
+
+def read_polygons(path: Path) -> list[tuple[str, tuple[RingDeg, ...]]]:
+    """Return the name, which may be empty, and rings of each polygon of a GeoJSON file.
+
+    Raises
+    ------
+    InputError
+        It is not such a file.
+    """
+    try:
+        document = json.loads(path.read_bytes())
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be read: {(error.strerror or str(error)).lower()}; check the path"
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is no GeoJSON ({error}); give polygons in GeoJSON") from error
+    kind = document.get("type") if isinstance(document, dict) else None
+    features = document.get("features") if kind == "FeatureCollection" else [document]
+    if kind is None or not isinstance(features, list) or not features:
+        raise InputError(f"{path} holds no GeoJSON features; give polygons in GeoJSON")
+    return [_polygon(feature, f"{path}, feature {place}") for place, feature in enumerate(features, start=1)]
+
+
+def _polygon(feature: Any, where: str) -> tuple[str, tuple[RingDeg, ...]]:
+    feature = feature if isinstance(feature, dict) else {}
+    geometry = feature.get("geometry") if feature.get("type") == "Feature" else feature
+    geometry = geometry if isinstance(geometry, dict) else {}
+    kind, coordinates = geometry.get("type"), geometry.get("coordinates")
+    if kind not in ("Polygon", "MultiPolygon") or not isinstance(coordinates, list):
+        raise InputError(f"{where}: it is no Polygon or MultiPolygon, but {kind}; give areas as polygons")
+    parts = [coordinates] if kind == "Polygon" else coordinates
+    rings = tuple(check_ring(ring, where) for part in parts for ring in (part if isinstance(part, list) else [part]))
+    if not rings:
+        raise InputError(f"{where}: it has no corners; remove it, or give some")
+    properties = feature.get("properties")
+    return _name(properties if isinstance(properties, dict) else {}, feature), rings
+
+
+def _name(properties: Mapping[str, Any], feature: Mapping[str, Any]) -> str:
+    for value in (properties.get("name"), properties.get("id"), feature.get("id")):
+        if isinstance(value, (str, int)) and not isinstance(value, bool) and str(value):
+            return str(value)
+    return ""
+
+
+def check_ring(corners: Any, where: str) -> RingDeg:
+    """Return a ring of (longitude, latitude), degrees, its first corner not repeated at the end.
+
+    Raises
+    ------
+    InputError
+        It is none.
+    """
+    ring: list[tuple[float, float]] = []
+    for corner in corners if isinstance(corners, list) else []:
+        numbers: list[Any] = corner if isinstance(corner, list) and len(corner) >= 2 else [None, None]
+        if not all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in numbers[:2]):
+            raise InputError(f"{where}: {str(corner)[:60]} is no corner; give [longitude, latitude] in degrees")
+        lon, lat = float(numbers[0]), float(numbers[1])
+        if not (abs(lon) <= 180.0 and abs(lat) < 90.0):
+            raise InputError(f"{where}: {lon:g}, {lat:g} is no place; give [longitude, latitude] in degrees")
+        ring.append((lon, lat))
+    if len(ring) > 1 and ring[0] == ring[-1]:
+        ring.pop()
+    if len(set(ring)) < 3:
+        raise InputError(f"{where}: a ring needs three corners or more; give lists of [longitude, latitude]")
+    if max(lon for lon, _ in ring) - min(lon for lon, _ in ring) > 180.0:
+        raise InputError(f"{where}: it reaches round half of the world or more; split areas at the 180th meridian")
+    return tuple(ring)
+
+
+def shared_frame(planned: Sequence[PlannedArea]) -> dict[str, Any]:
+    """Return what ``convert --frame`` reads: the frame and the outlines of all areas.
+
+    Raises
+    ------
+    InputError
+        There are more areas than ids for their roads.
+    """
+    frame = planned[0].frame
+    assert frame is not None
+    each = defaults.BATCH_IDS_PER_AREA
+    areas = []
+    for item in sorted(planned, key=lambda item: item.area.name):
+        assert item.outline is not None
+        first = 1 + each * item.number
+        # Ids are numbers of 32 bits to several readers.
+        if first + each > 2**31:
+            raise InputError(
+                "there are too many areas for --shared-frame to give ids; choose larger ones, or a smaller map"
+            )
+        rings = [ring.tolist() for ring in item.outline.rings]
+        areas.append({"name": item.area.name, "first_id": first, "rings": rings})
+    return {"format": 1, "lat_0_deg": frame.lat_0_deg, "lon_0_deg": frame.lon_0_deg, "areas": areas}

@@ -1,0 +1,152 @@
+"""Where areas lie on the map of a page: outlines in Mercator's projection, in units of the drawing.
+
+Mercator's is the projection that keeps the shape of small areas wherever they are, so that tiles in Norway and towns
+in Kenya stand on one map without being squeezed. Formula: J. P. Snyder, Map Projections: A Working Manual, USGS 1987,
+eq. 7-1 and 7-2, on the sphere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+Ring = tuple[tuple[float, float], ...]
+Point = tuple[float, float]
+
+# Radius of the sphere, m: the larger half axis of WGS 84, as web maps take it.
+RADIUS: Final = 6378137.0
+# Width of the drawing; numbers of units stay short, and fine enough for browsers, which keep seven digits.
+WIDTH: Final = 1000.0
+# Where the map ends towards the poles, degrees: where it is as high as wide.
+_POLE: Final = 85.05
+# Least width and height of what is drawn, m; a single area may be but a point.
+_LEAST: Final = 300.0
+_MARGIN: Final = 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """An area on the map.
+
+    Parameters
+    ----------
+    path
+        Its outline, as data of an SVG path; empty where it is but a point.
+    x, y
+        Its middle, units to the right and down.
+    width, height
+        Units.
+    """
+
+    path: str
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Map:
+    """Areas on the map.
+
+    Parameters
+    ----------
+    shapes
+        Of each area; None for those of which nobody knows where they are.
+    width, height
+        Of the drawing, units.
+    unit
+        Metres of the sphere's equator per unit.
+    left, top
+        Mercator's x and y of the drawing's left upper corner, m.
+    """
+
+    shapes: tuple[Shape | None, ...]
+    width: float
+    height: float
+    unit: float
+    left: float
+    top: float
+
+
+def make_map(outlines: Sequence[Sequence[Ring]]) -> Map:
+    """Put outlines (rings of longitude and latitude, degrees) on a map that shows all of them.
+
+    The map is cut open on the far side of the areas, so that those beside the 180th meridian are neighbours.
+    """
+    joined = [[_joined(ring) for ring in rings if ring] for rings in outlines]
+    cut = _cut([_middle([lon for ring in rings for lon, _ in ring]) for rings in joined if rings])
+    placed = [[_projected(ring) for ring in _turned(rings, cut)] for rings in joined]
+    xs = [x for rings in placed for ring in rings for x, _ in ring]
+    ys = [y for rings in placed for ring in rings for _, y in ring]
+    if not xs:
+        return Map(tuple(None for _ in outlines), WIDTH, WIDTH / 2.0, 1.0, 0.0, 0.0)
+    across, down = (max(max(values) - min(values), _LEAST) for values in (xs, ys))
+    unit = across * (1.0 + 2.0 * _MARGIN) / WIDTH
+    height = min(max(down + 2.0 * _MARGIN * across, across / 3.0) / unit, 3.0 * WIDTH)
+    unit = max(unit, (down + 2.0 * _MARGIN * across) / height)
+    left, top = _middle(xs) - unit * WIDTH / 2.0, _middle(ys) + unit * height / 2.0
+    shapes = tuple(_shape(rings, left, top, unit) for rings in placed)
+    return Map(shapes, WIDTH, height, unit, left, top)
+
+
+def _joined(ring: Ring) -> list[Point]:
+    """Return a ring that does not jump at the 180th meridian; one all round the earth goes on as it is."""
+    out = [ring[0]]
+    for (before, _), (lon, lat) in pairwise(ring):
+        step = lon - before
+        out.append((out[-1][0] + (math.remainder(step, 360.0) if abs(step) < 360.0 else step), lat))
+    return out
+
+
+def _middle(values: Sequence[float]) -> float:
+    return (min(values) + max(values)) / 2.0
+
+
+def _cut(longitudes: Sequence[float]) -> float:
+    """Return the meridian, degrees from -180 on, in the middle of the widest gap between others."""
+    sorted_deg = sorted(longitude % 360.0 for longitude in longitudes)
+    if not sorted_deg:
+        return -180.0
+    gaps = [(b - a, a) for a, b in pairwise([*sorted_deg, sorted_deg[0] + 360.0])]
+    width, begin = max(gaps, key=lambda gap: (gap[0], -gap[1]))
+    return (begin + width / 2.0 + 180.0) % 360.0 - 180.0
+
+
+def _turned(rings: list[list[Point]], cut: float) -> list[list[Point]]:
+    """Return rings with longitudes within the turn that begins at the cut; rings of one area stay together."""
+    if not rings:
+        return []
+    middle = _middle([lon for ring in rings for lon, _ in ring])
+    turn = cut + (middle - cut) % 360.0 - middle
+    return [[(lon + turn, lat) for lon, lat in ring] for ring in rings]
+
+
+def _projected(ring: list[Point]) -> list[Point]:
+    """Return x and y, m."""
+    out = []
+    for lon, lat in ring:
+        y = math.asinh(math.tan(math.radians(min(max(lat, -_POLE), _POLE))))
+        out.append((RADIUS * math.radians(lon), RADIUS * y))
+    return out
+
+
+def _shape(rings: list[list[Point]], left: float, top: float, unit: float) -> Shape | None:
+    """Draw the rings of an area."""
+    if not rings:
+        return None
+    drawn = [[((x - left) / unit, (top - y) / unit) for x, y in ring] for ring in rings]
+    xs, ys = [x for ring in drawn for x, _ in ring], [y for ring in drawn for _, y in ring]
+    path = "".join(
+        "M" + "L".join(f"{number(x)} {number(y)}" for x, y in ring) + "Z" for ring in drawn if len(ring) > 2
+    )
+    return Shape(path, _middle(xs), _middle(ys), max(xs) - min(xs), max(ys) - min(ys))
+
+
+def number(value: float) -> str:
+    """Write a number of units."""
+    text = f"{value:.3f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text

@@ -1,0 +1,106 @@
+"""The folder that a batch writes: where what is in it, and that only one batch works in it."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from osm2xodr.delivery import stream_to
+from osm2xodr.errors import OutputError
+
+
+@dataclass(frozen=True, slots=True)
+class OutDir:
+    """Names of the files of a batch.
+
+    Parameters
+    ----------
+    path
+        The folder.
+    """
+
+    path: Path
+
+    def outputs(self, name: str) -> tuple[Path, Path]:
+        """Return the files of an area: road network and report."""
+        return self.path / f"{name}.xodr", self.path / f"{name}.json"
+
+    def state(self, name: str) -> Path:
+        """Return the file that says what an area was made of."""
+        return self.path / ".state" / f"{name}.json"
+
+    def cut(self, name: str) -> Path:
+        """Return the file with what is cut out for an area."""
+        return self.path / ".cuts" / f"{name}.osm.pbf"
+
+    @property
+    def frame(self) -> Path:
+        """The file with the frame and the outlines that all areas share."""
+        return self.path / "frame.json"
+
+    def known(self) -> list[str]:
+        """Return the names of all areas that have a state."""
+        return sorted(path.name.removesuffix(".json") for path in (self.path / ".state").glob("*.json"))
+
+    def remove_parts(self) -> None:
+        """Remove what killed processes left half-written."""
+        for folder in (self.path, self.path / ".state", self.path / ".cuts"):
+            for path in folder.glob(".osm2xodr-*.part"):
+                path.unlink(missing_ok=True)
+
+    def remove_empty_cuts(self) -> None:
+        """Remove the folder of what is cut out, if nothing is in it."""
+        with contextlib.suppress(OSError):
+            (self.path / ".cuts").rmdir()
+
+
+@contextlib.contextmanager
+def open_out_dir(path: Path) -> Iterator[OutDir]:
+    """Make the folder if need be, and hold it for one batch.
+
+    Raises
+    ------
+    OutputError
+        It cannot be made or written, or another batch works in it.
+    """
+    folder = OutDir(path)
+    try:
+        for item in (path, path / ".state", path / ".cuts"):
+            item.mkdir(parents=True, exist_ok=True)
+        lock = os.open(path / ".state" / "lock", os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(f"the folder {path} cannot be made or written: {reason}; choose another -o") from error
+    try:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OutputError(f"another batch works in {path}; wait for its end, or choose another -o") from None
+        folder.remove_parts()
+        yield folder
+    finally:
+        # The file stays: who removes it may remove that of the next one.
+        folder.remove_empty_cuts()
+        os.close(lock)
+
+
+def write_if_changed(path: Path, document: dict[str, Any]) -> None:
+    """Write JSON, unless the file holds just that.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+    """
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False).encode("utf-8") + b"\n"
+    with contextlib.suppress(OSError):
+        if path.read_bytes() == text:
+            return
+    with stream_to(path) as stream:
+        stream.write(text)

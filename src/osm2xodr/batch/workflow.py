@@ -1,0 +1,345 @@
+"""The batch: which areas have to be made, cutting them out, having them made, and remembering it."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, Protocol
+
+from osm2xodr.batch.area_process import AreaJob, Outcome
+from osm2xodr.batch.areas import PlannedArea, shared_frame
+from osm2xodr.batch.fingerprints import Marks, State, contents, load_state, remove, save_state
+from osm2xodr.batch.model import CutRequest, Result, Status
+from osm2xodr.batch.out_dir import OutDir, write_if_changed
+from osm2xodr.batch.road_bounds import road_bounds
+from osm2xodr.batch.running import Workers, check_dask, running
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import Osm2xodrError
+
+# Options that decide whether a conversion ends, but nothing about what it makes; each has a value.
+_BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
+
+
+@dataclass(frozen=True, slots=True)
+class BatchOptions:
+    """How a batch is made.
+
+    Parameters
+    ----------
+    workers
+        Who converts.
+    timeout
+        How long an area may take, s; None for no bound.
+    shared
+        Whether all areas share the frame of the first one, and fit together.
+    force
+        Whether areas are made that have not changed.
+    keep_cuts
+        Whether what is cut out stays.
+    """
+
+    workers: Workers = field(default_factory=Workers)
+    timeout: float | None = None
+    shared: bool = False
+    force: bool = False
+    keep_cuts: bool = False
+
+
+class Listener(Protocol):
+    """Is told how a batch goes on."""
+
+    def stage(self, words: str) -> None:
+        """Hear what begins."""
+
+    def begin(self, weights: Sequence[float]) -> None:
+        """Hear that areas are to be converted, and how long each is likely to take beside the others."""
+
+    def end(self, result: Result, weight: float) -> None:
+        """Hear what became of one of them."""
+
+
+class _Batch:
+    """A batch on its way."""
+
+    def __init__(
+        self, planned: Sequence[PlannedArea], out: OutDir, options: BatchOptions, diagnostics: Diagnostics
+    ) -> None:
+        self.planned = planned
+        self.out = out
+        self.options = options
+        self.diagnostics = diagnostics
+        self.results: dict[str, Result] = {}
+        self.marks = Marks()
+        self.states: dict[str, State] = {}
+        for item in planned:
+            state = load_state(out.state(item.area.name))
+            if state is not None:
+                self.states[item.area.name] = state
+        self.marks.learn(self.states.values())
+
+    def arguments(self, item: PlannedArea) -> tuple[str, ...]:
+        """Return the arguments of ``osm2xodr`` that an area is made with."""
+        area = item.area
+        xodr, report = self.out.outputs(area.name)
+        osm = self.out.cut(area.name) if item.outline is not None else area.osm
+        dems = [word for dem in area.dems for word in ("--dem", _plain(dem))]
+        frame = ["--frame", _plain(self.out.frame)] if self.options.shared else []
+        limit = ["--timeout", f"{self.options.timeout:g}"] if self.options.timeout is not None else []
+        fixed = ["--name", area.name, "--overwrite", "--quiet", "--jobs", "1", *limit, *frame, *area.options]
+        return ("convert", _plain(osm), *dems, "-o", _plain(xodr), "--report-json", _plain(report), *fixed)
+
+    def wanted(self, item: PlannedArea) -> State | None:
+        """Return the state of an area that is made of what is there now, but for its cut and outputs.
+
+        None if a file cannot be read.
+        """
+        inputs = [*item.area.dems, *([self.out.frame] if self.options.shared else [])]
+        cut_from, how = None, ""
+        if item.outline is None:
+            inputs.insert(0, item.area.osm)
+        else:
+            cut_from, how = self.marks.of(item.area.osm), _how_cut(item, self.options.shared)
+            if cut_from is None:
+                return None
+        marks = self.marks.of_all(inputs)
+        return None if marks is None else State(_unbounded(self.arguments(item)), marks, cut_from, how)
+
+    def unchanged(self, state: State | None, wanted: State | None) -> bool:
+        """Whether an area was made of what is there now, but for what is cut out, and is there."""
+        if state is None or wanted is None or self.options.force:
+            return False
+        made = (state.version, state.arguments, contents(state.inputs))
+        if made != (wanted.version, wanted.arguments, contents(wanted.inputs)):
+            return False
+        return all(self.marks.same(mark) for mark in state.outputs)
+
+    def settle(self, item: PlannedArea, status: Status, message: str = "", outcome: Outcome | None = None) -> Result:
+        """Note what became of an area."""
+        name = item.area.name
+        outline = item.area.outline_deg
+        if not outline and status in (Status.DONE, Status.UNCHANGED):
+            outline = road_bounds(self.out.outputs(name)[0])
+        seconds, memory = (outcome.seconds, outcome.memory) if outcome is not None else (0.0, 0)
+        self.results[name] = Result(name, status, message, seconds, memory, outline)
+        return self.results[name]
+
+    def look(self) -> list[PlannedArea]:
+        """Settle areas that nothing has changed about, and return the others."""
+        left = []
+        for item in self.planned:
+            state, wanted = self.states.get(item.area.name), self.wanted(item)
+            same = self.unchanged(state, wanted)
+            if same and state is not None and wanted is not None and _same_cutting(state, wanted):
+                self._keep(item, state)
+                if _stale_times(state, wanted):
+                    self._save(item, dataclasses.replace(wanted, cut=state.cut, outputs=state.outputs))
+            else:
+                left.append(item)
+        return left
+
+    def cut(self, items: Sequence[PlannedArea]) -> list[PlannedArea]:
+        """Cut areas out; settle those that nothing is in, or whose cut is what it was, and return the others."""
+        sources: dict[Path, list[PlannedArea]] = {}
+        for item in items:
+            if item.outline is not None:
+                sources.setdefault(item.area.osm, []).append(item)
+        counts: dict[str, int] = {}
+        for source, parts in sources.items():
+            counts.update(self._cut_source(source, parts))
+        left = []
+        for item in items:
+            name = item.area.name
+            if item.outline is None or (name in counts and not self._settle_cut(item, counts[name])):
+                left.append(item)
+        return left
+
+    def _cut_source(self, source: Path, parts: Sequence[PlannedArea]) -> dict[str, int]:
+        from osm2xodr.batch.cutting import cut_areas
+
+        requests = []
+        for item in parts:
+            assert item.frame is not None
+            assert item.outline is not None
+            target = self.out.cut(item.area.name)
+            requests.append(CutRequest(item.area.name, target, item.frame, item.outline, self.options.shared))
+        try:
+            return cut_areas(source, requests, self.diagnostics)
+        except Osm2xodrError as error:
+            for item in parts:
+                self._drop(item)
+                self.settle(item, Status.FAILED, str(error))
+            return {}
+
+    def _settle_cut(self, item: PlannedArea, ways: int) -> bool:
+        """Settle an area if nothing is in it, or its cut is what it was; return whether it is settled."""
+        name = item.area.name
+        state, wanted, cut = self.states.get(name), self.wanted(item), self.out.cut(name)
+        if ways == 0:
+            self._drop(item)
+            if wanted is not None:
+                self._save(item, wanted)
+            self.settle(item, Status.EMPTY, _nothing(item))
+            return True
+        mark = self.marks.of(cut)
+        same = state is not None and state.cut is not None and mark is not None and state.cut.sha256 == mark.sha256
+        if not (same and self.unchanged(state, wanted)) or state is None or wanted is None:
+            return False
+        self._clear_cut(name)
+        self._save(item, dataclasses.replace(wanted, cut=mark, outputs=state.outputs))
+        self._keep(item, state)
+        return True
+
+    def convert(self, items: Sequence[PlannedArea], listener: Listener) -> None:
+        """Have areas made, those with the largest maps first."""
+        weights = {item.area.name: self._weight(item) for item in items}
+        by_name = {item.area.name: item for item in items}
+        # Read before they are used: what changes meanwhile makes the area anew next time.
+        wanted = {item.area.name: self.wanted(item) for item in items}
+        order = sorted(by_name, key=lambda name: -weights[name])
+        jobs = [AreaJob("", name, self.arguments(by_name[name])) for name in order]
+        listener.begin([weights[name] for name in order])
+        with running(jobs, self.options.workers) as outcomes:
+            for job, outcome in outcomes:
+                item = by_name[job.name]
+                result = self._made(item, wanted[job.name], outcome)
+                self._clear_cut(job.name)
+                listener.end(result, weights[job.name])
+
+    def forget(self, items: Sequence[PlannedArea]) -> None:
+        """Forget what is known of areas that are to be made: until they are, they are unfinished."""
+        for item in items:
+            remove(self.out.state(item.area.name))
+
+    def _made(self, item: PlannedArea, wanted: State | None, outcome: Outcome) -> Result:
+        name = item.area.name
+        if outcome.empty and item.outline is not None:
+            cut = self.marks.of(self.out.cut(name))
+            self._drop(item)
+            if wanted is not None:
+                self._save(item, dataclasses.replace(wanted, cut=cut))
+            return self.settle(item, Status.EMPTY, _nothing(item), outcome)
+        outputs = self.marks.of_all(self.out.outputs(name))
+        if outcome.message or outputs is None:
+            self._drop(item)
+            return self.settle(item, Status.FAILED, outcome.message or "its files are gone", outcome)
+        if wanted is not None:
+            cut = self.marks.of(self.out.cut(name)) if item.outline is not None else None
+            self._save(item, dataclasses.replace(wanted, cut=cut, outputs=outputs))
+        return self.settle(item, Status.DONE, "", outcome)
+
+    def _keep(self, item: PlannedArea, state: State) -> None:
+        empty = not state.outputs
+        self.settle(item, Status.EMPTY if empty else Status.UNCHANGED, _nothing(item) if empty else "")
+
+    def _drop(self, item: PlannedArea) -> None:
+        """Leave nothing of an area that cannot be made: what was made of other input would be taken for it."""
+        name = item.area.name
+        remove(self.out.state(name), *self.out.outputs(name))
+        self._clear_cut(name)
+
+    def _clear_cut(self, name: str) -> None:
+        if not self.options.keep_cuts:
+            remove(self.out.cut(name))
+
+    def _save(self, item: PlannedArea, state: State) -> None:
+        save_state(self.out.state(item.area.name), state)
+
+    def _weight(self, item: PlannedArea) -> float:
+        """Return a measure of the time that an area takes: the size of its map."""
+        mark = self.marks.of(self.out.cut(item.area.name) if item.outline is not None else item.area.osm)
+        return 1.0 if mark is None else 1.0 + mark.size
+
+
+def run_batch(
+    planned: Sequence[PlannedArea],
+    out: OutDir,
+    options: BatchOptions,
+    diagnostics: Diagnostics,
+    listener: Listener,
+) -> list[Result]:
+    """Make all areas that are not there, and return what became of each, in their order.
+
+    Parameters
+    ----------
+    planned
+        The areas, with names of their own.
+    out
+        Where to; nobody else may work there.
+    options
+        How.
+    diagnostics
+        Receives what is to be said of cutting out.
+    listener
+        Is told how it goes on.
+
+    Raises
+    ------
+    Osm2xodrError
+        The batch as a whole cannot be: there is no Dask, or nothing can be written. What is wrong with one
+        area is its result.
+    """
+    listener.stage("looking at what is there")
+    if options.shared:
+        write_if_changed(out.frame, shared_frame(planned))
+    batch = _Batch(planned, out, options, diagnostics)
+    left = batch.look()
+    if left:
+        check_dask()
+        batch.forget(left)
+        if any(item.outline is not None for item in left):
+            listener.stage("cutting out areas")
+            left = batch.cut(left)
+    if left:
+        listener.stage("starting workers")
+        batch.convert(left, listener)
+    strangers = sorted(set(out.known()) - {item.area.name for item in planned})
+    if strangers:
+        more = f" and {len(strangers) - 3:,} more" if len(strangers) > 3 else ""
+        diagnostics.note(
+            "old-areas", "", f"files of areas that are no longer in the batch stay: {', '.join(strangers[:3])}{more}"
+        )
+    return [batch.results[item.area.name] for item in planned]
+
+
+def _plain(path: Path) -> str:
+    """Write a path so that it is not taken for an option."""
+    text = str(path)
+    return f"./{text}" if text.startswith("-") else text
+
+
+def _unbounded(arguments: Sequence[str]) -> tuple[str, ...]:
+    """Leave out what only bounds memory and time."""
+    words: list[str] = []
+    skip = False
+    for word in arguments:
+        if not skip and word not in _BOUNDS:
+            words.append(word)
+        skip = not skip and word in _BOUNDS
+    return tuple(words)
+
+
+def _how_cut(item: PlannedArea, context: bool) -> str:
+    """Return the SHA-256 of what says how an area is cut out."""
+    assert item.frame is not None
+    assert item.outline is not None
+    text = json.dumps([item.frame.proj, [ring.tolist() for ring in item.outline.rings], context])
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _same_cutting(state: State, wanted: State) -> bool:
+    """Whether an area was cut out of the same file in the same way, or was not cut out."""
+    sources = [mark.sha256 if mark is not None else "" for mark in (state.cut_from, wanted.cut_from)]
+    return sources[0] == sources[1] and state.cut_how == wanted.cut_how
+
+
+def _stale_times(state: State, wanted: State) -> bool:
+    """Whether files hold what they held, but were written again: noted, they need not be read once more."""
+    return (state.inputs, state.cut_from) != (wanted.inputs, wanted.cut_from)
+
+
+def _nothing(item: PlannedArea) -> str:
+    return f"there is nothing to drive on in this part of {item.area.osm}"

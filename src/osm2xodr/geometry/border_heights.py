@@ -1,0 +1,217 @@
+"""Heights where roads are cut at the borders between areas, the same for both areas.
+
+What a solve finds at one place follows from all that it knows: another area, other noise, other neighbours, and
+heights that differ by decimetres. So both areas solve the same small problem first, that of the roads along their
+common border, and hold their roads to what it says where they are cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final, TypeVar
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import cubic_slope, cubic_value, lengths, pose
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import CoverageError
+from osm2xodr.geometry.borders import Pieces
+from osm2xodr.geometry.elevation import ElevationOptions, ground_around, solve_profiles
+from osm2xodr.geometry.plan_fit import cut_curves
+from osm2xodr.geometry.profile_problem import ProfileProblem
+from osm2xodr.grouping import ranks
+from osm2xodr.model import FloatArray, IntArray, Partition, PlanView, Surface
+from osm2xodr.outlines import distance
+
+# Where all areas of a partition let the lattices of ground windows begin: what is estimated hangs together with it.
+COMMON_ORIGIN: Final = (0.0, 0.0)
+# Distance of the places at which roads are asked how far they are from areas, m.
+_STEP = 20.0
+
+_Column = TypeVar("_Column", FloatArray, IntArray)
+
+
+@dataclass(frozen=True, slots=True)
+class Neighbourhood:
+    """What is known of areas side by side.
+
+    Parameters
+    ----------
+    partition
+        The areas.
+    surface_around
+        Makes the surface around points x, y, (n,), local, m, from nothing but what lies there.
+    """
+
+    partition: Partition
+    surface_around: Callable[[FloatArray, FloatArray], Surface]
+
+
+def with_border_heights(
+    problem: ProfileProblem,
+    pieces: Pieces,
+    neighbourhood: Neighbourhood,
+    options: ElevationOptions | None,
+    diagnostics: Diagnostics,
+) -> ProfileProblem:
+    """Return the problem with roads held to common heights where the own area ends and a neighbour begins.
+
+    Parameters
+    ----------
+    problem
+        Roads of the area and its surroundings.
+    pieces
+        Which area they belong to.
+    neighbourhood
+        The areas.
+    options
+        The user's choices about heights.
+    diagnostics
+        Receives a note where no elevation model reaches a border.
+    """
+    own = pieces.partition.own
+    road = np.repeat(np.arange(len(pieces.start) - 1), np.diff(pieces.start))
+    cut = np.flatnonzero(road[1:] == road[:-1]) + 1
+    before, after = pieces.area[cut - 1], pieces.area[cut]
+    ours = ((before == own) | (after == own)) & (before >= 0) & (after >= 0)
+    cut, neighbour = cut[ours], np.where(before == own, after, before)[ours]
+    found: list[tuple[IntArray, FloatArray, FloatArray]] = []
+    for area in np.unique(neighbour).tolist():
+        here = cut[neighbour == area]
+        solved = _along_border(problem, area, road[here], pieces.s[here], neighbourhood, options)
+        if solved is None:
+            name = pieces.partition.names[area]
+            diagnostics.note("border-heights", "", f"no elevation model reaches the border with {name}")
+            continue
+        found.append((here, *solved))
+    if not found:
+        return problem
+    at = np.concatenate([item[0] for item in found])
+    order = np.argsort(at)
+    return replace(
+        problem,
+        pin_road=road[at][order],
+        pin_s=pieces.s[at][order],
+        pin_z=np.concatenate([item[1] for item in found])[order],
+        pin_grade=np.concatenate([item[2] for item in found])[order],
+    )
+
+
+def _along_border(
+    problem: ProfileProblem,
+    neighbour: int,
+    road: IntArray,
+    s: FloatArray,
+    neighbourhood: Neighbourhood,
+    options: ElevationOptions | None,
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return heights and grades at places (n,) of roads, solved for what lies along the border; None without heights.
+
+    Nothing here may depend on which of the two areas asks.
+    """
+    partition = neighbourhood.partition
+    near = _roads_near(problem.plan_view, partition, sorted((partition.own, neighbour)))
+    near = np.union1d(near, road)
+    index = np.searchsorted(near, road)
+    unknown = np.full(len(road), np.nan)
+    alone = replace(chosen_roads(problem, near), pin_road=index, pin_s=s, pin_z=unknown, pin_grade=unknown)
+    x, y = _points(alone.plan_view)
+    try:
+        surface = neighbourhood.surface_around(x, y)
+    except CoverageError:
+        return None
+    ground = ground_around(surface, x, y, options, COMMON_ORIGIN)
+    solution = solve_profiles(alone, surface, Diagnostics(), options, ground)
+    return cubic_value(solution.elevation, index, s), cubic_slope(solution.elevation, index, s)
+
+
+def _roads_near(plan_view: PlanView, partition: Partition, areas: list[int]) -> IntArray:
+    """Return the roads that come within `defaults.BORDER_HEIGHT_REACH` of both areas, ascending."""
+    road, x, y = _sampled(plan_view)
+    near, reach = np.arange(len(road)), defaults.BORDER_HEIGHT_REACH
+    for area in areas:
+        outline = partition.outlines[area]
+        corners = np.concatenate(outline.rings)
+        low, high = corners.min(axis=0) - reach, corners.max(axis=0) + reach
+        near = near[(x[near] >= low[0]) & (x[near] <= high[0]) & (y[near] >= low[1]) & (y[near] <= high[1])]
+        near = near[distance(outline, x[near], y[near]) <= reach]
+    out: IntArray = np.unique(road[near])
+    return out
+
+
+def _points(plan_view: PlanView) -> tuple[FloatArray, FloatArray]:
+    """Return points along roads, evenly spaced."""
+    _, x, y = _sampled(plan_view)
+    return x, y
+
+
+def _sampled(plan_view: PlanView) -> tuple[IntArray, FloatArray, FloatArray]:
+    length = lengths(plan_view)
+    count = np.maximum(np.ceil(length / _STEP).astype(np.int64), 1) + 1
+    road = np.repeat(np.arange(len(length)), count)
+    s = np.multiply(np.repeat(length / (count - 1), count), ranks(count), dtype=np.float64)
+    x, y, _ = pose(plan_view, road, s)
+    return road, x, y
+
+
+def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
+    """Return the problem of some of the roads, as if there were no others.
+
+    Parameters
+    ----------
+    problem
+        All roads.
+    chosen : (n,)
+        Which of them; ascending, each once.
+    """
+    plan_view = problem.plan_view
+    number = np.full(len(problem.end_junction), -1, np.int64)
+    number[chosen] = np.arange(len(chosen))
+    span = _rows(problem.span_start, chosen)
+    spans = np.diff(problem.span_start)[chosen]
+    junctions = np.unique(problem.end_junction[chosen])
+    junctions = junctions[junctions >= 0]
+    of_junction = np.full(len(problem.junction_xy) + 1, -1, np.int64)
+    of_junction[junctions] = np.arange(len(junctions))
+    link = problem.end_link[chosen]
+    linked = np.where(link >= 0, number[link // 2], -1)
+    ele = np.flatnonzero(number[problem.ele_road] >= 0) if problem.ele_road is not None else None
+    return replace(
+        problem,
+        plan_view=cut_curves(plan_view, np.zeros(len(chosen)), lengths(plan_view)[chosen], chosen),
+        end_junction=of_junction[problem.end_junction[chosen]],
+        end_link=np.where(linked >= 0, 2 * linked + link % 2, -1),
+        junction_xy=problem.junction_xy[junctions],
+        span_start=np.concatenate([[0], np.cumsum(spans)]).astype(np.int64),
+        span_s=problem.span_s[span],
+        span_structure=problem.span_structure[span],
+        span_layer=problem.span_layer[span],
+        span_highway=tuple(problem.span_highway[k] for k in span.tolist()),
+        span_grade=problem.span_grade[span],
+        span_way=problem.span_way[span],
+        span_name=_of(problem.span_name, span),
+        span_oneway=_of(problem.span_oneway, span),
+        span_width=_of(problem.span_width, span),
+        span_middle=_of(problem.span_middle, span),
+        ele_road=None if ele is None or problem.ele_road is None else number[problem.ele_road[ele]],
+        ele_s=_of(problem.ele_s, ele),
+        ele_z=_of(problem.ele_z, ele),
+        road_id=_of(problem.road_id, chosen),
+        pin_road=None,
+        pin_s=None,
+        pin_z=None,
+        pin_grade=None,
+    )
+
+
+def _rows(start: IntArray, chosen: IntArray) -> IntArray:
+    """Return the rows of some groups, given where each begins."""
+    count = (start[1:] - start[:-1])[chosen]
+    return np.repeat(start[:-1][chosen], count) + ranks(count)
+
+
+def _of(column: _Column | None, rows: IntArray | None) -> _Column | None:
+    """Return some rows of a column that may be missing."""
+    return None if column is None or rows is None else column[rows]

@@ -1,0 +1,139 @@
+"""Which pieces of roads an area keeps, and the ids that they get."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+from osm2xodr.curves import lengths
+from osm2xodr.errors import EmptyAreaError, InputError
+from osm2xodr.model import Borders, Partition, RoadLink, RoadMap
+
+# Ids end here where no area comes after: CARLA reads them as signed numbers of 32 bits.
+_IDS_END = 2**31
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A piece of a road, from one border between areas to the next, or a road as a whole.
+
+    Parameters
+    ----------
+    curve
+        Index of the road.
+    begin, end
+        From where to where along it, m.
+    at_start, at_end
+        Whether it begins where the road does, and ends where it does.
+    area
+        The area that it belongs to.
+    id
+        Its id as a road of the own area; 0 where it belongs to another one.
+    """
+
+    curve: int
+    begin: float
+    end: float
+    at_start: bool
+    at_end: bool
+    area: int
+    id: int
+
+
+class Pieces:
+    """The pieces of all roads of a road map, and those of them that the own area keeps.
+
+    Parameters
+    ----------
+    road_map
+        An area and its surroundings.
+    borders
+        Which of its roads belong to which area.
+
+    Raises
+    ------
+    InputError
+        If the area has no road, or more than there are ids for it.
+    """
+
+    def __init__(self, road_map: RoadMap, borders: Borders) -> None:
+        self.partition = borders.partition
+        own = self.partition.own
+        self._index = {road.id: k for k, road in enumerate(road_map.roads)}
+        junction_area = {
+            junction.id: area
+            for junction, area in zip(road_map.junctions, borders.junction_area.tolist(), strict=True)
+        }
+        length = lengths(road_map.plan_view).tolist()
+        starts, cuts, areas = borders.piece_start.tolist(), borders.piece_s.tolist(), borders.piece_area.tolist()
+        self._next = self._first = self.partition.first_ids[own]
+        self.kept: list[Piece] = []
+        self._of: list[list[Piece]] = []
+        for k, road in enumerate(road_map.roads):
+            if road.junction is None:
+                rows = range(starts[k], starts[k + 1])
+                where = [(cuts[row], areas[row]) for row in rows]
+            else:
+                where = [(0.0, junction_area[road.junction])]
+            ends = [begin for begin, _ in where[1:]] + [length[k]]
+            last = len(where) - 1
+            self._of.append(
+                [
+                    Piece(k, begin, end, i == 0, i == last, area, self._id() if area == own else 0)
+                    for i, ((begin, area), end) in enumerate(zip(where, ends, strict=True))
+                ]
+            )
+            self.kept += [piece for piece in self._of[-1] if piece.id]
+        self._junction = {junction: self._id() for junction, area in junction_area.items() if area == own}
+        if not self.kept:
+            raise EmptyAreaError(f"area {self.name!r} has no road of its own; leave it out")
+        check_ids(self.partition, self._next - self._first, "roads and junctions")
+
+    def _id(self) -> int:
+        self._next += 1
+        return self._next - 1
+
+    @property
+    def name(self) -> str:
+        """Name of the own area."""
+        return self.partition.names[self.partition.own]
+
+    def of(self, road: int) -> list[Piece]:
+        """Return the pieces of the road with an id, in order."""
+        return self._of[self._index[road]]
+
+    def at(self, road: int, s: float) -> Piece:
+        """Return the piece of the road with an id that s lies on, one of the outermost if beyond the road's ends."""
+        pieces = self.of(road)
+        if len(pieces) == 1:
+            return pieces[0]
+        return pieces[max(bisect_right([piece.begin for piece in pieces], s) - 1, 0)]
+
+    def beside(self, piece: Piece, *, at_start: bool) -> Piece | None:
+        """Return the piece that a piece ends at within its road, None at the road's own end."""
+        pieces = self._of[piece.curve]
+        k = pieces.index(piece) + (-1 if at_start else 1)
+        return pieces[k] if 0 <= k < len(pieces) else None
+
+    def touched(self, link: RoadLink) -> Piece:
+        """Return the piece of a road that a link leads to."""
+        return self.of(link.id)[0 if link.at_start else -1]
+
+    def junction(self, junction: int) -> int | None:
+        """Return the new id of the junction with an id; None where another area has it."""
+        return self._junction.get(junction)
+
+
+def check_ids(partition: Partition, count: int, what: str) -> None:
+    """Refuse more of something than there are ids for the own area.
+
+    Raises
+    ------
+    InputError
+        If there are.
+    """
+    first = partition.first_ids[partition.own]
+    end = min((other for other in partition.first_ids if other > first), default=_IDS_END)
+    if count > min(end, _IDS_END) - first:
+        name = partition.names[partition.own]
+        raise InputError(f"area {name!r} has {count} {what}, more than there are ids for it; use smaller tiles")
