@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from osm2xodr.cli_batch_options import BatchArguments, plan, refuse_contradictions
+from osm2xodr.cli_batch_options import BatchArguments, Plan, plan, refuse_contradictions
 from osm2xodr.cli_common import Parsed, Session
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.limits import parse_duration, parse_memory
@@ -125,7 +125,7 @@ def batch(session: Session, /, **options: Any) -> int:
         planned = plan(arguments)
         telling.clear()
         if arguments.dry_run:
-            return _list(planned)
+            return _list(planned.areas)
         return _run(arguments, planned, telling)
     except KeyboardInterrupt:
         telling.clear()
@@ -135,8 +135,9 @@ def batch(session: Session, /, **options: Any) -> int:
         telling.clear()
 
 
-def _run(arguments: BatchArguments, planned: Sequence[PlannedArea], telling: _Telling) -> int:
+def _run(arguments: BatchArguments, planned: Plan, telling: _Telling) -> int:
     """Run a batch, and say what became of it."""
+    from osm2xodr.batch.known_bounds import keep_bounds
     from osm2xodr.batch.out_dir import open_out_dir
     from osm2xodr.batch.summary import write_summary
     from osm2xodr.batch.workflow import run_batch
@@ -145,7 +146,10 @@ def _run(arguments: BatchArguments, planned: Sequence[PlannedArea], telling: _Te
     diagnostics = Diagnostics()
     output = Path.cwd() / arguments.output if arguments.scheduler else arguments.output
     with open_out_dir(output) as out:
-        results = run_batch(planned, out, _how(arguments), diagnostics, telling)
+        if arguments.source is not None and planned.bounds is not None:
+            source = Path.cwd() / arguments.source if arguments.scheduler else arguments.source
+            keep_bounds(output, source, planned.bounds)
+        results = run_batch(planned.areas, out, _how(arguments), diagnostics, telling)
         telling.stage("writing the summary")
         write_summary(output, results)
     telling.clear()

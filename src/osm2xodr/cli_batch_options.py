@@ -174,7 +174,15 @@ def parse_options(text: str) -> tuple[str, ...]:
     return tuple(words)
 
 
-def plan(arguments: BatchArguments) -> list[PlannedArea]:
+@dataclass(frozen=True)
+class Plan:
+    """The areas of a batch, and the bounds of the map, degrees, that tiles are cut out of."""
+
+    areas: list[PlannedArea]
+    bounds: tuple[float, float, float, float] | None = None
+
+
+def plan(arguments: BatchArguments) -> Plan:
     """Return the areas of a batch.
 
     Raises
@@ -194,15 +202,17 @@ def plan(arguments: BatchArguments) -> list[PlannedArea]:
     base = Path.cwd() if arguments.scheduler else Path()
     dems = expand([str(base / pattern) for pattern in arguments.dem])
     if arguments.manifest is not None:
-        return [outlined(area) for area in read_manifest(base / arguments.manifest, _context(dems, given))]
+        return Plan([outlined(area) for area in read_manifest(base / arguments.manifest, _context(dems, given))])
     assert arguments.source is not None
     common = Area("", base / arguments.source, dems, check_area_options(given))
     if arguments.areas is not None:
-        return read_areas(arguments.areas, common)
+        return Plan(read_areas(arguments.areas, common))
     from osm2xodr.batch.cutting import bounds_of
+    from osm2xodr.batch.known_bounds import recall_bounds
 
     assert arguments.tiles is not None
-    return make_tiles(bounds_of(common.osm), arguments.tiles, common)
+    bounds = recall_bounds(base / arguments.output, common.osm) or bounds_of(common.osm)
+    return Plan(make_tiles(bounds, arguments.tiles, common), bounds)
 
 
 def _context(dems: tuple[Path, ...], given: tuple[str, ...]) -> ManifestContext:

@@ -63,6 +63,9 @@ def here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Here]:
     end_areas(found.key)
 
 
+SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino" / "area.osm"
+
+
 def again(*more: str) -> int:
     return main(["batch", "areas.csv", "-o", "out", *more])
 
@@ -225,10 +228,8 @@ def test_a_conversion_by_itself(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("server", [False, True], ids=["conversion", "its-parent"])
 def test_a_killed_conversion_says_so(tmp_path: Path, server: bool) -> None:
-    # A pipe that nobody writes to: the conversion waits until it is killed.
-    pipe = tmp_path / "area.osm"
-    os.mkfifo(pipe)
-    job = AreaJob(f"killed-{server}", "a", ("convert", str(pipe), "-o", str(tmp_path / "a.xodr"), "-q"))
+    # It takes seconds, and is killed at once.
+    job = AreaJob(f"killed-{server}", "a", ("convert", str(SAMPLE), "-o", str(tmp_path / "a.xodr"), "-q"))
     outcomes: list[Outcome] = []
     thread = threading.Thread(target=lambda: outcomes.append(run_area(job)))
     thread.start()

@@ -29,11 +29,15 @@ EMPTY: Final = 64
 _PRELOADED: Final = (
     "osm2xodr.cli",
     "osm2xodr.pipeline",
-    "osm2xodr.osmParsing.reader",
-    "osm2xodr.surface.dem",
+    "osm2xodr.partition_file",
+    "osm2xodr.osmParsing.parsing",
+    "osm2xodr.surface.reading",
+    "osm2xodr.furniture.placing",
     "osm2xodr.xodrWriter.document",
     "pyproj",
+    "rasterio.windows",
     "scipy.interpolate",
+    "scipy.sparse.csgraph",
 )
 # How often it looks whether a copy whose standard error stays open has ended, and a copy after its parent, s.
 _LOOK: Final = 0.2

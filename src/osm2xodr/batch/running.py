@@ -31,6 +31,14 @@ _Future = Any
 _LOOK: Final = 0.5
 # How long an existing scheduler may take to answer, s.
 _PATIENCE: Final = 10.0
+# Dask looks after tasks of milliseconds, fifty times a second and in each of its processes; areas take seconds.
+_CALM: Final = {
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.tick.limit": "1h",
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.worker.profile.enabled": False,
+    "distributed.scheduler.worker-saturation": 1.0,
+}
 # Libraries that write log lines of their own.
 _LOGGERS: Final = ("distributed", "tornado", "asyncio", "bokeh")
 
@@ -165,7 +173,7 @@ def _client(count: int, workers: Workers) -> Iterator[_Client]:
         with _closing(client):
             yield client
         return
-    settings = {"distributed.scheduler.allowed-failures": defaults.BATCH_WORKER_DEATHS - 1}
+    settings = {"distributed.scheduler.allowed-failures": defaults.BATCH_WORKER_DEATHS - 1, **_CALM}
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="osm2xodr-", ignore_cleanup_errors=True))
         stack.enter_context(dask.config.set(settings))
