@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import signal
 import sys
 
 import pytest
@@ -12,6 +13,10 @@ from scene_files import Conversions
 # The same examples in every run, and no failures because a machine is slow.
 settings.register_profile("gate", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("gate")
+
+# Shells let what they start in the background ignore Ctrl-C, and so would all that tests start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Where pyproject.toml installs all real readers of OpenDRIVE. Elsewhere some have no packages, and what needs them is
 # left out; here nothing may be, not even by a skip.

@@ -589,11 +589,7 @@ def test_whatever_stops_it_the_old_file_stays(
     out: Path,
     half_written: Callable[[Callable[[], None]], None],
     capsys: pytest.CaptureFixture[str],
-    request: pytest.FixtureRequest,
 ) -> None:
-    # Shells let what they start in the background ignore it.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     out.write_bytes(b"precious")
     report = out.with_suffix(".json")
     half_written(action)

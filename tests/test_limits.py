@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_area import street_grid
 
 from osm2xodr.limits import LimitError, limited, parse_duration, parse_memory
 
@@ -88,20 +89,6 @@ def test_without_bounds_memory_errors_stay_what_they_are() -> None:
         raise MemoryError
 
 
-def grid(count: int) -> str:
-    """Return a town of streets that cross every 100 m, which takes some 10 s and 500 MB for 90 of them each way."""
-    lines = ["<osm version='0.6'>"]
-    for row in range(count):
-        for column in range(count):
-            place = f"lat='{48 + row * 9e-4:.6f}' lon='{11 + column * 1.34e-3:.6f}'"
-            lines.append(f"<node id='{row * count + column + 1}' {place}/>")
-    for k in range(count):
-        for number, nodes in ((k, range(k * count, (k + 1) * count)), (count + k, range(k, count * count, count))):
-            refs = "".join(f"<nd ref='{node + 1}'/>" for node in nodes)
-            lines.append(f"<way id='{number + 1}'>{refs}<tag k='highway' v='residential'/></way>")
-    return "\n".join([*lines, "</osm>"])
-
-
 @pytest.mark.parametrize(
     ("bound", "words"),
     [(("--timeout", "0.8"), "longer than --timeout 0.8 s"), (("--max-memory", "200M"), "--max-memory 200 MB")],
@@ -110,7 +97,7 @@ def test_a_bounded_run_says_why_it_stops_and_leaves_nothing(
     tmp_path: Path, bound: tuple[str, str], words: str
 ) -> None:
     area = tmp_path / "large.osm"
-    area.write_text(grid(90), encoding="utf-8")
+    area.write_text(street_grid(90), encoding="utf-8")
     out = tmp_path / "out.xodr"
     done = subprocess.run(
         [sys.executable, "-m", "osm2xodr", "convert", str(area), "-o", str(out), "-q", *bound],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, lengths, pose
+from osm2xodr.curves import find_record, places_along, pose
 from osm2xodr.grouping import ranks
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -78,10 +78,7 @@ def sampled(plan: PlanView, curves: IntArray) -> tuple[IntArray, FloatArray, Flo
     curves
         Indices of those that count.
     """
-    length = lengths(plan)[curves]
-    count = np.maximum(np.ceil(length / SAMPLE_SPACING).astype(np.int64), 1) + 1
-    curve = np.repeat(curves, count)
-    s = np.multiply(np.repeat(length / (count - 1), count), ranks(count), dtype=np.float64)
+    curve, s = places_along(plan, SAMPLE_SPACING, curves)
     x, y, _ = pose(plan, curve, s)
     return curve, x, y
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray, PlanView
 
 
@@ -83,6 +84,25 @@ def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> tuple[FloatArray, Fl
     u, v, turn = arc_step(plan.curvature[k], s - plan.s[k])
     cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
     return plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn
+
+
+def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None) -> tuple[IntArray, FloatArray]:
+    """Return evenly spread places along curves, from end to end: index of the curve and s, both (n,).
+
+    Parameters
+    ----------
+    plan
+        The curves.
+    spacing
+        How far apart the places on a curve may be, m; each curve has two at least.
+    curves
+        Indices of those that count; all if not given.
+    """
+    chosen = np.arange(len(plan.start) - 1) if curves is None else curves
+    length = lengths(plan)[chosen]
+    count = np.maximum(np.ceil(length / spacing).astype(np.int64), 1) + 1
+    s = np.multiply(np.repeat(length / (count - 1), count), ranks(count), dtype=np.float64)
+    return np.repeat(chosen, count), s
 
 
 def cubic_value(profile: CubicProfile, curve: IntArray, s: FloatArray, default: float = 0.0) -> FloatArray:

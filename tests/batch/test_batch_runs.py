@@ -14,27 +14,13 @@ from pathlib import Path
 
 import pytest
 from batch_runs import RunningBatch, made, started, statuses, write_table, write_village
-from small_area import write_dem
+from small_area import street_grid, write_dem
 
 from osm2xodr.cli import main
 
 AREAS = 40
 BROKEN, GREEDY = "area_13", "area_27"
 GOOD = [name for name in (f"area_{k:02d}" for k in range(AREAS)) if name not in (BROKEN, GREEDY)]
-
-
-def large_map(count: int) -> str:
-    """Return streets in a square grid, which take more memory than a batch may have here."""
-    lines = ["<osm version='0.6'>"]
-    for row in range(count):
-        for column in range(count):
-            place = f"lat='{48 + row * 9e-4:.6f}' lon='{11 + column * 1.34e-3:.6f}'"
-            lines.append(f"<node id='{row * count + column + 1}' {place}/>")
-    for k in range(count):
-        for number, nodes in ((k, range(k * count, (k + 1) * count)), (count + k, range(k, count * count, count))):
-            refs = "".join(f"<nd ref='{node + 1}'/>" for node in nodes)
-            lines.append(f"<way id='{number + 1}'>{refs}<tag k='highway' v='residential'/></way>")
-    return "\n".join([*lines, "</osm>"])
 
 
 def write_areas(folder: Path, count: int, **options: object) -> list[dict[str, object]]:
@@ -71,7 +57,7 @@ def forty(tmp_path_factory: pytest.TempPathFactory) -> Forty:
     rows = write_areas(folder / "maps", AREAS)
     by_name = {row["name"]: row for row in rows}
     (folder / str(by_name[BROKEN]["osm"])).write_text("<osm version='0.6'><node id='1' lat='42.5'", encoding="utf-8")
-    (folder / str(by_name[GREEDY]["osm"])).write_text(large_map(90), encoding="utf-8")
+    (folder / str(by_name[GREEDY]["osm"])).write_text(street_grid(90), encoding="utf-8")
     by_name[GREEDY]["max-memory"] = "200M"
     write_table(folder / "areas.csv", rows)
     write_table(folder / "good.csv", [by_name[name] for name in GOOD])

@@ -63,6 +63,7 @@ def here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Here]:
     end_areas(found.key)
 
 
+AREA_SERVER = "osm2xodr.batch.area_server"
 SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino" / "area.osm"
 
 
@@ -236,7 +237,9 @@ def test_a_killed_conversion_says_so(tmp_path: Path, server: bool) -> None:
     until = time.monotonic() + 30.0
     family: list[psutil.Process] = []
     while len(family) < 2 and time.monotonic() < until:
-        family = [item for child in psutil.Process().children() for item in (child, *child.children())]
+        # Other tests may have left children of other kinds.
+        servers = [item for item in psutil.Process().children() if AREA_SERVER in item.cmdline()]
+        family = [item for child in servers for item in (child, *child.children())]
         time.sleep(0.02)
     family[0 if server else 1].kill()
     thread.join(timeout=30.0)

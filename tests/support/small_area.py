@@ -67,3 +67,17 @@ def write_dem(
     ) as dataset:
         dataset.write(heights, 1)
     return path
+
+
+def street_grid(count: int) -> str:
+    """Return a town of streets that cross every 100 m, which takes some 10 s and 500 MB for 90 of them each way."""
+    lines = ["<osm version='0.6'>"]
+    for row in range(count):
+        for column in range(count):
+            place = f"lat='{48 + row * 9e-4:.6f}' lon='{11 + column * 1.34e-3:.6f}'"
+            lines.append(f"<node id='{row * count + column + 1}' {place}/>")
+    for k in range(count):
+        for number, nodes in ((k, range(k * count, (k + 1) * count)), (count + k, range(k, count * count, count))):
+            refs = "".join(f"<nd ref='{node + 1}'/>" for node in nodes)
+            lines.append(f"<way id='{number + 1}'>{refs}<tag k='highway' v='residential'/></way>")
+    return "\n".join([*lines, "</osm>"])

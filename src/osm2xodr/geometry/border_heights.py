@@ -14,7 +14,7 @@ from typing import Final, TypeVar
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import cubic_slope, cubic_value, lengths, pose
+from osm2xodr.curves import cubic_slope, cubic_value, lengths, places_along, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.borders import Pieces
@@ -148,10 +148,7 @@ def _points(plan_view: PlanView) -> tuple[FloatArray, FloatArray]:
 
 
 def _sampled(plan_view: PlanView) -> tuple[IntArray, FloatArray, FloatArray]:
-    length = lengths(plan_view)
-    count = np.maximum(np.ceil(length / _STEP).astype(np.int64), 1) + 1
-    road = np.repeat(np.arange(len(length)), count)
-    s = np.multiply(np.repeat(length / (count - 1), count), ranks(count), dtype=np.float64)
+    road, s = places_along(plan_view, _STEP)
     x, y, _ = pose(plan_view, road, s)
     return road, x, y
 

@@ -11,9 +11,8 @@ from itertools import pairwise
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curves import lengths, places_along, pose
 from osm2xodr.geometry.plan_fit import snap_cuts
-from osm2xodr.grouping import ranks
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView
 from osm2xodr.outlines import area_of, boxes
 
@@ -58,9 +57,8 @@ def find_pieces(partition: Partition, plan_view: PlanView, end_junction: IntArra
         Origin of each junction, local x, y, m.
     """
     length = lengths(plan_view)
-    count = np.maximum(np.ceil(length / _STEP).astype(np.int64), 1) + 1
-    road = np.repeat(np.arange(len(length)), count)
-    s = np.multiply(np.repeat(length / (count - 1), count), ranks(count), dtype=np.float64)
+    road, s = places_along(plan_view, _STEP)
+    count = np.bincount(road, minlength=len(length))
     x, y, _ = pose(plan_view, road, s)
     box = boxes(partition)
     area = area_of(partition, x, y, box)
