@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import platform
 import signal
-import sys
 
 import pytest
 from hypothesis import settings
+from real_readers import ALL_READERS
 from scene_files import Conversions
 
 # The same examples in every run, and no failures because a machine is slow.
@@ -18,9 +17,7 @@ settings.load_profile("gate")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Where pyproject.toml installs all real readers of OpenDRIVE. Elsewhere some have no packages, and what needs them is
-# left out; here nothing may be, not even by a skip.
-ALL_READERS = sys.version_info < (3, 13) and sys.platform == "linux" and platform.machine() == "x86_64"
+# Where readers of OpenDRIVE have no packages, what needs them is left out; elsewhere nothing may be, not even a skip.
 NEED_READERS = ["readers", "xodrWriter/test_schema.py", "checking/test_check_schema.py", "checking/test_damage.py"]
 collect_ignore = [] if ALL_READERS else NEED_READERS
 

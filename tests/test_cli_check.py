@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from real_readers import need
 from t_junction import sound_map
 
 from osm2xodr import checking, cli_check
@@ -39,6 +40,7 @@ def run(*arguments: object) -> subprocess.CompletedProcess[bytes]:
 
 
 def test_a_sound_file_is_clean(sound: Path) -> None:
+    need("qc_opendrive", "the ASAM checker (asam-qc-opendrive)")
     done = run(sound)
     assert done.returncode == 0
     text = done.stdout.decode()

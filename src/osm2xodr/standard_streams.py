@@ -28,8 +28,11 @@ class _Patient(io.TextIOBase):
 
     def flush(self) -> None:
         """Write what is held back, or lose it."""
-        with contextlib.suppress(OSError, ValueError):
+        # Called once more as the interpreter ends, when modules are gone.
+        try:  # noqa: SIM105
             self._stream.flush()
+        except (OSError, ValueError):
+            pass
 
     def isatty(self) -> bool:
         """Say whether people look at it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -20,10 +21,23 @@ from lxml import etree
 
 READER_TIMEOUT = 120.0
 
+# Where pyproject.toml installs all real readers of OpenDRIVE, unless they are left out on purpose (make test-oldest).
+ALL_READERS = (
+    sys.version_info < (3, 13)
+    and sys.platform == "linux"
+    and platform.machine() == "x86_64"
+    and "WITHOUT_READERS" not in os.environ
+)
+
 
 def need(module: str, distribution: str) -> None:
-    """Fail the test where a reader is not installed: without it nothing is known about the file."""
+    """Fail the test where a reader is not installed: without it nothing is known about the file.
+
+    Skip it where there is none to install.
+    """
     if importlib.util.find_spec(module) is None:
+        if not ALL_READERS:
+            pytest.skip(f"{distribution} has no packages here")
         pytest.fail(
             f"{distribution} is not installed, so the file cannot be tried in it; "
             "install what the tests need with: pip install -e '.[test]'",

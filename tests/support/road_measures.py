@@ -273,7 +273,8 @@ def _assert_every_lane_leads_on(measures: RoadMeasures) -> None:
         for own in path.lane_sections[0].lanes:
             for link, lane_id in ((path.predecessor, own.predecessor), (path.successor, own.successor)):
                 assert link is not None
-                if lane_id is not None:
+                # Sidewalks lead on where cars may not.
+                if lane_id is not None and own.type in _FOR_CARS:
                     used.add((link.id, bool(link.at_start), lane_id))
     sides = {(road, at_start, lane > 0) for road, at_start, lane in used}
     missing = []
