@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -83,7 +83,11 @@ class RunningBatch:
 
     def listening(self) -> set[str]:
         """Return the addresses at which its processes wait for others."""
-        connections = [item for process in self.processes() for item in process.net_connections()]
+        connections = []
+        for process in self.processes():
+            # Some of them come and go.
+            with suppress(psutil.NoSuchProcess):
+                connections += process.net_connections()
         return {item.laddr.ip for item in connections if item.status == psutil.CONN_LISTEN}
 
     def wait_for(self, moment: Callable[[], bool]) -> None:
