@@ -126,7 +126,9 @@ def make_streets(source: Source, segments: Segments, driven: BoolArray) -> Stree
     joint = degree[ends] == 2
     # Two pieces' ends, or both of one, stand next to each other.
     one, other = owner[joint][0::2], owner[joint][1::2]
-    graph = coo_array((np.ones(len(one), np.bool_), (one, other)), shape=(pieces, pieces))
+    # SciPy before 1.12 looks for components with such indices only.
+    joined = one.astype(np.int32), other.astype(np.int32)
+    graph = coo_array((np.ones(len(one), np.bool_), joined), shape=(pieces, pieces))
     count, street = connected_components(graph, directed=False) if pieces else (0, np.zeros(0, np.int64))
     of_segment = np.full(len(segments.start), -1, np.int64)
     of_segment[kept] = street[piece]

@@ -16,9 +16,11 @@ from osm2xodr.projection import to_geographic
 def road_bounds(xodr: Path) -> tuple[RingDeg, ...]:
     """Return the bounds that the header of a file written by osm2xodr states, corners in degrees; none if unknown."""
     try:
-        for _, element in ElementTree.iterparse(xodr, ("end",)):
-            if element.tag == "header":
-                return (_ring(element),)
+        # Opened here, because Python before 3.13 leaves it open where reading stops early.
+        with xodr.open("rb") as stream:
+            for _, element in ElementTree.iterparse(stream, ("end",)):
+                if element.tag == "header":
+                    return (_ring(element),)
     except (OSError, ElementTree.ParseError, ValueError):
         pass
     return ()
