@@ -22,7 +22,7 @@ def test_a_hole_is_outside() -> None:
     outline = Outline((*box(0.0, 0.0, 10.0, 10.0).rings, hole))
     x, y = np.array([1.0, 5.0, 11.0, 5.0]), np.array([1.0, 5.0, 5.0, 7.0])
     assert inside(outline, x, y).tolist() == [True, False, False, True]
-    assert distance(outline, x, y).tolist() == [0.0, 1.0, 1.0, 0.0]
+    assert distance(outline, x, y, np.inf).tolist() == [0.0, 1.0, 1.0, 0.0]
 
 
 @pytest.mark.parametrize(
@@ -30,14 +30,14 @@ def test_a_hole_is_outside() -> None:
     [(-3.0, 5.0, 3.0), (5.0, 14.0, 4.0), (13.0, 14.0, 5.0), (5.0, 5.0, 0.0), (-6.0, -8.0, 10.0)],
 )
 def test_distance_to_a_square(x: float, y: float, expected: float) -> None:
-    found = distance(box(0.0, 0.0, 10.0, 10.0), np.array([x]), np.array([y]))
+    found = distance(box(0.0, 0.0, 10.0, 10.0), np.array([x]), np.array([y]), np.inf)
     assert found[0] == pytest.approx(expected, abs=1e-12)
 
 
 def test_distances_of_many_points_are_those_of_each() -> None:
     dice = np.random.default_rng(3)
     x, y = dice.uniform(-20.0, 30.0, (2, 20_000))
-    found = distance(box(0.0, 0.0, 10.0, 10.0), x, y)
+    found = distance(box(0.0, 0.0, 10.0, 10.0), x, y, np.inf)
     dx, dy = np.maximum(np.maximum(-x, x - 10.0), 0.0), np.maximum(np.maximum(-y, y - 10.0), 0.0)
     np.testing.assert_allclose(found, np.hypot(dx, dy), atol=1e-9)
 

@@ -146,9 +146,8 @@ def _run(arguments: BatchArguments, planned: Plan, telling: _Telling) -> int:
     diagnostics = Diagnostics()
     output = Path.cwd() / arguments.output if arguments.scheduler else arguments.output
     with open_out_dir(output) as out:
-        if arguments.source is not None and planned.bounds is not None:
-            source = Path.cwd() / arguments.source if arguments.scheduler else arguments.source
-            keep_bounds(output, source, planned.bounds)
+        if planned.bounds is not None:
+            keep_bounds(output, planned.areas[0].area.osm, planned.bounds)
         results = run_batch(planned.areas, out, _how(arguments), diagnostics, telling)
         telling.stage("writing the summary")
         write_summary(output, results)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves import find_record, places_along, pose
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Distance of the samples by which curves near a point are found, m; places are then exact.
@@ -29,7 +29,7 @@ def project(
     """
     count = (plan.start[curve + 1] - plan.start[curve]).astype(np.int64)
     owner = np.repeat(np.arange(len(curve)), count)
-    record = ranks(count) + np.repeat(plan.start[curve], count)
+    record = runs(plan.start[curve], count)
     along = _nearest_on_records(plan, record, x[owner], y[owner])
     s = plan.s[record] + along
     px, py, hdg = _pose_on(plan, record, along)

@@ -17,3 +17,17 @@ def ranks(count: IntArray) -> IntArray:
     """
     out: IntArray = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
     return out
+
+
+def runs(first: IntArray, count: IntArray) -> IntArray:
+    """Return first, first + 1, first + 2 … of each group, for all groups in a row.
+
+    Parameters
+    ----------
+    first : (groups,)
+        Where the rows of each group begin in another array.
+    count : (groups,)
+        How many they are.
+    """
+    out: IntArray = np.repeat(first, count) + ranks(count)
+    return out

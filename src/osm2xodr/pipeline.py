@@ -103,8 +103,8 @@ def convert(
         If it cannot be done, with a sentence that says why and what to do.
     """
     on_stage(f"reading {options.area}")
-    frame = options.partition.frame if options.partition else None
-    network = parse_osm(options.area, replace(options.parse, frame=frame), diagnostics)
+    parse = replace(options.parse, frame=options.partition.frame) if options.partition else options.parse
+    network = parse_osm(options.area, parse, diagnostics)
     surface: Surface = FlatSurface()
     coverage: float | None = None
     elevation_models: tuple[DemSummary, ...] = ()

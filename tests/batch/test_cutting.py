@@ -293,7 +293,7 @@ def test_counts_are_of_ways_in_the_area_and_empty_areas_leave_no_file(tmp_path: 
         request(tmp_path, box(200, -100, 300, 100), "beside", context=True),
     ]
     wanted[1].target.write_bytes(b"of an earlier run")
-    assert cut_areas(area.write(tmp_path), wanted, Diagnostics()) == {"full": 2, "walkers": 0, "beside": 0}
+    assert cut_areas(area.write(tmp_path), wanted, Diagnostics()) == {"full": 1, "walkers": 0, "beside": 0}
     assert sorted(path.name for path in tmp_path.iterdir()) == ["area.osm", "full.osm.pbf"]
 
 

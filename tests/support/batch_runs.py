@@ -50,6 +50,11 @@ def made(out: Path) -> list[str]:
     return sorted(path.stem for path in out.glob("*.xodr"))
 
 
+def noted(out: Path) -> list[str]:
+    """Return the names of areas that the batch knows to be done."""
+    return sorted(path.stem for path in (out / ".state").glob("*.json"))
+
+
 @dataclass
 class RunningBatch:
     """A batch in a process of its own.

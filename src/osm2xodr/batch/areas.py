@@ -17,6 +17,7 @@ from osm2xodr import defaults
 from osm2xodr.batch.model import Area
 from osm2xodr.errors import InputError
 from osm2xodr.model import LocalFrame, Outline
+from osm2xodr.partition_file import PARTITION_FORMAT
 from osm2xodr.projection import make_frame, to_geographic, to_local
 
 RingDeg = tuple[tuple[float, float], ...]
@@ -287,4 +288,4 @@ def shared_frame(planned: Sequence[PlannedArea]) -> dict[str, Any]:
             )
         rings = [ring.tolist() for ring in item.outline.rings]
         areas.append({"name": item.area.name, "first_id": first, "rings": rings})
-    return {"format": 1, "lat_0_deg": frame.lat_0_deg, "lon_0_deg": frame.lon_0_deg, "areas": areas}
+    return {"format": PARTITION_FORMAT, "lat_0_deg": frame.lat_0_deg, "lon_0_deg": frame.lon_0_deg, "areas": areas}

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from osm2xodr import projection
-from osm2xodr.batch.cut_distances import distances, near_places, points_near_places, reached
+from osm2xodr.batch.cut_distances import near_places, points_near_places, reached
 from osm2xodr.batch.cut_source import Driven, Source
 from osm2xodr.batch.cut_streets import (
     Cells,
@@ -24,8 +24,9 @@ from osm2xodr.batch.cut_streets import (
 )
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.defaults import BORDER_REACH, CONTEXT_BESIDE, CONTEXT_REACH
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import ranks, runs
 from osm2xodr.model import FloatArray, IntArray, LocalFrame, freeze_arrays
+from osm2xodr.outlines import distance
 
 # How far beyond the corners of what is looked for ways are looked at, m: more than straight lines in the local frame
 # and those of longitude and latitude differ by between two of `_SAMPLES` points of its sides.
@@ -125,7 +126,7 @@ def make_plan(source: Source, *, context: bool) -> Plan:
     return Plan(source, segments, make_way_cells(source, segments), things, _make_members(source), streets)
 
 
-def choose(plan: Plan, request: CutRequest, levels: Sequence[Driven]) -> Choice:
+def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
     """Choose what belongs to a cut.
 
     Parameters
@@ -134,8 +135,8 @@ def choose(plan: Plan, request: CutRequest, levels: Sequence[Driven]) -> Choice:
         The map.
     request
         What is cut out.
-    levels
-        What becomes a street: the first one counts; with a context, the streets of each go on to where they end.
+    driven
+        What becomes a street.
     """
     source = plan.source
     reach = BORDER_REACH + CONTEXT_REACH if request.context else 0.0
@@ -145,12 +146,13 @@ def choose(plan: Plan, request: CutRequest, levels: Sequence[Driven]) -> Choice:
     kept = near.ways(reach)
     things = find_in_boxes(plan.thing_cells, box)
     at = _local(source, request.frame, things)
-    things = things[distances(request.outline, at, reach) <= reach]
+    things = things[distance(request.outline, at[:, 0], at[:, 1], reach) <= reach]
     if request.context:
-        found = _find_streets(plan, near.segments(BORDER_REACH), levels)
+        found = _find_streets(plan, near.segments(BORDER_REACH), driven)
         beside = _points_along(plan, request.frame, found.segments)
         # What is near the area is kept anyway.
-        beside = beside[distances(request.outline, beside, reach) > reach - CONTEXT_BESIDE - _SPACING]
+        off = distance(request.outline, beside[:, 0], beside[:, 1], reach)
+        beside = beside[off > reach - CONTEXT_BESIDE - _SPACING]
         at_ends = _around(plan, request.frame, _local(source, request.frame, found.ends), CONTEXT_REACH)
         along = _around(plan, request.frame, beside, CONTEXT_BESIDE + 0.5 * _SPACING)
         kept = np.unique(np.concatenate([kept, found.ways, at_ends[0], along[0]]))
@@ -158,7 +160,7 @@ def choose(plan: Plan, request: CutRequest, levels: Sequence[Driven]) -> Choice:
     kept, relations = _with_relations(plan, kept)
     rows = source.row[_ranges(source.first, kept)]
     here = near.ways(0.0)
-    count = int(source.driven[levels[0]][here].sum())
+    count = int(source.driven[driven][here].sum())
     return Choice(kept, relations, np.unique(np.concatenate([rows, things])), count, bounds)
 
 
@@ -183,7 +185,7 @@ class _Near:
         self._of_ref = np.repeat(candidates, np.diff(source.first)[candidates])
         rows, self._ref = np.unique(source.row[refs], return_inverse=True)
         points = _local(source, request.frame, rows)
-        self._off = distances(request.outline, points, reach)
+        self._off = distance(request.outline, points[:, 0], points[:, 1], reach)
         start = np.searchsorted(rows, segments.start[self._at])
         end = np.searchsorted(rows, segments.end[self._at])
         self._start, self._end = points[start], points[end]
@@ -243,23 +245,18 @@ def _local(source: Source, frame: LocalFrame, rows: IntArray) -> FloatArray:
 
 def _ranges(first: IntArray, groups: IntArray) -> IntArray:
     """Return the indices of all members of some groups, those of each from `first` [group] on."""
-    count = first[groups + 1] - first[groups]
-    out: IntArray = np.repeat(first[groups], count) + ranks(count)
-    return out
+    return runs(first[groups], first[groups + 1] - first[groups])
 
 
-def _find_streets(plan: Plan, near: IntArray, levels: Sequence[Driven]) -> _Found:
+def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> _Found:
     """Return the streets that some segments belong to."""
-    ways, segments, ends = ([np.zeros(0, np.int64)] for _ in range(3))
-    for level in levels:
-        streets = plan.streets[level]
-        found = np.unique(streets.of_segment[near])
-        found = found[found >= 0]
-        ways.append(np.unique(streets.ways[_ranges(streets.first_way, found)]))
-        ends.append(streets.ends[_ranges(streets.first_end, found)])
-        theirs = _ranges(plan.segments.first, ways[-1])
-        segments.append(theirs[np.isin(streets.of_segment[theirs], found)])
-    return _Found(*(np.unique(np.concatenate(item)) for item in (ways, segments, ends)))
+    streets = plan.streets[driven]
+    found = np.unique(streets.of_segment[near])
+    found = found[found >= 0]
+    ways = np.unique(streets.ways[_ranges(streets.first_way, found)])
+    ends = np.unique(streets.ends[_ranges(streets.first_end, found)])
+    segments = _ranges(plan.segments.first, ways)
+    return _Found(ways, segments[np.isin(streets.of_segment[segments], found)], ends)
 
 
 def _points_along(plan: Plan, frame: LocalFrame, segments: IntArray) -> FloatArray:
@@ -315,7 +312,7 @@ def _among(pairs: tuple[IntArray, IntArray], chosen: IntArray) -> IntArray:
     """Return the relations that are paired with what is chosen, ascending."""
     keys, relations = pairs
     first, last = np.searchsorted(keys, chosen), np.searchsorted(keys, chosen, side="right")
-    found: IntArray = np.unique(relations[np.repeat(first, last - first) + ranks(last - first)])
+    found: IntArray = np.unique(relations[runs(first, last - first)])
     return found
 
 

@@ -9,20 +9,11 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, Outline
-from osm2xodr.outlines import distance
+from osm2xodr.outlines import box
 
 # Longer segments are looked at in parts of this length, m, but in no more parts than these.
 _PART: Final = 200.0
 _PARTS_MAX: Final = 10_000
-
-
-def distances(outline: Outline, points: FloatArray, reach: float) -> FloatArray:
-    """Return how far points (n, 2) are off, m; 0 inside, infinite for what is certainly beyond reach."""
-    low, high = _box(outline)
-    near = np.flatnonzero(((points >= low - reach) & (points <= high + reach)).all(axis=1))
-    out = np.full(len(points), np.inf)
-    out[near] = distance(outline, points[near, 0], points[near, 1])
-    return out
 
 
 def reached(outline: Outline, start: FloatArray, end: FloatArray, far: FloatArray, reach: float) -> BoolArray:
@@ -35,13 +26,14 @@ def reached(outline: Outline, start: FloatArray, end: FloatArray, far: FloatArra
     start, end : (n, 2)
         Ends of the segments, local x, y, m.
     far : (n,)
-        How far the nearer end is off, m, as of `distances`.
+        How far the nearer end is off, m, as of `osm2xodr.outlines.distance`.
     reach
         Greatest distance, m; 0 for segments that touch the area itself.
     """
     out = far <= reach
-    low, high = _box(outline)
-    beside = (np.minimum(start, end) <= high + reach) & (np.maximum(start, end) >= low - reach)
+    west, south, east, north = box(outline)
+    beside = np.minimum(start, end) <= (east + reach, north + reach)
+    beside &= np.maximum(start, end) >= (west - reach, south - reach)
     rest = np.flatnonzero(~out & beside.all(axis=1))
     # What neither begins nor ends within reach of the area comes nearest to a corner, or crosses an edge.
     for ring in outline.rings:
@@ -53,11 +45,6 @@ def reached(outline: Outline, start: FloatArray, end: FloatArray, far: FloatArra
             out[rest[hit]] = True
             rest = rest[~hit]
     return out
-
-
-def _box(outline: Outline) -> tuple[FloatArray, FloatArray]:
-    corners = np.concatenate(outline.rings)
-    return corners.min(axis=0), corners.max(axis=0)
 
 
 def _to_point(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArray:

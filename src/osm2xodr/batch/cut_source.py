@@ -17,7 +17,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
 from osm2xodr.osmParsing.access import left_out
 from osm2xodr.osmParsing.beside_tags import is_thing, node_keys, way_values
 from osm2xodr.osmParsing.file_format import OsmFile
-from osm2xodr.osmParsing.options import DRIVABLE, HIGHWAYS, WaySelection
+from osm2xodr.osmParsing.options import HIGHWAYS, WaySelection
 from osm2xodr.osmParsing.reader import RELATION_TYPES, UNITS_PER_DEGREE, handle, readable
 
 # What is read beside streets if asked for; a cut has all of it.
@@ -42,10 +42,6 @@ class Driven(NamedTuple):
 
     ways: WaySelection | None = None
     include_private: bool = False
-
-
-# What is converted unless something else is asked for.
-USUAL: Final = Driven(DRIVABLE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from osm2xodr.batch.cut_source import Source
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import ranks, runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
 
 # Side of the cells by which ways are found, degrees: about 1 km, so that most ways are in one or two of them.
@@ -203,8 +203,8 @@ def find_in_boxes(cells: Cells, boxes_deg: FloatArray) -> IntArray:
         right, high = _cell(here[:, 2], np.minimum(here[:, 3], 90.0))
         tall = np.maximum(high - low + 1, 0)
         box = np.repeat(np.arange(len(here)), tall)
-        line = (low[box] + ranks(tall)) * _COLUMNS
+        line = runs(low, tall) * _COLUMNS
         first = np.searchsorted(cells.keys, line + left[box])
         last = np.searchsorted(cells.keys, line + right[box], side="right")
-        found.append(np.unique(cells.items[np.repeat(first, last - first) + ranks(last - first)]))
+        found.append(np.unique(cells.items[runs(first, last - first)]))
     return np.unique(np.concatenate(found))

@@ -11,7 +11,7 @@ from typing import Final
 
 from osm2xodr import projection
 from osm2xodr.batch.cut_choice import choose, make_plan
-from osm2xodr.batch.cut_source import USUAL, Driven, read_source
+from osm2xodr.batch.cut_source import Driven, read_source
 from osm2xodr.batch.cut_writing import Target, write_targets
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.diagnostics import Diagnostics
@@ -20,7 +20,6 @@ from osm2xodr.osmParsing.file_format import open_osm_file
 
 # So many files are open at a time; systems allow a process 256 or more.
 _OPEN_MAX: Final = 200
-_EVERY: Final = Driven()
 
 
 def cut_areas(source: Path, requests: Sequence[CutRequest], diagnostics: Diagnostics) -> dict[str, int]:
@@ -46,8 +45,8 @@ def cut_areas(source: Path, requests: Sequence[CutRequest], diagnostics: Diagnos
     Returns
     -------
     dict
-        By the requests' names: how many ways in the area become streets, or may do so if that is not known. Where it
-        is 0 no file is written, and one that is there is removed.
+        By the requests' names: how many ways in the area become streets. Where there are none no file is written, and
+        one that is there is removed.
 
     Raises
     ------
@@ -57,13 +56,12 @@ def cut_areas(source: Path, requests: Sequence[CutRequest], diagnostics: Diagnos
         A cut cannot be written.
     """
     file = open_osm_file(source)
-    levels = {request.name: _levels(request) for request in requests}
-    driven = [level for found in levels.values() for level in found]
+    driven = [Driven(request.ways, request.include_private) for request in requests]
     plan = make_plan(read_source(file, driven), context=any(request.context for request in requests))
     counts: dict[str, int] = {}
     group: list[Target] = []
-    for request in requests:
-        choice = choose(plan, request, levels[request.name])
+    for request, streets in zip(requests, driven, strict=True):
+        choice = choose(plan, request, streets)
         counts[request.name] = choice.driven
         if choice.driven:
             group.append(Target(request.target, choice))
@@ -77,13 +75,6 @@ def cut_areas(source: Path, requests: Sequence[CutRequest], diagnostics: Diagnos
     return counts
 
 
-def _levels(request: CutRequest) -> tuple[Driven, ...]:
-    """Return what becomes a street, and what else may decide about how far streets go."""
-    if request.ways is None:
-        return _EVERY, USUAL
-    return (Driven(request.ways, request.include_private),)
-
-
 def bounds_of(source: Path) -> tuple[float, float, float, float]:
     """Return west, south, east, north of what cars can drive on, degrees; east is above 180 across the antimeridian.
 
@@ -92,7 +83,7 @@ def bounds_of(source: Path) -> tuple[float, float, float, float]:
     InputError
         The map cannot be read, or there is nothing to drive on.
     """
-    found = read_source(open_osm_file(source), [_EVERY], only_driven=True)
+    found = read_source(open_osm_file(source), [Driven()], only_driven=True)
     if not len(found.node_ids):
         raise InputError(f"{source} has no way that cars can drive on; check the area that it covers")
     return projection.bounds_deg(*found.degrees())

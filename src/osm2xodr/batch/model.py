@@ -7,7 +7,7 @@ from enum import Enum
 from pathlib import Path
 
 from osm2xodr.model import LocalFrame, Outline
-from osm2xodr.osmParsing.options import WaySelection
+from osm2xodr.osmParsing.options import DRIVABLE, WaySelection
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +53,9 @@ class CutRequest:
     context
         Whether the surroundings that decide about the shape of roads at the border belong to it as well.
     ways
-        Which ways the conversion makes streets of; None if that is not known.
+        Which ways the conversion makes streets of.
     include_private
-        Whether it does so with ways that are closed to the public, if it is known.
+        Whether it does so with ways that are closed to the public.
     """
 
     name: str
@@ -63,7 +63,7 @@ class CutRequest:
     frame: LocalFrame
     outline: Outline
     context: bool = False
-    ways: WaySelection | None = None
+    ways: WaySelection = DRIVABLE
     include_private: bool = False
 
 

@@ -19,6 +19,7 @@ from osm2xodr.batch.road_bounds import road_bounds
 from osm2xodr.batch.running import Workers, check_dask, running
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
+from osm2xodr.osmParsing.options import DRIVABLE, WaySelection, parse_ways_option
 
 # Options that decide whether a conversion ends, but nothing about what it makes; each has a value.
 _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
@@ -165,7 +166,10 @@ class _Batch:
             assert item.frame is not None
             assert item.outline is not None
             target = self.out.cut(item.area.name)
-            requests.append(CutRequest(item.area.name, target, item.frame, item.outline, self.options.shared))
+            chosen = _chosen_ways(item.area.options)
+            requests.append(
+                CutRequest(item.area.name, target, item.frame, item.outline, self.options.shared, *chosen)
+            )
         try:
             return cut_areas(source, requests, self.diagnostics)
         except Osm2xodrError as error:
@@ -320,6 +324,12 @@ def _unbounded(arguments: Sequence[str]) -> tuple[str, ...]:
             words.append(word)
         skip = not skip and word in _BOUNDS
     return tuple(words)
+
+
+def _chosen_ways(options: Sequence[str]) -> tuple[WaySelection, bool]:
+    """Return which ways become streets, by options of ``convert``, and whether private ones do."""
+    ways = parse_ways_option(options[options.index("--ways") + 1]) if "--ways" in options else DRIVABLE
+    return ways, "--include-private" in options
 
 
 def _how_cut(item: PlannedArea, context: bool) -> str:

@@ -11,7 +11,7 @@ from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.checking.lane_index import LaneIndex, lane_place
 from osm2xodr.checking.places import joints, owners, worst_of
 from osm2xodr.checking.plan_checks import above
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, Shape
 from osm2xodr.road_space import curvature, lane_borders, section_at
@@ -123,7 +123,7 @@ def _check_curves(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Non
     s, bend, section, record = s[kept], bend[kept], section[kept], record[kept]
     count = np.diff(table.start)[section]
     place = np.repeat(np.arange(len(section)), count)
-    lane = ranks(count) + np.repeat(table.start[section], count)
+    lane = runs(table.start[section], count)
     # Only lanes on the inner side of the curve can fold or be tighter than the reference line, but any can be tight.
     inner, outer = lane_borders(drive, lane, s[place])
     middle, wide = (inner + outer) / 2, np.abs(outer - inner) > defaults.CHECK_TAPERED

@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.defaults import EXPORT_EXACT, EXPORT_ORIGIN_GRID
 from osm2xodr.errors import InputError
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.road_space import Ribbons, Stations, lane_ribbons, sample_roads
@@ -85,7 +85,7 @@ def _corners(file: OpenDrive, ribbons: Ribbons) -> tuple[IntArray, IntArray, Int
     borders = np.column_stack([ribbons.left[lanes], ribbons.right[lanes]]).ravel()
     count = ribbons.start[borders + 1] - ribbons.start[borders]
     row = np.repeat(np.arange(len(borders)), count)
-    point = ranks(count) + ribbons.start[borders][row]
+    point = runs(ribbons.start[borders], count)
     return np.repeat(lanes, 2)[row], row % 2, point
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final, TypeVar
+from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -17,12 +17,11 @@ from osm2xodr import defaults
 from osm2xodr.curves import cubic_slope, cubic_value, lengths, places_along, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
-from osm2xodr.geometry.borders import Pieces
 from osm2xodr.geometry.elevation import ElevationOptions, ground_around, solve_profiles
 from osm2xodr.geometry.plan_fit import cut_curves
-from osm2xodr.geometry.profile_problem import ProfileProblem
-from osm2xodr.grouping import ranks
-from osm2xodr.model import FloatArray, IntArray, Partition, PlanView, Surface
+from osm2xodr.geometry.profile_problem import Pins, ProfileProblem
+from osm2xodr.grouping import runs
+from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView, Surface
 from osm2xodr.outlines import distance
 
 # Where all areas of a partition let the lattices of ground windows begin: what is estimated hangs together with it.
@@ -30,6 +29,7 @@ COMMON_ORIGIN: Final = (0.0, 0.0)
 # Distance of the places at which roads are asked how far they are from areas, m.
 _STEP = 20.0
 
+SurfaceAround: TypeAlias = Callable[[FloatArray, FloatArray], Surface]
 _Column = TypeVar("_Column", FloatArray, IntArray)
 
 
@@ -46,13 +46,29 @@ class Neighbourhood:
     """
 
     partition: Partition
-    surface_around: Callable[[FloatArray, FloatArray], Surface]
+    surface_around: SurfaceAround
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Points:
+    """Places x, y along roads, local, m, all (n,)."""
+
+    road: IntArray
+    x: FloatArray
+    y: FloatArray
+
+    @classmethod
+    def along(cls, plan_view: PlanView) -> _Points:
+        """Return places that no road leaves out for longer than a few metres."""
+        road, s = places_along(plan_view, _STEP)
+        x, y, _ = pose(plan_view, road, s)
+        return cls(road, x, y)
 
 
 def with_border_heights(
     problem: ProfileProblem,
-    pieces: Pieces,
-    neighbourhood: Neighbourhood,
+    borders: Borders,
+    surface_around: SurfaceAround,
     options: ElevationOptions | None,
     diagnostics: Diagnostics,
 ) -> ProfileProblem:
@@ -62,95 +78,74 @@ def with_border_heights(
     ----------
     problem
         Roads of the area and its surroundings.
-    pieces
+    borders
         Which area they belong to.
-    neighbourhood
-        The areas.
+    surface_around
+        As of `Neighbourhood`.
     options
         The user's choices about heights.
     diagnostics
         Receives a note where no elevation model reaches a border.
     """
-    own = pieces.partition.own
-    road = np.repeat(np.arange(len(pieces.start) - 1), np.diff(pieces.start))
+    own = borders.partition.own
+    road = np.repeat(np.arange(len(borders.piece_start) - 1), np.diff(borders.piece_start))
     cut = np.flatnonzero(road[1:] == road[:-1]) + 1
-    before, after = pieces.area[cut - 1], pieces.area[cut]
+    before, after = borders.piece_area[cut - 1], borders.piece_area[cut]
     ours = ((before == own) | (after == own)) & (before >= 0) & (after >= 0)
     cut, neighbour = cut[ours], np.where(before == own, after, before)[ours]
+    points = _Points.along(problem.plan_view)
     found: list[tuple[IntArray, FloatArray, FloatArray]] = []
     for area in np.unique(neighbour).tolist():
         here = cut[neighbour == area]
-        solved = _along_border(problem, area, road[here], pieces.s[here], neighbourhood, options)
-        if solved is None:
-            name = pieces.partition.names[area]
+        near = np.union1d(_roads_near(points, borders.partition, sorted((own, area))), road[here])
+        heights = _heights(problem, near, points, road[here], borders.piece_s[here], surface_around, options)
+        if heights is None:
+            name = borders.partition.names[area]
             diagnostics.note("border-heights", "", f"no elevation model reaches the border with {name}")
             continue
-        found.append((here, *solved))
+        found.append((here, *heights))
     if not found:
         return problem
     at = np.concatenate([item[0] for item in found])
     order = np.argsort(at)
-    return replace(
-        problem,
-        pin_road=road[at][order],
-        pin_s=pieces.s[at][order],
-        pin_z=np.concatenate([item[1] for item in found])[order],
-        pin_grade=np.concatenate([item[2] for item in found])[order],
-    )
+    z, grade = (np.concatenate([item[k] for item in found])[order] for k in (1, 2))
+    return replace(problem, pins=Pins(road[at][order], borders.piece_s[at][order], z, grade))
 
 
-def _along_border(
+def _roads_near(points: _Points, partition: Partition, areas: list[int]) -> IntArray:
+    """Return the roads that come within `defaults.BORDER_HEIGHT_REACH` of both areas, ascending."""
+    near, reach = np.arange(len(points.road)), defaults.BORDER_HEIGHT_REACH
+    for area in areas:
+        near = near[distance(partition.outlines[area], points.x[near], points.y[near], reach) <= reach]
+    out: IntArray = np.unique(points.road[near])
+    return out
+
+
+def _heights(
     problem: ProfileProblem,
-    neighbour: int,
+    near: IntArray,
+    points: _Points,
     road: IntArray,
     s: FloatArray,
-    neighbourhood: Neighbourhood,
+    surface_around: SurfaceAround,
     options: ElevationOptions | None,
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return heights and grades at places (n,) of roads, solved for what lies along the border; None without heights.
+    """Return heights and grades at places (n,) of roads, solved for roads near them alone; None without heights.
 
     Nothing here may depend on which of the two areas asks.
     """
-    partition = neighbourhood.partition
-    near = _roads_near(problem.plan_view, partition, sorted((partition.own, neighbour)))
-    near = np.union1d(near, road)
     index = np.searchsorted(near, road)
     unknown = np.full(len(road), np.nan)
-    alone = replace(chosen_roads(problem, near), pin_road=index, pin_s=s, pin_z=unknown, pin_grade=unknown)
-    x, y = _points(alone.plan_view)
+    alone = replace(chosen_roads(problem, near), pins=Pins(index, s, unknown, unknown))
+    along = np.isin(points.road, near)
+    x, y = points.x[along], points.y[along]
     try:
-        surface = neighbourhood.surface_around(x, y)
+        surface = surface_around(x, y)
     except CoverageError:
         return None
     ground = ground_around(surface, x, y, options, COMMON_ORIGIN)
     solution = solve_profiles(alone, surface, Diagnostics(), options, ground)
     return cubic_value(solution.elevation, index, s), cubic_slope(solution.elevation, index, s)
-
-
-def _roads_near(plan_view: PlanView, partition: Partition, areas: list[int]) -> IntArray:
-    """Return the roads that come within `defaults.BORDER_HEIGHT_REACH` of both areas, ascending."""
-    road, x, y = _sampled(plan_view)
-    near, reach = np.arange(len(road)), defaults.BORDER_HEIGHT_REACH
-    for area in areas:
-        outline = partition.outlines[area]
-        corners = np.concatenate(outline.rings)
-        low, high = corners.min(axis=0) - reach, corners.max(axis=0) + reach
-        near = near[(x[near] >= low[0]) & (x[near] <= high[0]) & (y[near] >= low[1]) & (y[near] <= high[1])]
-        near = near[distance(outline, x[near], y[near]) <= reach]
-    out: IntArray = np.unique(road[near])
-    return out
-
-
-def _points(plan_view: PlanView) -> tuple[FloatArray, FloatArray]:
-    """Return points along roads, evenly spaced."""
-    _, x, y = _sampled(plan_view)
-    return x, y
-
-
-def _sampled(plan_view: PlanView) -> tuple[IntArray, FloatArray, FloatArray]:
-    road, s = places_along(plan_view, _STEP)
-    x, y, _ = pose(plan_view, road, s)
-    return road, x, y
 
 
 def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
@@ -166,8 +161,8 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
     plan_view = problem.plan_view
     number = np.full(len(problem.end_junction), -1, np.int64)
     number[chosen] = np.arange(len(chosen))
-    span = _rows(problem.span_start, chosen)
     spans = np.diff(problem.span_start)[chosen]
+    span = runs(problem.span_start[chosen], spans)
     junctions = np.unique(problem.end_junction[chosen])
     junctions = junctions[junctions >= 0]
     of_junction = np.full(len(problem.junction_xy) + 1, -1, np.int64)
@@ -196,17 +191,8 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
         ele_s=_of(problem.ele_s, ele),
         ele_z=_of(problem.ele_z, ele),
         road_id=_of(problem.road_id, chosen),
-        pin_road=None,
-        pin_s=None,
-        pin_z=None,
-        pin_grade=None,
+        pins=None,
     )
-
-
-def _rows(start: IntArray, chosen: IntArray) -> IntArray:
-    """Return the rows of some groups, given where each begins."""
-    count = (start[1:] - start[:-1])[chosen]
-    return np.repeat(start[:-1][chosen], count) + ranks(count)
 
 
 def _of(column: _Column | None, rows: IntArray | None) -> _Column | None:

@@ -5,7 +5,6 @@ Both areas lay a road out alike, since both see all that shapes it; so both find
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -23,22 +22,9 @@ _EXACT = 1e-6
 _PARTS = 200
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pieces:
-    """The pieces of roads by area, as of `Borders`; `junction_area` is that of all junctions that were laid out."""
-
-    partition: Partition
-    start: IntArray
-    s: FloatArray
-    area: IntArray
-    junction_area: IntArray
-
-    def borders(self, junctions: IntArray) -> Borders:
-        """Return them for a road map that has some of the junctions, (n,)."""
-        return Borders(self.partition, self.start, self.s, self.area, self.junction_area[junctions])
-
-
-def find_pieces(partition: Partition, plan_view: PlanView, end_junction: IntArray, junction_xy: FloatArray) -> Pieces:
+def find_borders(
+    partition: Partition, plan_view: PlanView, end_junction: IntArray, junction_xy: FloatArray
+) -> Borders:
     """Divide roads among areas.
 
     A junction belongs to the area that its origin lies in, and with it the first metres of its arms
@@ -54,7 +40,7 @@ def find_pieces(partition: Partition, plan_view: PlanView, end_junction: IntArra
     end_junction : (R, 2)
         Junction at each road's start and end, -1 where there is none.
     junction_xy : (J, 2)
-        Origin of each junction, local x, y, m.
+        Origin of each junction, local x, y, m. Their areas come in the same order.
     """
     length = lengths(plan_view)
     road, s = places_along(plan_view, _STEP)
@@ -78,7 +64,7 @@ def find_pieces(partition: Partition, plan_view: PlanView, end_junction: IntArra
     start = np.concatenate([[0], np.cumsum([len(item) for item in found])]).astype(np.int64)
     of_road = np.repeat(np.arange(len(length)), np.diff(start))
     begin = snap_cuts(plan_view, of_road, np.concatenate(found))
-    return Pieces(partition, start, begin, np.concatenate(areas), junction_area)
+    return Borders(partition, start, begin, np.concatenate(areas), junction_area)
 
 
 class _Line:

@@ -9,7 +9,7 @@ from osm2xodr.curve_finder import project
 from osm2xodr.curves import pose
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.road_parts import RoadParts
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Shares of a path at which it is held against lanes for cars.
@@ -73,4 +73,4 @@ def _pairs(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
     first = np.searchsorted(other, one)
     count = np.searchsorted(other, one, side="right") - first
     row = np.repeat(np.arange(len(one)), count)
-    return row, ranks(count) + np.repeat(first, count)
+    return row, runs(first, count)

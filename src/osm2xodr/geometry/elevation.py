@@ -298,11 +298,10 @@ def _solution(
         [np.round(knots[:, 0], defaults.PROFILE_DECIMALS), np.round(knots[:, 1], defaults.PROFILE_SLOPE_DECIMALS)]
     )
     z, grade = knots[:, 0].copy(), knots[:, 1].copy()
-    if problem.pin_road is None or problem.pin_s is None or problem.pin_z is None or problem.pin_grade is None:
+    if problem.pins is None:
         profile = thin_records(elements.knot_start, elements.knot_s, z, grade)
     else:
-        pins = problem.pin_road, problem.pin_s, (problem.pin_z, problem.pin_grade)
-        start, s, z, grade, held = with_knots(elements.knot_start, elements.knot_s, z, grade, *pins)
+        start, s, z, grade, held = with_knots(elements.knot_start, elements.knot_s, z, grade, problem.pins)
         profile = thin_records(start, s, z, grade, held=held)
     ends = np.stack([knots[elements.knot_start[:-1]], knots[elements.knot_start[1:] - 1]], axis=1)
     return ProfileSolution(profile, planes, ends[:, :, 0].copy(), ends[:, :, 1].copy(), statistics, told)

@@ -22,7 +22,7 @@ from osm2xodr.geometry.profile_fit import fit_records
 from osm2xodr.geometry.profile_output import only_curves
 from osm2xodr.geometry.profile_problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.geometry.profile_system import end_poses
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Pairs of knots and arms that are treated at once: bounds the memory.
@@ -74,7 +74,7 @@ def _surface(
     z = plane[:, 0] + plane[:, 1] * (x - origin[junction, 0]) + plane[:, 2] * (y - origin[junction, 1])
     count = arms.start[junction + 1] - arms.start[junction]
     place = np.repeat(np.arange(len(x)), count)
-    arm = arms.start[junction[place]] + ranks(count)
+    arm = runs(arms.start[junction], count)
     cos, sin = np.cos(arms.hdg[arm]), np.sin(arms.hdg[arm])
     dx, dy = x[place] - arms.x[arm], y[place] - arms.y[arm]
     along, t = cos * dx + sin * dy, cos * dy - sin * dx

@@ -14,7 +14,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.curves import arc_step, find_record, joined_plan_views, lengths
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _SPIKE = np.deg2rad(170.0)
@@ -269,8 +269,7 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
     which = np.asarray(curve, np.int64)
     count = plan.start[which + 1] - plan.start[which]
     part = np.repeat(np.arange(len(which)), count)
-    offset = ranks(count)
-    k = plan.start[which][part] + offset
+    k = runs(plan.start[which], count)
     begin = np.maximum(plan.s[k], lo[part])
     end = np.minimum(plan.s[k] + plan.length[k], hi[part])
     used = end - begin > 1e-9

@@ -102,11 +102,12 @@ def ele_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unknowns
 def pin_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unknowns, mean: float) -> Observations:
     """Return the heights, less the mean, and grades that roads are held to."""
     size = unknowns.to_knots.shape[0]
-    if problem.pin_road is None or problem.pin_s is None or problem.pin_z is None or problem.pin_grade is None:
+    pins = problem.pins
+    if pins is None:
         none = np.zeros(0)
         return Observations(sp.csr_matrix((0, unknowns.to_knots.shape[1])), none, none, none)
-    held = np.flatnonzero(np.isfinite(problem.pin_z))
-    road, s = problem.pin_road[held], problem.pin_s[held]
+    held = np.flatnonzero(np.isfinite(pins.z))
+    road, s = pins.road[held], pins.s[held]
     e = element_at(elements, road, s)
     u = np.clip((s - elements.s[e]) / elements.h[e], 0.0, 1.0)
     dofs = element_dofs(elements, e)
@@ -114,7 +115,7 @@ def pin_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unknowns
         [rows_matrix(dofs, weights(u, elements.h[e]), size) for weights in (hermite, hermite_slope)], format="csr"
     )
     sigma = np.repeat([defaults.BORDER_HEIGHT_SIGMA, defaults.BORDER_GRADE_SIGMA], len(e))
-    wanted = np.concatenate([problem.pin_z[held] - mean, problem.pin_grade[held]])
+    wanted = np.concatenate([pins.z[held] - mean, pins.grade[held]])
     return Observations((rows @ unknowns.to_knots).tocsr(), wanted, 1.0 / sigma**2, sigma)
 
 

@@ -19,7 +19,7 @@ from osm2xodr.geometry.profile_system import (
     hermite_slope,
     rows_matrix,
 )
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import FloatArray, IntArray
 
 # How much stiffer a limit is than the road it bends. Stiffer ones take more steps to settle.
@@ -129,7 +129,7 @@ def _close_ends(problem: ProfileProblem) -> tuple[IntArray, FloatArray]:
     # Each arm with all arms of its junction; the half with a < b is kept.
     size = count[junction[order]]
     a = np.repeat(np.arange(len(order)), size)
-    b = np.repeat(first[junction[order]], size) + ranks(size)
+    b = runs(first[junction[order]], size)
     a, b = order[a[a < b]], order[b[a < b]]
     x, y, hdg = end_poses(problem)
     half, middle = _half_widths(problem)

@@ -12,6 +12,7 @@ from osm2xodr.defaults import (
     PROFILE_SLOPE_TOLERANCE,
     PROFILE_TOLERANCE,
 )
+from osm2xodr.geometry.profile_problem import Pins
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 
 # Knots closer to each other are one, m.
@@ -140,9 +141,7 @@ def with_knots(
     s: FloatArray,
     value: FloatArray,
     slope: FloatArray,
-    curve: IntArray,
-    at: FloatArray,
-    wanted: tuple[FloatArray, FloatArray],
+    pins: Pins,
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]:
     """Return the knots of many curves with some more, and which are new.
 
@@ -150,26 +149,25 @@ def with_knots(
     ----------
     start, s, value, slope
         As of `hermite_records`.
-    curve, at : (n,)
-        Where the new knots are: not at a curve's ends, and apart from each other.
-    wanted : (n,) each
-        Their values and slopes; NaN for those of the cubics that are there.
+    pins
+        The new knots: not at a curve's ends, and apart from each other. Where they hold nothing, they get the height
+        and grade of the cubics that are there.
     """
     records = hermite_records(start, s, value, slope)
     there = [
-        np.where(np.isfinite(given), given, cubic(records, curve, at))
-        for given, cubic in zip(wanted, (cubic_value, cubic_slope), strict=True)
+        np.where(np.isfinite(given), given, cubic(records, pins.road, pins.s))
+        for given, cubic in ((pins.z, cubic_value), (pins.grade, cubic_slope))
     ]
     # A knot at the same place makes way.
     owner = np.repeat(np.arange(len(start) - 1), np.diff(start))
     ends = np.zeros(len(s), bool)
     ends[start[:-1]] = ends[start[1:] - 1] = True
     left = np.ones(len(s), bool)
-    for number, place in zip(curve.tolist(), at.tolist(), strict=True):
+    for number, place in zip(pins.road.tolist(), pins.s.tolist(), strict=True):
         part = slice(start[number], start[number + 1])
         left[part] &= ends[part] | (np.abs(s[part] - place) > KNOT_DISTANCE)
-    owner = np.concatenate([owner[left], curve])
-    all_s = np.concatenate([s[left], at])
+    owner = np.concatenate([owner[left], pins.road])
+    all_s = np.concatenate([s[left], pins.s])
     order = np.lexsort((all_s, owner))
     count = np.bincount(owner, minlength=len(start) - 1)
     held = np.zeros(len(order), bool)

@@ -14,6 +14,24 @@ from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, PlanVi
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Pins:
+    """Places at which profiles have knots for certain, and what roads are held to there.
+
+    Parameters
+    ----------
+    road, s : (P,)
+        Road and place along it, m.
+    z, grade : (P,)
+        Height, m, and rise per metre along +s; NaN for none.
+    """
+
+    road: IntArray
+    s: FloatArray
+    z: FloatArray
+    grade: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ProfileProblem:
     """Roads outside junctions whose heights are wanted.
 
@@ -54,9 +72,8 @@ class ProfileProblem:
         Heights that OSM's ``ele`` gives: road, place along it and height, m.
     road_id : (R,), optional
         Ids of the roads, for reports; their index where not given.
-    pin_road, pin_s, pin_z, pin_grade : (P,), optional
-        Where profiles have knots for certain: road and place along it, m; and the height and grade along +s that the
-        road is held to there, m and rise per metre, NaN for none.
+    pins
+        Where profiles have knots for certain.
     """
 
     plan_view: PlanView
@@ -78,10 +95,7 @@ class ProfileProblem:
     ele_s: FloatArray | None = None
     ele_z: FloatArray | None = None
     road_id: IntArray | None = None
-    pin_road: IntArray | None = None
-    pin_s: FloatArray | None = None
-    pin_z: FloatArray | None = None
-    pin_grade: FloatArray | None = None
+    pins: Pins | None = None
 
 
 @dataclass(frozen=True, slots=True)

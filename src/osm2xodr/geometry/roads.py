@@ -11,7 +11,7 @@ from osm2xodr.countries import find_country
 from osm2xodr.curves import joined_plan_views, joined_profiles, profile_of
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.border_heights import Neighbourhood, with_border_heights
-from osm2xodr.geometry.borders import Pieces, find_pieces
+from osm2xodr.geometry.borders import find_borders
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.connecting_roads import ConnectingRoads, InnerLane
 from osm2xodr.geometry.connectivity import Connectivity
@@ -29,6 +29,7 @@ from osm2xodr.geometry.street_places import street_places
 from osm2xodr.geometry.turnarounds import RoadOptions
 from osm2xodr.memory import release_memory
 from osm2xodr.model import (
+    Borders,
     Connection,
     Cubic,
     CubicProfile,
@@ -80,11 +81,11 @@ def build_roads(
     parts, connecting, layout = plan.parts, plan.connecting, plan.layout
     release_memory()
     problem = profile_problem(network, plan.fitted, layout, parts, diagnostics)
-    pieces: Pieces | None = None
+    borders: Borders | None = None
     if neighbourhood is not None:
         partition = neighbourhood.partition
-        pieces = find_pieces(partition, problem.plan_view, problem.end_junction, problem.junction_xy)
-        problem = with_border_heights(problem, pieces, neighbourhood, elevation_options, diagnostics)
+        borders = find_borders(partition, problem.plan_view, problem.end_junction, problem.junction_xy)
+        problem = with_border_heights(problem, borders, neighbourhood.surface_around, elevation_options, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
     steep = too_steep(plan.corners, solution)
     report_corners(network, layout, plan.corners.junction[steep], diagnostics)
@@ -96,6 +97,8 @@ def build_roads(
     known = Connectivity.of(network.connectivities)
     lanes = lay_out_all(parts.stretches, network.rule, known, find_country(network.country))
     lanes = add_margins(lanes, plan.margins, parts.length.tolist())
+    if borders is not None:
+        borders = replace(borders, junction_area=borders.junction_area[_first_seen(through.junction)])
     offsets = profile_of([layout.offset for layout in lanes])
     none = profile_of([() for _ in lanes])
     return RoadMap(
@@ -119,7 +122,7 @@ def build_roads(
         elevation_report=solution.report,
         country=network.country,
         places=street_places(network, layout, parts, numbers.road, _junction_ids(layout, connecting, numbers)),
-        borders=pieces.borders(_first_seen(through.junction)) if pieces is not None else None,
+        borders=borders,
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.defaults import FIND_REACH, FIND_SLACK, FIND_STEP, SAMPLE_TOLERANCE
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.road_space.curves import pose, pose_and_curvature
@@ -193,7 +193,7 @@ def _nearest_lane(
     first = file.lanes.start[section[known]]
     count = file.lanes.start[section[known] + 1] - first
     place = np.repeat(known, count)
-    lane = ranks(count) + np.repeat(first, count)
+    lane = runs(first, count)
     beside = np.flatnonzero((file.lanes.id[lane] != 0) & (file.lanes.id[lane] != ABSENT))
     place, lane = place[beside], lane[beside]
     inner, outer = lane_borders(file, lane, s[place])

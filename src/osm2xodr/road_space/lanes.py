@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr.curves import find_record
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.road_space.curves import LEFT
@@ -128,7 +128,7 @@ def lane_at(
     first = file.lanes.start[section[known]]
     count = file.lanes.start[section[known] + 1] - first
     place = np.repeat(known, count)
-    lane = ranks(count) + np.repeat(first, count)
+    lane = runs(first, count)
     inner, outer = lane_borders(file, lane, s[place], before=before)
     low, high = np.minimum(inner, outer) - slack, np.maximum(inner, outer) + slack
     holds = (low <= t[place]) & (t[place] <= high) & (file.lanes.id[lane] != 0)

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.defaults import SAMPLE_MOST, SAMPLE_STEP, SAMPLE_TOLERANCE
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import ranks, runs
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.road_space.curves import curvature, pose
@@ -171,7 +171,7 @@ def _sideways(file: OpenDrive, road: IntArray, low: FloatArray, high: FloatArray
     first = file.lanes.start[section[known]]
     count = file.lanes.start[section[known] + 1] - first
     place = np.repeat(known, count)
-    lane = ranks(count) + np.repeat(first, count)
+    lane = runs(first, count)
     for profile in (file.lanes.width, file.lanes.border):
         bent = _bent(profile)[lane]
         at, which = place[bent], lane[bent]

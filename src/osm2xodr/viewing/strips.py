@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from osm2xodr.grouping import ranks
+from osm2xodr.grouping import runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 from osm2xodr.road_space import (
@@ -109,7 +109,7 @@ def _lanes(file: OpenDrive, section: IntArray) -> tuple[IntArray, IntArray, IntA
     ids = file.lanes.id
     first, last = file.lanes.start[section], file.lanes.start[section + 1]
     count = last - first
-    row = ranks(count) + np.repeat(first, count)
+    row = runs(first, count)
     strip = np.repeat(np.arange(len(section)), count)
     kept = (ids[row] != 0) & (ids[row] != ABSENT)
     row, strip = row[kept], strip[kept]
