@@ -97,7 +97,7 @@ def test_a_bounded_run_says_why_it_stops_and_leaves_nothing(
     tmp_path: Path, bound: tuple[str, str], words: str
 ) -> None:
     area = tmp_path / "large.osm"
-    area.write_text(street_grid(90), encoding="utf-8")
+    area.write_text(street_grid(60), encoding="utf-8")
     out = tmp_path / "out.xodr"
     done = subprocess.run(
         [sys.executable, "-m", "osm2xodr", "convert", str(area), "-o", str(out), "-q", *bound],

@@ -16,6 +16,7 @@ import pytest
 from batch_runs import RunningBatch, made, noted, started, statuses, write_table, write_village
 from small_area import street_grid, write_dem
 
+from osm2xodr.batch import running
 from osm2xodr.cli import main
 
 AREAS = 40
@@ -221,7 +222,10 @@ def test_an_existing_scheduler_is_used_and_left_alone(tmp_path: Path) -> None:
             process.wait(timeout=20)
 
 
-def test_a_scheduler_that_is_not_there_is_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_scheduler_that_is_not_there_is_told_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running, "_PATIENCE", 1.0)
     table = write_table(tmp_path / "areas.csv", write_areas(tmp_path / "maps", 1))
     assert main(["batch", str(table), "-o", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:9"]) == 1
     said = capsys.readouterr().err

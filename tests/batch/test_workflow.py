@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import secrets
+import shutil
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -48,19 +49,37 @@ class Here:
         return names
 
 
-@pytest.fixture
-def here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Here]:
+@contextmanager
+def running_here(folder: Path) -> Iterator[Here]:
+    """Run batches in a folder."""
     found = Here()
-    monkeypatch.setattr(workflow, "running", found.running)
-    monkeypatch.chdir(tmp_path)
-    write_dem(tmp_path)
-    rows = [{"name": f"v{k}", "osm": write_village(tmp_path, k).name} for k in range(3)]
-    rows[0]["dem"] = "dem.tif"
-    write_table(tmp_path / "areas.csv", rows)
-    assert main(["batch", "areas.csv", "-o", "out"]) == 0
-    assert sorted(found.taken()) == ["v0", "v1", "v2"]
-    yield found
+    with pytest.MonkeyPatch.context() as patches:
+        patches.setattr(workflow, "running", found.running)
+        patches.chdir(folder)
+        yield found
     end_areas(found.key)
+
+
+@pytest.fixture(scope="module")
+def three_villages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a batch that has been made."""
+    folder = tmp_path_factory.mktemp("three")
+    write_dem(folder)
+    rows = [{"name": f"v{k}", "osm": write_village(folder, k).name} for k in range(3)]
+    rows[0]["dem"] = "dem.tif"
+    write_table(folder / "areas.csv", rows)
+    with running_here(folder) as found:
+        assert main(["batch", "areas.csv", "-o", "out"]) == 0
+    assert sorted(found.taken()) == ["v0", "v1", "v2"]
+    return folder
+
+
+@pytest.fixture
+def here(three_villages: Path, tmp_path: Path) -> Iterator[Here]:
+    """Batches in a copy of this folder, all files of which have the same times."""
+    shutil.copytree(three_villages, tmp_path, dirs_exist_ok=True)
+    with running_here(tmp_path) as found:
+        yield found
 
 
 AREA_SERVER = "osm2xodr.batch.area_server"

@@ -39,6 +39,8 @@ _CALM: Final = {
     "distributed.worker.profile.enabled": False,
     "distributed.scheduler.worker-saturation": 1.0,
 }
+# What Dask calls tasks that have ended.
+_ENDED: Final = frozenset({"finished", "error", "cancelled"})
 # Libraries that write log lines of their own.
 _LOGGERS: Final = ("distributed", "tornado", "asyncio", "bokeh")
 
@@ -125,6 +127,10 @@ def _outcomes(
         except queue.Empty:
             if client.status != "running":
                 raise Osm2xodrError("the Dask scheduler is gone; start it, and run the same command again") from None
+            continue
+        if future.status not in _ENDED:
+            # A worker that dies takes outcomes along that nobody has fetched: these areas are being made again.
+            future.add_done_callback(done.put)
             continue
         job, _ = futures.pop(future.key)
         yield job, _outcome(future)
