@@ -12,7 +12,7 @@ RESULT := build/andorra_ordino.xodr
 AREAS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-oldest browser bench lint format clean distclean
+.PHONY: help run test test-oldest audit browser bench lint format clean distclean
 
 # Debian's and Ubuntu's: what the tests open reports in.
 BROWSER_PACKAGES := chromium chromium-driver
@@ -21,6 +21,7 @@ help:
 	@echo 'make run        convert the sample in $(SAMPLE) to $(RESULT)'
 	@echo 'make test       everything that must hold: linters, types, tests, real readers of OpenDRIVE'
 	@echo 'make test-oldest  the tests, but for browser and readers, with the oldest libraries (Python 3.10 to 3.12)'
+	@echo 'make audit      look for known vulnerabilities in the libraries of $(VENV); asks a public database'
 	@echo 'make bench      speed beside SUMO netconvert and CARLA Osm2Odr, to benchmarks/RESULTS.md; AREAS=FOLDER for more'
 	@echo 'make lint       linters and types alone'
 	@echo 'make format     put the code into shape'
@@ -52,6 +53,12 @@ test-oldest:
 		--requirement $(OLDEST)/oldest.txt
 	WITHOUT_READERS=1 $(OLDEST)/bin/python -m pytest -n 2 --ignore tests/viewing/test_browser.py
 
+AUDIT := .venv-audit
+audit: $(VENV)/.test
+	$(PYTHON) -m venv --clear $(AUDIT)
+	$(AUDIT)/bin/python -m pip --disable-pip-version-check install --quiet pip-audit
+	$(AUDIT)/bin/pip-audit --strict --skip-editable --path "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"
+
 browser:
 	@if ! command -v chromium >/dev/null || ! command -v chromedriver >/dev/null; then \
 		echo 'installing $(BROWSER_PACKAGES): reports are tried in a browser'; \
@@ -80,7 +87,7 @@ clean:
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean
-	rm -rf $(VENV) $(OLDEST)
+	rm -rf $(VENV) $(OLDEST) $(AUDIT)
 
 # The stamps say what was installed into .venv; a change of pyproject.toml installs anew.
 $(VENV)/.run: pyproject.toml | $(BIN)/python

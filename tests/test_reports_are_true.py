@@ -98,6 +98,23 @@ def test_every_drivable_way_is_there_or_named(conversion: Conversion) -> None:
     assert carried <= ways.keys()
 
 
+def test_every_bridge_and_tunnel_is_there(conversion: Conversion) -> None:
+    """Ways that are told of as mere slivers of a road, shorter than half a metre, leave none."""
+    root = etree.parse(conversion.path).getroot()
+    ways, _ = osm_elements(conversion.scene.osm)
+    for key, off in (("bridge", {"no"}), ("tunnel", {"no", "culvert", "flooded"})):
+        tagged = {number for number in carried_ways(root) if ways[number][0].get(key, "no") not in off}
+        tagged -= {number for number in tagged if key == "tunnel" and ways[number][0].get("bridge", "no") != "no"}
+        written = {
+            int(number)
+            for element in root.iter(key)
+            for data in element.iter("userData")
+            for number in data.get("value", "").split()
+        }
+        assert written <= tagged
+        assert len(tagged - written) <= 0.1 * len(tagged), (key, tagged - written)
+
+
 def test_every_turn_restriction_is_read_or_named(conversion: Conversion) -> None:
     """Which movements follow from them is the matter of other tests."""
     raw = conversion.scene.osm.read_bytes()

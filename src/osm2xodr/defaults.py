@@ -1014,6 +1014,16 @@ FOOTWAY_VERGE_MIN: Final = 0.3
 FOOTWAY_WIDTH_MIN: Final = 0.8
 FOOTWAY_WIDTH_MAX: Final = 6.0
 
+# ---- furniture: bridges and tunnels
+
+# Of bridges of which OSM says nothing: what most road bridges of the last 70 years are made of.
+BRIDGE_MATERIAL: Final = "concrete"
+# Tunnels are taken as lit from this length on, m, where OSM says nothing: RABT 2006 counts what is covered over 80 m
+# as a tunnel, with lights.
+TUNNEL_LIT_LENGTH: Final = 80.0
+# How much daylight reaches the road in galleries, which are open at one side, 0 to 1; a choice.
+GALLERY_DAYLIGHT: Final = 0.5
+
 # ---- furniture: signs
 
 # Signs stand so far beyond the edge of the carriageway, m: VwV-StVO, on §§ 39 to 43, wants 0.50 in towns, 0.30 at

@@ -9,7 +9,7 @@ from sample_road_maps import furnished_crossing
 
 from osm2xodr.diagnostics import Diagnostic, Diagnostics, Kind
 from osm2xodr.geometry.border_split import keep_own
-from osm2xodr.model import Furniture, ObjectRepeat, RoadMap, RoadObject, Signal
+from osm2xodr.model import Furniture, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal
 
 # Lines through road 1 (from x = 0 to 100), of which one lies between the junction's light at 98 and the junction.
 AMID, AT_LIGHT = 30.0, 99.5
@@ -181,3 +181,16 @@ def test_copies_where_the_border_is_stand_behind_it() -> None:
         found = [s for item in half.furniture.objects for s, _ in copies(item, 0.0)]
         assert found == pytest.approx([first, first + 10.0, first + 20.0] + ([30.0] if own == EAST else []))
         assert half.furniture.objects[0].id == FIRST[own]
+
+
+def test_a_bridge_is_cut_in_two_and_one_beyond_the_border_is_gone() -> None:
+    bridge = RoadStructure(9, 1, 10.0, 60.0, "bridge", "steel", "Long one", osm_way_ids=(5, 6))
+    tunnel = RoadStructure(10, 1, 80.0, 20.0, "tunnel", "standard", lighting=1.0)
+    furniture = Furniture(structures=(bridge, tunnel))
+    west, east = (split(replace(furnished_crossing(), furniture=furniture), AMID, own) for own in (WEST, EAST))
+    cut = cut_at(west)
+    assert west.furniture.structures == (replace(bridge, id=1000, road=1000, length=about(cut - 10.0)),)
+    assert east.furniture.structures == (
+        replace(bridge, id=50_000, road=50_000, s=0.0, length=about(70.0 - cut)),
+        replace(tunnel, id=50_001, road=50_000, s=about(80.0 - cut)),
+    )

@@ -10,7 +10,7 @@ import pytest
 from sample_road_maps import crossing, furnished_crossing
 
 from osm2xodr.errors import OutputError
-from osm2xodr.model import Furniture, ObjectRepeat, RoadMap, RoadObject
+from osm2xodr.model import Furniture, ObjectRepeat, RoadMap, RoadObject, RoadStructure
 from osm2xodr.xodrWriter.check import check_road_map
 
 FURNITURE = furnished_crossing().furniture
@@ -36,6 +36,14 @@ def reference_before_the_start() -> Furniture:
 def repeat_behind_the_end() -> Furniture:
     fence = ObjectRepeat(10.0, 95.0, 0.0, 5.0, 5.0, 0.1, 1.0)
     return Furniture(objects=(RoadObject(1, 1, "barrier", "", "", 10.0, 5.0, repeat=fence, osm_id="way/9"),))
+
+
+def bridge_behind_the_end() -> Furniture:
+    return Furniture(structures=(RoadStructure(1, 1, 50.0, 51.0, "bridge", "steel"),))
+
+
+def tunnel_with_the_id_of_a_signal() -> Furniture:
+    return replace(FURNITURE, structures=(RoadStructure(1, 1, 50.0, 10.0, "tunnel", "standard"),))
 
 
 def object_nowhere() -> Furniture:
@@ -78,9 +86,11 @@ def controller_of_no_junction() -> Furniture:
         (signal_behind_the_end, r"signal 1 \(node/42\) does not stand within the 100\.000 m of road 1: s 100\.100"),
         (reference_before_the_start, r"a reference to signal 1 does not stand within the 10\.000 m of road 3"),
         (repeat_behind_the_end, r"object 1 \(way/9\) does not stand within the 100\.000 m of road 1"),
+        (bridge_behind_the_end, r"bridge 1 does not stand within the 100\.000 m of road 1: s 50\.000"),
         (object_nowhere, "object 1 has a number that is not finite"),
         (corner_nowhere, "object 1 has a number that is not finite"),
-        (id_of_a_signal_and_an_object, "signals and objects need ids of their own above 0"),
+        (id_of_a_signal_and_an_object, "signals, objects, bridges and tunnels need ids of their own above 0"),
+        (tunnel_with_the_id_of_a_signal, "signals, objects, bridges and tunnels need ids of their own above 0"),
         (id_of_two_controllers, "controllers need ids of their own above 0"),
         (reference_to_nothing, "road 3 refers to signal 77, which is not there"),
         (controller_of_nothing, "controller 1 has no signal"),

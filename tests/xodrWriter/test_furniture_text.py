@@ -13,7 +13,7 @@ from sample_road_maps import crossing, furnished_crossing
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OutputError
-from osm2xodr.model import Furniture, LaneType, ObjectRepeat, RoadMap, RoadObject, Signal
+from osm2xodr.model import Furniture, LaneType, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal
 from osm2xodr.targets import TARGETS
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
 
@@ -268,3 +268,26 @@ def test_sumo_gets_no_lanes_to_park_on() -> None:
     assert [item.message for item in found if item.code == "word-for-reader"] == [
         "'parking' is written as 'shoulder', as --target sumo wants"
     ]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_bridges_and_tunnels_stand_behind_the_objects(version: str) -> None:
+    bridge = RoadStructure(51, 1, 10.0, 20.0, "bridge", "steel", 'A & "B"', osm_way_ids=(5, 6))
+    tunnel = RoadStructure(52, 1, 40.0, 60.0004, "tunnel", "underpass", lighting=1.0, daylight=0.5)
+    whole = furnished_crossing()
+    furniture = replace(whole.furniture, structures=(bridge, tunnel))
+    objects = parsed(replace(whole, furniture=furniture), WriteOptions(version=version)).find("road/objects")
+    assert [item.tag for item in objects][-3:] == ["object", "tunnel", "bridge"]
+    *_, under, over = objects
+    assert dict(over.attrib) == {"id": "51", "name": 'A & "B"', "s": "10", "length": "20", "type": "steel"}
+    assert [dict(item.attrib) for item in over] == [{"code": "osm_way_ids", "value": "5 6"}]
+    # It ends where the road does.
+    assert dict(under.attrib) == {
+        "id": "52",
+        "s": "40",
+        "length": "60",
+        "type": "underpass",
+        "lighting": "1",
+        "daylight": "0.5",
+    }
+    assert len(under) == 0

@@ -13,6 +13,7 @@ from osm2xodr.furniture.objects import place_objects
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.section_breaks import cut_sections
 from osm2xodr.furniture.signs import place_signs
+from osm2xodr.furniture.structures import place_structures
 from osm2xodr.furniture.world import World
 from osm2xodr.model import Furniture, RoadMap, RoadObject, Signal, StreetNetwork
 
@@ -36,6 +37,7 @@ def place(network: StreetNetwork, road_map: RoadMap, options: FurnitureOptions, 
         references=tuple(sorted(lights.references, key=lambda item: (item.road, item.s, item.signal))),
         controllers=lights.controllers,
         objects=tuple(sorted(objects, key=_place)),
+        structures=place_structures(world),
         statistics={
             "traffic_lights": float(sum(item.dynamic for item in signals)),
             "signs": float(sum(not item.dynamic for item in signals)),

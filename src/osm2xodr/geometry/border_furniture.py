@@ -8,7 +8,7 @@ from math import ceil, floor
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.border_pieces import Piece, Pieces, check_ids
-from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, Signal, SignalReference
+from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, RoadStructure, Signal, SignalReference
 
 # Copies that lie this near to a border, as a share of their distance, lie on it.
 _ON_BORDER = 1e-6
@@ -34,13 +34,17 @@ def kept_furniture(furniture: Furniture, pieces: Pieces, diagnostics: Diagnostic
     signals, references = _signals(furniture, pieces, diagnostics)
     objects = [part for thing in furniture.objects for part in _objects(thing, pieces)]
     first = pieces.partition.first_ids[pieces.partition.own]
-    check_ids(pieces.partition, len(signals) + len(objects), "signals and objects")
+    structures = [part for item in furniture.structures for part in _structures(item, pieces)]
+    count = len(signals) + len(objects) + len(structures)
+    check_ids(pieces.partition, count, "signals, objects, bridges and tunnels")
     # Parts of one object have one id so far. Signals and objects share one range.
-    old = sorted([(item.id, -1, item.s) for item in signals] + [(item.id, item.road, item.s) for item in objects])
+    parts: list[RoadObject | RoadStructure] = [*objects, *structures]
+    old = sorted([(item.id, -1, item.s) for item in signals] + [(item.id, item.road, item.s) for item in parts])
     number = {key: first + k for k, key in enumerate(old)}
     signal_id = {item.id: number[item.id, -1, item.s] for item in signals}
     signals = [replace(item, id=signal_id[item.id]) for item in signals]
     objects = [replace(item, id=number[item.id, item.road, item.s]) for item in objects]
+    structures = [replace(item, id=number[item.id, item.road, item.s]) for item in structures]
     references = [replace(item, signal=signal_id[item.signal]) for item in references]
     controllers = _controllers(furniture.controllers, signal_id, pieces, first)
     return Furniture(
@@ -48,11 +52,12 @@ def kept_furniture(furniture: Furniture, pieces: Pieces, diagnostics: Diagnostic
         references=tuple(sorted(references, key=lambda item: (item.road, item.s, item.signal))),
         controllers=controllers,
         objects=tuple(sorted(objects, key=_place)),
+        structures=tuple(sorted(structures, key=_place)),
         statistics=_statistics(furniture, signals, controllers, objects),
     )
 
 
-def _place(item: Signal | RoadObject) -> tuple[int, float, int]:
+def _place(item: Signal | RoadObject | RoadStructure) -> tuple[int, float, int]:
     return item.road, item.s, item.id
 
 
@@ -115,6 +120,16 @@ def _objects(thing: RoadObject, pieces: Pieces) -> list[RoadObject]:
         return [replace(thing, road=piece.id, s=thing.s - piece.begin)] if piece.id else []
     found = (_part(thing, thing.repeat, piece) for piece in pieces.of(thing.road) if piece.id)
     return [item for item in found if item is not None]
+
+
+def _structures(item: RoadStructure, pieces: Pieces) -> list[RoadStructure]:
+    """Return what is left of a bridge or tunnel: its parts on pieces of its road."""
+    found = []
+    for piece in pieces.of(item.road):
+        begin, end = max(item.s, piece.begin), min(item.s + item.length, piece.end)
+        if piece.id and end > begin:
+            found.append(replace(item, road=piece.id, s=begin - piece.begin, length=end - begin))
+    return found
 
 
 def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject | None:

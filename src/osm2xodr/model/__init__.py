@@ -19,6 +19,7 @@ from osm2xodr.model.furniture import (
     Furniture,
     ObjectRepeat,
     RoadObject,
+    RoadStructure,
     Signal,
     SignalReference,
 )
@@ -63,6 +64,7 @@ from osm2xodr.model.streets import (
     Street,
     StreetAttributes,
     StreetNetwork,
+    StructureTags,
     TurnRestriction,
 )
 
@@ -97,6 +99,7 @@ __all__ = [
     "RoadMap",
     "RoadMark",
     "RoadObject",
+    "RoadStructure",
     "RoadType",
     "RoadsideKind",
     "RoadsideThing",
@@ -108,6 +111,7 @@ __all__ = [
     "StreetNetwork",
     "StreetPlaces",
     "Structure",
+    "StructureTags",
     "Surface",
     "SurfaceQuality",
     "TurnRestriction",

@@ -162,11 +162,44 @@ class RoadObject:
 
 
 @dataclass(frozen=True, slots=True)
+class RoadStructure:
+    """A bridge that a road leads over, or a tunnel that it leads through.
+
+    Parameters
+    ----------
+    id
+        Unique among signals, objects and these, above 0.
+    road, s, length
+        Id of the road, where it begins, and its extent, m.
+    kind, type
+        ``bridge`` or ``tunnel``, and OpenDRIVE's word for its material, or for whether its sides are open.
+    name
+        Empty for none.
+    lighting, daylight
+        Of a tunnel, 0 to 1.
+    osm_way_ids
+        The ways that it comes from.
+    """
+
+    id: int
+    road: int
+    s: float
+    length: float
+    kind: str
+    type: str
+    name: str = ""
+    lighting: float = 0.0
+    daylight: float = 0.0
+    osm_way_ids: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Furniture:
-    """All that stands on and beside roads; signals, references and objects in ascending road and s."""
+    """All that stands on and beside roads, and what carries or covers them; each kind in ascending road and s."""
 
     signals: tuple[Signal, ...] = ()
     references: tuple[SignalReference, ...] = ()
     controllers: tuple[Controller, ...] = ()
     objects: tuple[RoadObject, ...] = ()
+    structures: tuple[RoadStructure, ...] = ()
     statistics: Mapping[str, float] = field(default_factory=dict)

@@ -65,6 +65,31 @@ class MarginSpec:
 
 
 @dataclass(frozen=True, slots=True)
+class StructureTags:
+    """What OSM says about what a street leads over or through.
+
+    Parameters
+    ----------
+    kind
+        ``bridge``, or ``tunnel``, which galleries and passages through houses are as well.
+    material
+        Of a bridge, in OpenDRIVE's words: ``concrete``, ``steel``, ``brick``, ``wood``; empty where OSM does not say.
+    open_sides
+        Whether daylight comes in from a side, as in galleries.
+    lit
+        Whether there are lights; None where OSM does not say.
+    name
+        Its own, not the street's; empty where OSM gives none.
+    """
+
+    kind: str
+    material: str = ""
+    open_sides: bool = False
+    lit: bool | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class StreetAttributes:
     """What the tags of one way say, turned into the direction of the street that carries it.
 
@@ -108,6 +133,9 @@ class StreetAttributes:
         OSM's value on the way; empty where absent.
     tram
         Whether tram tracks lie in the carriageway.
+    structure_tags
+        More about the bridge or tunnel; None where there is none. Galleries and passages through houses, which leave
+        the street on the ground, have it too.
     """
 
     osm_way_id: int
@@ -133,6 +161,7 @@ class StreetAttributes:
     surface: str = ""
     traffic_sign: str = ""
     tram: bool = False
+    structure_tags: StructureTags | None = None
 
     def car_directions(self) -> frozenset[Direction]:
         """Return which ways cars run along the street; those of all lanes where none is for cars.

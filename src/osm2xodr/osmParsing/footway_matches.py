@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from osm2xodr.defaults import BESIDE_SPACING, FOOTWAY_ANGLE_DEG, FOOTWAY_BESIDE, FOOTWAY_INSIDE
 from osm2xodr.model import BoolArray, FloatArray, Footway, IntArray, Street, Structure
 from osm2xodr.osmParsing.reach import StreetSamples, near_each_other, sample_lines
-from osm2xodr.osmParsing.tags import layer_of, structure_of
+from osm2xodr.osmParsing.structures import layer_of, structure_of
 
 LEFT, RIGHT = 0, 1
 # How far apart headings are put that differ by a right angle (half of it), and levels that differ by one, m. Both are

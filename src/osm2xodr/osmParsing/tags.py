@@ -9,7 +9,7 @@ from typing import Final
 
 from osm2xodr.countries import GENERIC, Country
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, Structure
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 from osm2xodr.osmParsing.access import ACCESS_TAGS, closed_direction, is_in_turn, is_roundabout, oneway
 from osm2xodr.osmParsing.cross_sections import SECTION_TAGS, CrossSection, cross_section
 from osm2xodr.osmParsing.lane_lists import Findings
@@ -17,7 +17,8 @@ from osm2xodr.osmParsing.legal_speeds import EVIDENCE_TAGS, legal_speed, speed_g
 from osm2xodr.osmParsing.margins import seen_backwards
 from osm2xodr.osmParsing.neighbours import lanes_of_neighbours
 from osm2xodr.osmParsing.reader import RawWay
-from osm2xodr.osmParsing.values import parse_grade, parse_layer, parse_speed
+from osm2xodr.osmParsing.structures import STRUCTURE_TAGS, layer_of, structure_of, structure_tags
+from osm2xodr.osmParsing.values import parse_grade, parse_speed
 from osm2xodr.osmParsing.way_marks import (
     MARK_TAGS,
     divider_seen_backwards,
@@ -40,16 +41,17 @@ _AT_TIMES: Final = tuple(
 # OSM wiki, Key:priority_road: signed as one, or known to be one.
 _PRIORITY: Final = frozenset({"designated", "yes_unposted", "yes"})
 _OTHER_TAGS: Final = (
-    *("highway", "name", "ref", "bridge", "tunnel", "layer", "incline", "driving_side", "priority_road"),
+    *("highway", "name", "ref", "incline", "driving_side", "priority_road"),
     *("maxspeed", "maxspeed:forward", "maxspeed:backward"),
 )
 WAY_TAGS: Final = frozenset(
-    (*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_AT_TIMES, *SECTION_TAGS, *MARK_TAGS, *EVIDENCE_TAGS)
+    (
+        *(*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_AT_TIMES),
+        *(*SECTION_TAGS, *MARK_TAGS, *EVIDENCE_TAGS, *STRUCTURE_TAGS),
+    )
 )
 
 _SECTION_TAGS: Final = frozenset(SECTION_TAGS)
-# Values of ``tunnel`` that leave the road on the ground: passages through houses, galleries, and drains below it.
-_GROUND_TUNNELS: Final = frozenset({"no", "building_passage", "avalanche_protector", "culvert", "flooded"})
 
 
 def way_attributes(
@@ -194,6 +196,7 @@ def _attributes(
         surface=tags.get("surface", ""),
         traffic_sign=tags.get("traffic_sign", ""),
         tram=has_tram(tags),
+        structure_tags=structure_tags(tags),
     )
 
 
@@ -220,27 +223,6 @@ def _implied_speed(tags: Mapping[str, str]) -> float | None:
         if speed is not None:
             return speed
     return None
-
-
-def structure_of(tags: Mapping[str, str]) -> Structure:
-    """Return what carries a way."""
-    if tags.get("bridge", "no") != "no":
-        return Structure.BRIDGE
-    return Structure.GROUND if tags.get("tunnel", "no") in _GROUND_TUNNELS else Structure.TUNNEL
-
-
-def layer_of(tags: Mapping[str, str], structure: Structure, findings: Findings) -> int:
-    """Return a way's ``layer``, or the usual one of what carries it."""
-    text = tags.get("layer")
-    if text is not None:
-        layer = parse_layer(text)
-        if layer is None:
-            findings.append((Kind.DROPPED, "layer", f"layer={text} is no layer and is ignored"))
-        else:
-            if ";" in text:
-                findings.append((Kind.GUESSED, "layer", f"layer={text} taken for {layer}"))
-            return layer
-    return {Structure.GROUND: 0, Structure.BRIDGE: 1, Structure.TUNNEL: -1}[structure]
 
 
 def _grade(tags: Mapping[str, str], findings: Findings) -> float | None:

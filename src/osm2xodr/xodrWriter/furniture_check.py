@@ -7,9 +7,18 @@ from collections.abc import Iterator
 from itertools import chain
 from typing import Final, TypeAlias
 
-from osm2xodr.model import Controller, FloatArray, Furniture, RoadMap, RoadObject, Signal, SignalReference
+from osm2xodr.model import (
+    Controller,
+    FloatArray,
+    Furniture,
+    RoadMap,
+    RoadObject,
+    RoadStructure,
+    Signal,
+    SignalReference,
+)
 
-_Thing: TypeAlias = Signal | SignalReference | RoadObject
+_Thing: TypeAlias = Signal | SignalReference | RoadObject | RoadStructure
 
 # How far beyond a road's end is a matter of rounding, m; the writer puts it back onto the road.
 _ROUNDING: Final = 1e-3
@@ -18,6 +27,7 @@ _NUMBERS: Final = {
     Signal: ("s", "t", "z_offset", "height", "width", "h_offset"),
     SignalReference: ("s", "t"),
     RoadObject: ("s", "t", "z_offset", "hdg", "length", "width", "height", "radius"),
+    RoadStructure: ("s", "length", "lighting", "daylight"),
 }
 
 
@@ -38,7 +48,12 @@ def furniture_defect(road_map: RoadMap, lengths: FloatArray) -> str:
 def _places(road_map: RoadMap, lengths: FloatArray) -> Iterator[str]:
     """Yield what does not stand on a road, or has numbers that are not finite."""
     furniture = road_map.furniture
-    things: tuple[_Thing, ...] = (*furniture.signals, *furniture.references, *furniture.objects)
+    things: tuple[_Thing, ...] = (
+        *furniture.signals,
+        *furniture.references,
+        *furniture.objects,
+        *furniture.structures,
+    )
     if not things:
         return
     length_of = dict(zip((road.id for road in road_map.roads), lengths.tolist(), strict=True))
@@ -52,6 +67,8 @@ def _places(road_map: RoadMap, lengths: FloatArray) -> Iterator[str]:
         starts = [thing.s]
         if isinstance(thing, RoadObject) and thing.repeat is not None:
             starts += [thing.repeat.s, thing.repeat.s + thing.repeat.length]
+        elif isinstance(thing, RoadStructure):
+            starts.append(thing.s + thing.length)
         if not all(-_ROUNDING <= s <= length + _ROUNDING for s in starts):
             yield f"{_name(thing)} does not stand within the {length:.3f} m of road {thing.road}: s {starts[0]:.3f}"
 
@@ -71,7 +88,11 @@ def _finite(thing: _Thing) -> bool:
 def _ids(furniture: Furniture) -> Iterator[str]:
     """Yield ids that repeat, or are not above 0."""
     things = [item.id for item in furniture.signals] + [item.id for item in furniture.objects]
-    for ids, what in ((things, "signals and objects"), ([item.id for item in furniture.controllers], "controllers")):
+    things += [item.id for item in furniture.structures]
+    for ids, what in (
+        (things, "signals, objects, bridges and tunnels"),
+        ([item.id for item in furniture.controllers], "controllers"),
+    ):
         if ids and (min(ids) <= 0 or len(set(ids)) != len(ids)):
             yield f"{what} need ids of their own above 0"
 
@@ -102,5 +123,7 @@ def _name(thing: _Thing) -> str:
     """Name a thing so that its origin can be found."""
     if isinstance(thing, SignalReference):
         return f"a reference to signal {thing.signal}"
+    if isinstance(thing, RoadStructure):
+        return f"{thing.kind} {thing.id}"
     what = "signal" if isinstance(thing, Signal) else "object"
     return f"{what} {thing.id} ({thing.osm_id})" if thing.osm_id else f"{what} {thing.id}"

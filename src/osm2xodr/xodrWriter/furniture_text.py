@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Final, TypeAlias
 
-from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, Signal, SignalReference
+from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, RoadStructure, Signal, SignalReference
 from osm2xodr.targets import Crosswalks
 from osm2xodr.xodrWriter.formatting import POSITION_DECIMALS, attribute, number, position
 from osm2xodr.xodrWriter.options import Dialect
@@ -56,13 +56,18 @@ class FurnitureWriter:
             self._references[reference.road].append(reference)
         for thing in furniture.objects:
             self._objects[thing.road].append(thing)
-        self._busy = self._signals.keys() | self._references.keys() | self._objects.keys()
+        self._structures: defaultdict[int, list[RoadStructure]] = defaultdict(list)
+        # The schema has tunnels before bridges.
+        for structure in sorted(furniture.structures, key=lambda item: item.kind != "tunnel"):
+            self._structures[structure.road].append(structure)
+        self._busy = self._signals.keys() | self._references.keys() | self._objects.keys() | self._structures.keys()
 
     def road(self, road: int, length: float) -> str:
         """Return the ``<objects>`` and ``<signals>`` of a road of a length, m; empty where it has none."""
         if road not in self._busy:
             return ""
         objects = "".join([self._object(item, length) for item in self._objects.get(road, ())])
+        objects += "".join([_structure(item, length) for item in self._structures.get(road, ())])
         signals = "".join([self._signal(item, length) for item in self._signals.get(road, ())])
         signals += "".join([_reference(item, length) for item in self._references.get(road, ())])
         return (f"  <objects>\n{objects}  </objects>\n" if objects else "") + (
@@ -175,12 +180,15 @@ def junction_controllers(controllers: Iterable[Controller]) -> dict[int, str]:
 
 def provenance_text(way_ids: tuple[int, ...], guesses: tuple[str, ...]) -> str:
     """Return the ``<userData>`` of a road: the OSM ways that it comes from, and what had to be guessed about them."""
-    text = ""
-    if way_ids:
-        text = f'  <userData code="osm_way_ids" value="{" ".join(map(str, way_ids))}"/>\n'
+    text = _way_ids(way_ids, "  ")
     if guesses:
         text += f'  <userData code="guessed" value="{attribute(" ".join(guesses))}"/>\n'
     return text
+
+
+def _way_ids(way_ids: tuple[int, ...], indent: str) -> str:
+    """Say which OSM ways something comes from."""
+    return f'{indent}<userData code="osm_way_ids" value="{" ".join(map(str, way_ids))}"/>\n' if way_ids else ""
 
 
 def _reference(item: SignalReference, length: float) -> str:
@@ -190,6 +198,19 @@ def _reference(item: SignalReference, length: float) -> str:
         f' orientation="{attribute(item.orientation)}"'
     )
     return _element("signalReference", head, _validity(item.validity))
+
+
+def _structure(item: RoadStructure, length: float) -> str:
+    """Make a ``<bridge>`` or ``<tunnel>``."""
+    begin = max(min(round(item.s, _DECIMALS), length), 0.0)
+    extent = max(min(round(item.length, _DECIMALS), round(length - begin, POSITION_DECIMALS)), 0.0)
+    head = (
+        f'   <{item.kind} id="{item.id}"{_text("name", item.name)} s="{position(begin)}" length="{position(extent)}"'
+        f' type="{attribute(item.type)}"'
+    )
+    if item.kind == "tunnel":
+        head += f' lighting="{_size(item.lighting)}" daylight="{_size(item.daylight)}"'
+    return _element(item.kind, head, _way_ids(item.osm_way_ids, "    "))
 
 
 def _repeat(item: ObjectRepeat, length: float) -> str:
