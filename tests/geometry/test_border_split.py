@@ -357,7 +357,7 @@ def test_too_many_roads_for_the_ids() -> None:
 
 
 def test_too_many_signals_for_the_ids() -> None:
-    with pytest.raises(InputError, match=r"area 'east' has 7 signals, objects, bridges and tunnels, more than there are ids"):
+    with pytest.raises(InputError, match=r"area .east. has 7 signals, objects, bridges and tunnels, more than"):
         split(halves_of(furnished_crossing(), BEFORE_SECTION, EAST, (7, 1)))
 
 
