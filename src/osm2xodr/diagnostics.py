@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from enum import Enum
 
@@ -39,15 +40,34 @@ class Diagnostic:
     message: str
 
 
+@dataclass(frozen=True, slots=True)
+class _Count:
+    """Many elements of which the same is to be said, with their number before it."""
+
+    kind: Kind
+    code: str
+    osm_ids: tuple[str, ...]
+    words: str
+
+    def told(self) -> Diagnostic:
+        return Diagnostic(self.kind, self.code, "", f"{len(self.osm_ids)} {self.words}")
+
+
 class Diagnostics:
     """Collects diagnostics in the order in which they are found."""
 
     def __init__(self) -> None:
-        self._items: list[Diagnostic] = []
+        self._items: list[Diagnostic | _Count] = []
 
     def add(self, kind: Kind, code: str, osm_id: str, message: str) -> None:
         """Record one finding."""
         self._items.append(Diagnostic(kind, code, osm_id, message))
+
+    def count(self, kind: Kind, code: str, osm_ids: Iterable[str], words: str) -> None:
+        """Record that the same was found of many elements, if it was of any: their number and these words."""
+        found = tuple(osm_ids)
+        if found:
+            self._items.append(_Count(kind, code, found, words))
 
     def guessed(self, code: str, osm_id: str, message: str) -> None:
         """Record a value that the input does not give."""
@@ -65,8 +85,23 @@ class Diagnostics:
         """Record something that the user should know."""
         self.add(Kind.NOTE, code, osm_id, message)
 
+    def osm_ids(self) -> set[str]:
+        """Return all elements that anything was found of."""
+        found = {item.osm_id for item in self._items if isinstance(item, Diagnostic)}
+        return found.union(*(item.osm_ids for item in self._items if isinstance(item, _Count))) - {""}
+
+    def forget(self, osm_ids: AbstractSet[str]) -> None:
+        """Take back all that was found of some elements."""
+        items, self._items = self._items, []
+        for item in items:
+            if isinstance(item, _Count):
+                left = (name for name in item.osm_ids if name not in osm_ids)
+                self.count(item.kind, item.code, left, item.words)
+            elif item.osm_id not in osm_ids:
+                self._items.append(item)
+
     def __iter__(self) -> Iterator[Diagnostic]:
-        return iter(self._items)
+        return (item if isinstance(item, Diagnostic) else item.told() for item in self._items)
 
     def __len__(self) -> int:
         return len(self._items)
@@ -85,7 +120,7 @@ class Diagnostics:
             Of the elements' names, such as ``"way/"``.
         """
         found: dict[int, set[str]] = {}
-        for item in self._items:
+        for item in self:
             if item.kind is Kind.GUESSED and item.osm_id.startswith(prefix):
                 found.setdefault(int(item.osm_id[len(prefix) :]), set()).add(item.code)
         # Most elements share one of a few sets.

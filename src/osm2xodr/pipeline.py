@@ -22,6 +22,7 @@ from osm2xodr.geometry import (
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.outlines import inside
 from osm2xodr.parallel import Task
 from osm2xodr.statistics import Statistics, summarize
 from osm2xodr.street_points import points_along
@@ -132,8 +133,18 @@ def convert(
     road_map = place_furniture(network, road_map, options.furniture, diagnostics)
     if options.partition is not None:
         on_stage("cutting roads at the border")
+        _forget_others(options.area, options.partition, diagnostics)
         road_map = keep_own(road_map, diagnostics)
     return Conversion(road_map, summarize(road_map, coverage), elevation_models)
+
+
+def _forget_others(path: Path, partition: Partition, diagnostics: Diagnostics) -> None:
+    """Take back what was found of elements of which no node lies in the own area: its neighbours tell of them."""
+    from osm2xodr.osmParsing.places import element_places
+
+    outline = partition.outlines[partition.own]
+    places = element_places(path, partition.frame, diagnostics.osm_ids())
+    diagnostics.forget({osm_id for osm_id, xy in places.items() if not inside(outline, xy[:, 0], xy[:, 1]).any()})
 
 
 def _neighbourhood(options: ConvertOptions, network: StreetNetwork) -> Neighbourhood | None:

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lxml import etree
 from xodr_file import Road, XodrFile, read_xodr
 
 from osm2xodr.cli import main
 from osm2xodr.limits import parse_duration
+from osm2xodr.projection import make_frame, to_local
 
 SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino"
 SIDE = "1500m"
@@ -99,11 +101,52 @@ def test_all_tiles_have_one_projection(tiles: Path, networks: dict[str, XodrFile
     assert set(networks) <= {area["name"] for area in frame["areas"]}
 
 
-def test_together_they_are_the_whole(tiles: Path, networks: dict[str, XodrFile], tmp_path: Path) -> None:
-    """Nothing is lost at the borders and nothing is there twice."""
-    whole = tmp_path / "whole.xodr"
-    arguments = ["convert", SAMPLE / "area.osm", "--dem", SAMPLE / "dem.tif", "-o", whole, "-q"]
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sample in one file, with its report beside it."""
+    out = tmp_path_factory.mktemp("whole") / "whole.xodr"
+    report = ["--report-json", out.with_suffix(".json")]
+    arguments = ["convert", SAMPLE / "area.osm", "--dem", SAMPLE / "dem.tif", "-o", out, "-q", *report]
     assert main(list(map(str, arguments))) == 0
+    return out
+
+
+def test_each_report_tells_of_its_own_area_and_of_all_that_is_in_it(
+    tiles: Path, reports: dict[str, dict[str, Any]], whole: Path
+) -> None:
+    """Conversions see the surroundings too, of which the neighbours tell."""
+    table = json.loads((tiles / "frame.json").read_bytes())
+    frame = make_frame(table["lat_0_deg"], table["lon_0_deg"])
+    root = etree.parse(SAMPLE / "area.osm").getroot()
+    lon_lat = {node.attrib["id"]: (node.attrib["lon"], node.attrib["lat"]) for node in root.iter("node")}
+    places = np.column_stack(to_local(frame, *np.array(list(lon_lat.values()), np.float64).T))
+    xy = dict(zip(lon_lat, places, strict=True))
+    refs = {f"node/{number!s}": [number] for number in lon_lat}
+    refs |= {f"way/{way.attrib['id']!s}": [node.attrib["ref"] for node in way.iter("nd")] for way in root.iter("way")}
+    told, left_out = set(), 0
+    for area in table["areas"]:
+        if area["name"] not in reports:
+            continue
+        low, high = np.min(area["rings"][0], axis=0), np.max(area["rings"][0], axis=0)
+        for item in reports[area["name"]]["diagnostics"]:
+            if item["osm_id"] in refs:
+                nodes = np.array([xy[number] for number in refs[item["osm_id"]]])
+                assert ((low <= nodes) & (nodes <= high)).all(axis=1).any(), item
+                told.add((item["code"], item["osm_id"]))
+            elif item["code"] == "way-selection":
+                left_out += int(item["message"].split()[0])
+    diagnostics = json.loads(whole.with_suffix(".json").read_bytes())["diagnostics"]
+    guessed = {(item["code"], item["osm_id"]) for item in diagnostics if item["kind"] == "guessed"}
+    guessed = {item for item in guessed if item[1]}
+    assert len(guessed) > 50
+    assert guessed <= told
+    ways = sum(int(item["message"].split()[0]) for item in diagnostics if item["code"] == "way-selection")
+    # Few lie in two tiles.
+    assert ways <= left_out <= 1.3 * ways
+
+
+def test_together_they_are_the_whole(networks: dict[str, XodrFile], whole: Path) -> None:
+    """Nothing is lost at the borders and nothing is there twice."""
 
     def kilometres(network: XodrFile) -> float:
         return float(sum(road.length for road in network.roads.values() if not road.connecting)) / 1000.0

@@ -36,7 +36,7 @@ def test_ways_in_a_row_make_one_bridge(rule: Rule) -> None:
     )
     world = world_of(case, rule)
     assert placed(world) == [("bridge", "concrete", near(60.0), near(90.0), (2, 3))]
-    assert said(world)["bridge-material"] == ["ways on bridges of which OSM names no material: 2; concrete is taken"]
+    assert said(world)["bridge-material"] == ["2 ways on bridges have no material, concrete is taken"]
 
 
 def test_another_kind_of_structure_is_one_of_its_own() -> None:
@@ -77,7 +77,7 @@ def test_short_tunnels_are_taken_as_dark() -> None:
     world = world_of(Case(ALONG, ways))
     assert [item.lighting for item in place_structures(world)] == [0.0, 0.0]
     assert said(world)["tunnel-lighting"] == [
-        "ways in tunnels of which OSM does not say whether they are lit: 1; taken as lit from 80 m on"
+        "1 ways in tunnels do not say whether they are lit, taken as lit from 80 m on"
     ]
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.node_places import NodePlace, NodePlaces
 from osm2xodr.furniture.outlines import outline
 from osm2xodr.furniture.roadside_places import RoadsideFinder
@@ -62,27 +63,24 @@ def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
         return []
     places = nodes.on_streets(tagged)
     out = []
-    guessed = left_out = 0
+    guessed: list[str] = []
+    left_out: list[str] = []
     for node in sorted(places):
         here = [place for place in places[node] if place.road >= 0]
         ends = [max(-place.s, place.s - world.lanes.length(place.road), 0.0) for place in here]
         if not ends or min(ends) > defaults.CROSSING_REACH:
-            left_out += 1
+            left_out.append(f"node/{node}")
             continue
         place = here[int(np.argmin(ends))]
         along = _runs_along(world, place, tagged[node])
-        guessed += along is None
+        if along is None:
+            guessed.append(f"node/{node}")
         leftwards = (along is not False) != (world.network.rule is Rule.RIGHT_HAND)
         s = min(max(place.s, 0.0), world.lanes.length(place.road))
         out.append(_Stop(place.road, s, leftwards, tagged[node], f"node/{node}"))
-    if guessed:
-        world.diagnostics.guessed(
-            "bus-stop-side",
-            "",
-            f"{guessed} bus stops lie on a two-way street without a direction; they stand where its way leads",
-        )
-    if left_out:
-        world.diagnostics.dropped("roadside-left-out", "", f"{left_out} bus stops: they lie in a junction")
+    words = "bus stops lie on a two-way street without a direction; they stand where its way leads"
+    world.diagnostics.count(Kind.GUESSED, "bus-stop-side", guessed, words)
+    world.diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "bus stops: they lie in a junction")
     return out
 
 

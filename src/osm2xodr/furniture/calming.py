@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Final
 
 from osm2xodr import defaults
+from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.crossing_tags import is_crossing
 from osm2xodr.furniture.crosswalks import island, island_edges
 from osm2xodr.furniture.lane_table import CAR_LANES
@@ -31,7 +32,7 @@ def calming_objects(world: World, nodes: NodePlaces) -> list[RoadObject]:
         return []
     places = nodes.on_streets(tagged)
     out: list[RoadObject] = []
-    left_out: Counter[tuple[str, str]] = Counter()
+    left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for node in sorted(places):
         kind = _kind(tagged[node])
         if kind == "island" and is_crossing(tagged[node]):
@@ -39,11 +40,12 @@ def calming_objects(world: World, nodes: NodePlaces) -> list[RoadObject]:
             continue
         found = _objects(world, node, kind, places[node])
         if isinstance(found, str):
-            left_out[kind, found] += 1
+            left_out[kind, found].append(f"node/{node}")
         else:
             out += found
-    for (kind, why), count in sorted(left_out.items()):
-        world.diagnostics.dropped("traffic-calming", "", f"{count} times traffic_calming={kind} is left out: {why}")
+    for (kind, why), names in sorted(left_out.items()):
+        words = f"times traffic_calming={kind} is left out: {why}"
+        world.diagnostics.count(Kind.DROPPED, "traffic-calming", names, words)
     return out
 
 

@@ -10,6 +10,7 @@ from math import cos, hypot, sin
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.crossing_tags import has_island, has_lights, is_crossing, marking_of, width_of
 from osm2xodr.furniture.crosswalks import crossing_objects
 from osm2xodr.furniture.node_places import NodePlace, NodePlaces
@@ -203,20 +204,19 @@ def _merged(world: World, found: list[_Found]) -> list[_Found]:
 
 def _tell(world: World, found: Sequence[_Found], wishes: Mapping[int, _Wish]) -> None:
     """Report what was moved and what was guessed."""
-    guessed = 0
+    guessed = []
     for item in found:
         tags = wishes[int(item.crossing.osm_id.removeprefix("node/"))].tags
-        guessed += "crossing:width" not in tags and "width" not in tags
+        if "crossing:width" not in tags and "width" not in tags:
+            guessed.append(item.crossing.osm_id)
         if item.moved > defaults.CROSSING_WIDTH:
             world.diagnostics.repaired(
                 "crossing-moved",
                 item.crossing.osm_id,
                 f"the crossing lies in a junction and was moved onto the road, by {item.moved:.1f} m",
             )
-    if guessed:
-        world.diagnostics.guessed(
-            "crossing-width",
-            "",
-            f"{guessed} crossings have no width; those with lights are {defaults.CROSSING_WIDTH_SIGNALS:g} m wide, "
-            f"others {defaults.CROSSING_WIDTH:g} m",
-        )
+    words = (
+        f"crossings have no width; those with lights are {defaults.CROSSING_WIDTH_SIGNALS:g} m wide, others "
+        f"{defaults.CROSSING_WIDTH:g} m"
+    )
+    world.diagnostics.count(Kind.GUESSED, "crossing-width", guessed, words)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
+from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.approaches import car_lanes
 from osm2xodr.furniture.node_places import NodePlace, NodePlaces
 from osm2xodr.furniture.sign_directions import LimitsAround, TownSide, comes_to
@@ -255,6 +256,5 @@ def _others(faces: Sequence[SignFace]) -> list[SignFace]:
 def _count_ways(world: World) -> None:
     """Say how many ways name signs: they have no place, and other tags say what they mean."""
     ways = {item.osm_way_id for street in world.network.streets for _, item in street.pieces if item.traffic_sign}
-    if ways:
-        words = f"{len(ways)} ways name signs in traffic_sign: they have no place along the way and are not drawn"
-        world.diagnostics.note("signs-of-ways", "", words)
+    words = "ways name signs in traffic_sign: they have no place along the way and are not drawn"
+    world.diagnostics.count(Kind.NOTE, "signs-of-ways", [f"way/{way}" for way in sorted(ways)], words)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Final
 
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.barriers import size_of
 from osm2xodr.furniture.roadside_places import RoadsideFinder
 from osm2xodr.furniture.world import World
@@ -41,15 +42,16 @@ def point_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadsid
     places = finder.places(np.array([x for _, x, _ in rows]), np.array([y for _, _, y in rows]))
     leftwards = places.t - places.left > places.right - places.t
     out: list[RoadObject] = []
-    left_out: Counter[tuple[str, str]] = Counter()
+    left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for k, (thing, _, _) in enumerate(rows):
         if places.road[k] < 0:
-            left_out[thing.kind.value, f"no road lies within {defaults.OBJECT_REACH:g} m"] += 1
+            why = f"no road lies within {defaults.OBJECT_REACH:g} m"
+            left_out[thing.kind.value, why].append(thing.osm_id)
             continue
         width, height = size_of(thing.kind, thing.tags)
         off = 0.5 * width + defaults.OBJECT_GAP
         if places.beyond[k] < -defaults.OBJECT_INSIDE:
-            left_out[thing.kind.value, "they would stand on the carriageway"] += 1
+            left_out[thing.kind.value, "they would stand on the carriageway"].append(thing.osm_id)
             continue
         t, left, right = float(places.t[k]), float(places.left[k]), float(places.right[k])
         t = max(t, left + off) if leftwards[k] else min(t, right - off)
@@ -68,8 +70,9 @@ def point_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadsid
                 osm_id=thing.osm_id,
             )
         )
-    for (kind, why), count in sorted(left_out.items()):
-        world.diagnostics.dropped("roadside-left-out", "", f"{count} times a {kind.replace('_', ' ')}: {why}")
+    for (kind, why), names in sorted(left_out.items()):
+        words = f"times a {kind.replace('_', ' ')}: {why}"
+        world.diagnostics.count(Kind.DROPPED, "roadside-left-out", names, words)
     return out
 
 

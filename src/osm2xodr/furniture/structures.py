@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from osm2xodr import defaults
+from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.street_pieces import pieces_on_road
 from osm2xodr.furniture.world import World
 from osm2xodr.model import Road, RoadLink, RoadStructure, StructureTags
@@ -104,10 +105,7 @@ def _report(world: World, parts: list[_Part]) -> None:
             plain.update(part.ways)
         if part.tags[0].kind == "tunnel" and all(tags.lit is None for tags in part.tags):
             dark.update(part.ways)
-    if plain:
-        words = f"ways on bridges of which OSM names no material: {len(plain):,}; {defaults.BRIDGE_MATERIAL} is taken"
-        world.diagnostics.guessed("bridge-material", "", words)
-    if dark:
-        words = f"ways in tunnels of which OSM does not say whether they are lit: {len(dark):,};"
-        taken = f"taken as lit from {defaults.TUNNEL_LIT_LENGTH:g} m on"
-        world.diagnostics.guessed("tunnel-lighting", "", f"{words} {taken}")
+    words = f"ways on bridges have no material, {defaults.BRIDGE_MATERIAL} is taken"
+    world.diagnostics.count(Kind.GUESSED, "bridge-material", [f"way/{way}" for way in sorted(plain)], words)
+    words = f"ways in tunnels do not say whether they are lit, taken as lit from {defaults.TUNNEL_LIT_LENGTH:g} m on"
+    world.diagnostics.count(Kind.GUESSED, "tunnel-lighting", [f"way/{way}" for way in sorted(dark)], words)

@@ -158,6 +158,47 @@ def _way_filter(highways: frozenset[str], others: OtherWays | None) -> Any:
     return osmium.filter.TagFilter(*sorted(looked_at))
 
 
+def read_refs(file: OsmFile, ways: AbstractSet[int], relations: AbstractSet[int]) -> dict[str, list[int]]:
+    """Return the ids of the nodes of some ways, and of the nodes and ways' nodes that are members of relations.
+
+    Parameters
+    ----------
+    file
+        Where from.
+    ways, relations
+        Ids.
+
+    Returns
+    -------
+    dict
+        By ``way/1`` and ``relation/2``; without what is not in the file.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or incomplete.
+    """
+    members: dict[int, tuple[list[int], list[int]]] = {}
+    with readable(file):
+        item: Any
+        if relations:
+            for item in osmium.FileProcessor(handle(file), osmium.osm.RELATION):
+                if item.id in relations:
+                    pairs = [(member.type, member.ref) for member in item.members]
+                    nodes, of_ways = ([ref for kind, ref in pairs if kind == wanted] for wanted in "nw")
+                    members[item.id] = nodes, of_ways
+        wanted_ways = set(ways).union(*(of_ways for _, of_ways in members.values()))
+        refs: dict[int, list[int]] = {}
+        if wanted_ways:
+            for item in osmium.FileProcessor(handle(file), osmium.osm.WAY):
+                if item.id in wanted_ways:
+                    refs[item.id] = [node.ref for node in item.nodes]
+    found = {f"way/{way}": refs[way] for way in ways if way in refs}
+    for relation, (nodes, of_ways) in members.items():
+        found[f"relation/{relation}"] = [*nodes, *(ref for way in of_ways for ref in refs.get(way, ()))]
+    return found
+
+
 def read_nodes(
     file: OsmFile,
     ids: IntArray,

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.osmParsing.access import left_out
 from osm2xodr.osmParsing.file_format import OsmFile
 from osm2xodr.osmParsing.options import HIGHWAYS, ParseOptions
@@ -78,7 +78,7 @@ def _may_be_driven_on(tags: Mapping[str, str]) -> bool:
 def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagnostics) -> list[RawWay]:
     """Choose among the ways of the kinds that were asked for."""
     ways: list[RawWay] = []
-    not_asked_for: Counter[str] = Counter()
+    not_asked_for: dict[str, list[str]] = {}
     for way in found:
         name, highway = f"way/{way.id}", way.tags["highway"]
         if highway in _UNBUILT:
@@ -90,7 +90,7 @@ def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagno
             if highway == "road":
                 diagnostics.guessed("highway-class", name, "highway=road has no known class, taken as unclassified")
         elif reason[0] == "way-selection":
-            not_asked_for[reason[1]] += 1
+            not_asked_for.setdefault(reason[1], []).append(name)
         else:
             diagnostics.dropped(reason[0], name, reason[1])
     _tell_counts(not_asked_for, diagnostics)
@@ -99,22 +99,23 @@ def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagno
 
 def _tell_rest(rest: Sequence[RawWay], diagnostics: Diagnostics) -> None:
     """Say which other ways cars might drive on: kinds that can be asked for by number, all others one by one."""
-    not_asked_for: Counter[str] = Counter()
+    not_asked_for: dict[str, list[str]] = {}
     for way in rest:
         if not _may_be_driven_on(way.tags):
             continue
         highway = way.tags["highway"]
         if highway in HIGHWAYS:
-            not_asked_for[f"highway={highway} is not among the ways asked for"] += 1
+            words = f"highway={highway} is not among the ways asked for"
+            not_asked_for.setdefault(words, []).append(f"way/{way.id}")
         else:
             words = f"highway={_short(highway)} is no class of roads that can be carried, it is left out"
             diagnostics.dropped("highway-class", f"way/{way.id}", words)
     _tell_counts(not_asked_for, diagnostics)
 
 
-def _tell_counts(not_asked_for: Counter[str], diagnostics: Diagnostics) -> None:
-    for words, count in sorted(not_asked_for.items()):
-        diagnostics.note("way-selection", "", f"{count} ways are left out: {words}")
+def _tell_counts(not_asked_for: Mapping[str, Sequence[str]], diagnostics: Diagnostics) -> None:
+    for words, ways in sorted(not_asked_for.items()):
+        diagnostics.count(Kind.NOTE, "way-selection", ways, f"ways are left out: {words}")
 
 
 def _short(value: str) -> str:
