@@ -132,6 +132,29 @@ def test_what_has_changed_is_made_anew(here: Here, change: object, anew: list[st
     assert here.taken() == []
 
 
+VIRTUAL = """<VRTDataset rasterXSize="60" rasterYSize="40"><SRS>EPSG:4326</SRS>
+<GeoTransform>1.565, 0.0002777777777777778, 0, 42.556, 0, -0.0002777777777777778</GeoTransform>
+<VRTRasterBand dataType="Float32" band="1"><SimpleSource>
+<SourceFilename relativeToVRT="1">part.tif</SourceFilename><SourceBand>1</SourceBand>
+</SimpleSource></VRTRasterBand></VRTDataset>"""
+
+
+def test_what_lies_behind_a_virtual_elevation_model_counts(here: Here) -> None:
+    write_dem(Path(), "part.tif")
+    Path("dem.vrt").write_text(VIRTUAL)
+    write_table(Path("areas.csv"), [{"name": "v1", "osm": "village_01.osm", "dem": "dem.vrt"}])
+    for anew in (["v1"], []):
+        assert again() == 0
+        assert here.taken() == anew
+    write_dem(Path(), "part.tif", columns=50)
+    assert again() == 0
+    assert here.taken() == ["v1"]
+    # What cannot be read is for the conversion to say.
+    Path("dem.vrt").write_text("<VRTDataset>")
+    assert again() == 1
+    assert statuses(Path("out")) == {"v1": "failed"}
+
+
 def test_another_version_makes_all_anew(here: Here, monkeypatch: pytest.MonkeyPatch) -> None:
     path = Path("out/.state/v1.json")
     path.write_text(path.read_text().replace('"version": "', '"version": "0.0.'))

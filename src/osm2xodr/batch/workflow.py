@@ -20,6 +20,7 @@ from osm2xodr.batch.running import Workers, check_dask, running
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.osmParsing.options import DRIVABLE, WaySelection, parse_ways_option
+from osm2xodr.surface.vrt import is_virtual, virtual_sources
 
 # Options that decide whether a conversion ends, but nothing about what it makes; each has a value.
 _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
@@ -76,6 +77,7 @@ class _Batch:
         self.results: dict[str, Result] = {}
         self.marks = Marks()
         self.states: dict[str, State] = {}
+        self._sources: dict[Path, list[Path]] = {}
         for item in planned:
             state = load_state(out.state(item.area.name))
             if state is not None:
@@ -98,7 +100,8 @@ class _Batch:
 
         None if a file cannot be read.
         """
-        inputs = [*item.area.dems, *([self.out.frame] if self.options.shared else [])]
+        dems = [path for dem in item.area.dems for path in (dem, *self.sources(dem))]
+        inputs = [*dems, *([self.out.frame] if self.options.shared else [])]
         cut_from, how = None, ""
         if item.outline is None:
             inputs.insert(0, item.area.osm)
@@ -108,6 +111,16 @@ class _Batch:
                 return None
         marks = self.marks.of_all(inputs)
         return None if marks is None else State(_unbounded(self.arguments(item)), marks, cut_from, how)
+
+    def sources(self, dem: Path) -> list[Path]:
+        """Return the rasters that an elevation model leads to, if it is virtual."""
+        if dem not in self._sources:
+            try:
+                self._sources[dem] = virtual_sources(dem) if is_virtual(dem) else []
+            except (OSError, Osm2xodrError):
+                # The conversion will say what is wrong with it.
+                self._sources[dem] = []
+        return self._sources[dem]
 
     def unchanged(self, state: State | None, wanted: State | None) -> bool:
         """Whether an area was made of what is there now, but for what is cut out, and is there."""

@@ -26,7 +26,7 @@ from osm2xodr.surface.grid import Affine, GridFrame
 from osm2xodr.surface.interpolation import Cells, empty_cells
 from osm2xodr.surface.units import horizontal_crs, metres_per, vertical_unit
 from osm2xodr.surface.vertical import heights_of
-from osm2xodr.surface.vrt import check_virtual, is_virtual
+from osm2xodr.surface.vrt import is_virtual, virtual_sources
 
 # Formats that hold their cells in local files. Others (web services, databases, archives) are not even tried.
 _DRIVERS = (
@@ -265,7 +265,7 @@ def _check_path(path: Path) -> None:
         )
     try:
         if is_virtual(path):
-            check_virtual(path)
+            virtual_sources(path)
     except OSError as error:
         raise InputError(
             f"{path}: the elevation model cannot be opened ({error.strerror}); check its permissions"

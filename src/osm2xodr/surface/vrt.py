@@ -1,4 +1,4 @@
-"""Checks that a virtual raster (VRT) refers to nothing but local files before GDAL opens what it names."""
+"""Finds what a virtual raster (VRT) refers to, nothing but local files, before GDAL opens what it names."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def is_virtual(path: Path) -> bool:
         return b"<vrtdataset" in stream.read(2048).lower()
 
 
-def check_virtual(path: Path, depth: int = 0) -> None:
-    """Refuse a virtual raster that refers to anything but local rasters.
+def virtual_sources(path: Path, depth: int = 0) -> list[Path]:
+    """Return the local rasters that a virtual raster leads to, through others as well; refuse anything else.
 
     Raises
     ------
@@ -33,6 +33,7 @@ def check_virtual(path: Path, depth: int = 0) -> None:
         raise InputError(
             f"{path}: virtual rasters refer to each other more than {_DEEPEST} deep; give the DEMs themselves"
         )
+    found: list[Path] = []
     root = _read(path)
     for element in root.iter():
         for text in (element.text or "", element.tail or "", *element.attrib.values()):
@@ -43,19 +44,21 @@ def check_virtual(path: Path, depth: int = 0) -> None:
             if _NOT_A_FILE.search(name):
                 raise _refusal(path, name)
             relative = {key.casefold(): value for key, value in element.attrib.items()}.get("relativetovrt", "0")
-            _check_source(path, Path(name) if relative.strip() == "0" else path.parent / name, depth)
+            source = Path(name) if relative.strip() == "0" else path.parent / name
+            found += [source, *_sources_behind(path, source, depth)]
+    return found
 
 
-def _check_source(path: Path, source: Path, depth: int) -> None:
-    """Refuse a source that is itself a description of something else; GDAL will say it if it is absent."""
+def _sources_behind(path: Path, source: Path, depth: int) -> list[Path]:
+    """Return what a source leads to, if it is virtual, too; GDAL will say it if it is absent."""
     if not source.is_file():
-        return
+        return []
     if is_virtual(source):
-        check_virtual(source, depth + 1)
-        return
+        return virtual_sources(source, depth + 1)
     with source.open("rb") as stream:
         if stream.read(64).lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"<", b"{")):
             raise _refusal(path, str(source))
+    return []
 
 
 def _refusal(path: Path, name: str) -> InputError:
