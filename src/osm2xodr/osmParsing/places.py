@@ -44,11 +44,12 @@ def element_places(path: Path, frame: LocalFrame, osm_ids: Iterable[str]) -> dic
     refs |= read_refs(file, numbers["way"], numbers["relation"])
     if not refs:
         return {}
-    nodes = read_nodes(file, np.unique(np.concatenate([np.array(item, np.int64) for item in refs.values()])))
+    wanted = np.array([ref for item in refs.values() for ref in item], np.int64)
+    nodes = read_nodes(file, np.unique(wanted))
     xy = np.column_stack(projection.to_local(frame, nodes.lon_deg, nodes.lat_deg))
-    found = {}
-    for osm_id, of_element in refs.items():
-        rows = np.flatnonzero(np.isin(nodes.ids, of_element))
-        if len(rows):
-            found[osm_id] = xy[rows]
-    return found
+    known = np.isin(wanted, nodes.ids)
+    place = np.searchsorted(nodes.ids, wanted)
+    owner = np.repeat(np.arange(len(refs)), [len(item) for item in refs.values()])[known]
+    border = np.searchsorted(owner, np.arange(1, len(refs)))
+    rows = np.split(place[known], border)
+    return {osm_id: xy[found] for osm_id, found in zip(refs, rows, strict=True) if len(found)}
