@@ -164,9 +164,9 @@ def _median(values: Sequence[float]) -> float:
 
 def table(results: Sequence[tuple[Area, int, dict[str, list[Run]]]], repeat: int) -> str:
     """Return the page: one row per area and tool, then the stages of osm2xodr."""
-    runs = f"Medians of {repeat} runs" if repeat > 1 else "One run of each"
+    what = f"Medians of {repeat} runs" if repeat > 1 else "One run of each"
     about = [
-        f"{runs}, in turns, {os.cpu_count()} cores ({platform.machine()}),",
+        f"{what}, in turns, {os.cpu_count()} cores ({platform.machine()}),",
         f"Python {platform.python_version()}. Written by `make bench`.",
         "The ratios are to netconvert. osm2xodr reads .osm.pbf where there is one; netconvert and Osm2Odr .osm.",
         "Both of them have no junction surfaces and no smooth grades; Osm2Odr has no heights at all.",

@@ -103,3 +103,19 @@ def test_a_junction_on_a_bridge_is_part_of_it_where_both_roads_are() -> None:
             assert (found[road.id].s, found[road.id].length) == (0.0, near(world.lanes.length(road.id)))
     assert len({item.id for item in found.values()}) == len(found)
     assert len(found) > 3
+
+
+def test_a_tunnel_is_as_long_as_all_of_its_roads() -> None:
+    """Of 40 + 50 m in two roads, with a junction between them in the tunnel, none is dark."""
+    tunnel = "tunnel=yes layer=-1"
+    ways = {1: ("w a", ""), 2: ("a b c", tunnel), 3: ("c e", ""), 4: ("b n", tunnel + " lit=no")}
+    nodes = {**CROSS, "n": (100.0, 20.0)}
+    world = world_of(Case(nodes, ways))
+    by_id = {road.id: road for road in world.road_map.roads}
+    found = place_structures(world)
+    straight = [item for item in found if item.osm_way_ids == (2,)]
+    assert len(straight) >= 4
+    assert all(item.length < 80.0 for item in straight)
+    assert {item.lighting for item in straight} == {1.0}
+    assert {item.lighting for item in found if item.osm_way_ids == (4,)} == {0.0}
+    assert any(by_id[item.road].junction is not None for item in straight)

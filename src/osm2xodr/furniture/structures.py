@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import groupby
+from typing import TypeAlias
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Kind
@@ -26,12 +29,17 @@ class _Part:
     ways: tuple[int, ...]
 
 
+_Parts: TypeAlias = dict[int, list[_Part]]
+# A part by its road and its number there.
+_Key: TypeAlias = tuple[int, int]
+
+
 def place_structures(world: World) -> tuple[RoadStructure, ...]:
     """Return the bridges and tunnels of all roads, in ascending road and s.
 
     Those of connecting roads are the ones that both of the roads that they join end on.
     """
-    parts = {
+    parts: _Parts = {
         world.road_map.roads[k].id: list(_parts(world, k, street))
         for k, street in enumerate(world.places.road_street.tolist())
         if any(piece.structure_tags is not None for _, piece in world.network.streets[street].pieces)
@@ -41,7 +49,12 @@ def place_structures(world: World) -> tuple[RoadStructure, ...]:
             between = _between(world, road, parts)
             if between is not None:
                 parts[road.id] = [between]
-    found = tuple(_structure(world, road, part) for road in sorted(parts) for part in parts[road])
+    extent = _extents(world, parts)
+    found = tuple(
+        _structure(world, road, part, extent[road, number])
+        for road in sorted(parts)
+        for number, part in enumerate(parts[road])
+    )
     _report(world, [part for of_road in parts.values() for part in of_road])
     return found
 
@@ -62,35 +75,76 @@ def _kind(tags: StructureTags | None) -> tuple[str, str, bool] | None:
     return None if tags is None else (tags.kind, tags.material, tags.open_sides)
 
 
-def _between(world: World, road: Road, parts: dict[int, list[_Part]]) -> _Part | None:
+def _between(world: World, road: Road, parts: _Parts) -> _Part | None:
     """Return the part of a connecting road; None if one of the roads that it joins ends on the ground."""
-    before, after = (_at_end(world, link, parts) for link in (road.predecessor, road.successor))
+    ends = [_beyond(world, link, parts) for link in (road.predecessor, road.successor)]
+    before, after = (None if key is None else parts[key[0]][key[1]] for key in ends)
     if before is None or after is None or _kind(before.tags[0]) != _kind(after.tags[0]):
         return None
     ways = tuple(sorted({*before.ways, *after.ways}))
     return _Part(0.0, world.lanes.length(road.id), (*before.tags, *after.tags), ways)
 
 
-def _at_end(world: World, link: RoadLink | None, parts: dict[int, list[_Part]]) -> _Part | None:
+def _beyond(world: World, link: RoadLink | None, parts: _Parts) -> _Key | None:
     """Return what the end of a road that a link leads to lies on."""
     if link is None or link.to_junction or not parts.get(link.id):
         return None
-    first, last = parts[link.id][0], parts[link.id][-1]
-    if link.at_start:
-        return first if first.begin < _AT_END else None
-    return last if last.end > world.lanes.length(link.id) - _AT_END else None
+    return _at_end(world, link.id, parts, at_start=bool(link.at_start))
 
 
-def _structure(world: World, road: int, part: _Part) -> RoadStructure:
+def _at_end(world: World, road: int, parts: _Parts, *, at_start: bool) -> _Key | None:
+    """Return what an end of a road lies on."""
+    if at_start:
+        return (road, 0) if parts[road][0].begin < _AT_END else None
+    last = len(parts[road]) - 1
+    return (road, last) if parts[road][last].end > world.lanes.length(road) - _AT_END else None
+
+
+def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
+    """Return the length of what goes on from road to road, for each part, m; connecting roads add nothing to it."""
+    links: defaultdict[_Key, set[_Key]] = defaultdict(set)
+    connecting = set()
+    for road in world.road_map.roads if parts else ():
+        if not parts.get(road.id):
+            continue
+        if road.junction is not None:
+            connecting.add(road.id)
+        for link, at_start in ((road.predecessor, True), (road.successor, False)):
+            here, there = _at_end(world, road.id, parts, at_start=at_start), _beyond(world, link, parts)
+            if here is not None and there is not None:
+                links[here].add(there)
+                links[there].add(here)
+    out: dict[_Key, float] = {}
+    for first in ((road, number) for road, of_road in parts.items() for number in range(len(of_road))):
+        if first in out:
+            continue
+        whole, todo = {first}, [first]
+        while todo:
+            new = links[todo.pop()] - whole
+            whole |= new
+            todo += new
+        own = [parts[road][number] for road, number in sorted(whole) if road not in connecting]
+        out.update(dict.fromkeys(whole, math.fsum(part.end - part.begin for part in own)))
+    return out
+
+
+def _structure(world: World, road: int, part: _Part, extent: float) -> RoadStructure:
+    """Make the part of a bridge or tunnel of some extent, m, that lies on a road."""
     first = part.tags[0]
     name = next((tags.name for tags in part.tags if tags.name), "")
-    length = part.end - part.begin
     structure = RoadStructure(
-        world.ids.thing(), road, part.begin, length, first.kind, "", name, osm_way_ids=part.ways
+        id=world.ids.thing(),
+        road=road,
+        s=part.begin,
+        length=part.end - part.begin,
+        kind=first.kind,
+        type=first.material or defaults.BRIDGE_MATERIAL,
+        name=name,
+        osm_way_ids=part.ways,
     )
     if first.kind == "bridge":
-        return replace(structure, type=first.material or defaults.BRIDGE_MATERIAL)
-    lit = next((tags.lit for tags in part.tags if tags.lit is not None), length >= defaults.TUNNEL_LIT_LENGTH)
+        return structure
+    lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= defaults.TUNNEL_LIT_LENGTH)
     daylight = defaults.GALLERY_DAYLIGHT if first.open_sides else 0.0
     return replace(
         structure, type="underpass" if first.open_sides else "standard", lighting=float(lit), daylight=daylight
