@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import signal
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from batch_runs import RunningBatch, made, noted, started, statuses, write_table, write_village
+from batch_runs import RunningBatch, cluster, made, noted, started, statuses, write_table, write_village
 from small_area import street_grid, write_dem
 
 from osm2xodr.batch import running
@@ -194,32 +193,53 @@ def test_a_batch_that_is_ended_leaves_no_processes(tmp_path: Path, number: signa
 def test_an_existing_scheduler_is_used_and_left_alone(tmp_path: Path) -> None:
     rows = write_areas(tmp_path / "maps", 6)
     write_table(tmp_path / "areas.csv", rows)
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    contact = elsewhere / "scheduler.json"
-    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
-    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--host", "127.0.0.1", "--nthreads", "2"]
-    share = ["--no-dashboard", "--scheduler-file", str(contact)]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": elsewhere}
-    processes = [subprocess.Popen([*dask, *share], **quiet)]  # type: ignore[call-overload]
-    try:
-        until = time.monotonic() + 30.0
-        while not contact.exists() and time.monotonic() < until:
-            time.sleep(0.05)
-        processes.append(subprocess.Popen([*worker, *share, "--no-nanny"], **quiet))  # type: ignore[call-overload]
-        address = json.loads(contact.read_text())["address"]
+    with cluster(tmp_path / "elsewhere") as dask:
         for expected in ("6 done", "6 unchanged"):
-            with started("batch", "areas.csv", "-o", "out", "--scheduler", address, cwd=tmp_path) as batch:
+            with started("batch", "areas.csv", "-o", "out", "--scheduler", dask.address, cwd=tmp_path) as batch:
                 status, said = batch.end()
                 assert batch.processes() == []
             assert (status, said.count("\n")) == (0, 1)
             assert f": {expected}; see out" in said
         assert made(tmp_path / "out") == [row["name"] for row in rows]
-        assert [process.poll() for process in processes] == [None, None]
-    finally:
-        for process in reversed(processes):
-            process.terminate()
-            process.wait(timeout=20)
+        assert [process.poll() for process in (dask.scheduler, dask.worker)] == [None, None]
+
+
+def test_ctrl_c_stops_areas_on_workers_elsewhere_and_nothing_else(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    write_table(tmp_path / "areas.csv", write_areas(tmp_path / "maps", 12))
+    with cluster(tmp_path / "elsewhere") as dask:
+        with started("batch", "areas.csv", "-o", "out", "--scheduler", dask.address, cwd=tmp_path) as batch:
+            batch.wait_for(lambda: len(noted(out)) >= 1)
+            batch.process.send_signal(signal.SIGINT)
+            status, said = batch.end()
+            assert is_clean(batch, out)
+        assert (status, said.count("\n")) == (130, 1)
+        until = time.monotonic() + 10.0
+        while dask.areas() and time.monotonic() < until:
+            time.sleep(0.05)
+        assert dask.areas() == []
+        there = noted(out)
+        assert 1 <= len(there) < 12
+        with started("batch", "areas.csv", "-o", "out", "--scheduler", dask.address, cwd=tmp_path) as batch:
+            assert batch.end()[0] == 0
+        assert sorted(name for name, status in statuses(out).items() if status == "unchanged") == there
+        assert [process.poll() for process in (dask.scheduler, dask.worker)] == [None, None]
+
+
+def test_a_scheduler_that_dies_is_told_of(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    write_table(tmp_path / "areas.csv", write_areas(tmp_path / "maps", 12))
+    with cluster(tmp_path / "elsewhere") as dask:
+        with started("batch", "areas.csv", "-o", "out", "--scheduler", dask.address, cwd=tmp_path) as batch:
+            batch.wait_for(lambda: len(noted(out)) >= 1)
+            dask.scheduler.kill()
+            status, said = batch.end()
+        assert status == 1
+        assert said.startswith("osm2xodr: error: the Dask scheduler is gone")
+        assert said.count("\n") == 1
+    # What is there is whole.
+    assert set(noted(out)) <= set(made(out))
+    assert is_clean(batch, out)
 
 
 def test_a_scheduler_that_is_not_there_is_told_of(

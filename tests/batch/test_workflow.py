@@ -6,6 +6,8 @@ import dataclasses
 import os
 import secrets
 import shutil
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -280,6 +282,33 @@ def test_a_conversion_by_itself(tmp_path: Path) -> None:
     assert other.message == f"the worker has osm2xodr {__version__}, and the batch 0.0; install the same on both"
     end_areas("one")
     assert run_area(job).message == "it was stopped"
+
+
+ENDING = """
+import sys, threading
+from osm2xodr.batch.area_process import AreaJob, run_area
+job = AreaJob("a batch", "a", ("convert", sys.argv[1], "-o", "a.xodr", "-q"))
+thread = threading.Thread(target=run_area, args=(job,), daemon=True)
+thread.start()
+thread.join(float(sys.argv[2]))
+"""
+
+
+@pytest.mark.parametrize(("area", "seconds"), [("village.osm", "60"), (str(SAMPLE), "0.5")])
+def test_a_worker_that_ends_untold_leaves_nothing_open(tmp_path: Path, area: str, seconds: str) -> None:
+    """With a conversion behind it, or in the middle of one."""
+    write_area(tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", ENDING, area, seconds],
+        capture_output=True,
+        check=False,
+        text=True,
+        cwd=tmp_path,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert not list(tmp_path.glob("*.part"))
+    assert (tmp_path / "a.xodr").exists() == (area == "village.osm")
 
 
 @pytest.mark.parametrize("server", [False, True], ids=["conversion", "its-parent"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import secrets
 import subprocess
@@ -116,6 +117,44 @@ class RunningBatch:
                 return commands
             time.sleep(0.05)
         return []
+
+
+@dataclass
+class Cluster:
+    """A scheduler and a worker with two threads, which are somebody else's."""
+
+    address: str
+    scheduler: subprocess.Popen[bytes]
+    worker: subprocess.Popen[bytes]
+
+    def areas(self) -> list[psutil.Process]:
+        """Return what the worker has started for areas."""
+        found: list[psutil.Process] = psutil.Process(self.worker.pid).children(recursive=True)
+        return found
+
+
+@contextmanager
+def cluster(folder: Path) -> Iterator[Cluster]:
+    """Start a scheduler and a worker of Dask in a folder that is made for them."""
+    folder.mkdir()
+    contact = folder / "scheduler.json"
+
+    def start(program: str, *options: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{program}", "--host", "127.0.0.1", *options]
+        command += ["--no-dashboard", "--scheduler-file", str(contact)]
+        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=folder)
+
+    processes = [start("scheduler", "--port", "0")]
+    try:
+        until = time.monotonic() + 30.0
+        while not contact.exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        processes.append(start("worker", "--nthreads", "2", "--no-nanny"))
+        yield Cluster(json.loads(contact.read_text())["address"], *processes)
+    finally:
+        for process in reversed(processes):
+            process.terminate()
+            process.wait(timeout=20)
 
 
 @contextmanager

@@ -5,6 +5,7 @@ Everything here is plain functions and data, since it is sent to workers by name
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import os
@@ -165,6 +166,15 @@ def end_areas(batch: str) -> None:
         server.end()
     for server in idle:
         server.wait()
+
+
+@atexit.register
+def _end_all() -> None:
+    """Stop everything where a worker ends without having been told that the batch is over."""
+    with _lock:
+        batches = {*_idle, *_busy}
+    for batch in batches:
+        end_areas(batch)
 
 
 def _take(batch: str) -> tuple[bool, _Server | None]:

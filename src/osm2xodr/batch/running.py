@@ -41,8 +41,6 @@ _CALM: Final = {
 }
 # What Dask calls tasks that have ended.
 _ENDED: Final = frozenset({"finished", "error", "cancelled"})
-# Libraries that write log lines of their own.
-_LOGGERS: Final = ("distributed", "tornado", "asyncio", "bokeh")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +101,7 @@ def running(jobs: Sequence[AreaJob], workers: Workers) -> Iterator[Iterator[tupl
     with _quiet(), contextlib.ExitStack() as stack:
         # Starting it lets SIGINT through again in the thread that does so.
         resource_tracker.ensure_running()
-        with _uninterrupted():
+        with uninterrupted():
             client = stack.enter_context(_client(count, workers))
             memory = _share(client, count, workers)
         yield _outcomes(client, [dataclasses.replace(job, batch=batch, memory=memory) for job in jobs], batch, stack)
@@ -209,7 +207,7 @@ def _closing(thing: Any) -> Iterator[Any]:
     try:
         yield thing
     finally:
-        with _uninterrupted():
+        with uninterrupted():
             thing.close()
 
 
@@ -235,18 +233,17 @@ def _worker_share(dask_worker: Any) -> int:
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
     """Keep Dask from telling of what is no matter of the user's, such as workers that end."""
-    before = {name: logging.getLogger(name).level for name in _LOGGERS}
-    for name in _LOGGERS:
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    # All logs, since its parts have levels of their own, which they set when they are loaded.
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
     try:
         yield
     finally:
-        for name, level in before.items():
-            logging.getLogger(name).setLevel(level)
+        logging.disable(before)
 
 
 @contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
+def uninterrupted() -> Iterator[None]:
     """Put off the wish to end the process to the end of the block.
 
     SIGINT is blocked, which holds for threads and processes that are started meanwhile, and for those that they

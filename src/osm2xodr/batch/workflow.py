@@ -16,7 +16,7 @@ from osm2xodr.batch.fingerprints import Marks, State, contents, load_state, remo
 from osm2xodr.batch.model import CutRequest, Result, Status
 from osm2xodr.batch.out_dir import OutDir, write_if_changed
 from osm2xodr.batch.road_bounds import road_bounds
-from osm2xodr.batch.running import Workers, check_dask, running
+from osm2xodr.batch.running import Workers, check_dask, running, uninterrupted
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.osmParsing.options import DRIVABLE, WaySelection, parse_ways_option
@@ -222,8 +222,9 @@ class _Batch:
         with running(jobs, self.options.workers) as outcomes:
             for job, outcome in outcomes:
                 item = by_name[job.name]
-                result = self._made(item, wanted[job.name], outcome)
-                self._clear_cut(job.name)
+                with uninterrupted():
+                    result = self._made(item, wanted[job.name], outcome)
+                    self._clear_cut(job.name)
                 listener.end(result, weights[job.name])
 
     def forget(self, items: Sequence[PlannedArea]) -> None:
