@@ -47,9 +47,8 @@ PYTEST := -m pytest -n 2
 export OPENBLAS_NUM_THREADS := 1
 
 # The oldest libraries are tried where they have wheels, with what goes through all of the libraries.
-OLDEST_CORE := tests/test_scenes.py tests/test_cli.py tests/osmParsing tests/batch/test_cutting.py \
-	tests/batch/test_shared_frame.py tests/surface/test_mosaic.py tests/surface/test_vertical.py \
-	tests/viewing/test_cli_views.py
+OLDEST_CORE := tests/test_scenes.py tests/batch/test_cutting.py tests/batch/test_running.py \
+	tests/surface/test_mosaic.py tests/viewing/test_cli_views.py
 HAS_OLDEST := $(shell $(PYTHON) -c 'import sys; print("yes" if sys.version_info < (3, 13) else "")' 2>/dev/null)
 
 test: $(VENV)/.test
