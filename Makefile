@@ -22,7 +22,7 @@ BROWSER_PACKAGES := chromium chromium-driver
 help:
 	@echo 'make run        convert the sample in $(SAMPLE) to $(RESULT)'
 	@echo 'make test       everything that must hold: linters, types, tests, real readers of OpenDRIVE'
-	@echo 'make test-oldest  the tests, but for browser and readers, with the oldest libraries (Python 3.10 to 3.12)'
+	@echo 'make test-oldest  the tests, but for browser and readers, with the oldest libraries (Python 3.10, 3.11)'
 	@echo 'make audit      look for known vulnerabilities in the libraries of $(VENV); asks a public database'
 	@echo 'make bench      speed beside SUMO netconvert and CARLA Osm2Odr, to benchmarks/RESULTS.md; AREAS=FOLDER for more'
 	@echo 'make lint       linters and types alone'
@@ -49,7 +49,7 @@ export OPENBLAS_NUM_THREADS := 1
 # The oldest libraries are tried where they have wheels, with what goes through all of the libraries.
 OLDEST_CORE := tests/test_scenes.py tests/batch/test_cutting.py tests/batch/test_running.py \
 	tests/surface/test_mosaic.py tests/viewing/test_cli_views.py
-HAS_OLDEST := $(shell $(PYTHON) -c 'import sys; print("yes" if sys.version_info < (3, 13) else "")' 2>/dev/null)
+HAS_OLDEST := $(shell $(PYTHON) -c 'import sys; print("yes" if sys.version_info < (3, 12) else "")' 2>/dev/null)
 
 test: $(VENV)/.test
 	@$(MAKE) --no-print-directory -j2 lint $(if $(HAS_OLDEST),$(OLDEST)/.made)
@@ -58,7 +58,7 @@ test: $(VENV)/.test
 ifneq ($(HAS_OLDEST),)
 	WITHOUT_READERS=1 $(OLDEST)/bin/python $(PYTEST) $(OLDEST_CORE)
 else
-	@echo 'the oldest libraries are NOT tried: they end with Python 3.12'
+	@echo 'the oldest libraries are NOT tried: they end with Python 3.11'
 endif
 
 test-oldest: $(OLDEST)/.made

@@ -76,7 +76,10 @@ def _groups(gap: BoolArray) -> Iterator[tuple[tuple[slice, slice], BoolArray]]:
     padded = np.pad(gap, ((0, rows * _BLOCK - gap.shape[0]), (0, cols * _BLOCK - gap.shape[1])))
     groups: IntArray = np.zeros((rows, cols), np.int64)
     ndimage.label(padded.reshape(rows, _BLOCK, cols, _BLOCK).any(axis=(1, 3)), np.ones((3, 3)), output=groups)
-    for number, (down, across) in enumerate(ndimage.find_objects(groups), 1):
+    for number, found in enumerate(ndimage.find_objects(groups), 1):
+        # There is no number that no group has.
+        assert found is not None
+        down, across = found
         blocks = np.repeat(np.repeat(groups[down, across] == number, _BLOCK, axis=0), _BLOCK, axis=1)
         first_row, first_col = down.start * _BLOCK, across.start * _BLOCK
         own = padded[first_row : down.stop * _BLOCK, first_col : across.stop * _BLOCK] & blocks
