@@ -8,11 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from batch_runs import RunningBatch, cluster, made, noted, started, statuses, write_table, write_village
+from batch_runs import Cluster, RunningBatch, cluster, made, noted, started, statuses, write_table, write_village
 from small_area import street_grid, write_dem
 
 from osm2xodr.batch import running
@@ -169,8 +171,6 @@ def test_ctrl_c_stops_it_and_the_same_command_goes_on(tmp_path: Path, count: int
     assert count <= len(before) <= len(there) < 12
     assert set(before) <= set(there) <= set(made(out))
     assert not (out / "summary.csv").exists()
-    if not count:
-        return
     with started("batch", "areas.csv", "-o", "out", "--workers", 2, cwd=tmp_path) as batch:
         assert batch.end()[0] == 0
     found = statuses(out)
@@ -206,12 +206,19 @@ def test_an_existing_scheduler_is_used_and_left_alone(tmp_path: Path) -> None:
         assert [process.poll() for process in (dask.scheduler, dask.worker)] == [None, None]
 
 
+@contextmanager
+def begun_elsewhere(folder: Path, dask: Cluster) -> Iterator[RunningBatch]:
+    """Start a batch of twelve areas on somebody else's worker, and wait for the first."""
+    write_table(folder / "areas.csv", write_areas(folder / "maps", 12))
+    with started("batch", "areas.csv", "-o", "out", "--scheduler", dask.address, cwd=folder) as batch:
+        batch.wait_for(lambda: len(noted(folder / "out")) >= 1)
+        yield batch
+
+
 def test_ctrl_c_stops_areas_on_workers_elsewhere_and_nothing_else(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    write_table(tmp_path / "areas.csv", write_areas(tmp_path / "maps", 12))
     with cluster(tmp_path / "elsewhere") as dask:
-        with started("batch", "areas.csv", "-o", "out", "--scheduler", dask.address, cwd=tmp_path) as batch:
-            batch.wait_for(lambda: len(noted(out)) >= 1)
+        with begun_elsewhere(tmp_path, dask) as batch:
             batch.process.send_signal(signal.SIGINT)
             status, said = batch.end()
             assert is_clean(batch, out)
@@ -230,10 +237,8 @@ def test_ctrl_c_stops_areas_on_workers_elsewhere_and_nothing_else(tmp_path: Path
 
 def test_a_scheduler_that_dies_is_told_of(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    write_table(tmp_path / "areas.csv", write_areas(tmp_path / "maps", 12))
     with cluster(tmp_path / "elsewhere") as dask:
-        with started("batch", "areas.csv", "-o", "out", "--scheduler", dask.address, cwd=tmp_path) as batch:
-            batch.wait_for(lambda: len(noted(out)) >= 1)
+        with begun_elsewhere(tmp_path, dask) as batch:
             dask.scheduler.kill()
             status, said = batch.end()
         assert status == 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import groupby
 from typing import TypeAlias
 
@@ -131,23 +131,23 @@ def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
 def _structure(world: World, road: int, part: _Part, extent: float) -> RoadStructure:
     """Make the part of a bridge or tunnel of some extent, m, that lies on a road."""
     first = part.tags[0]
-    name = next((tags.name for tags in part.tags if tags.name), "")
-    structure = RoadStructure(
+    if first.kind == "bridge":
+        form, lighting, daylight = first.material or defaults.BRIDGE_MATERIAL, 0.0, 0.0
+    else:
+        lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= defaults.TUNNEL_LIT_LENGTH)
+        form, lighting = "underpass" if first.open_sides else "standard", float(lit)
+        daylight = defaults.GALLERY_DAYLIGHT if first.open_sides else 0.0
+    return RoadStructure(
         id=world.ids.thing(),
         road=road,
         s=part.begin,
         length=part.end - part.begin,
         kind=first.kind,
-        type=first.material or defaults.BRIDGE_MATERIAL,
-        name=name,
+        type=form,
+        name=next((tags.name for tags in part.tags if tags.name), ""),
+        lighting=lighting,
+        daylight=daylight,
         osm_way_ids=part.ways,
-    )
-    if first.kind == "bridge":
-        return structure
-    lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= defaults.TUNNEL_LIT_LENGTH)
-    daylight = defaults.GALLERY_DAYLIGHT if first.open_sides else 0.0
-    return replace(
-        structure, type="underpass" if first.open_sides else "standard", lighting=float(lit), daylight=daylight
     )
 
 

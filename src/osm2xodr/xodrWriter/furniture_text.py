@@ -202,10 +202,8 @@ def _reference(item: SignalReference, length: float) -> str:
 
 def _structure(item: RoadStructure, length: float) -> str:
     """Make a ``<bridge>`` or ``<tunnel>``."""
-    begin = max(min(round(item.s, _DECIMALS), length), 0.0)
-    extent = max(min(round(item.length, _DECIMALS), round(length - begin, POSITION_DECIMALS)), 0.0)
     head = (
-        f'   <{item.kind} id="{item.id}"{_text("name", item.name)} s="{position(begin)}" length="{position(extent)}"'
+        f'   <{item.kind} id="{item.id}"{_text("name", item.name)} {_stretch(item.s, item.length, length)}'
         f' type="{attribute(item.type)}"'
     )
     if item.kind == "tunnel":
@@ -215,10 +213,8 @@ def _structure(item: RoadStructure, length: float) -> str:
 
 def _repeat(item: ObjectRepeat, length: float) -> str:
     """Make the ``<repeat>`` of an object."""
-    begin = max(min(round(item.s, _DECIMALS), length), 0.0)
-    extent = max(min(round(item.length, _DECIMALS), round(length - begin, POSITION_DECIMALS)), 0.0)
     return (
-        f'    <repeat s="{position(begin)}" length="{position(extent)}"'
+        f"    <repeat {_stretch(item.s, item.length, length)}"
         f' distance="{_size(item.distance)}" tStart="{_size(item.t_start)}" tEnd="{_size(item.t_end)}"'
         f' heightStart="{_size(item.height)}" heightEnd="{_size(item.height)}"'
         f' zOffsetStart="{_size(item.z_offset)}" zOffsetEnd="{_size(item.z_offset)}"'
@@ -244,6 +240,13 @@ def _origin(osm_id: str) -> str:
 def _along(s: float, length: float) -> str:
     """Write a place along a road, never beyond its end: esmini ends there."""
     return position(max(min(round(s, _DECIMALS), length), 0.0))
+
+
+def _stretch(s: float, extent: float, length: float) -> str:
+    """Write a stretch of a road of a length, m, as its attributes; it ends where the road does."""
+    begin = max(min(round(s, _DECIMALS), length), 0.0)
+    extent = max(min(round(extent, _DECIMALS), round(length - begin, POSITION_DECIMALS)), 0.0)
+    return f's="{position(begin)}" length="{position(extent)}"'
 
 
 def _size(value: float) -> str:
