@@ -9,19 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from osm2xodr.curves import (
-    arc_step,
-    cubic_slope,
-    cubic_value,
-    find_record,
-    joined_plan_views,
-    joined_profiles,
-    lengths,
-    pose,
-    profile_of,
-    smallest_radius,
-    turned_round,
-)
+from osm2xodr.cubics import cubic_slope, cubic_value, joined_profiles, profile_of
+from osm2xodr.curves import arc_step, find_record, joined_plan_views, lengths, pose, smallest_radius, turned_round
 from osm2xodr.model import Cubic, PlanView
 
 

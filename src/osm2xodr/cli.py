@@ -25,8 +25,8 @@ from osm2xodr.cli_locate import locate
 from osm2xodr.cli_render import render
 from osm2xodr.cli_report import report
 from osm2xodr.cli_surface import surface
-from osm2xodr.delivery import silence_standard_output
 from osm2xodr.errors import Osm2xodrError
+from osm2xodr.files import silence_standard_output
 from osm2xodr.standard_streams import occupy_closed_streams, patient_standard_error
 
 if TYPE_CHECKING:

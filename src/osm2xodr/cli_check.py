@@ -8,7 +8,7 @@ import click
 
 from osm2xodr import defaults
 from osm2xodr.cli_common import check_targets, limit_options, overwrite_option
-from osm2xodr.delivery import STANDARD_OUTPUT, label, stream_to
+from osm2xodr.files import STANDARD_OUTPUT, label, stream_to
 
 # `osm2xodr.checking.FORMATS`, `READERS`, `DEFAULT_READERS` and the words of `Severity`, which are too slow to load
 # for --help; a test holds them equal.

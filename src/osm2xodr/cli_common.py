@@ -10,9 +10,8 @@ from typing import Any, TypeVar
 
 import click
 
-from osm2xodr.delivery import STANDARD_OUTPUT
+from osm2xodr.files import STANDARD_OUTPUT, check_target
 from osm2xodr.limits import limited, parse_duration, parse_memory
-from osm2xodr.xodrWriter import check_target
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 

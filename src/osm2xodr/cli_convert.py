@@ -14,15 +14,16 @@ import click
 from osm2xodr import __version__, defaults
 from osm2xodr.cli_common import Session, check_targets, limit_options, output_option, overwrite_option
 from osm2xodr.cli_convert_options import Arguments, area_name, convert_options, report_inputs
-from osm2xodr.delivery import STANDARD_OUTPUT, deliver, label, report_text
+from osm2xodr.delivery import deliver, report_text
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.files import STANDARD_OUTPUT, label
 from osm2xodr.furniture import EXTRA_OBJECTS
 from osm2xodr.report import Progress, details, summary
 from osm2xodr.targets import DEFAULT_TARGET, TARGETS
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions
 
 if TYPE_CHECKING:
-    from osm2xodr.pipeline import Conversion
+    from osm2xodr.conversion import Conversion
 
 # `osm2xodr.surface.METHODS`, which is too slow to load for --help; a test holds them equal.
 SURFACE_METHODS = ("nearest", "bilinear", "bicubic", "polynomial")

@@ -9,7 +9,7 @@ import click
 from osm2xodr import __version__
 from osm2xodr.cli_common import check_targets, limit_options, output_option, overwrite_option
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
-from osm2xodr.delivery import STANDARD_OUTPUT, label, stream_to
+from osm2xodr.files import STANDARD_OUTPUT, label, stream_to
 
 FORMATS = ("geojson", "obj", "glb")
 # `osm2xodr.exporting.LAYERS`, which is too slow to load for --help; a test holds them equal.

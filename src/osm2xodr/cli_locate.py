@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import click
 
 from osm2xodr.cli_common import limit_options
-from osm2xodr.delivery import STANDARD_OUTPUT, stream_to
 from osm2xodr.errors import InputError
+from osm2xodr.files import STANDARD_OUTPUT, stream_to
 
 if TYPE_CHECKING:
     from osm2xodr.locating import Locator, Value

@@ -8,7 +8,7 @@ import click
 
 from osm2xodr import defaults
 from osm2xodr.cli_common import check_targets, limit_options, output_option, overwrite_option
-from osm2xodr.delivery import STANDARD_OUTPUT, label
+from osm2xodr.files import STANDARD_OUTPUT, label
 from osm2xodr.viewing.options import PICTURE_COLOURS, PictureOptions
 
 KINDS = ("svg", "png")

@@ -9,9 +9,9 @@ from typing import Any
 import click
 
 from osm2xodr.cli_common import check_targets, limit_options, output_option, overwrite_option
-from osm2xodr.delivery import label
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
+from osm2xodr.files import label
 from osm2xodr.report import details
 from osm2xodr.viewing.options import ReportOptions
 

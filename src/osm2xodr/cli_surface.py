@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from osm2xodr.cli_common import check_targets, limit_options, output_option, overwrite_option
-from osm2xodr.delivery import label, stream_to
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.files import label, stream_to
 from osm2xodr.report import details
 
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from osm2xodr.grouping import ranks
-from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray, PlanView
+from osm2xodr.grouping import ranks, runs
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 
 def wrapped(angle: FloatArray) -> FloatArray:
@@ -105,28 +105,6 @@ def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None)
     return np.repeat(chosen, count), s
 
 
-def cubic_value(profile: CubicProfile, curve: IntArray, s: FloatArray, default: float = 0.0) -> FloatArray:
-    """Return the value of piecewise cubics at s of curves, (n,); `default` for curves without records."""
-    out = np.full(len(s), default)
-    has = profile.start[curve + 1] > profile.start[curve]
-    if has.any():
-        k = find_record(profile.start, profile.s, curve[has], s[has])
-        ds = s[has] - profile.s[k]
-        out[has] = profile.a[k] + ds * (profile.b[k] + ds * (profile.c[k] + ds * profile.d[k]))
-    return out
-
-
-def cubic_slope(profile: CubicProfile, curve: IntArray, s: FloatArray) -> FloatArray:
-    """Return the derivative of piecewise cubics at s of curves, (n,); 0 for curves without records."""
-    out = np.zeros(len(s))
-    has = profile.start[curve + 1] > profile.start[curve]
-    if has.any():
-        k = find_record(profile.start, profile.s, curve[has], s[has])
-        ds = s[has] - profile.s[k]
-        out[has] = profile.b[k] + ds * (2 * profile.c[k] + 3 * ds * profile.d[k])
-    return out
-
-
 def joined_plan_views(first: PlanView, second: PlanView) -> PlanView:
     """Return the curves of both tables in one, the second's after the first's."""
     return PlanView(
@@ -208,16 +186,48 @@ def turned_round(plan: PlanView, turned: BoolArray) -> PlanView:
     )
 
 
-def joined_profiles(first: CubicProfile, second: CubicProfile) -> CubicProfile:
-    """Return the curves of both tables in one, the second's after the first's."""
-    return CubicProfile(
-        np.concatenate([first.start, second.start[1:] + first.start[-1]]),
-        *(np.concatenate([getattr(first, name), getattr(second, name)]) for name in ("s", "a", "b", "c", "d")),
+def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[int] | IntArray) -> PlanView:
+    """Return the part from s = lo to s = hi of curves; all (parts,). The same curve may be cut several times.
+
+    The parts' s starts at 0. A cut closer than 1 cm to the border of two records is moved there by `snap_cuts`
+    beforehand if slivers are to be avoided.
+    """
+    which = np.asarray(curve, np.int64)
+    count = plan.start[which + 1] - plan.start[which]
+    part = np.repeat(np.arange(len(which)), count)
+    k = runs(plan.start[which], count)
+    begin = np.maximum(plan.s[k], lo[part])
+    end = np.minimum(plan.s[k] + plan.length[k], hi[part])
+    used = end - begin > 1e-9
+    # What is cut off as too short to count must not leave the first record with an s above 0.
+    k, part, begin, end = k[used], part[used], begin[used], end[used]
+    u, v, turn = arc_step(plan.curvature[k], begin - plan.s[k])
+    cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
+    start = np.concatenate([[0], np.cumsum(np.bincount(part, minlength=len(which)))]).astype(np.int64)
+    return PlanView(
+        start,
+        np.where(np.diff(part, prepend=-1) > 0, 0.0, begin - lo[part]),
+        plan.x[k] + cos * u - sin * v,
+        plan.y[k] + sin * u + cos * v,
+        plan.hdg[k] + turn,
+        end - begin,
+        plan.curvature[k].copy(),
     )
 
 
-def profile_of(curves: Sequence[Sequence[Cubic]]) -> CubicProfile:
-    """Return a table of the cubics of many curves."""
-    start = np.concatenate([[0], np.cumsum([len(cubics) for cubics in curves])]).astype(np.int64)
-    flat = np.array([(c.s, c.a, c.b, c.c, c.d) for cubics in curves for c in cubics]).reshape(-1, 5)
-    return CubicProfile(start, *(np.ascontiguousarray(column) for column in flat.T))
+def replaced(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
+    """Return the table with some of its curves replaced by those of another table."""
+    curves = len(plan.start) - 1
+    source = np.arange(curves)
+    source[rows] = curves + other_rows
+    both = joined_plan_views(plan, other)
+    return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
+
+
+def snap_cuts(plan: PlanView, curve: IntArray, s: FloatArray, within: float = 0.01) -> FloatArray:
+    """Move positions closer than `within` to the border of two records onto it, so that cuts leave no slivers."""
+    k = find_record(plan.start, plan.s, curve, s)
+    lower, upper = plan.s[k], plan.s[k] + plan.length[k]
+    snapped = np.where(s - lower < within, lower, s)
+    out: FloatArray = np.where(upper - s < within, upper, snapped)
+    return out

@@ -5,22 +5,17 @@ Imports nothing heavy: the command line reads it before it knows what to do.
 
 from __future__ import annotations
 
-import contextlib
-import os
-import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Final
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.errors import OutputError
+from osm2xodr.files import settle, stream_to
 from osm2xodr.report import report
-from osm2xodr.xodrWriter import WriteOptions, atomic_output, settle, write_xodr
+from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 if TYPE_CHECKING:
-    from osm2xodr.pipeline import Conversion
-
-STANDARD_OUTPUT: Final = Path("-")
+    from osm2xodr.conversion import Conversion
 
 
 class _Counting:
@@ -95,33 +90,3 @@ def report_text(
     road_map, models = conversion.road_map, conversion.elevation_models
     elevation, ends = road_map.elevation_report, road_map.border_ends
     return report(inputs, models, conversion.statistics, elevation, diagnostics, output, ends)
-
-
-@contextlib.contextmanager
-def stream_to(path: Path) -> Iterator[BinaryIO]:
-    """Give a stream to a file or to standard output."""
-    if path != STANDARD_OUTPUT:
-        with atomic_output(path) as stream:
-            yield stream
-        return
-    try:
-        yield sys.stdout.buffer
-        sys.stdout.buffer.flush()
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        silence_standard_output()
-        raise OutputError(f"cannot write standard output: {(error.strerror or str(error)).lower()}") from error
-
-
-def silence_standard_output() -> None:
-    """Let what is still buffered go nowhere, lest the interpreter stumbles over it when it ends."""
-    with contextlib.suppress(OSError, ValueError):
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
-
-
-def label(path: Path) -> str:
-    """Name an output for people."""
-    return "standard output" if path == STANDARD_OUTPUT else str(path)

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from osm2xodr.conversion import Conversion
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, place_furniture
 from osm2xodr.geometry import (
@@ -24,7 +25,7 @@ from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surfac
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.outlines import inside
 from osm2xodr.parallel import Task
-from osm2xodr.statistics import Statistics, summarize
+from osm2xodr.statistics import summarize
 from osm2xodr.street_points import points_along
 from osm2xodr.surface import FlatSurface, SurfaceOptions, read_surface
 
@@ -63,25 +64,6 @@ class ConvertOptions:
     furniture: FurnitureOptions = field(default_factory=FurnitureOptions)
     jobs: int = 1
     partition: Partition | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Conversion:
-    """A road network, and what is worth saying about it.
-
-    Parameters
-    ----------
-    road_map
-        What is to be written.
-    statistics
-        Its figures.
-    elevation_models
-        What the elevation models are and what was used of them, in the order given.
-    """
-
-    road_map: RoadMap
-    statistics: Statistics
-    elevation_models: tuple[DemSummary, ...]
 
 
 def convert(

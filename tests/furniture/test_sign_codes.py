@@ -8,15 +8,7 @@ from pathlib import Path
 import pytest
 
 import osm2xodr.furniture
-from osm2xodr.furniture.sign_codes import (
-    COMMON,
-    SignCode,
-    code_of,
-    countries,
-    is_supplementary,
-    meaning_of,
-    meanings,
-)
+from osm2xodr.furniture.sign_codes import COMMON, SignCode, code_of, countries, is_supplementary, meaning_of, meanings
 
 TABLE = json.loads((Path(osm2xodr.furniture.__file__).parent / "sign_codes.json").read_text(encoding="utf-8"))
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from osm2xodr.curves import cubic_slope, cubic_value, lengths, pose
+from osm2xodr.cubics import cubic_slope, cubic_value
+from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.elevation import ElevationOptions, ProfileProblem, ProfileSolution, solve_profiles
 from osm2xodr.model import BoolArray, FloatArray, PlanView, SurfaceQuality

@@ -17,23 +17,14 @@ from sample_road_maps import FRAME, centre, crossing, furnished_crossing, lane, 
 from scene_files import SAMPLES
 
 from osm2xodr.checking import CheckOptions, Severity, check_drive
+from osm2xodr.cubics import cubic_slope, cubic_value
 from osm2xodr.curve_finder import curvature_at
-from osm2xodr.curves import cubic_slope, cubic_value, lengths, pose, wrapped
+from osm2xodr.curves import lengths, pose, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.elevation_report import ElevationReport, LayerCrossing, RoadPlace, StructureRecord
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.border_split import keep_own
-from osm2xodr.model import (
-    BorderEnd,
-    Borders,
-    Cubic,
-    LaneSection,
-    Road,
-    RoadLink,
-    RoadMap,
-    RoadType,
-    Rule,
-)
+from osm2xodr.model import BorderEnd, Borders, Cubic, LaneSection, Road, RoadLink, RoadMap, RoadType, Rule
 from osm2xodr.pipeline import ConvertOptions, convert
 from osm2xodr.report import report
 from osm2xodr.statistics import Statistics

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from osm2xodr.curves import cubic_slope, cubic_value, profile_of
-from osm2xodr.geometry.border_tables import part_of_cubics, part_of_profile
+from osm2xodr.cubics import cubic_slope, cubic_value, part_of_cubics, part_of_profile, profile_of
 from osm2xodr.model import Cubic, CubicProfile, FloatArray
 
 coefficient = st.floats(min_value=-1.0, max_value=1.0)

@@ -10,7 +10,8 @@ from elevation_helpers import Ground, RoadSpec, cross, make_problem, solve, stra
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from osm2xodr.curves import cubic_slope, cubic_value, lengths
+from osm2xodr.cubics import cubic_slope, cubic_value
+from osm2xodr.curves import lengths
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.geometry.elevation import ElevationOptions, solve_profiles
 from osm2xodr.geometry.grade_table import parse_grade_limits

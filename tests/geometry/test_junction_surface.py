@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import cubic_slope, cubic_value, lengths, pose
+from osm2xodr.cubics import cubic_slope, cubic_value
+from osm2xodr.curves import lengths, pose
 from osm2xodr.geometry.connectors import connect as curves_between
 from osm2xodr.geometry.elevation import ConnectorProblem, connector_profiles
 from osm2xodr.geometry.junction_surface import _Arms, _blend, _collect_arms, _surface

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from road_measures import assert_smooth, curve_length, pose_at, records
 
 from osm2xodr import defaults
-from osm2xodr.geometry.plan_fit import FittedPolylines, cut_curves, fit_polylines, snap_cuts
+from osm2xodr.curves import cut_curves, snap_cuts
+from osm2xodr.geometry.plan_fit import FittedPolylines, fit_polylines
 from osm2xodr.model import PlanView
 
 Points = list[tuple[float, float]]

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from elevation_helpers import Ground, RoadSpec, Solved, make_problem, solve, straight
 
-from osm2xodr.curves import cubic_slope, cubic_value, lengths
+from osm2xodr.cubics import cubic_slope, cubic_value
+from osm2xodr.curves import lengths
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.elevation import ElevationOptions, solve_profiles
 from osm2xodr.model import CubicProfile, FloatArray

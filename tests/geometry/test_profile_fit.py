@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from osm2xodr.curves import cubic_slope, cubic_value
+from osm2xodr.cubics import cubic_slope, cubic_value
 from osm2xodr.geometry.profile_fit import fit_records
 from osm2xodr.model import CubicProfile, FloatArray
 

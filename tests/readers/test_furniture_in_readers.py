@@ -13,7 +13,8 @@ from real_readers import carla_answers, qc_result, schema_errors, sumo_net
 from sample_road_maps import furnished_crossing
 
 from osm2xodr.checking import CheckOptions, Severity, check_file
-from osm2xodr.curves import cubic_value, pose
+from osm2xodr.cubics import cubic_value
+from osm2xodr.curves import pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import FloatArray
 from osm2xodr.targets import TARGETS

@@ -9,16 +9,7 @@ from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import build_roads
-from osm2xodr.model import (
-    Direction,
-    LaneType,
-    MarginSpec,
-    RoadMap,
-    Rule,
-    StreetAttributes,
-    StreetNetwork,
-    Surface,
-)
+from osm2xodr.model import Direction, LaneType, MarginSpec, RoadMap, Rule, StreetAttributes, StreetNetwork, Surface
 from osm2xodr.surface import FlatSurface
 
 Strips = tuple[MarginSpec, ...]

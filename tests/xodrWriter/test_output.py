@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from osm2xodr.errors import OutputError
-from osm2xodr.xodrWriter.output import atomic_output, check_target
+from osm2xodr.files import atomic_output, check_target
 
 
 def test_a_new_file_appears_at_the_end_only(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from osm2xodr import __version__
-from osm2xodr.batch.area_server import EMPTY
+from osm2xodr.batch.model import EMPTY
 
 _ERROR: Final = "osm2xodr: error: "
 _USAGE: Final = "Error: "

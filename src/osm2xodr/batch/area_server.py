@@ -21,10 +21,8 @@ import time
 from typing import Final, NoReturn
 
 from osm2xodr import defaults
+from osm2xodr.batch.model import EMPTY
 from osm2xodr.errors import EmptyAreaError
-
-# Exit status of the copy where there is nothing to drive on; none of those of commands.
-EMPTY: Final = 64
 
 _PRELOADED: Final = (
     "osm2xodr.cli",

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from osm2xodr import __version__
-from osm2xodr.delivery import stream_to
+from osm2xodr.files import stream_to
 
 _Bounds = tuple[float, float, float, float]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from typing import Final
 
 from osm2xodr.model import LocalFrame, Outline
 from osm2xodr.osmParsing.options import DRIVABLE, WaySelection
@@ -102,3 +103,7 @@ class Result:
     seconds: float = 0.0
     memory: int = 0
     outline_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
+
+
+# Exit status of the copy where there is nothing to drive on; none of those of commands.
+EMPTY: Final = 64

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from osm2xodr.delivery import stream_to
 from osm2xodr.errors import OutputError
+from osm2xodr.files import stream_to
 
 
 @dataclass(frozen=True, slots=True)

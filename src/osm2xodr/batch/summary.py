@@ -12,8 +12,8 @@ from typing import Final
 from osm2xodr.batch.area_rows import AreaRow, Figures, read_rows
 from osm2xodr.batch.index_page import make_index
 from osm2xodr.batch.model import Result
-from osm2xodr.delivery import stream_to
 from osm2xodr.diagnostics import Kind
+from osm2xodr.files import stream_to
 
 TABLE_NAME: Final = "summary.csv"
 PAGE_NAME: Final = "index.html"

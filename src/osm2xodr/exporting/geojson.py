@@ -12,19 +12,10 @@ from scipy.spatial import ConvexHull, QhullError
 
 from osm2xodr.defaults import EXPORT_THINNEST
 from osm2xodr.errors import InputError
+from osm2xodr.files import ByteSink
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, Furniture, OpenDrive
-from osm2xodr.road_space import (
-    Frame,
-    Ribbons,
-    Stations,
-    frame_of,
-    lane_ribbons,
-    pose,
-    sample_roads,
-    surface_points,
-)
-from osm2xodr.xodrWriter import ByteSink
+from osm2xodr.road_space import Frame, Ribbons, Stations, frame_of, lane_ribbons, pose, sample_roads, surface_points
 
 LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
 

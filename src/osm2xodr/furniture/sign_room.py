@@ -8,8 +8,9 @@ from typing import Final
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.cubics import cubic_value
 from osm2xodr.curve_finder import CurveFinder
-from osm2xodr.curves import cubic_value, lengths, pose
+from osm2xodr.curves import lengths, pose
 from osm2xodr.furniture.street_pieces import way_at
 from osm2xodr.furniture.world import World
 from osm2xodr.grouping import ranks

@@ -14,11 +14,11 @@ from typing import Final, TypeAlias, TypeVar
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import cubic_slope, cubic_value, lengths, places_along, pose
+from osm2xodr.cubics import cubic_slope, cubic_value
+from osm2xodr.curves import cut_curves, lengths, places_along, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.elevation import ElevationOptions, ground_around, solve_profiles
-from osm2xodr.geometry.plan_fit import cut_curves
 from osm2xodr.geometry.profile_problem import Pins, ProfileProblem
 from osm2xodr.grouping import runs
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView, Surface

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import takewhile
 
+from osm2xodr.cubics import part_of_cubics
 from osm2xodr.geometry.border_pieces import Piece, Pieces
-from osm2xodr.geometry.border_tables import part_of_cubics
 from osm2xodr.model import Connection, Junction, Lane, LaneSection, Road, RoadLink, RoadMap, RoadType
 
 # What of a lane section or type reaches beyond a cut by less goes to the one beside it, m.

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr.curves import cubic_value, lengths, pose
+from osm2xodr.cubics import cubic_value, part_of_profile
+from osm2xodr.curves import cut_curves, lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.border_furniture import kept_furniture
 from osm2xodr.geometry.border_pieces import Piece, Pieces
 from osm2xodr.geometry.border_report import kept_report, kept_statistics
 from osm2xodr.geometry.border_roads import kept_junctions, kept_roads, link_beyond
-from osm2xodr.geometry.border_tables import part_of_profile
-from osm2xodr.geometry.plan_fit import cut_curves
 from osm2xodr.model import BorderEnd, CubicProfile, RoadMap
 
 

@@ -10,8 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import lengths, places_along, pose
-from osm2xodr.geometry.plan_fit import snap_cuts
+from osm2xodr.curves import lengths, places_along, pose, snap_cuts
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView
 from osm2xodr.outlines import area_of, boxes
 

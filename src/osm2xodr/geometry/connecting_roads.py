@@ -7,12 +7,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from osm2xodr.curves import joined_plan_views, lengths
+from osm2xodr.curves import cut_curves, joined_plan_views, lengths
 from osm2xodr.geometry.connectors import connect
 from osm2xodr.geometry.corner_paths import follow_corners
 from osm2xodr.geometry.lane_links import LaneLinks
 from osm2xodr.geometry.movements import Movement
-from osm2xodr.geometry.plan_fit import cut_curves
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.geometry.through_paths import follow_streets, street_paths
 from osm2xodr.geometry.turnarounds import with_loops

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import arc_step, lengths, pose, smallest_radius, wrapped
-from osm2xodr.geometry.plan_fit import replaced
+from osm2xodr.curves import arc_step, lengths, pose, replaced, smallest_radius, wrapped
 from osm2xodr.geometry.shortest_curves import shortest_curves
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import joined_curves, lengths, pose, smallest_radius, wrapped
+from osm2xodr.curves import joined_curves, lengths, pose, replaced, smallest_radius, wrapped
 from osm2xodr.geometry.connectors import connect, detours, has_kinks
-from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.shortest_curves import wide_curves
 from osm2xodr.geometry.through_paths import StreetPaths, lane_offsets, poses_on
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView

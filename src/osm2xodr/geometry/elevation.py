@@ -30,11 +30,7 @@ from osm2xodr.geometry.profile_evidence import (
     pin_evidence,
     twin_evidence,
 )
-from osm2xodr.geometry.profile_limits import (
-    clearance_limits,
-    grade_limits,
-    tilt_limits,
-)
+from osm2xodr.geometry.profile_limits import clearance_limits, grade_limits, tilt_limits
 from osm2xodr.geometry.profile_output import thin_records, with_knots
 from osm2xodr.geometry.profile_problem import ConnectorProblem, ElevationOptions, ProfileProblem, ProfileSolution
 from osm2xodr.geometry.profile_reading import read_heights, road_spacing, typical_density

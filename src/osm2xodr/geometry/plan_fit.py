@@ -7,14 +7,11 @@ inside of the segments, as the road that the nodes were set on does.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import arc_step, find_record, joined_plan_views, lengths
-from osm2xodr.grouping import runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _SPIKE = np.deg2rad(170.0)
@@ -258,50 +255,3 @@ def _records(
         start, record_s, rx.ravel()[used], ry.ravel()[used], rh.ravel()[used], flat_length[used], rk.ravel()[used]
     )
     return plan, station
-
-
-def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[int] | IntArray) -> PlanView:
-    """Return the part from s = lo to s = hi of curves; all (parts,). The same curve may be cut several times.
-
-    The parts' s starts at 0. A cut closer than 1 cm to the border of two records is moved there by `snap_cuts`
-    beforehand if slivers are to be avoided.
-    """
-    which = np.asarray(curve, np.int64)
-    count = plan.start[which + 1] - plan.start[which]
-    part = np.repeat(np.arange(len(which)), count)
-    k = runs(plan.start[which], count)
-    begin = np.maximum(plan.s[k], lo[part])
-    end = np.minimum(plan.s[k] + plan.length[k], hi[part])
-    used = end - begin > 1e-9
-    # What is cut off as too short to count must not leave the first record with an s above 0.
-    k, part, begin, end = k[used], part[used], begin[used], end[used]
-    u, v, turn = arc_step(plan.curvature[k], begin - plan.s[k])
-    cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
-    start = np.concatenate([[0], np.cumsum(np.bincount(part, minlength=len(which)))]).astype(np.int64)
-    return PlanView(
-        start,
-        np.where(np.diff(part, prepend=-1) > 0, 0.0, begin - lo[part]),
-        plan.x[k] + cos * u - sin * v,
-        plan.y[k] + sin * u + cos * v,
-        plan.hdg[k] + turn,
-        end - begin,
-        plan.curvature[k].copy(),
-    )
-
-
-def replaced(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
-    """Return the table with some of its curves replaced by those of another table."""
-    curves = len(plan.start) - 1
-    source = np.arange(curves)
-    source[rows] = curves + other_rows
-    both = joined_plan_views(plan, other)
-    return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
-
-
-def snap_cuts(plan: PlanView, curve: IntArray, s: FloatArray, within: float = 0.01) -> FloatArray:
-    """Move positions closer than `within` to the border of two records onto it, so that cuts leave no slivers."""
-    k = find_record(plan.start, plan.s, curve, s)
-    lower, upper = plan.s[k], plan.s[k] + plan.length[k]
-    snapped = np.where(s - lower < within, lower, s)
-    out: FloatArray = np.where(upper - s < within, upper, snapped)
-    return out

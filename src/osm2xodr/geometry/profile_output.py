@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.curves import cubic_slope, cubic_value
+from osm2xodr.cubics import cubic_slope, cubic_value
 from osm2xodr.defaults import (
     PROFILE_DECIMALS,
     PROFILE_S_DECIMALS,

@@ -13,10 +13,9 @@ from itertools import pairwise
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import joined_curves, pose, wrapped
+from osm2xodr.curves import cut_curves, joined_curves, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.arc_curves import fit_arcs, turns_of
-from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts
 from osm2xodr.model import BoolArray, FloatArray, PlanView, Street, StreetNetwork
 
 # Intersections this near to the border of two arcs move onto it, m, lest a sliver is left between.

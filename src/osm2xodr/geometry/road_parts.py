@@ -9,13 +9,12 @@ from itertools import pairwise
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.curves import cut_curves, lengths, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.cross_section import Piece
 from osm2xodr.geometry.lane_sections import Stretch, stretches
 from osm2xodr.geometry.movements import Movement
-from osm2xodr.geometry.plan_fit import cut_curves, snap_cuts
 from osm2xodr.geometry.straight_ends import out_of_bends, outermost_lanes
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.geometry.streets import FittedStreets

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from osm2xodr.countries import find_country
-from osm2xodr.curves import joined_plan_views, joined_profiles, profile_of
+from osm2xodr.cubics import joined_profiles, profile_of
+from osm2xodr.curves import joined_plan_views
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.border_heights import Neighbourhood, with_border_heights
 from osm2xodr.geometry.borders import find_borders

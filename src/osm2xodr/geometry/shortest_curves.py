@@ -6,8 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
-from osm2xodr.curves import SHORTEST_PIECE, curves_of, wrapped
-from osm2xodr.geometry.plan_fit import replaced
+from osm2xodr.curves import SHORTEST_PIECE, curves_of, replaced, wrapped
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of almost a full turn is one of almost none, rad.

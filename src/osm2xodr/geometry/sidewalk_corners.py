@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import lengths, pose, smallest_radius, turned_round, wrapped
+from osm2xodr.curves import cut_curves, lengths, pose, replaced, smallest_radius, turned_round, wrapped
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connectors import connect
 from osm2xodr.geometry.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.geometry.corner_strips import Sidewalk, between, with_inner_lanes
 from osm2xodr.geometry.margin_columns import columns_of, present
 from osm2xodr.geometry.margins import Margins
-from osm2xodr.geometry.plan_fit import cut_curves, replaced
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.shortest_curves import wide_curves
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec, PlanView, Rule

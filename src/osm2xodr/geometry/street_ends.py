@@ -13,14 +13,7 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose
 from osm2xodr.geometry.cross_section import CrossSection
-from osm2xodr.model import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    PlanView,
-    StreetNetwork,
-    Structure,
-)
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork, Structure
 
 
 @dataclass(frozen=True, slots=True, eq=False)

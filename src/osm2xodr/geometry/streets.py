@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
+from osm2xodr.curves import replaced
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.cross_section import CrossSection, Piece, cross_section, end_lanes
-from osm2xodr.geometry.plan_fit import fit_polylines, replaced
+from osm2xodr.geometry.plan_fit import fit_polylines
 from osm2xodr.geometry.rings import FittedRings, fit_rings, moved_ends
 from osm2xodr.geometry.wide_bends import with_wide_bends
 from osm2xodr.model import FloatArray, LaneSpec, PlanView, Rule, Street, StreetAttributes, StreetNetwork

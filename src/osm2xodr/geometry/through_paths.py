@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import find_record, lengths, pose, smallest_radius, wrapped
+from osm2xodr.curves import find_record, lengths, pose, replaced, smallest_radius, wrapped
 from osm2xodr.geometry.movements import Movement
-from osm2xodr.geometry.plan_fit import fit_polylines, replaced
+from osm2xodr.geometry.plan_fit import fit_polylines
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.grouping import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView

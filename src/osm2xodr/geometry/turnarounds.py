@@ -15,12 +15,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr import defaults
-from osm2xodr.curves import curves_of
+from osm2xodr.curves import curves_of, replaced
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.clusters import JunctionLayout
 from osm2xodr.geometry.cross_section import EndLane, end_lanes
 from osm2xodr.geometry.movements import Loop, Movement
-from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.street_ends import StreetEnds
 from osm2xodr.geometry.streets import FittedStreets
 from osm2xodr.grouping import ranks

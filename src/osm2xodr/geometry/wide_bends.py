@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import find_record, joined_curves, joined_plan_views, lengths, pose
+from osm2xodr.curves import cut_curves, find_record, joined_curves, joined_plan_views, lengths, pose, replaced
 from osm2xodr.geometry.cross_section import Piece
-from osm2xodr.geometry.plan_fit import cut_curves, replaced
 from osm2xodr.geometry.shortest_curves import shortest_curves
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 

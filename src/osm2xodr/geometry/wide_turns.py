@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.curves import lengths, pose, smallest_radius
+from osm2xodr.curves import lengths, pose, replaced, smallest_radius
 from osm2xodr.geometry.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.cross_section import CrossSection
-from osm2xodr.geometry.plan_fit import replaced
 from osm2xodr.geometry.road_parts import RoadParts
 from osm2xodr.geometry.shortest_curves import wide_curves
 from osm2xodr.model import FloatArray, IntArray, PlanView

@@ -8,12 +8,7 @@ section, junction, s, t, hdg) to what is written.
 
 from __future__ import annotations
 
-from osm2xodr.model.areas import (
-    BorderEnd,
-    Borders,
-    Outline,
-    Partition,
-)
+from osm2xodr.model.areas import BorderEnd, Borders, Outline, Partition
 from osm2xodr.model.furniture import (
     Controller,
     Furniture,
@@ -23,10 +18,7 @@ from osm2xodr.model.furniture import (
     Signal,
     SignalReference,
 )
-from osm2xodr.model.ground import (
-    Surface,
-    SurfaceQuality,
-)
+from osm2xodr.model.ground import Surface, SurfaceQuality
 from osm2xodr.model.roads import (
     Connection,
     Cubic,

@@ -7,12 +7,7 @@ import re
 from typing import Final
 
 from osm2xodr.countries import MPH, find_country
-from osm2xodr.defaults import (
-    GRADE_PLAUSIBLE_MAX,
-    LAYER_PLAUSIBLE_MAX,
-    SPEED_PLAUSIBLE_MAX_KMH,
-    WALKING_SPEED_KMH,
-)
+from osm2xodr.defaults import GRADE_PLAUSIBLE_MAX, LAYER_PLAUSIBLE_MAX, SPEED_PLAUSIBLE_MAX_KMH, WALKING_SPEED_KMH
 
 KMH: Final = 1.0 / 3.6
 _FOOT: Final = 0.3048

@@ -13,14 +13,7 @@ from osm2xodr.road_space.curves import curvature, pose, record_lengths
 from osm2xodr.road_space.finder import Places, RoadFinder, places_on
 from osm2xodr.road_space.georeference import Frame, frame_of
 from osm2xodr.road_space.lanes import lane_at, lane_borders, section_at
-from osm2xodr.road_space.profiles import (
-    cubic,
-    elevation,
-    grade,
-    lane_offset,
-    superelevation,
-    surface_points,
-)
+from osm2xodr.road_space.profiles import cubic, elevation, grade, lane_offset, superelevation, surface_points
 from osm2xodr.road_space.ribbons import Ribbons, lane_ribbons
 from osm2xodr.road_space.sampling import Stations, sample_roads
 

@@ -44,7 +44,7 @@ def write_report(
     OutputError
         The page cannot be written.
     """
-    from osm2xodr.delivery import stream_to
+    from osm2xodr.files import stream_to
     from osm2xodr.viewing.page import make_report
 
     page = make_report(source, options, diagnostics, result)
@@ -74,7 +74,7 @@ def write_picture(source: Path | OpenDrive, out: Path, options: PictureOptions, 
     OutputError
         The picture cannot be written.
     """
-    from osm2xodr.delivery import stream_to
+    from osm2xodr.files import stream_to
     from osm2xodr.viewing.picture import make_picture
     from osm2xodr.xodr_reader import read_xodr
 

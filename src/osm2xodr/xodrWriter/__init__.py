@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from osm2xodr.files import ByteSink
 from osm2xodr.xodrWriter.options import VERSIONS, WriteOptions
-from osm2xodr.xodrWriter.output import ByteSink, atomic_output, check_target, settle
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
     from osm2xodr.model import RoadMap
 
-__all__ = ["VERSIONS", "ByteSink", "WriteOptions", "atomic_output", "check_target", "settle", "write_xodr"]
+__all__ = ["VERSIONS", "WriteOptions", "write_xodr"]
 
 
 def write_xodr(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.files import ByteSink
 from osm2xodr.model import CubicProfile, FloatArray, RoadMap, Rule
 from osm2xodr.parallel import map_parallel
 from osm2xodr.xodrWriter.bounds import plan_view_bounds
@@ -14,7 +15,6 @@ from osm2xodr.xodrWriter.elements import RoadTables, RoadWriter, junction_text
 from osm2xodr.xodrWriter.formatting import attribute, number
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
-from osm2xodr.xodrWriter.output import ByteSink
 from osm2xodr.xodrWriter.tables import cubic_texts, plan_view_texts, says_nothing
 from osm2xodr.xodrWriter.words import Words
 

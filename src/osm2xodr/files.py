@@ -11,9 +11,10 @@ import errno
 import os
 import secrets
 import stat
+import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO, Protocol
+from typing import BinaryIO, Final, Protocol
 
 from osm2xodr.errors import OutputError
 
@@ -146,3 +147,36 @@ def _reason(path: Path, error: OSError) -> str:
         errno.EROFS: "; choose another place",
     }
     return f"cannot write {path}: {(error.strerror or str(error)).lower()}{remedy.get(error.errno or 0, '')}"
+
+
+STANDARD_OUTPUT: Final = Path("-")
+
+
+@contextlib.contextmanager
+def stream_to(path: Path) -> Iterator[BinaryIO]:
+    """Give a stream to a file or to standard output."""
+    if path != STANDARD_OUTPUT:
+        with atomic_output(path) as stream:
+            yield stream
+        return
+    try:
+        yield sys.stdout.buffer
+        sys.stdout.buffer.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        silence_standard_output()
+        raise OutputError(f"cannot write standard output: {(error.strerror or str(error)).lower()}") from error
+
+
+def silence_standard_output() -> None:
+    """Let what is still buffered go nowhere, lest the interpreter stumbles over it when it ends."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+def label(path: Path) -> str:
+    """Name an output for people."""
+    return "standard output" if path == STANDARD_OUTPUT else str(path)

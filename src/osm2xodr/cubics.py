@@ -1,4 +1,4 @@
-"""Parts of piecewise cubics, cut out so that they say the same as the whole."""
+"""Piecewise cubics: evaluated, joined and cut, many curves at once."""
 
 from __future__ import annotations
 
@@ -13,6 +13,43 @@ from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray
 
 # Shorter records are none, m: those around them say the same to less than is written.
 _NO_RECORD = 1e-6
+
+
+def cubic_value(profile: CubicProfile, curve: IntArray, s: FloatArray, default: float = 0.0) -> FloatArray:
+    """Return the value of piecewise cubics at s of curves, (n,); `default` for curves without records."""
+    out = np.full(len(s), default)
+    has = profile.start[curve + 1] > profile.start[curve]
+    if has.any():
+        k = find_record(profile.start, profile.s, curve[has], s[has])
+        ds = s[has] - profile.s[k]
+        out[has] = profile.a[k] + ds * (profile.b[k] + ds * (profile.c[k] + ds * profile.d[k]))
+    return out
+
+
+def cubic_slope(profile: CubicProfile, curve: IntArray, s: FloatArray) -> FloatArray:
+    """Return the derivative of piecewise cubics at s of curves, (n,); 0 for curves without records."""
+    out = np.zeros(len(s))
+    has = profile.start[curve + 1] > profile.start[curve]
+    if has.any():
+        k = find_record(profile.start, profile.s, curve[has], s[has])
+        ds = s[has] - profile.s[k]
+        out[has] = profile.b[k] + ds * (2 * profile.c[k] + 3 * ds * profile.d[k])
+    return out
+
+
+def joined_profiles(first: CubicProfile, second: CubicProfile) -> CubicProfile:
+    """Return the curves of both tables in one, the second's after the first's."""
+    return CubicProfile(
+        np.concatenate([first.start, second.start[1:] + first.start[-1]]),
+        *(np.concatenate([getattr(first, name), getattr(second, name)]) for name in ("s", "a", "b", "c", "d")),
+    )
+
+
+def profile_of(curves: Sequence[Sequence[Cubic]]) -> CubicProfile:
+    """Return a table of the cubics of many curves."""
+    start = np.concatenate([[0], np.cumsum([len(cubics) for cubics in curves])]).astype(np.int64)
+    flat = np.array([(c.s, c.a, c.b, c.c, c.d) for cubics in curves for c in cubics]).reshape(-1, 5)
+    return CubicProfile(start, *(np.ascontiguousarray(column) for column in flat.T))
 
 
 def part_of_profile(profile: CubicProfile, curve: IntArray, begin: FloatArray, end: FloatArray) -> CubicProfile:
