@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from osm2xodr import conflicts, defaults
+from osm2xodr import defaults
+from osm2xodr.conflicts import crossing as paths_crossing
 from osm2xodr.curves import pose
 from osm2xodr.furniture.light_rows import LightRow, light_rows
 from osm2xodr.furniture.road_lights import Candidate, RoadLight, place_on_roads
@@ -168,7 +169,7 @@ def _crossing_the_lit(
         return {}
     owner, one, other = np.array(sorted(rows), np.int64).T
     out: dict[int, str] = {}
-    for k in np.unique(owner[conflicts.crossing(world.road_map.plan_view, one, other)]).tolist():
+    for k in np.unique(owner[paths_crossing(world.road_map.plan_view, one, other)]).tolist():
         end = approaches[k].street_end
         out[k] = f"node/{before[end]}" if end in before else ""
         if not out[k]:
