@@ -47,8 +47,8 @@ PYTEST := -m pytest -n 2
 export OPENBLAS_NUM_THREADS := 1
 
 # The oldest libraries are tried where they have wheels, with what goes through all of the libraries.
-OLDEST_CORE := tests/test_scenes.py tests/batch/test_cutting.py tests/batch/test_running.py \
-	tests/surface/test_mosaic.py tests/viewing/test_cli_views.py
+OLDEST_CORE := tests/whole/test_scenes.py tests/batch/cutting/test_cuts.py tests/batch/workers/test_dask_cluster.py \
+	tests/surface/test_mosaic.py tests/cli/test_views.py
 HAS_OLDEST := $(shell $(PYTHON) -c 'import sys; print("yes" if sys.version_info < (3, 12) else "")' 2>/dev/null)
 
 test: $(VENV)/.test

@@ -1,4 +1,8 @@
-"""The rules that keep the parts apart, read from the source itself."""
+"""The rules that keep the parts apart, read from the source itself.
+
+They follow from the folders: a folder with an ``__init__.py`` is a package, what its ``__init__.py`` imports is its
+face, and what lies beside each other imports one way.
+"""
 
 from __future__ import annotations
 
@@ -6,208 +10,176 @@ import ast
 import importlib.metadata
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 import osm2xodr
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "osm2xodr"
-MODULES = sorted(SOURCE.rglob("*.py"))
-STAGES = ("osmParsing", "surface", "geometry", "furniture", "xodrWriter")
+STAGES = {"osmParsing", "surface", "geometry", "furniture", "xodrWriter"}
 
-# What the stages share, and what may use them.
-SHARED = {
-    "model",
-    "diagnostics",
-    "elevation_report",
-    "errors",
-    "defaults",
-    "projection",
-    "parallel",
-    "opendrive",
-    "memory",
-    "curves",
-    "grouping",
-    "outlines",
-    "curve_finder",
-    "conflicts",
-    "countries",
-    "targets",
-    "street_signs",
-}
-# Packages that work on files of OpenDRIVE; they stand on the stages, never the other way round.
-TOOLS = ("xodr_reader", "road_space", "exporting", "checking", "viewing", "batch")
-OUTSIDE = {
-    *TOOLS,
-    "cli",
-    "cli_batch",
-    "cli_batch_options",
-    "cli_check",
-    "cli_common",
-    "cli_convert",
-    "cli_convert_options",
-    "cli_export",
-    "cli_locate",
-    "cli_render",
-    "cli_report",
-    "cli_surface",
-    "locating",
-    "partition_file",
-    "pipeline",
-    "delivery",
-    "limits",
-    "report",
-    "standard_streams",
-    "statistics",
-    "street_points",
-    "surface_pictures",
-    "surface_report",
-    "__main__",
-}
-
-# Libraries that only these modules may import.
-RESERVED = {
-    "click": {
-        "cli",
-        "cli_batch",
-        "cli_batch_options",
-        "cli_check",
-        "cli_common",
-        "cli_convert",
-        "cli_convert_options",
-        "cli_export",
-        "cli_locate",
-        "cli_render",
-        "cli_report",
-        "cli_surface",
-    },
-    "PIL": {"viewing.png"},
-    "osmium": {"osmParsing.reader", "batch.cut_source", "batch.cut_writing"},
-    "rasterio": {"surface.dem"},
+# The folders whose modules may import these libraries.
+HOMES = {
+    "click": {"cli"},
+    "PIL": {"viewing.picture"},
+    "osmium": {"osmParsing.file", "batch.cutting"},
+    "rasterio": {"surface.grids"},
     "lxml": set[str](),
-    "dask": {"batch.running"},
-    "distributed": {"batch.running"},
-    "psutil": {"batch.running"},
-    "tomli": {"batch.manifest"},
-    "pyproj": {"projection", "surface", "road_space.georeference"},
+    "dask": {"batch.workers"},
+    "distributed": {"batch.workers"},
+    "psutil": {"batch.workers"},
+    "tomli": {"batch"},
+    "pyproj": {"", "surface", "surface.grids", "opendrive.space"},
 }
 
 
-def name_of(path: Path) -> str:
-    """Dotted name below the package, such as ``geometry.roads``; a package's ``__init__`` counts as the package."""
-    parts = path.relative_to(SOURCE).with_suffix("").parts
-    return ".".join(parts[:-1] if parts[-1] == "__init__" and len(parts) > 1 else parts)
+@cache
+def modules() -> Mapping[str, ast.Module]:
+    """Return the source of all modules by dotted name below the package; a package's ``__init__`` counts as it."""
+    found = {}
+    for path in sorted(SOURCE.rglob("*.py")):
+        parts = path.relative_to(SOURCE).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = ast.parse(path.read_text("utf-8"))
+    return found
 
 
-def imports(path: Path) -> Iterator[str]:
-    """Every module that a source file imports, wherever in it."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+def path_of(name: str) -> Path:
+    folder = SOURCE.joinpath(*name.split("."))
+    return folder / "__init__.py" if folder.is_dir() else folder.with_suffix(".py")
+
+
+def is_package(name: str) -> bool:
+    return path_of(name).name == "__init__.py"
+
+
+def imported(name: str) -> Iterator[str]:
+    """Every module, by full name, that one imports, in functions and for types too."""
+    for node in ast.walk(modules()[name]):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
+            assert node.level == 0, f"{name}: relative import"
             assert node.module is not None
-            yield node.module
-            if node.module == "osm2xodr":
-                yield from (f"osm2xodr.{alias.name}" for alias in node.names)
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}".removeprefix("osm2xodr.")
+                yield f"osm2xodr.{inner}" if inner in modules() else node.module
 
 
-def own_imports(path: Path) -> set[str]:
-    """Names below the package that a module imports."""
-    return {item.removeprefix("osm2xodr.") for item in imports(path) if item.startswith("osm2xodr.")}
+def own_imports(name: str) -> set[str]:
+    """Names below the package of the own modules that one imports."""
+    return {item.removeprefix("osm2xodr.") for item in imported(name) if item.startswith("osm2xodr.")}
 
 
-@pytest.fixture(params=MODULES, ids=name_of)
-def module(request: pytest.FixtureRequest) -> Path:
-    path = request.param
-    assert isinstance(path, Path)
-    return path
+def parted(one: str, other: str) -> tuple[str, str, str]:
+    """Return the innermost folder that holds both modules, and the next part of either's name ("" for its face)."""
+    a, b = one.split("."), other.split(".")
+    n = next((k for k, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), min(len(a), len(b)))
+    return ".".join(a[:n]), a[n] if n < len(a) else "", b[n] if n < len(b) else ""
 
 
-def test_the_four_stages_are_there() -> None:
-    packages = {path.name for path in SOURCE.iterdir() if (path / "__init__.py").exists()}
-    assert packages >= set(STAGES)
-    assert packages <= {*STAGES, *TOOLS, "model"}
-    names = {part for path in MODULES for part in path.relative_to(SOURCE).with_suffix("").parts}
-    assert sorted(name for name in names if name != name.lower()) == ["osmParsing", "xodrWriter"]
-
-
-def test_stages_know_what_they_share_and_nothing_else(module: Path) -> None:
-    name = name_of(module)
-    stage = name.split(".")[0]
-    for item in own_imports(module) - {"__version__"}:
-        first = item.split(".")[0]
-        if stage in STAGES:
-            assert first in SHARED | {stage}, f"{name} imports {item}"
-        elif name in SHARED:
-            assert first in SHARED, f"{name} imports {item}"
-        else:
-            assert first in SHARED | OUTSIDE | set(STAGES), f"{name} imports {item}"
-
-
-def test_every_module_has_a_place(module: Path) -> None:
-    first = name_of(module).split(".")[0]
-    assert first in {*STAGES, *SHARED, *OUTSIDE, "__init__"}
-
-
-def test_libraries_stay_where_they_belong(module: Path) -> None:
-    name = name_of(module)
-    for item in imports(module):
-        library = item.split(".")[0]
-        if library in RESERVED:
-            assert {name, name.split(".")[0]} & RESERVED[library], f"{name} imports {library}"
-
-
-def test_no_imports_in_circles() -> None:
-    """Read top-level imports only: those in functions run later and may close a circle."""
-    graph: dict[str, set[str]] = {}
-    names = {name_of(path) for path in MODULES}
-    for path in MODULES:
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        found = {node.module for node in tree.body if isinstance(node, ast.ImportFrom) and node.module}
-        targets = {item.removeprefix("osm2xodr.") for item in found if item.startswith("osm2xodr.")}
-        graph[name_of(path)] = (targets & names) - {name_of(path)}
+def circle(graph: Mapping[str, Iterable[str]]) -> list[str]:
+    """Return nodes that lead to each other in a circle, or none."""
     done: set[str] = set()
 
-    def visit(name: str, trail: tuple[str, ...]) -> None:
-        assert name not in trail, f"circle: {' -> '.join((*trail, name))}"
+    def visit(name: str, trail: list[str]) -> list[str]:
+        if name in trail:
+            return [*trail[trail.index(name) :], name]
         if name not in done:
-            for item in sorted(graph[name]):
-                visit(item, (*trail, name))
+            for item in sorted(graph.get(name, ())):
+                if found := visit(item, [*trail, name]):
+                    return found
             done.add(name)
+        return []
 
-    for name in sorted(graph):
-        visit(name, ())
-
-
-def test_modules_are_short(module: Path) -> None:
-    # The model and the table of defaults are documentation for the most part, and better read in one piece.
-    limit = {"defaults": 1200, "opendrive": 500}.get(name_of(module), 400)
-    assert len(module.read_text(encoding="utf-8").splitlines()) <= limit
+    return next((found for name in sorted(graph) if (found := visit(name, []))), [])
 
 
-def test_modules_say_what_they_are(module: Path) -> None:
-    docstring = ast.get_docstring(ast.parse(module.read_text(encoding="utf-8")))
-    assert docstring is not None
-    assert len(docstring) > 10
+def test_the_stages_have_their_names() -> None:
+    assert all(is_package(name) for name in STAGES)
+    parts = {part for name in modules() for part in name.split(".")}
+    assert sorted(part for part in parts if part != part.lower()) == ["osmParsing", "xodrWriter"]
 
 
-def test_nobody_prints_but_the_command_line(module: Path) -> None:
-    calls = [
-        node
-        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
-    ]
-    assert calls == []
+def test_folders_can_be_taken_in_at_a_glance() -> None:
+    for folder in [SOURCE, *(path for path in SOURCE.rglob("*") if path.is_dir())]:
+        files = [path for path in folder.glob("*.py") if path.name != "__init__.py"]
+        assert len(files) <= (6 if folder == SOURCE else 19), folder
 
 
-def test_nobody_swallows_exceptions(module: Path) -> None:
-    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ExceptHandler):
-            assert node.type is not None, f"{module}:{node.lineno}: bare except"
+def test_modules_are_short() -> None:
+    lines = {name: len(path_of(name).read_text("utf-8").splitlines()) for name in modules()}
+    assert {name: count for name, count in lines.items() if count > 400} == {}
+
+
+def test_only_faces_are_imported() -> None:
+    wrong = []
+    for name in modules():
+        for item in own_imports(name):
+            folder, _, rest = parted(name, item)
+            if rest and item != f"{folder}.{rest}".removeprefix("."):
+                wrong.append(f"{name} imports {item}")
+    assert wrong == []
+
+
+def test_nothing_imports_in_a_circle() -> None:
+    assert circle({name: own_imports(name) - {name} for name in modules()}) == []
+
+
+def test_folders_import_one_way() -> None:
+    graphs: dict[str, dict[str, set[str]]] = {}
+    for name in modules():
+        for item in own_imports(name):
+            folder, one, other = parted(name, item)
+            if one and other:
+                graphs.setdefault(folder, {}).setdefault(one, set()).add(other)
+    assert len(graphs) > 10
+    assert {folder: found for folder, graph in graphs.items() if (found := circle(graph))} == {}
+
+
+def test_no_stage_knows_another_one() -> None:
+    top: dict[str, set[str]] = {}
+    for name in modules():
+        top.setdefault(name.split(".")[0], set()).update(item.split(".")[0] for item in own_imports(name))
+    for stage in sorted(STAGES):
+        reached, todo = set[str](), [stage]
+        while todo:
+            found = top.get(todo.pop(), set()) - reached
+            reached |= found
+            todo += sorted(found)
+        assert reached & STAGES <= {stage}, stage
+        assert {"pipeline", "cli"}.isdisjoint(reached)
+
+
+def test_heights_know_no_other_wing() -> None:
+    inside = {name for name in modules() if name.startswith("geometry.heights")}
+    found = {item for name in inside for item in own_imports(name) if item.startswith("geometry")}
+    assert {item for item in found if not item.startswith("geometry.heights")} <= {"geometry.defaults"}
+
+
+def test_libraries_stay_where_they_belong() -> None:
+    for name in modules():
+        folder = name if is_package(name) else name.rpartition(".")[0]
+        for library in {item.split(".")[0] for item in imported(name)} & HOMES.keys():
+            assert folder in HOMES[library], f"{name} imports {library}"
+
+
+def test_modules_say_what_they_are() -> None:
+    docstrings = {name: ast.get_docstring(module) or "" for name, module in modules().items()}
+    assert [name for name, text in docstrings.items() if len(text) <= 10] == []
+
+
+def test_nobody_prints_but_the_command_line() -> None:
+    for name, module in modules().items():
+        calls = [node.func for node in ast.walk(module) if isinstance(node, ast.Call)]
+        assert [call for call in calls if isinstance(call, ast.Name) and call.id == "print"] == [], name
+
+
+def test_nobody_swallows_exceptions() -> None:
+    for name, module in modules().items():
+        handlers = [node for node in ast.walk(module) if isinstance(node, ast.ExceptHandler)]
+        assert all(handler.type is not None for handler in handlers), f"{name}: bare except"
 
 
 def test_the_version_stands_in_one_place() -> None:
@@ -216,7 +188,7 @@ def test_the_version_stands_in_one_place() -> None:
     assert re.findall(r'^path = "(.+)"$', project, re.MULTILINE) == ["src/osm2xodr/__init__.py"]
     number = f'"{osm2xodr.__version__}"'
     assert number not in project
-    assert [path for path in MODULES if number in path.read_text(encoding="utf-8")] == [SOURCE / "__init__.py"]
+    assert [name for name in modules() if number in path_of(name).read_text("utf-8")] == [""]
 
 
 def test_runtime_dependencies_are_those_that_are_imported() -> None:
@@ -228,12 +200,22 @@ def test_runtime_dependencies_are_those_that_are_imported() -> None:
     assert optional - {"dask", "psutil"} <= extra
     # Where what is imported has another name than what is installed.
     named = {"PIL": "pillow"}
-    used = {named.get(item.split(".")[0], item.split(".")[0]) for path in MODULES for item in imports(path)}
+    libraries = {item.split(".")[0] for name in modules() for item in imported(name)}
+    used = {named.get(library, library) for library in libraries}
     assert used - {"osm2xodr"} - sys.stdlib_module_names - {"tomllib"} == declared | optional
 
 
 def test_no_paths_of_one_machine() -> None:
     documents = [path for path in ROOT.iterdir() if path.is_file()] + [ROOT / ".ci" / "run"]
-    for path in [*MODULES, *documents]:
+    for path in [*map(path_of, modules()), *documents]:
         text = path.read_text(encoding="utf-8")
         assert re.findall(r"(?<![\w.>])/(?:home|root|work|opt|tmp|var|mnt|Users)/", text) == [], path
+
+
+def test_each_test_stands_where_what_it_tests_does() -> None:
+    """A folder of tests is one of the source, or says what else it is for."""
+    tests = ROOT / "tests"
+    others = {"readers", "scenes", "support", "whole"}
+    folders = {path.parent.relative_to(tests) for path in tests.rglob("test_*.py")} - {Path()}
+    missing = [path for path in folders if path.parts[0] not in others and not (SOURCE / path).is_dir()]
+    assert missing == []

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 UNIT_DEG = 1e-4
-TARGET = Path(__file__).resolve().parent.parent / "src/osm2xodr/osmParsing/data/countries.json.gz"
+TARGET = Path(__file__).resolve().parent.parent / "src/osm2xodr/osmParsing/network/data/countries.json.gz"
 
 # The one place that country-coder gives neither a code nor a country nor groups.
 OTHERS = {"Northern Cyprus": "CY"}

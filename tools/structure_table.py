@@ -14,7 +14,7 @@ from pathlib import Path
 
 from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.elevation_report import StructureRecord
+from osm2xodr.model.elevation_report import StructureRecord
 from osm2xodr.pipeline import ConvertOptions, convert
 
 HEAD = "| structure | OSM way | length, m | above the ground, m | clearance, m | largest grade | limit |"

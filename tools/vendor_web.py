@@ -16,7 +16,7 @@ import sys
 import tarfile
 from pathlib import Path
 
-TARGET = Path(__file__).resolve().parent.parent / "src/osm2xodr/viewing/vendor"
+TARGET = Path(__file__).resolve().parent.parent / "src/osm2xodr/viewing/page/vendor"
 SUMS = TARGET / "SHA256SUMS"
 
 # Package, version, and the files that are taken, by the names that they get.

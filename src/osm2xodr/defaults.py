@@ -427,7 +427,7 @@ RURAL_SPEED: Final = 60.0 / 3.6
 MARK_WIDTH: Final = 0.12
 MARK_WIDTH_WIDE: Final = 0.15
 # Width of edge lines, in general and of roads built for speed, and of lines beside lanes for buses, taxis and
-# bicycles, m: narrow and wide marks of RMS 1993. Widths by country are in data/countries.json.
+# bicycles, m: narrow and wide marks of RMS 1993. Widths by country are in conventions/countries.json.
 EDGE_MARK_WIDTH: Final = 0.12
 EDGE_MARK_WIDTH_FAST: Final = 0.15
 SPECIAL_MARK_WIDTH: Final = 0.25

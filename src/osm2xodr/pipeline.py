@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from osm2xodr.conversion import Conversion
+from osm2xodr.curves import inside
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, place_furniture
 from osm2xodr.geometry import (
@@ -23,11 +23,9 @@ from osm2xodr.geometry import (
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions, parse_osm
-from osm2xodr.outlines import inside
-from osm2xodr.parallel import Task
-from osm2xodr.statistics import summarize
-from osm2xodr.street_points import points_along
-from osm2xodr.surface import FlatSurface, SurfaceOptions, read_surface
+from osm2xodr.reporting import Conversion, summarize
+from osm2xodr.surface import FlatSurface, SurfaceOptions, points_along, read_surface
+from osm2xodr.system import Task
 
 if TYPE_CHECKING:
     from osm2xodr.surface import DemSummary
@@ -122,7 +120,7 @@ def convert(
 
 def _forget_others(path: Path, partition: Partition, diagnostics: Diagnostics) -> None:
     """Take back what was found of elements of which no node lies in the own area: its neighbours tell of them."""
-    from osm2xodr.osmParsing.places import element_places
+    from osm2xodr.osmParsing import element_places
 
     outline = partition.outlines[partition.own]
     places = element_places(path, partition.frame, diagnostics.osm_ids())

@@ -20,10 +20,10 @@ from osm2xodr.batch.areas import (
     shared_frame,
 )
 from osm2xodr.batch.model import Area
+from osm2xodr.batch.partition_file import read_partition
+from osm2xodr.curves.polygons import inside
 from osm2xodr.errors import InputError
 from osm2xodr.model import Outline
-from osm2xodr.outlines import inside
-from osm2xodr.partition_file import read_partition
 from osm2xodr.projection import make_frame, to_local
 
 COMMON = Area("", Path("map.osm.pbf"), (Path("dem.tif"),), ("--ways", "major"))

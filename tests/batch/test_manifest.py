@@ -8,7 +8,7 @@ import pytest
 
 from osm2xodr.batch.manifest import ManifestContext, read_manifest
 from osm2xodr.batch.model import Area
-from osm2xodr.cli_batch_options import area_options, check_area_options
+from osm2xodr.cli.batch_options import area_options, check_area_options
 from osm2xodr.errors import InputError
 
 BOX = ((1.5, 42.5), (1.6, 42.5), (1.6, 42.7), (1.5, 42.7))

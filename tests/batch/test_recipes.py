@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from small_area import write_area, write_dem
 
-from osm2xodr.batch.summary import COLUMNS
+from osm2xodr.batch.index.summary import COLUMNS
 
 yaml = pytest.importorskip("yaml", reason="comes with distributed")
 

@@ -13,8 +13,8 @@ from lxml import etree
 from xodr_file import Road, XodrFile, read_xodr
 
 from osm2xodr.cli import main
-from osm2xodr.limits import parse_duration
 from osm2xodr.projection import make_frame, to_local
+from osm2xodr.system.limits import parse_duration
 
 SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino"
 SIDE = "1500m"
@@ -166,7 +166,7 @@ def test_a_tile_is_what_convert_makes_of_its_cut(tiles: Path, tmp_path: Path) ->
 
 
 def test_the_second_time_nothing_is_read_or_made(tiles: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from osm2xodr.batch import cutting
+    from osm2xodr.batch.cutting import cuts as cutting
 
     def never(*arguments: object) -> None:
         raise AssertionError("the map was read again")

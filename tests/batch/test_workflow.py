@@ -21,10 +21,10 @@ from small_area import OSM, write_area, write_dem
 
 from osm2xodr import __version__
 from osm2xodr.batch import workflow
-from osm2xodr.batch.area_process import AreaJob, Outcome, end_areas, run_area
 from osm2xodr.batch.fingerprints import load_state, save_state
 from osm2xodr.batch.out_dir import open_out_dir
-from osm2xodr.batch.running import Workers
+from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
+from osm2xodr.batch.workers.dask_cluster import Workers
 from osm2xodr.cli import main
 
 
@@ -84,7 +84,7 @@ def here(three_villages: Path, tmp_path: Path) -> Iterator[Here]:
         yield found
 
 
-AREA_SERVER = "osm2xodr.batch.area_server"
+AREA_SERVER = "osm2xodr.cli.area_server"
 SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino" / "area.osm"
 
 

@@ -16,10 +16,9 @@ import pytest
 from pyproj import Transformer
 from xodr_text import PROJECTION, cubics, document, geometry, lane, read_text, road, section
 
-from osm2xodr import cli_export
-from osm2xodr.cli import main
+from osm2xodr.cli import export as cli_export, main
 from osm2xodr.exporting import LAYERS, RoadMesh, road_mesh, write_geojson, write_glb, write_obj
-from osm2xodr.opendrive import OpenDrive
+from osm2xodr.opendrive.tables import OpenDrive
 
 # 100 m, of which the first 50 m have a lane that opens out from nothing, then a cycle lane.
 LANES = section(0.0, lane(1, (0, 3.0)), lane(-1, (0, 3.0)) + lane(-2, (0, 0.0, 0.04))) + section(

@@ -9,9 +9,9 @@ import pytest
 from real_readers import carla_answers
 from street_cases import Case
 
+from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Rule
-from osm2xodr.targets import TARGETS
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)

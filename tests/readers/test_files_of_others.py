@@ -14,9 +14,9 @@ from lxml import etree
 from real_readers import need, run_reader
 from scene_files import scene_named
 
-from osm2xodr.opendrive import ABSENT, OpenDrive, Shape
-from osm2xodr.road_space import RoadFinder, lane_borders, pose, record_lengths, surface_points
-from osm2xodr.xodr_reader import read_xodr
+from osm2xodr.opendrive.reader import read_xodr
+from osm2xodr.opendrive.space import RoadFinder, lane_borders, pose, record_lengths, surface_points
+from osm2xodr.opendrive.tables import ABSENT, OpenDrive, Shape
 
 WRITERS = ("netconvert", "Osm2Odr")
 OSM2ODR = "import carla, sys; a, b = sys.argv[1:]; open(b, 'w').write(carla.Osm2Odr.convert(open(a).read()))"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import shutil
 import time
 from collections.abc import Iterator
@@ -126,3 +127,11 @@ class Page:
         return [
             entry["message"] for entry in self.driver.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")
         ]
+
+
+# What drawing in software says about itself.
+_HARMLESS = re.compile(r"GPU stall due to ReadPixels|GL Driver Message|software WebGL", re.IGNORECASE)
+
+
+def troubles(page: Page) -> list[str]:
+    return [line for line in page.troubles() if not _HARMLESS.search(line)]

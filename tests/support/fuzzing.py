@@ -28,21 +28,21 @@ import numpy.typing as npt
 from hostile_maps import odd_network, random_map
 
 from osm2xodr.checking import CheckOptions, Severity, check_file
+from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.exporting import write_geojson
 from osm2xodr.furniture import EXTRA_OBJECTS, FurnitureOptions
 from osm2xodr.geometry import ElevationOptions, RoadOptions
 from osm2xodr.model import Rule
+from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.osmParsing.options import PRESETS
 from osm2xodr.pipeline import ConvertOptions, convert
 from osm2xodr.projection import make_frame
 from osm2xodr.surface import SurfaceOptions, read_surface
-from osm2xodr.targets import TARGETS
 from osm2xodr.viewing import write_picture
 from osm2xodr.viewing.options import PictureOptions
-from osm2xodr.xodr_reader import read_xodr
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 # A case that takes longer hangs, s.

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 from street_cases import Case
 
+from osm2xodr.conventions.targets import DEFAULT_TARGET, TARGETS
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.furniture.approaches import find_approaches
-from osm2xodr.furniture.lane_table import LaneTable
-from osm2xodr.furniture.lights import Lights, place_lights
+from osm2xodr.furniture.lights.placing import Lights, place_lights
 from osm2xodr.furniture.options import FurnitureOptions
-from osm2xodr.furniture.world import Approach, Crossing, World
+from osm2xodr.furniture.world.approaches import find_approaches
+from osm2xodr.furniture.world.lane_table import LaneTable
+from osm2xodr.furniture.world.world import Approach, Crossing, World
 from osm2xodr.model import RoadMap, Rule, Signal, StreetNetwork
-from osm2xodr.targets import DEFAULT_TARGET, TARGETS
 
 
 @dataclass(frozen=True)

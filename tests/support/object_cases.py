@@ -8,9 +8,9 @@ import numpy as np
 from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.furniture.lane_table import LaneTable
 from osm2xodr.furniture.options import FurnitureOptions
-from osm2xodr.furniture.world import World
+from osm2xodr.furniture.world.lane_table import LaneTable
+from osm2xodr.furniture.world.world import World
 from osm2xodr.model import Footway, RoadObject, RoadsideKind, RoadsideThing, Rule, StreetNetwork
 
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from light_cases import point
 from street_cases import Case
 
+from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.furniture.approaches import find_approaches
-from osm2xodr.furniture.crossings import find_crossings
-from osm2xodr.furniture.lane_table import LaneTable
+from osm2xodr.furniture.objects.crossings import find_crossings
 from osm2xodr.furniture.options import FurnitureOptions
-from osm2xodr.furniture.signs import PlacedSigns, place_signs
-from osm2xodr.furniture.world import World
+from osm2xodr.furniture.signs.placing import PlacedSigns, place_signs
+from osm2xodr.furniture.world.approaches import find_approaches
+from osm2xodr.furniture.world.lane_table import LaneTable
+from osm2xodr.furniture.world.world import World
 from osm2xodr.model import Rule, Signal
-from osm2xodr.targets import TARGETS
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from xml.sax.saxutils import quoteattr
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions, build_roads
-from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
-from osm2xodr.geometry.movements import Movement, find_movements
-from osm2xodr.geometry.street_ends import StreetEnds, street_ends
-from osm2xodr.geometry.streets import fit_streets
+from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctions
+from osm2xodr.geometry.junctions.movements import Movement, find_movements
+from osm2xodr.geometry.plan_view.ends import StreetEnds, street_ends
+from osm2xodr.geometry.plan_view.streets import fit_streets
 from osm2xodr.model import RoadMap, Rule, StreetNetwork
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.projection import make_frame, to_geographic

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from xodr_text import HEADER, LINE, cubics, document, geometry, lane, read_text, road, section
 
-from osm2xodr.opendrive import OpenDrive
-from osm2xodr.road_space import frame_of
+from osm2xodr.opendrive.space import frame_of
+from osm2xodr.opendrive.tables import OpenDrive
 
 HOSTILE = "</script><script>window.owned=1</script><img src=x onerror='window.owned=2'>"
 

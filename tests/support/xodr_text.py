@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from osm2xodr.opendrive import OpenDrive
-from osm2xodr.xodr_reader import read_xodr
+from osm2xodr.opendrive.reader import read_xodr
+from osm2xodr.opendrive.tables import OpenDrive
 
 LINE = "<line/>"
 PROJECTION = "+proj=tmerc +lat_0=50 +lon_0=11 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"

@@ -6,9 +6,9 @@ from dem_factory import BAVARIA
 from pyproj import CRS
 
 from osm2xodr.projection import transformer_to
-from osm2xodr.surface.grid import GridFrame
+from osm2xodr.surface.grids.grid import GridFrame
+from osm2xodr.surface.grids.trend import fit_polynomial
 from osm2xodr.surface.sampling import Layer, LayeredSurface, Trend
-from osm2xodr.surface.trend import fit_polynomial
 
 # The local frame itself as a raster's CRS: positions are what they seem.
 LOCAL = CRS.from_user_input(BAVARIA.proj)

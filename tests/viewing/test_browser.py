@@ -10,19 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Page, browser
+from browser import Page, browser, troubles
+from page_cases import TERTIARY, write_plane
 from PIL import Image
-from test_page import TERTIARY, write_plane
 from viewed_file import HOSTILE, viewed_file, write_ways
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import IntArray
-from osm2xodr.opendrive import OpenDrive
-from osm2xodr.road_space import elevation, surface_points
+from osm2xodr.opendrive.space import elevation, surface_points
+from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import ReportOptions, write_report
-
-# What drawing in software says about itself.
-_HARMLESS = re.compile(r"GPU stall due to ReadPixels|GL Driver Message|software WebGL", re.IGNORECASE)
 
 
 @pytest.fixture(scope="module")
@@ -65,10 +62,6 @@ def at(page: Page, file: OpenDrive, road: int, s: float, t: float) -> tuple[floa
 def pixels(page: Page, png: str) -> IntArray:
     """Return a picture as numbers, (rows, columns, 3)."""
     return np.asarray(Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB"), np.int64)
-
-
-def troubles(page: Page) -> list[str]:
-    return [line for line in page.troubles() if not _HARMLESS.search(line)]
 
 
 def test_the_page_opens_without_complaint(page: Page, report: Path) -> None:

@@ -9,17 +9,17 @@ import pytest
 from browser import browser
 from lxml import etree
 from map_damage import DAMAGES, Damage
+from page_cases import info_of
 from t_junction import sound_tree
-from test_page import info_of
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
+from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.viewing import PictureOptions, ReportOptions
-from osm2xodr.viewing.page import make_report
-from osm2xodr.viewing.picture import make_picture
-from osm2xodr.viewing.png import draw_png
-from osm2xodr.viewing.svg import draw_svg
-from osm2xodr.xodr_reader import read_xodr
+from osm2xodr.viewing.page.html import make_report
+from osm2xodr.viewing.picture.contents import make_picture
+from osm2xodr.viewing.picture.png import draw_png
+from osm2xodr.viewing.picture.svg import draw_svg
 
 
 def damaged(item: Damage, folder: Path) -> Path:

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Final
 
 import pytest
-from browser import Page, browser
+from browser import Page, browser, troubles
 from lxml import etree
-from test_browser import troubles
 from viewed_file import HOSTILE, hostile, viewed_text
 
 from osm2xodr.cli import main

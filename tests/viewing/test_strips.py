@@ -9,8 +9,8 @@ import pytest
 from viewed_file import viewed_file
 from xodr_text import cubics, document, lane, read_text, road, section
 
-from osm2xodr.road_space import elevation, pose, surface_points
-from osm2xodr.viewing.ground import station_lengths
+from osm2xodr.opendrive.space import elevation, pose, surface_points
+from osm2xodr.viewing.page.ground import station_lengths
 from osm2xodr.viewing.strips import make_scene
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import osm2xodr
 
 ROOT = Path(osm2xodr.__file__).parents[2]
-VENDOR = Path(osm2xodr.__file__).parent / "viewing" / "vendor"
+VENDOR = Path(osm2xodr.__file__).parent / "viewing" / "page" / "vendor"
 
 
 def test_files_are_those_of_the_sums() -> None:

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from sample_road_maps import plan_view
 
 from osm2xodr.xodrWriter.bounds import plan_view_bounds

@@ -11,10 +11,10 @@ import pytest
 from lxml import etree
 from sample_road_maps import crossing, furnished_crossing
 
+from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OutputError
 from osm2xodr.model import Furniture, LaneType, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal
-from osm2xodr.targets import TARGETS
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
 
 

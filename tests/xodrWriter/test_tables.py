@@ -7,8 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from sample_road_maps import crossing, plan_view, profile
 
 from osm2xodr.xodrWriter.formatting import position

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.errors import OutputError
 from osm2xodr.model import LaneType
-from osm2xodr.targets import TARGETS
 from osm2xodr.xodrWriter.options import DIALECTS, VERSIONS, WriteOptions
 from osm2xodr.xodrWriter.words import Words
 

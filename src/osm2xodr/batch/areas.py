@@ -15,9 +15,9 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.batch.model import Area
+from osm2xodr.batch.partition_file import PARTITION_FORMAT
 from osm2xodr.errors import InputError
 from osm2xodr.model import LocalFrame, Outline
-from osm2xodr.partition_file import PARTITION_FORMAT
 from osm2xodr.projection import make_frame, to_geographic, to_local
 
 RingDeg = tuple[tuple[float, float], ...]

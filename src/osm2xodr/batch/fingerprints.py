@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from osm2xodr import __version__
-from osm2xodr.files import stream_to
+from osm2xodr.system import stream_to
 
 # The layout of the files of states; another one counts as no state.
 _FORMAT: Final = 1

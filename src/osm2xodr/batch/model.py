@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from osm2xodr.model import LocalFrame, Outline
-from osm2xodr.osmParsing.options import DRIVABLE, WaySelection
+from osm2xodr.osmParsing import DRIVABLE, WaySelection
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from osm2xodr.errors import OutputError
-from osm2xodr.files import stream_to
+from osm2xodr.system import stream_to
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,17 +10,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Protocol
 
-from osm2xodr.batch.area_process import AreaJob, Outcome
 from osm2xodr.batch.areas import PlannedArea, shared_frame
 from osm2xodr.batch.fingerprints import Marks, State, contents, load_state, remove, save_state
 from osm2xodr.batch.model import CutRequest, Result, Status
 from osm2xodr.batch.out_dir import OutDir, write_if_changed
 from osm2xodr.batch.road_bounds import road_bounds
-from osm2xodr.batch.running import Workers, check_dask, running, uninterrupted
+from osm2xodr.batch.workers import AreaJob, Outcome, Workers, check_dask, running, uninterrupted
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
-from osm2xodr.osmParsing.options import DRIVABLE, WaySelection, parse_ways_option
-from osm2xodr.surface.vrt import is_virtual, virtual_sources
+from osm2xodr.osmParsing import DRIVABLE, WaySelection, parse_ways_option
+from osm2xodr.surface import is_virtual, virtual_sources
 
 # Options that decide whether a conversion ends, but nothing about what it makes; each has a value.
 _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})

@@ -6,8 +6,7 @@ from osm2xodr.checking.checker import check_drive, check_file
 from osm2xodr.checking.findings import Count, Finding
 from osm2xodr.checking.formats import FORMATS
 from osm2xodr.checking.result import CheckOptions, CheckResult
-from osm2xodr.checking.rule_table import RULES
-from osm2xodr.checking.rules import DEFAULT_READERS, READERS, Rule, Severity
+from osm2xodr.checking.rules import DEFAULT_READERS, READERS, RULES, Rule, Severity
 
 __all__ = [
     "DEFAULT_READERS",

@@ -7,24 +7,27 @@ from pathlib import Path
 
 import numpy as np
 
+from osm2xodr.checking.checks import (
+    LaneIndex,
+    check_lanes,
+    check_links,
+    check_misfits,
+    check_phases,
+    check_plan_views,
+    check_profiles,
+    check_readers,
+    check_references,
+    check_surfaces,
+    check_ways_on,
+    file_bytes,
+    lane_index,
+    schema_violations,
+    transitions,
+)
 from osm2xodr.checking.findings import Finding, Findings
-from osm2xodr.checking.lane_checks import check_lanes
-from osm2xodr.checking.lane_index import LaneIndex, lane_index
-from osm2xodr.checking.link_checks import check_links, check_ways_on
-from osm2xodr.checking.phase_checks import check_phases
-from osm2xodr.checking.places import file_bytes
-from osm2xodr.checking.plan_checks import check_plan_views
-from osm2xodr.checking.profile_checks import check_profiles
-from osm2xodr.checking.reader_checks import check_misfits, check_readers
-from osm2xodr.checking.references import check_references
 from osm2xodr.checking.result import CheckOptions, CheckResult
-from osm2xodr.checking.schema import schema_violations
-from osm2xodr.checking.surface_checks import check_surfaces
-from osm2xodr.checking.transitions import transitions
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive import OpenDrive
-from osm2xodr.road_space import frame_of, pose
-from osm2xodr.xodr_reader import read_xodr
+from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr
 
 _HEAD_END = b"<road"
 

@@ -8,8 +8,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from osm2xodr.checking.rule_table import RULES
-from osm2xodr.checking.rules import Rule, Severity
+from osm2xodr.checking.rules import RULES, Rule, Severity
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 

@@ -13,8 +13,7 @@ from xml.etree import ElementTree
 from osm2xodr import __version__
 from osm2xodr.checking.findings import Finding
 from osm2xodr.checking.result import CheckResult, place
-from osm2xodr.checking.rule_table import RULES
-from osm2xodr.checking.rules import Severity
+from osm2xodr.checking.rules import RULES, Severity
 
 _SARIF_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
 

@@ -10,8 +10,7 @@ from pathlib import Path
 
 from osm2xodr import defaults
 from osm2xodr.checking.findings import Count, Finding
-from osm2xodr.checking.rule_table import RULES
-from osm2xodr.checking.rules import DEFAULT_READERS, READERS, Severity
+from osm2xodr.checking.rules import DEFAULT_READERS, READERS, RULES, Severity
 
 
 @dataclass(frozen=True)

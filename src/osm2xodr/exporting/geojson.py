@@ -12,10 +12,21 @@ from scipy.spatial import ConvexHull, QhullError
 
 from osm2xodr.defaults import EXPORT_THINNEST
 from osm2xodr.errors import InputError
-from osm2xodr.files import ByteSink
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, Furniture, OpenDrive
-from osm2xodr.road_space import Frame, Ribbons, Stations, frame_of, lane_ribbons, pose, sample_roads, surface_points
+from osm2xodr.opendrive import (
+    ABSENT,
+    Frame,
+    Furniture,
+    OpenDrive,
+    Ribbons,
+    Stations,
+    frame_of,
+    lane_ribbons,
+    pose,
+    sample_roads,
+    surface_points,
+)
+from osm2xodr.system import ByteSink
 
 LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
 
@@ -39,7 +50,7 @@ def write_geojson(
     file, stream
         What and whereto.
     tolerance, step
-        See `osm2xodr.road_space.sample_roads`.
+        See `osm2xodr.opendrive.space.sample_roads`.
     layers
         Which of `LAYERS` to write.
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from osm2xodr.exporting.materials import color_of
 from osm2xodr.exporting.mesh import RoadMesh
-from osm2xodr.files import ByteSink
 from osm2xodr.opendrive import Header
+from osm2xodr.system import ByteSink
 
 _MAGIC: Final = 0x46546C67
 _JSON_CHUNK: Final = 0x4E4F534A

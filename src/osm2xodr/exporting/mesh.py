@@ -7,13 +7,11 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import runs
 from osm2xodr.defaults import EXPORT_EXACT, EXPORT_ORIGIN_GRID
 from osm2xodr.errors import InputError
-from osm2xodr.grouping import runs
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive
-from osm2xodr.road_space import Ribbons, Stations, lane_ribbons, sample_roads
-from osm2xodr.road_space.profiles import rolled
+from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, rolled, sample_roads
 
 # Points closer together than this across the road are one, m.
 _SAME: Final = 1e-6
@@ -52,7 +50,7 @@ def road_mesh(file: OpenDrive, tolerance: float, step: float) -> RoadMesh:
     file
         The network.
     tolerance, step
-        See `osm2xodr.road_space.sample_roads`.
+        See `osm2xodr.opendrive.space.sample_roads`.
 
     Raises
     ------

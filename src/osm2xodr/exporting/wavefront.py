@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.exporting.materials import color_of
 from osm2xodr.exporting.mesh import RoadMesh
-from osm2xodr.files import ByteSink
+from osm2xodr.system import ByteSink
 
 # Rows of text that are made at a time.
 _BLOCK: Final = 100_000

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from osm2xodr.targets import DEFAULT_TARGET, TARGETS, Target
+from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Target
 
 # Kinds of objects that are many and matter to few: only on request.
 EXTRA_OBJECTS: Final = ("lamps", "trees")

@@ -5,16 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.furniture.approaches import find_approaches
-from osm2xodr.furniture.crossings import crossing_objects, find_crossings
-from osm2xodr.furniture.lane_table import LaneTable
-from osm2xodr.furniture.lights import place_lights
-from osm2xodr.furniture.objects import place_objects
+from osm2xodr.furniture.lights import cut_sections, place_lights
+from osm2xodr.furniture.objects import crossing_objects, find_crossings, place_objects, place_structures
 from osm2xodr.furniture.options import FurnitureOptions
-from osm2xodr.furniture.section_breaks import cut_sections
 from osm2xodr.furniture.signs import place_signs
-from osm2xodr.furniture.structures import place_structures
-from osm2xodr.furniture.world import World
+from osm2xodr.furniture.world import LaneTable, World, find_approaches
 from osm2xodr.model import Furniture, RoadMap, RoadObject, Signal, StreetNetwork
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.geometry.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.junction_surface import end_state
-from osm2xodr.geometry.profile_problem import ProfileSolution
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.heights import ProfileSolution, end_state
 from osm2xodr.model import BoolArray
 
 

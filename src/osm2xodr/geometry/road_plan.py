@@ -11,25 +11,41 @@ import numpy as np
 from osm2xodr import defaults
 from osm2xodr.curves import smallest_radius
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.clusters import JunctionLayout, lay_out_junctions
-from osm2xodr.geometry.connecting_roads import ConnectingRoads, build_connecting_roads
-from osm2xodr.geometry.connectivity_report import report_unheeded
-from osm2xodr.geometry.connectors import detours, turns_on_the_spot
-from osm2xodr.geometry.corner_room import lay_out_corners
-from osm2xodr.geometry.lane_links import find_lane_links
-from osm2xodr.geometry.lost_streets import refuse_without_roads, report_lost
-from osm2xodr.geometry.margin_room import margins_with_room
-from osm2xodr.geometry.margins import Margins, find_margins
-from osm2xodr.geometry.movements import Movement, find_movements
-from osm2xodr.geometry.narrowing import fit_side_by_side
-from osm2xodr.geometry.reference_lines import lines_outside_bends
-from osm2xodr.geometry.road_parts import RoadParts, cut_roads, dead_ends_apart, without_idle_junctions
-from osm2xodr.geometry.straight_ends import beyond_bends
-from osm2xodr.geometry.street_ends import StreetEnds, street_ends
-from osm2xodr.geometry.streets import FittedStreets, fit_streets, outer_lanes
-from osm2xodr.geometry.turnarounds import RoadOptions, add_turnarounds
-from osm2xodr.geometry.turning_room import widened_trims
-from osm2xodr.geometry.wide_turns import with_wide_turns
+from osm2xodr.geometry.connections import (
+    ConnectingRoads,
+    build_connecting_roads,
+    detours,
+    find_lane_links,
+    report_unheeded,
+    turns_on_the_spot,
+    widened_trims,
+    with_wide_turns,
+)
+from osm2xodr.geometry.junctions import (
+    JunctionLayout,
+    Movement,
+    RoadOptions,
+    RoadParts,
+    add_turnarounds,
+    cut_roads,
+    dead_ends_apart,
+    find_movements,
+    lay_out_junctions,
+    lines_outside_bends,
+    refuse_without_roads,
+    report_lost,
+    without_idle_junctions,
+)
+from osm2xodr.geometry.margins import Margins, find_margins, lay_out_corners, margins_with_room
+from osm2xodr.geometry.plan_view import (
+    FittedStreets,
+    StreetEnds,
+    beyond_bends,
+    fit_side_by_side,
+    fit_streets,
+    outer_lanes,
+    street_ends,
+)
 from osm2xodr.model import IntArray, StreetNetwork
 
 

@@ -7,28 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr.countries import find_country
-from osm2xodr.cubics import joined_profiles, profile_of
-from osm2xodr.curves import joined_plan_views
+from osm2xodr.conventions import find_country
+from osm2xodr.curves import joined_plan_views, joined_profiles, profile_of
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.border_heights import Neighbourhood, with_border_heights
-from osm2xodr.geometry.borders import find_borders
-from osm2xodr.geometry.clusters import JunctionLayout
-from osm2xodr.geometry.connecting_roads import ConnectingRoads, InnerLane
-from osm2xodr.geometry.connectivity import Connectivity
+from osm2xodr.geometry.borders import Neighbourhood, find_borders, with_border_heights
+from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities, find_priorities
 from osm2xodr.geometry.corner_heights import too_steep
-from osm2xodr.geometry.corner_strips import inner_width
-from osm2xodr.geometry.elevation import ElevationOptions, Ground, connector_profiles, solve_profiles
-from osm2xodr.geometry.height_problems import connector_problem, profile_problem
-from osm2xodr.geometry.lane_sections import LaneLayout, lay_out_all, smooth_step
-from osm2xodr.geometry.margin_lanes import add_margins
-from osm2xodr.geometry.priorities import Priorities, find_priorities
-from osm2xodr.geometry.road_marks import NO_MARK
-from osm2xodr.geometry.road_parts import RoadParts
+from osm2xodr.geometry.heights import ElevationOptions, Ground, connector_profiles, solve_profiles
+from osm2xodr.geometry.junctions import JunctionLayout, RoadOptions, RoadParts, street_places
+from osm2xodr.geometry.lanes import NO_MARK, Connectivity, LaneLayout, lay_out_all, smooth_step
+from osm2xodr.geometry.margins import add_margins, inner_width
+from osm2xodr.geometry.road_heights import connector_problem, profile_problem
 from osm2xodr.geometry.road_plan import plan_roads, report_corners
-from osm2xodr.geometry.street_places import street_places
-from osm2xodr.geometry.turnarounds import RoadOptions
-from osm2xodr.memory import release_memory
 from osm2xodr.model import (
     Borders,
     Connection,
@@ -47,6 +37,7 @@ from osm2xodr.model import (
     StreetNetwork,
     Surface,
 )
+from osm2xodr.system import release_memory
 
 
 def build_roads(

@@ -9,6 +9,7 @@ section, junction, s, t, hdg) to what is written.
 from __future__ import annotations
 
 from osm2xodr.model.areas import BorderEnd, Borders, Outline, Partition
+from osm2xodr.model.elevation_report import ElevationReport, LayerCrossing, RoadPlace, StructureRecord
 from osm2xodr.model.furniture import (
     Controller,
     Furniture,
@@ -69,6 +70,7 @@ __all__ = [
     "Cubic",
     "CubicProfile",
     "Direction",
+    "ElevationReport",
     "FloatArray",
     "Footway",
     "Furniture",
@@ -80,6 +82,7 @@ __all__ = [
     "LaneSection",
     "LaneSpec",
     "LaneType",
+    "LayerCrossing",
     "LocalFrame",
     "MarginSpec",
     "ObjectRepeat",
@@ -91,6 +94,7 @@ __all__ = [
     "RoadMap",
     "RoadMark",
     "RoadObject",
+    "RoadPlace",
     "RoadStructure",
     "RoadType",
     "RoadsideKind",
@@ -103,6 +107,7 @@ __all__ = [
     "StreetNetwork",
     "StreetPlaces",
     "Structure",
+    "StructureRecord",
     "StructureTags",
     "Surface",
     "SurfaceQuality",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from osm2xodr.elevation_report import ElevationReport
 from osm2xodr.model.areas import BorderEnd, Borders
+from osm2xodr.model.elevation_report import ElevationReport
 from osm2xodr.model.furniture import Furniture
 from osm2xodr.model.shared import BoolArray, FloatArray, IntArray, LaneType, LocalFrame, Rule, freeze_arrays
 

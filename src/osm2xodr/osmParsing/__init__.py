@@ -8,11 +8,33 @@ intersections of ways, `country` knows on which side a place drives.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.osmParsing.file import (
+        RELATION_TYPES as RELATION_TYPES,
+        UNITS_PER_DEGREE as UNITS_PER_DEGREE,
+        OsmFile as OsmFile,
+        RawNodes as RawNodes,
+        RawWay as RawWay,
+        element_places as element_places,
+        handle as handle,
+        open_osm_file as open_osm_file,
+        read_nodes as read_nodes,
+        read_ways as read_ways,
+        readable as readable,
+    )
+    from osm2xodr.osmParsing.options import DRIVABLE as DRIVABLE
+    from osm2xodr.osmParsing.roadside import is_thing as is_thing, node_keys as node_keys, way_values as way_values
+    from osm2xodr.osmParsing.tags import ACCESS_TAGS as ACCESS_TAGS, left_out as left_out
+
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from osm2xodr.memory import release_memory
 from osm2xodr.osmParsing.options import HIGHWAYS, PRESETS, ParseOptions, WaySelection, parse_ways_option
+from osm2xodr.system import release_memory
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
@@ -45,3 +67,26 @@ def parse_osm(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> St
     # Many times the network's size was needed to read it.
     release_memory()
     return network
+
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "file": (
+            "OsmFile",
+            "RELATION_TYPES",
+            "RawNodes",
+            "RawWay",
+            "UNITS_PER_DEGREE",
+            "element_places",
+            "handle",
+            "open_osm_file",
+            "read_nodes",
+            "read_ways",
+            "readable",
+        ),
+        "options": ("DRIVABLE",),
+        "roadside": ("is_thing", "node_keys", "way_values"),
+        "tags": ("ACCESS_TAGS", "left_out"),
+    },
+)

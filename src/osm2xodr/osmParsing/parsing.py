@@ -10,28 +10,27 @@ from pathlib import Path
 import numpy as np
 
 from osm2xodr import projection
-from osm2xodr.countries import find_country
+from osm2xodr.conventions import find_country
 from osm2xodr.defaults import FRAME_REACH, LATITUDE_MAX_DEG, LONGITUDE_SPAN_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
-from osm2xodr.osmParsing.access import oneway
-from osm2xodr.osmParsing.beside_tags import is_thing, node_keys
-from osm2xodr.osmParsing.connectivity import read_connectivities
-from osm2xodr.osmParsing.country import find_place
-from osm2xodr.osmParsing.cross_sections import is_transition
-from osm2xodr.osmParsing.file_format import open_osm_file
-from osm2xodr.osmParsing.legal_speeds import with_urban_speeds
-from osm2xodr.osmParsing.network import make_streets, tags_on_streets
+from osm2xodr.osmParsing.file import RawNodes, RawWay, open_osm_file, read_nodes
+from osm2xodr.osmParsing.network import (
+    cut_at_shared_nodes,
+    cut_gaps,
+    find_place,
+    join_same_places,
+    make_lines,
+    make_streets,
+    read_connectivities,
+    read_restrictions,
+    tags_on_streets,
+)
 from osm2xodr.osmParsing.options import ParseOptions
-from osm2xodr.osmParsing.parallel_footways import attach_footways
-from osm2xodr.osmParsing.pieces import cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
-from osm2xodr.osmParsing.reach import sample_streets
-from osm2xodr.osmParsing.reader import RawNodes, RawWay, read_nodes
-from osm2xodr.osmParsing.restrictions import read_restrictions
-from osm2xodr.osmParsing.roadside import read_beside
+from osm2xodr.osmParsing.roadside import attach_footways, is_thing, node_keys, read_beside, sample_streets
 from osm2xodr.osmParsing.selection import nothing_to_drive_on, read_chosen_ways, tell_unused_nodes
-from osm2xodr.osmParsing.tags import way_attributes, without_margins
+from osm2xodr.osmParsing.tags import is_transition, oneway, way_attributes, with_urban_speeds, without_margins
 
 
 def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:

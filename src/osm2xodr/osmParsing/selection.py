@@ -7,12 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.osmParsing.access import left_out
-from osm2xodr.osmParsing.file_format import OsmFile
+from osm2xodr.osmParsing.file import OsmFile, OtherWays, RawRelation, RawWay, count_contents, read_ways
 from osm2xodr.osmParsing.options import HIGHWAYS, ParseOptions
-from osm2xodr.osmParsing.reader import OtherWays, RawRelation, RawWay, count_contents, read_ways
 from osm2xodr.osmParsing.roadside import ways_beside
-from osm2xodr.osmParsing.tags import WAY_TAGS
+from osm2xodr.osmParsing.tags import WAY_TAGS, left_out
 
 # Values of ``highway`` for roads that are not there yet; reported, because maps show them.
 _UNBUILT: Final = frozenset({"construction", "proposed", "planned"})

@@ -10,50 +10,30 @@ What reads elevation models is only imported when it is asked for: a flat world 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING
 
-from osm2xodr.surface.flat import FlatSurface
-from osm2xodr.surface.options import DEM_TYPES, METHODS, SurfaceOptions
+from osm2xodr.surface.flat import FlatSurface as FlatSurface
+from osm2xodr.surface.options import DEM_TYPES as DEM_TYPES, METHODS as METHODS, SurfaceOptions as SurfaceOptions
+from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
     from osm2xodr.model import FloatArray, LocalFrame
-    from osm2xodr.surface.dem_surface import DemSummary, DemSurface
-    from osm2xodr.surface.survey import SurfaceComparison, compare_surfaces
-    from osm2xodr.surface.trend import PolynomialTrend, fit_polynomial
-
-__all__ = [
-    "DEM_TYPES",
-    "METHODS",
-    "DemSummary",
-    "DemSurface",
-    "FlatSurface",
-    "PolynomialTrend",
-    "SurfaceComparison",
-    "SurfaceOptions",
-    "compare_surfaces",
-    "fit_polynomial",
-    "read_surface",
-]
-
-_WHERE: Final = {
-    "DemSummary": "dem_surface",
-    "DemSurface": "dem_surface",
-    "PolynomialTrend": "trend",
-    "SurfaceComparison": "survey",
-    "compare_surfaces": "survey",
-    "fit_polynomial": "trend",
-}
-
-
-def __getattr__(name: str) -> Any:
-    """Import what is asked for."""
-    if name not in _WHERE:
-        msg = f"module {__name__!r} has no attribute {name!r}"
-        raise AttributeError(msg)
-    return getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)
+    from osm2xodr.surface.comparison import MethodResult as MethodResult
+    from osm2xodr.surface.dem_surface import DemSummary as DemSummary, DemSurface as DemSurface
+    from osm2xodr.surface.grids import (
+        PolynomialTrend as PolynomialTrend,
+        fit_polynomial as fit_polynomial,
+        is_virtual as is_virtual,
+        virtual_sources as virtual_sources,
+    )
+    from osm2xodr.surface.street_points import points_along as points_along
+    from osm2xodr.surface.survey import (
+        DemComparison as DemComparison,
+        SurfaceComparison as SurfaceComparison,
+        compare_surfaces as compare_surfaces,
+    )
 
 
 def read_surface(
@@ -93,3 +73,15 @@ def read_surface(
     from osm2xodr.surface.reading import read
 
     return read(paths, frame, x, y, options, diagnostics)
+
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "comparison": ("MethodResult",),
+        "dem_surface": ("DemSummary", "DemSurface"),
+        "grids": ("PolynomialTrend", "fit_polynomial", "is_virtual", "virtual_sources"),
+        "street_points": ("points_along",),
+        "survey": ("DemComparison", "SurfaceComparison", "compare_surfaces"),
+    },
+)

@@ -15,9 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr.model import FloatArray
-from osm2xodr.surface.interpolation import Cells, Interpolator, all_corners, make_interpolator
-from osm2xodr.surface.trend import fit_polynomial, term_count
-from osm2xodr.surface.voids import fill_voids
+from osm2xodr.surface.grids import (
+    Cells,
+    Interpolator,
+    all_corners,
+    fill_voids,
+    fit_polynomial,
+    make_interpolator,
+    term_count,
+)
 
 INTERPOLATIONS = ("nearest", "bilinear", "bicubic")
 ORDERS = (2, 3, 4, 5)

@@ -9,8 +9,8 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
+from osm2xodr.surface.grids import PolynomialTrend
 from osm2xodr.surface.sampling import LayeredSurface
-from osm2xodr.surface.trend import PolynomialTrend
 
 Bounds = tuple[float, float, float, float]
 

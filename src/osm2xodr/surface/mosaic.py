@@ -14,15 +14,23 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.projection import WGS84, transformer_to
-from osm2xodr.surface.cover import looks_covered
-from osm2xodr.surface.dem import DemSource, describe_dem, read_heights
-from osm2xodr.surface.grid import GridFrame
-from osm2xodr.surface.interpolation import Cells, empty_cells
-from osm2xodr.surface.noise import estimate_sigma, quantum_of, usual_sigma
-from osm2xodr.surface.outliers import find_outliers
+from osm2xodr.surface.grids import (
+    Cells,
+    DemSource,
+    GridFrame,
+    describe_dem,
+    empty_cells,
+    estimate_sigma,
+    find_outliers,
+    fit_polynomial,
+    looks_covered,
+    quantum_of,
+    read_heights,
+    rim_of,
+    term_count,
+    usual_sigma,
+)
 from osm2xodr.surface.sampling import Layer, Trend
-from osm2xodr.surface.trend import fit_polynomial, term_count
-from osm2xodr.surface.voids import rim_of
 
 # Cells of all layers that the trend is fitted to: a polynomial of 21 terms at most needs no more.
 _TREND_CELLS = 20_000

@@ -33,7 +33,7 @@ class SurfaceOptions:
         One of `DEM_TYPES`: whether elevation models show the ground (``dtm``) or canopy and roofs (``dsm``);
         ``auto`` tells it from each model's name and heights.
     vertical_datum
-        Datum to turn heights into, as of `osm2xodr.surface.vertical.parse_datum`; None leaves them as they are.
+        Datum to turn heights into, as of `parse_datum`; None leaves them as they are.
     dem_vertical_datum
         Datum of the elevation models' heights, likewise, instead of what their files say.
 

@@ -13,9 +13,8 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.projection import to_geographic
-from osm2xodr.surface.dem import DemSource
 from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, qualities_of
-from osm2xodr.surface.grid import GridFrame
+from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum
 from osm2xodr.surface.mosaic import (
     DemWindow,
     bounds_deg,
@@ -27,7 +26,6 @@ from osm2xodr.surface.mosaic import (
 )
 from osm2xodr.surface.options import SurfaceOptions
 from osm2xodr.surface.sampling import LayeredSurface
-from osm2xodr.surface.vertical import convert_heights, parse_datum
 
 
 def read(

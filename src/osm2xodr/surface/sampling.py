@@ -14,10 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.surface.grid import GridFrame
-from osm2xodr.surface.interpolation import Cells, Interpolator, all_corners, make_interpolator, nearest_known
-from osm2xodr.surface.trend import PolynomialTrend
-from osm2xodr.surface.voids import fill_voids
+from osm2xodr.surface.grids import (
+    Cells,
+    GridFrame,
+    Interpolator,
+    PolynomialTrend,
+    all_corners,
+    fill_voids,
+    make_interpolator,
+    nearest_known,
+)
 
 # Positions handled at a time: their arrays stay in the processor's cache.
 _CHUNK = 2**17

@@ -14,11 +14,16 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
 from osm2xodr.projection import WGS84, make_frame, transformer_to
 from osm2xodr.surface.comparison import GridComparison, Patch, compare_grid
-from osm2xodr.surface.cover import looks_covered
-from osm2xodr.surface.dem import DemSource, describe_dem, read_heights
-from osm2xodr.surface.grid import GridFrame
+from osm2xodr.surface.grids import (
+    DemSource,
+    GridFrame,
+    describe_dem,
+    estimate_sigma,
+    looks_covered,
+    quantum_of,
+    read_heights,
+)
 from osm2xodr.surface.mosaic import void_outliers
-from osm2xodr.surface.noise import estimate_sigma, quantum_of
 
 Box = tuple[float, float, float, float]
 

@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.viewing.options import PICTURE_COLOURS as PICTURE_COLOURS
+    from osm2xodr.viewing.picture import box_of_degrees as box_of_degrees
+    from osm2xodr.viewing.surface_report import surface_page as surface_page
+
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,7 +53,7 @@ def write_report(
     OutputError
         The page cannot be written.
     """
-    from osm2xodr.files import stream_to
+    from osm2xodr.system import stream_to
     from osm2xodr.viewing.page import make_report
 
     page = make_report(source, options, diagnostics, result)
@@ -74,19 +83,24 @@ def write_picture(source: Path | OpenDrive, out: Path, options: PictureOptions, 
     OutputError
         The picture cannot be written.
     """
-    from osm2xodr.files import stream_to
+    from osm2xodr.opendrive import read_xodr
+    from osm2xodr.system import stream_to
     from osm2xodr.viewing.picture import make_picture
-    from osm2xodr.xodr_reader import read_xodr
 
     picture = make_picture(read_xodr(source) if isinstance(source, Path) else source, options)
     if kind == "svg":
-        from osm2xodr.viewing.svg import draw_svg
+        from osm2xodr.viewing.picture import draw_svg
 
         data = draw_svg(picture)
     else:
-        from osm2xodr.viewing.png import draw_png
+        from osm2xodr.viewing.picture import draw_png
 
         data = draw_png(picture)
     with stream_to(out) as stream:
         stream.write(data)
     return len(data)
+
+
+__getattr__ = lazy_exports(
+    __name__, {"options": ("PICTURE_COLOURS",), "picture": ("box_of_degrees",), "surface_report": ("surface_page",)}
+)

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr.model import FloatArray
-from osm2xodr.opendrive import Furniture, OpenDrive
-from osm2xodr.road_space import pose, surface_points
+from osm2xodr.opendrive import Furniture, OpenDrive, pose, surface_points
 from osm2xodr.viewing.scene import Scene
 
 _SIGNALS = frozenset({"signal", "signalReference"})

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from osm2xodr.grouping import runs
+from osm2xodr.curves import runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive
-from osm2xodr.road_space import (
+from osm2xodr.opendrive import (
+    ABSENT,
+    OpenDrive,
     elevation,
     grade,
     lane_borders,
@@ -31,7 +32,7 @@ def make_scene(file: OpenDrive, tolerance: float, step: float) -> Scene:
     file
         The network. Roads that cannot be drawn (no plan view, no lane section, unreadable numbers) have no strips.
     tolerance, step
-        As for `osm2xodr.road_space.sample_roads`, m.
+        As for `osm2xodr.opendrive.space.sample_roads`, m.
     """
     road, s, section, is_end = _stations(file, tolerance, step)
     strip_first = np.flatnonzero(np.diff(section, prepend=ABSENT) != 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from osm2xodr.files import ByteSink
+from osm2xodr.system import ByteSink
 from osm2xodr.xodrWriter.options import VERSIONS, WriteOptions
 
 if TYPE_CHECKING:

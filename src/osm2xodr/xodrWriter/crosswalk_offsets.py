@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.cubics import cubic_value
+from osm2xodr.curves import cubic_value
 from osm2xodr.model import RoadMap
 
 

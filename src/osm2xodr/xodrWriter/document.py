@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.files import ByteSink
 from osm2xodr.model import CubicProfile, FloatArray, RoadMap, Rule
-from osm2xodr.parallel import map_parallel
+from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.bounds import plan_view_bounds
 from osm2xodr.xodrWriter.check import check_road_map
 from osm2xodr.xodrWriter.crosswalk_offsets import crosswalk_offsets

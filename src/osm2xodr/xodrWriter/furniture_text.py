@@ -7,8 +7,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Final, TypeAlias
 
+from osm2xodr.conventions import Crosswalks
 from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, RoadStructure, Signal, SignalReference
-from osm2xodr.targets import Crosswalks
 from osm2xodr.xodrWriter.formatting import POSITION_DECIMALS, attribute, number, position
 from osm2xodr.xodrWriter.options import Dialect
 from osm2xodr.xodrWriter.words import Words

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final
 
-from osm2xodr.targets import DEFAULT_TARGET, TARGETS, Target
+from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Target
 
 
 @dataclass(frozen=True, slots=True)

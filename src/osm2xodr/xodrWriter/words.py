@@ -89,7 +89,7 @@ class Words:
     lane_types
         Types of lanes that the reader takes for something else, and what to write instead.
     changes_as_driven
-        Whether lane changes are named as drivers see them, see `osm2xodr.targets.Target`.
+        Whether lane changes are named as drivers see them, see `osm2xodr.conventions.targets.Target`.
 
     Attributes
     ----------

@@ -1,0 +1,335 @@
+"""Chooses what of a map belongs to a cut: ways, with their surroundings on request, things beside them, relations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from osm2xodr import projection
+from osm2xodr.batch.cutting.distances import near_places, points_near_places, reached
+from osm2xodr.batch.cutting.source import Driven, Source
+from osm2xodr.batch.cutting.streets import (
+    Cells,
+    Segments,
+    Streets,
+    find_in_boxes,
+    make_node_cells,
+    make_segments,
+    make_streets,
+    make_way_cells,
+)
+from osm2xodr.batch.model import CutRequest
+from osm2xodr.curves import distance, ranks, runs
+from osm2xodr.defaults import BORDER_REACH, CONTEXT_BESIDE, CONTEXT_REACH
+from osm2xodr.model import FloatArray, IntArray, LocalFrame, freeze_arrays
+
+# How far beyond the corners of what is looked for ways are looked at, m: more than straight lines in the local frame
+# and those of longitude and latitude differ by between two of `_SAMPLES` points of its sides.
+_SLACK: Final = 100.0
+_SAMPLES: Final = 33
+# Metres per degree of latitude, at least (WGS 84, at the equator).
+_DEGREE: Final = 110_574.0
+# Points along streets, around which is looked for what lies beside them, are this far apart, m; and how many there
+# are on one segment at most.
+_SPACING: Final = 40.0
+_PARTS_MAX: Final = 10_000
+# What the projection cannot place is this far away, m.
+_NOWHERE: Final = 1e8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """What belongs to a cut.
+
+    Parameters
+    ----------
+    ways, relations, nodes
+        Rows of `Source.way_ids`, `Source.relation_ids` and `Source.node_ids`, ascending.
+    driven
+        How many of the ways in the area itself become streets.
+    bounds_deg
+        West, south, east, north of the area, degrees.
+    """
+
+    ways: IntArray
+    relations: IntArray
+    nodes: IntArray
+    driven: int
+    bounds_deg: tuple[float, float, float, float]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Members:
+    """Ways and nodes that relations are about.
+
+    Parameters
+    ----------
+    first_way, ways
+        Ways of each relation: those from `first_way` [relation] to `first_way` [relation + 1].
+    way, node
+        Ways or nodes, ascending, and the relation that each is a member of.
+    """
+
+    first_way: IntArray
+    ways: IntArray
+    way: tuple[IntArray, IntArray]
+    node: tuple[IntArray, IntArray]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A map, prepared for choosing.
+
+    Parameters
+    ----------
+    source, segments
+        The map.
+    way_cells, thing_cells
+        Where ways and things are.
+    members
+        Of relations.
+    streets
+        By what becomes a street; none where no request has a context.
+    """
+
+    source: Source
+    segments: Segments
+    way_cells: Cells
+    thing_cells: Cells
+    members: Members
+    streets: Mapping[Driven, Streets]
+
+
+def make_plan(source: Source, *, context: bool) -> Plan:
+    """Prepare a map for choosing.
+
+    Parameters
+    ----------
+    source
+        The map.
+    context
+        Whether any request has a context.
+    """
+    segments = make_segments(source)
+    streets = {
+        driven: make_streets(source, segments, ways) for driven, ways in (source.driven if context else {}).items()
+    }
+    things = make_node_cells(source, np.flatnonzero(source.thing))
+    return Plan(source, segments, make_way_cells(source, segments), things, _make_members(source), streets)
+
+
+def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
+    """Choose what belongs to a cut.
+
+    Parameters
+    ----------
+    plan
+        The map.
+    request
+        What is cut out.
+    driven
+        What becomes a street.
+    """
+    source = plan.source
+    reach = BORDER_REACH + CONTEXT_REACH if request.context else 0.0
+    bounds, box = _boxes(request, reach)
+    candidates = find_in_boxes(plan.way_cells, box)
+    near = _Near(plan, request, candidates, reach)
+    kept = near.ways(reach)
+    things = find_in_boxes(plan.thing_cells, box)
+    at = _local(source, request.frame, things)
+    things = things[distance(request.outline, at[:, 0], at[:, 1], reach) <= reach]
+    if request.context:
+        found = _find_streets(plan, near.segments(BORDER_REACH), driven)
+        beside = _points_along(plan, request.frame, found.segments)
+        # What is near the area is kept anyway.
+        off = distance(request.outline, beside[:, 0], beside[:, 1], reach)
+        beside = beside[off > reach - CONTEXT_BESIDE - _SPACING]
+        at_ends = _around(plan, request.frame, _local(source, request.frame, found.ends), CONTEXT_REACH)
+        along = _around(plan, request.frame, beside, CONTEXT_BESIDE + 0.5 * _SPACING)
+        kept = np.unique(np.concatenate([kept, found.ways, at_ends[0], along[0]]))
+        things = np.unique(np.concatenate([things, at_ends[1], along[1]]))
+    kept, relations = _with_relations(plan, kept)
+    rows = source.row[_ranges(source.first, kept)]
+    here = near.ways(0.0)
+    count = int(source.driven[driven][here].sum())
+    return Choice(kept, relations, np.unique(np.concatenate([rows, things])), count, bounds)
+
+
+class _Found(NamedTuple):
+    """Streets: their ways, their segments, and the nodes where they end."""
+
+    ways: IntArray
+    segments: IntArray
+    ends: IntArray
+
+
+class _Near:
+    """How far ways that may be near an area are off."""
+
+    def __init__(self, plan: Plan, request: CutRequest, candidates: IntArray, reach: float) -> None:
+        source, segments = plan.source, plan.segments
+        self._request = request
+        self._candidates = candidates
+        self._at = _ranges(segments.first, candidates)
+        self._of_segment = np.repeat(candidates, np.diff(segments.first)[candidates])
+        refs = _ranges(source.first, candidates)
+        self._of_ref = np.repeat(candidates, np.diff(source.first)[candidates])
+        rows, self._ref = np.unique(source.row[refs], return_inverse=True)
+        points = _local(source, request.frame, rows)
+        self._off = distance(request.outline, points[:, 0], points[:, 1], reach)
+        start = np.searchsorted(rows, segments.start[self._at])
+        end = np.searchsorted(rows, segments.end[self._at])
+        self._start, self._end = points[start], points[end]
+        self._nearer = np.minimum(self._off[start], self._off[end])
+
+    def segments(self, reach: float) -> IntArray:
+        """Return the segments within reach, m."""
+        hit = reached(self._request.outline, self._start, self._end, self._nearer, reach)
+        return self._at[hit]
+
+    def ways(self, reach: float) -> IntArray:
+        """Return the ways within reach, m, ascending."""
+        hit = reached(self._request.outline, self._start, self._end, self._nearer, reach)
+        near = self._off[self._ref] <= reach
+        out: IntArray = np.unique(np.concatenate([self._of_ref[near], self._of_segment[hit]]))
+        return out
+
+
+def _boxes(request: CutRequest, reach: float) -> tuple[tuple[float, float, float, float], FloatArray]:
+    """Return the bounds of the area, and those of what is within reach of it, (1, 4), degrees."""
+    corners = np.concatenate(request.outline.rings)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    west, south, east, north = _bounds(request.frame, low, high)
+    bounds = west, south, east, north
+    return bounds, np.array([_bounds(request.frame, low - reach - _SLACK, high + reach + _SLACK)])
+
+
+def _bounds(frame: LocalFrame, low: FloatArray, high: FloatArray) -> tuple[float, float, float, float]:
+    """Return west, south, east, north of a rectangle, degrees; west may be below -180, east above 180."""
+    share = np.linspace(0.0, 1.0, _SAMPLES)
+    x, y = (low + share[:, None] * (high - low)).T
+    side = np.ones(_SAMPLES)
+    lon, lat = _to_degrees(frame).transform(
+        np.concatenate([x, x, side * x[0], side * x[-1]]),
+        np.concatenate([side * y[0], side * y[-1], y, y]),
+    )
+    lon = frame.lon_0_deg + (lon - frame.lon_0_deg + 180.0) % 360.0 - 180.0
+    return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+
+
+@lru_cache(maxsize=4)
+def _to_degrees(frame: LocalFrame) -> Any:
+    # Takes longer to make than a tile to choose.
+    return projection.transformer_to(frame, projection.WGS84)
+
+
+def _local(source: Source, frame: LocalFrame, rows: IntArray) -> FloatArray:
+    """Return where nodes are, (n, 2), local x, y, m."""
+    if not len(rows):
+        return np.zeros((0, 2))
+    # pyproj takes an array of one for a number.
+    padded = np.append(rows, rows[:1])
+    points = np.column_stack(_to_degrees(frame).transform(*source.degrees(padded), direction="INVERSE"))[:-1]
+    points[~(np.abs(points) < _NOWHERE).all(axis=1)] = _NOWHERE
+    return points
+
+
+def _ranges(first: IntArray, groups: IntArray) -> IntArray:
+    """Return the indices of all members of some groups, those of each from `first` [group] on."""
+    return runs(first[groups], first[groups + 1] - first[groups])
+
+
+def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> _Found:
+    """Return the streets that some segments belong to."""
+    streets = plan.streets[driven]
+    found = np.unique(streets.of_segment[near])
+    found = found[found >= 0]
+    ways = np.unique(streets.ways[_ranges(streets.first_way, found)])
+    ends = np.unique(streets.ends[_ranges(streets.first_end, found)])
+    segments = _ranges(plan.segments.first, ways)
+    return _Found(ways, segments[np.isin(streets.of_segment[segments], found)], ends)
+
+
+def _points_along(plan: Plan, frame: LocalFrame, segments: IntArray) -> FloatArray:
+    """Return points (n, 2) along segments, `_SPACING` apart."""
+    start = _local(plan.source, frame, plan.segments.start[segments])
+    along = _local(plan.source, frame, plan.segments.end[segments]) - start
+    parts = np.clip(np.ceil(np.hypot(along[:, 0], along[:, 1]) / _SPACING), 1, _PARTS_MAX).astype(np.int64)
+    share = (ranks(parts) + 0.5) / np.repeat(parts, parts)
+    out: FloatArray = np.repeat(start, parts, axis=0) + share[:, None] * np.repeat(along, parts, axis=0)
+    return out
+
+
+def _around(plan: Plan, frame: LocalFrame, places: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
+    """Return the ways and the things within reach of some places (n, 2), m."""
+    source, segments = plan.source, plan.segments
+    if not len(places):
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    # As in `_local`.
+    lon, lat = _to_degrees(frame).transform(*np.append(places, places[:1], axis=0).T)
+    lon, lat = lon[:-1], lat[:-1]
+    high = (reach + _SLACK) / _DEGREE
+    wide = high / np.maximum(np.cos(np.radians(np.abs(lat) + high)), 1e-3)
+    boxes = np.column_stack([lon - wide, lat - high, lon + wide, lat + high])
+    boxes = boxes[np.isfinite(boxes).all(axis=1)]
+    ways = find_in_boxes(plan.way_cells, boxes)
+    at = _ranges(segments.first, ways)
+    of_segment = np.repeat(ways, np.diff(segments.first)[ways])
+    rows = np.unique(np.concatenate([segments.start[at], segments.end[at]]))
+    points = _local(source, frame, rows)
+    start = points[np.searchsorted(rows, segments.start[at])]
+    end = points[np.searchsorted(rows, segments.end[at])]
+    hit = near_places(start, end, places, reach)
+    things = find_in_boxes(plan.thing_cells, boxes)
+    close = points_near_places(_local(source, frame, things), places, reach)
+    return np.unique(of_segment[hit]), things[close]
+
+
+def _with_relations(plan: Plan, ways: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the ways with those that relations about them need, and these relations."""
+    source, members = plan.source, plan.members
+    nodes = np.unique(source.row[_ranges(source.first, ways)])
+    hit = np.union1d(_among(members.way, ways), _among(members.node, nodes))
+    ways = np.union1d(ways, members.ways[_ranges(members.first_way, hit)])
+    # Those ways may bring along relations that nothing else is needed for.
+    more = np.setdiff1d(_among(members.way, ways), hit)
+    held = np.isin(members.ways[_ranges(members.first_way, more)], ways)
+    count = np.diff(members.first_way)[more]
+    missing = np.bincount(np.repeat(np.arange(len(more)), count)[~held], minlength=len(more))
+    return ways, np.union1d(hit, more[missing == 0])
+
+
+def _among(pairs: tuple[IntArray, IntArray], chosen: IntArray) -> IntArray:
+    """Return the relations that are paired with what is chosen, ascending."""
+    keys, relations = pairs
+    first, last = np.searchsorted(keys, chosen), np.searchsorted(keys, chosen, side="right")
+    found: IntArray = np.unique(relations[runs(first, last - first)])
+    return found
+
+
+def _make_members(source: Source) -> Members:
+    current = np.flatnonzero(source.relation_current)
+    order = np.flatnonzero(source.way_current)
+    order = order[np.argsort(source.way_ids[order], kind="stable")]
+    ways, of_way = _found(source.way_ids[order], [source.member_ways[index] for index in current.tolist()])
+    nodes, of_node = _found(source.node_ids, [source.member_nodes[index] for index in current.tolist()])
+    ways, of_way, of_node = order[ways], current[of_way], current[of_node]
+    first = np.searchsorted(of_way, np.arange(len(source.relation_ids) + 1))
+    by_way, by_node = np.argsort(ways, kind="stable"), np.argsort(nodes, kind="stable")
+    return Members(first, ways, (ways[by_way], of_way[by_way]), (nodes[by_node], of_node[by_node]))
+
+
+def _found(ids: IntArray, members: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
+    """Return the members that there are, as indices of ids, and which list each is of."""
+    number = np.concatenate([np.zeros(0, np.int64), *members])
+    owner = np.repeat(np.arange(len(members)), [len(refs) for refs in members])
+    present = np.isin(number, ids)
+    return np.searchsorted(ids, number[present]), owner[present]

@@ -1,0 +1,344 @@
+"""Reads what of a map can be of interest to a conversion into flat arrays: ways, relations, and where nodes are.
+
+A country fits: there are no objects per node, and nodes that no way of interest runs over are not kept.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import osmium
+
+from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
+from osm2xodr.osmParsing import (
+    HIGHWAYS,
+    RELATION_TYPES,
+    UNITS_PER_DEGREE,
+    OsmFile,
+    WaySelection,
+    handle,
+    is_thing,
+    left_out,
+    node_keys,
+    readable,
+    way_values,
+)
+
+# What is read beside streets if asked for; a cut has all of it.
+_EXTRA: Final = frozenset({"lamps", "trees"})
+# Of files larger than this only some nodes are looked at one by one, bytes. libosmium's sets of ids, which make that
+# possible, take a gigabyte whatever is in them, so smaller files are better read without.
+_LARGE: Final = 100_000_000
+# Below all ids; libosmium's order has negative ids first, the lowest last.
+_FIRST: Final = -(2**62)
+
+
+class Driven(NamedTuple):
+    """Which ways become streets.
+
+    Parameters
+    ----------
+    ways
+        By their tags; None for all that a car fits on.
+    include_private
+        Whether ways are among them that are closed to the public.
+    """
+
+    ways: WaySelection | None = None
+    include_private: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """What of a map is of interest. Ways and relations are those that `ways_and_relations_of` yields.
+
+    Parameters
+    ----------
+    file
+        The map.
+    way_ids : (ways,)
+        OSM ids.
+    way_current : (ways,)
+        Whether the way is neither deleted nor replaced by a newer version.
+    first : (ways + 1,)
+        Index of each way's first entry in `row`.
+    row : (refs,)
+        Nodes of the ways, rows of `node_ids`. Nodes that are not in the file are left out.
+    driven
+        (ways,) Which ways become streets, by what is asked for.
+    relation_ids : (relations,)
+        OSM ids.
+    relation_current : (relations,)
+        As `way_current`.
+    member_ways, member_nodes
+        Of each relation: ids of its members.
+    node_ids : (nodes,)
+        OSM ids of the nodes of ways and of `thing`, ascending.
+    lon, lat : (nodes,)
+        Where they are, whole units of 1e-7 degrees, WGS 84.
+    node_at : (nodes,)
+        Which of those that `nodes_of` returns each is, counted from 0; empty where nodes stand in the order of their
+        ids, none of them negative.
+    thing : (nodes,)
+        Whether the node is of interest wherever it lies.
+    in_order
+        Whether all of this stands in the file in the order of ids, ways before relations.
+    """
+
+    file: OsmFile
+    way_ids: IntArray
+    way_current: BoolArray
+    first: IntArray
+    row: IntArray
+    driven: Mapping[Driven, BoolArray]
+    relation_ids: IntArray
+    relation_current: BoolArray
+    member_ways: Sequence[IntArray]
+    member_nodes: Sequence[IntArray]
+    node_ids: IntArray
+    lon: IntArray
+    lat: IntArray
+    node_at: IntArray
+    thing: BoolArray
+    in_order: bool
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    def degrees(self, rows: IntArray | slice = slice(None)) -> tuple[FloatArray, FloatArray]:
+        """Return longitude and latitude of nodes, degrees."""
+        return self.lon[rows] / UNITS_PER_DEGREE, self.lat[rows] / UNITS_PER_DEGREE
+
+
+@dataclass(slots=True)
+class _Ways:
+    """What is collected of ways."""
+
+    ids: array[int]
+    versions: array[int]
+    gone: array[int]
+    lengths: array[int]
+    refs: array[int]
+    driven: dict[Driven, array[int]]
+
+
+@dataclass(slots=True)
+class _Relations:
+    """What is collected of relations."""
+
+    ids: array[int]
+    versions: array[int]
+    gone: array[int]
+    ways: list[IntArray]
+    nodes: list[IntArray]
+
+
+def ways_and_relations_of(file: OsmFile) -> Iterator[Any]:
+    """Yield what is of interest as it stands in the file, all versions; each is valid until the next one."""
+    values = way_values(frozenset(), _EXTRA)
+    del values["highway"]
+    wanted = [(key, value) for key, names in sorted(values.items()) for value in sorted(names)]
+    only_ways = osmium.filter.KeyFilter("highway", *values)
+    only_ways.enable_for(osmium.osm.WAY)
+    only_relations = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
+    only_relations.enable_for(osmium.osm.RELATION)
+    found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION)
+    item: Any
+    for item in found.with_filter(only_ways).with_filter(only_relations):
+        tags = item.tags
+        if item.is_relation() or "highway" in tags or any(tags.get(key) == value for key, value in wanted):
+            yield item
+
+
+def nodes_of(file: OsmFile, ids: IntArray) -> Iterable[Any]:
+    """Return the nodes with given ids (n,) as they stand in the file, all versions; of small files, all nodes.
+
+    Parameters
+    ----------
+    file
+        The map.
+    ids
+        Ascending.
+    """
+    found = osmium.FileProcessor(handle(file), osmium.osm.NODE)
+    # Sets of ids hold none below 0.
+    if len(ids) and ids[0] >= 0 and _is_large(file):
+        found.with_filter(osmium.filter.IdFilter(np.ascontiguousarray(ids).data))
+    return found
+
+
+def _is_large(file: OsmFile) -> bool:
+    """Say whether looking at all nodes of a file one by one takes too long."""
+    return file.path.stat().st_size > _LARGE
+
+
+def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = False) -> Source:
+    """Read what is of interest.
+
+    Parameters
+    ----------
+    file
+        The map.
+    driven
+        Which choices of ways are told apart.
+    only_driven
+        Whether only ways that become streets by the first of them are read, and neither relations nor things.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or incomplete.
+    """
+    choices = tuple(dict.fromkeys(driven))
+    with readable(file):
+        ways, relations, mixed = _read_ways_and_relations(file, choices, only_driven)
+        things = np.zeros(0, np.int64) if only_driven else _read_things(file)
+        refs = np.array(ways.refs, np.int64)
+        ids, lon, lat, node_at, ordered = _read_nodes(file, np.union1d(refs, things))
+    first, row = _rows(ids, refs, np.array(ways.lengths, np.int64))
+    way_ids, relation_ids = np.array(ways.ids, np.int64), np.array(relations.ids, np.int64)
+    thing = np.zeros(len(ids), np.bool_)
+    thing[np.flatnonzero(np.isin(ids, things))] = True
+    return Source(
+        file=file,
+        way_ids=way_ids,
+        way_current=_current(way_ids, ways.versions, ways.gone),
+        first=first,
+        row=row,
+        driven={choice: np.array(found, np.bool_) for choice, found in ways.driven.items()},
+        relation_ids=relation_ids,
+        relation_current=_current(relation_ids, relations.versions, relations.gone),
+        member_ways=relations.ways,
+        member_nodes=relations.nodes,
+        node_ids=ids,
+        lon=lon,
+        lat=lat,
+        node_at=node_at,
+        thing=thing,
+        in_order=ordered and not mixed and _ascending(way_ids) and _ascending(relation_ids),
+    )
+
+
+def _read_ways_and_relations(
+    file: OsmFile, choices: Sequence[Driven], only_driven: bool
+) -> tuple[_Ways, _Relations, bool]:
+    """Read ways and relations, and say whether any relation stands before a way."""
+    ways = _Ways(
+        array("q"), array("q"), array("b"), array("q"), array("q"), {choice: array("b") for choice in choices}
+    )
+    relations = _Relations(array("q"), array("q"), array("b"), [], [])
+    mixed = False
+    for item in ways_and_relations_of(file):
+        if item.is_way():
+            mixed |= len(relations.ids) > 0
+            _add_way(item, file, ways, only_driven)
+        elif not only_driven:
+            _add_relation(item, file, relations)
+    return ways, relations, mixed
+
+
+def _add_way(way: Any, file: OsmFile, out: _Ways, only_driven: bool) -> None:
+    on = [False] * len(out.driven)
+    if way.tags.get("highway") in HIGHWAYS:
+        tags = {tag.k: tag.v for tag in way.tags}
+        on = [_is_driven(tags, choice) for choice in out.driven]
+    if only_driven and not on[0]:
+        return
+    number = way.id
+    out.ids.append(number)
+    out.versions.append(way.version)
+    out.gone.append(way.deleted or ("way", number) in file.deleted)
+    nodes = way.nodes
+    out.lengths.append(len(nodes))
+    # Not `for node in nodes`, which goes through two more calls for each.
+    out.refs.extend([node.ref for node in map(nodes.__getitem__, range(len(nodes)))])
+    for found, is_on in zip(out.driven.values(), on, strict=True):
+        found.append(is_on)
+
+
+def _add_relation(relation: Any, file: OsmFile, out: _Relations) -> None:
+    number = relation.id
+    out.ids.append(number)
+    out.versions.append(relation.version)
+    out.gone.append(relation.deleted or ("relation", number) in file.deleted)
+    members = [(member.type, member.ref) for member in relation.members]
+    out.ways.append(np.array([ref for kind, ref in members if kind == "w"], np.int64))
+    out.nodes.append(np.array([ref for kind, ref in members if kind == "n"], np.int64))
+
+
+def _is_driven(tags: Mapping[str, str], choice: Driven) -> bool:
+    if choice.ways is None:
+        return True
+    return tags["highway"] in choice.ways.highways and left_out(tags, choice.ways, choice.include_private) is None
+
+
+def _read_things(file: OsmFile) -> IntArray:
+    """Return the ids of nodes that are of interest wherever they lie."""
+    keys, _ = node_keys(True, _EXTRA)
+    found = osmium.FileProcessor(handle(file), osmium.osm.NODE)
+    found.with_filter(osmium.filter.KeyFilter(*sorted(keys)))
+    return np.array(
+        array("q", (node.id for node in found if is_thing({tag.k: tag.v for tag in node.tags}, _EXTRA))), np.int64
+    )
+
+
+def _read_nodes(file: OsmFile, needed: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray, bool]:
+    """Read where nodes are.
+
+    Returns
+    -------
+    ids, lon, lat, node_at
+        As of `Source`.
+    in_order
+        Whether they stand in the order of their ids.
+    """
+    numbers, versions, gone = array("q"), array("q"), array("b")
+    places = array("q")
+    for node in nodes_of(file, needed):
+        location = node.location
+        numbers.append(node.id)
+        versions.append(node.version)
+        gone.append(node.deleted)
+        places.append(location.x)
+        places.append(location.y)
+    ids, place = np.array(numbers, np.int64), np.array(places, np.int64).reshape(-1, 2)
+    deleted = np.array([number for kind, number in file.deleted if kind == "node"], np.int64)
+    valid = (np.abs(place / UNITS_PER_DEGREE) <= (180.0, 90.0)).all(axis=1)
+    ordered = _ascending(ids)
+    kept = _current(ids, versions, gone) & valid & np.isin(ids, needed) & ~np.isin(ids, deleted)
+    at = np.flatnonzero(kept)
+    at = at[np.argsort(ids[at], kind="stable")]
+    every = ids[at]
+    lon, lat = place[at].astype(np.int64).T
+    return every, lon, lat, at if not ordered or (every < 0).any() else np.zeros(0, np.int64), ordered
+
+
+def _ascending(ids: IntArray) -> bool:
+    """Say whether ids are in libosmium's order, each once: negative ones first, the lowest last."""
+    place = np.where(ids < 0, _FIRST - ids, ids)
+    return bool((place[1:] > place[:-1]).all())
+
+
+def _current(ids: IntArray, versions: Sequence[int], gone: Sequence[int]) -> BoolArray:
+    """Return which elements (n,) are the newest version, the last one among equals, and not deleted."""
+    out = ~np.array(gone, np.bool_)
+    if _ascending(ids):
+        return out
+    order = np.lexsort((np.arange(len(ids)), np.array(versions, np.int64), ids))
+    newest = np.zeros(len(ids), np.bool_)
+    newest[order[np.append(ids[order][1:] != ids[order][:-1], True)]] = True
+    return out & newest
+
+
+def _rows(ids: IntArray, refs: IntArray, lengths: IntArray) -> tuple[IntArray, IntArray]:
+    """Return `first` and `row` of `Source`."""
+    row = np.searchsorted(ids, refs)
+    row[row == len(ids)] = 0
+    present = ids[row] == refs if len(ids) else np.zeros(len(refs), np.bool_)
+    way = np.repeat(np.arange(len(lengths)), lengths)
+    count = np.bincount(way[present], minlength=len(lengths))
+    return np.concatenate([[0], np.cumsum(count)]), row[present]

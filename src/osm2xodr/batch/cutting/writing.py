@@ -1,0 +1,185 @@
+"""Writes what belongs to cuts as OSM files, many in one pass over the map."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import osmium
+
+from osm2xodr.batch.cutting.choice import Choice
+from osm2xodr.batch.cutting.source import Source, nodes_of, ways_and_relations_of
+from osm2xodr.errors import InputError, OutputError
+from osm2xodr.model import IntArray
+from osm2xodr.osmParsing import readable
+
+# Who changed what when is of no use, and no one's business.
+_FORMAT: Final = "pbf,add_metadata=false"
+# What is collected of a file before it is written, bytes; a few thousand nodes.
+_BUFFER: Final = 1 << 18
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A file to write.
+
+    Parameters
+    ----------
+    path
+        Where to.
+    choice
+        What.
+    """
+
+    path: Path
+    choice: Choice
+
+    @property
+    def part(self) -> Path:
+        """Where it is written until it is complete."""
+        return self.path.with_name(f"{self.path.name}.part")
+
+
+class _Users:
+    """Which targets want which element, asked for in the order of the elements.
+
+    Parameters
+    ----------
+    wanted
+        Keys of the elements that each target wants, ascending.
+    """
+
+    def __init__(self, wanted: Sequence[IntArray]) -> None:
+        key = np.concatenate([np.zeros(0, np.int64), *wanted])
+        target = np.repeat(np.arange(len(wanted)), [len(one) for one in wanted])
+        order = np.argsort(key, kind="stable")
+        self.keys, first = np.unique(key[order], return_index=True)
+        # Memory views give Python's own numbers, several times faster than arrays do.
+        self._keys: Any = np.ascontiguousarray(self.keys).data
+        self._first: Any = np.append(first, len(key)).astype(np.int64).data
+        self._targets: Any = np.ascontiguousarray(target[order]).data
+        self._at = 0
+        self._next: int | None = self._keys[0] if len(self.keys) else None
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that is wanted has come."""
+        return self._next is None
+
+    def take(self, key: int) -> Sequence[int]:
+        """Return the targets that want an element."""
+        if key != self._next:
+            return ()
+        at = self._at
+        self._at = at + 1
+        self._next = self._keys[at + 1] if at + 1 < len(self._keys) else None
+        found: Sequence[int] = self._targets[self._first[at] : self._first[at + 1]]
+        return found
+
+
+def write_targets(source: Source, targets: Sequence[Target]) -> None:
+    """Write files in one pass over the map; they appear when they are complete.
+
+    Raises
+    ------
+    InputError
+        The map cannot be read any more, or is not what it was.
+    OutputError
+        A file cannot be written.
+    """
+    try:
+        _write_parts(source, targets)
+        for target in targets:
+            with _writable(target):
+                if not source.in_order:
+                    _sort(target)
+                os.replace(target.part, target.path)
+    finally:
+        for target in targets:
+            with suppress(OSError):
+                target.part.unlink(missing_ok=True)
+
+
+def _write_parts(source: Source, targets: Sequence[Target]) -> None:
+    by_id = not len(source.node_at)
+    place = source.node_ids if by_id else source.node_at
+    nodes = _Users([np.sort(place[target.choice.nodes]) for target in targets])
+    ways = _Users([target.choice.ways for target in targets])
+    relations = _Users([target.choice.relations for target in targets])
+    writers: list[Any] = []
+    try:
+        for target in targets:
+            with _writable(target):
+                writers.append(_open(target))
+        with readable(source.file):
+            # Nodes that ids do not tell apart are counted, all of those that were read.
+            for number, node in enumerate(nodes_of(source.file, nodes.keys if by_id else source.node_ids)):
+                users = nodes.take(node.id if by_id else number)
+                if users:
+                    _add(node, users, targets, writers)
+            seen_ways = seen_relations = 0
+            for item in ways_and_relations_of(source.file):
+                if item.is_way():
+                    users = ways.take(seen_ways)
+                    seen_ways += 1
+                else:
+                    users = relations.take(seen_relations)
+                    seen_relations += 1
+                if users:
+                    _add(item, users, targets, writers)
+        if not (nodes.complete and ways.complete and relations.complete):
+            raise InputError(f"{source.file.path} has changed while it was read; start again")
+    finally:
+        for target, writer in zip(targets, writers, strict=False):
+            with _writable(target):
+                writer.close()
+
+
+def _add(item: Any, users: Sequence[int], targets: Sequence[Target], writers: Sequence[Any]) -> None:
+    for index in users:
+        try:
+            writers[index].add(item)
+        except (RuntimeError, OSError) as error:
+            raise _problem(targets[index], error) from error
+
+
+def _open(target: Target) -> Any:
+    header = osmium.io.Header()
+    header.set("generator", "osm2xodr")
+    header.set("sorting", "Type_then_ID")
+    west, south, east, north = target.choice.bounds_deg
+    # Beyond the 180th meridian a box cannot be told from one round the Earth.
+    header.add_box(osmium.osm.Box(max(west, -180.0), south, min(east, 180.0), north))
+    file = osmium.io.File(os.path.abspath(target.part), _FORMAT)
+    return osmium.SimpleWriter(file, bufsz=_BUFFER, header=header, overwrite=True)
+
+
+def _sort(target: Target) -> None:
+    """Bring a file into the order of ids."""
+    merged = osmium.MergeInputReader()
+    merged.add_buffer(target.part.read_bytes(), "pbf")
+    target.part.unlink()
+    writer = _open(target)
+    try:
+        merged.apply(writer, simplify=False)
+    finally:
+        writer.close()
+
+
+@contextmanager
+def _writable(target: Target) -> Iterator[None]:
+    """Turn what osmium throws about a file that it writes into one sentence."""
+    try:
+        yield
+    except (RuntimeError, OSError) as error:
+        raise _problem(target, error) from error
+
+
+def _problem(target: Target, error: RuntimeError | OSError) -> OutputError:
+    cause = (error.strerror if isinstance(error, OSError) else None) or str(error)
+    return OutputError(f"{target.path} cannot be written ({cause}); check the folder and the room on the disk")

@@ -1,0 +1,173 @@
+"""One row per area: what became of it, and the figures that its report tells."""
+
+from __future__ import annotations
+
+import json
+import math
+import unicodedata
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from osm2xodr.batch.model import Result, Status
+from osm2xodr.diagnostics import Kind
+from osm2xodr.reporting import REPORT_FORMAT
+
+# What an area may have beside its road network: its report, and its page to explore.
+_SUFFIXES = (".xodr", ".json", ".html")
+# What stands for characters of these categories: controls, ends of lines and paragraphs, halves of characters.
+_BLANKS = {"Cc": " ", "Zl": " ", "Zp": " ", "Cs": "\ufffd"}
+_TURNING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+_KEPT = (Status.DONE, Status.UNCHANGED)
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What a report tells; None where it does not.
+
+    Parameters
+    ----------
+    roads, connecting_roads, junctions
+        Numbers of roads outside of junctions, of roads through them, of junctions.
+    road_length, connecting_length
+        Lengths of reference lines, m.
+    dem_coverage
+        Share of the streets whose height is measured.
+    lowest, highest
+        Heights of reference lines, m.
+    grade
+        The steepest one, rise per metre.
+    counts
+        Diagnostics of each kind.
+    size
+        Of the road network's file, bytes.
+    xodr_version
+        Of OpenDRIVE.
+    version
+        Of the converter.
+    """
+
+    roads: float | None
+    connecting_roads: float | None
+    junctions: float | None
+    road_length: float | None
+    connecting_length: float | None
+    dem_coverage: float | None
+    lowest: float | None
+    highest: float | None
+    grade: float | None
+    counts: Mapping[Kind, int]
+    size: float | None
+    xodr_version: str
+    version: str
+
+
+@dataclass(frozen=True, slots=True)
+class AreaRow:
+    """What is to be told about an area.
+
+    Parameters
+    ----------
+    result
+        What became of it.
+    message
+        The sentence of the result, in one line; or that there is no report to read.
+    files
+        Names of its files that are there, by suffix. None for areas that failed: what lies there is not of this run.
+    figures
+        Of its report; None where there is none.
+    """
+
+    result: Result
+    message: str
+    files: Mapping[str, str]
+    figures: Figures | None
+
+    @property
+    def name(self) -> str:
+        """Name of the area, in one line."""
+        return one_line(self.result.name)
+
+
+def read_rows(out_dir: Path, results: Sequence[Result]) -> tuple[AreaRow, ...]:
+    """Return a row for each result, in order of names.
+
+    Parameters
+    ----------
+    out_dir
+        Where the areas' files are.
+    results
+        In any order.
+    """
+    return tuple(_row(out_dir, result) for result in sorted(results, key=lambda item: item.name))
+
+
+def one_line(text: str) -> str:
+    """Return a text of strangers with blanks for what breaks lines, and without what turns them round."""
+    return "".join(_BLANKS.get(unicodedata.category(char), char) for char in text if char not in _TURNING)
+
+
+def _row(out_dir: Path, result: Result) -> AreaRow:
+    message = " ".join(one_line(result.message).split())
+    if result.status not in _KEPT:
+        return AreaRow(result, message, {}, None)
+    names = {suffix: f"{result.name}{suffix}" for suffix in _SUFFIXES}
+    files = {suffix: name for suffix, name in names.items() if (out_dir / name).is_file()}
+    figures = _read(out_dir / names[".json"])
+    if figures is None and not message:
+        message = f"There are no figures: its report {one_line(names['.json'])} is missing or cannot be read."
+    return AreaRow(result, message, files, figures)
+
+
+def _read(path: Path) -> Figures | None:
+    """Return what a report tells; None if there is none, or it is no report of this layout."""
+    try:
+        report = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return None
+    if not isinstance(report, dict) or report.get("format") != REPORT_FORMAT:
+        return None
+    statistics, output = _object(report, "statistics"), _object(report, "output")
+    further = _object(statistics, "further")
+    return Figures(
+        roads=_number(statistics, "roads"),
+        connecting_roads=_number(statistics, "connecting_roads"),
+        junctions=_number(statistics, "junctions"),
+        road_length=_number(statistics, "road_length"),
+        connecting_length=_number(statistics, "connecting_length"),
+        dem_coverage=_number(statistics, "dem_coverage"),
+        lowest=_number(statistics, "lowest"),
+        highest=_number(statistics, "highest"),
+        grade=_number(further, "grade_max"),
+        counts=_counts(report.get("counts")),
+        size=_number(output, "bytes"),
+        xodr_version=_text(output, "xodr_version"),
+        version=_text(_object(report, "input"), "osm2xodr"),
+    )
+
+
+def _counts(entries: Any) -> dict[Kind, int]:
+    """Return how many diagnostics there are of each kind."""
+    out = dict.fromkeys(Kind, 0)
+    for entry in entries if isinstance(entries, list) else []:
+        if isinstance(entry, dict) and entry.get("kind") in {kind.value for kind in Kind}:
+            out[Kind(entry["kind"])] += int(_number(entry, "count") or 0)
+    return out
+
+
+def _object(parent: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    value = parent.get(key)
+    return value if isinstance(value, dict) else {}
+
+
+def _number(parent: Mapping[str, Any], key: str) -> float | None:
+    value = parent.get(key)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        return None
+    return value
+
+
+def _text(parent: Mapping[str, Any], key: str) -> str:
+    value = parent.get(key)
+    return one_line(value) if isinstance(value, str) else ""

@@ -1,0 +1,8 @@
+"""Conversions on the cores of this machine or of a cluster."""
+
+from __future__ import annotations
+
+from osm2xodr.batch.workers.area_process import AreaJob, Outcome
+from osm2xodr.batch.workers.dask_cluster import Workers, check_dask, running, uninterrupted
+
+__all__ = ["AreaJob", "Outcome", "Workers", "check_dask", "running", "uninterrupted"]

@@ -1,0 +1,213 @@
+"""What single readers of OpenDRIVE stumble over, and what the reader of this package could not take in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.checking.checks.index import LaneIndex, lane_place
+from osm2xodr.checking.findings import Findings
+from osm2xodr.opendrive import Furniture, OpenDrive
+
+# What becomes of the reader's misfits. What other rules say better is left out.
+_MISFIT_RULES: Final = {
+    "bad-number": "not-a-number",
+    "unsorted-records": "record-order",
+    "unknown-element": "misplaced",
+    "misplaced-element": "misplaced",
+    "repeated-element": "misplaced",
+    "include": "misplaced",
+    "namespace": "namespace",
+}
+_SAID_BETTER: Final = re.compile(
+    r"<connection> has no attribute (id|incomingRoad|connectingRoad|linkedRoad|contactPoint)"
+    r"|<(road|laneSection)> has no (<lanes>|<planView>|centre lane)"
+    r"|<geometry> has no shape"
+    r"|<laneSection> has no centre lane"
+)
+# Words of PROJ strings that esmini knows; it logs an error for others.
+_ESMINI_UNKNOWN: Final = re.compile(r"\+(no_defs|type)\b")
+_ROADRUNNER_VERSIONS: Final = frozenset({(1, 4), (1, 5), (1, 6)})
+_CENTRE: Final = 0
+_SIGNALS: Final = frozenset({"signal", "signalReference"})
+_DIRECTIONS: Final = frozenset({"+", "-"})
+
+
+def check_misfits(drive: OpenDrive, findings: Findings) -> None:
+    """Pass on what the reader could not take in."""
+    for item in drive.misfits:
+        if _SAID_BETTER.match(item.text):
+            continue
+        rule = _MISFIT_RULES.get(item.rule, "unreadable")
+        if item.rule == "misplaced-user-data":
+            rule = "user-data-in-geometry" if "<geometry>" in item.text else "user-data-in-elevation"
+        findings.add(rule, road=[item.road], line=[item.line], other=[item.text])
+
+
+def check_readers(drive: OpenDrive, lanes: LaneIndex, head: str, findings: Findings) -> None:
+    """Look for what single readers stumble over.
+
+    Parameters
+    ----------
+    drive, lanes
+        The file.
+    head
+        Its text up to the first road, as written.
+    findings
+        Where findings go.
+    """
+    _check_ids(drive, findings)
+    _check_header(drive, head, findings)
+    _check_signals(drive, findings)
+    _check_lanes(drive, lanes, findings)
+    _check_coordinates(drive, findings)
+
+
+def _fits(text: str, least: int) -> bool:
+    """Whether an id is a whole number that readers can keep."""
+    return text.isascii() and text.isdigit() and least <= int(text) <= defaults.CHECK_ID_MAX
+
+
+def _check_ids(drive: OpenDrive, findings: Findings) -> None:
+    """Look at ids of roads and junctions."""
+    roads, junctions = drive.roads, drive.junctions
+    bad = [k for k, name in enumerate(roads.id) if not _fits(name, 0)]
+    findings.add("road-id-not-number", road=bad, line=roads.line[bad], other=[repr(roads.id[k]) for k in bad])
+    below = [k for k, name in enumerate(roads.id) if re.fullmatch(r"-\d+", name)]
+    findings.add("negative-road-id", road=below, line=roads.line[below], other=[roads.id[k] for k in below])
+    bad = [k for k, name in enumerate(junctions.id) if not _fits(name, 1)]
+    findings.add("junction-id-not-number", line=junctions.line[bad], other=[junctions.id[k] for k in bad])
+    road_ids = set(roads.id)
+    shared = [k for k, name in enumerate(junctions.id) if name in road_ids]
+    findings.add("junction-id-of-road", line=junctions.line[shared], other=[junctions.id[k] for k in shared])
+
+
+def _check_header(drive: OpenDrive, head: str, findings: Findings) -> None:
+    """Look at the header."""
+    header = drive.header
+    line = [_line_of(head, "<geoReference") or _line_of(head, "<header")]
+    text = header.geo_reference
+    if not text:
+        findings.add("no-georeference", line=line)
+    else:
+        if "+lat_0=" not in text or "+lon_0=" not in text:
+            findings.add("georeference-without-origin", line=line)
+        if "+proj" not in text:
+            findings.add("georeference-not-proj", line=line)
+        words = [match.group() for match in _ESMINI_UNKNOWN.finditer(text)]
+        found = re.search(r"<geoReference[^>]*>(.*?)</geoReference>", head, re.DOTALL)
+        if found and "\n" in found.group(1):
+            words.append("a line break")
+        if words:
+            findings.add("georeference-words", line=line, other=[", ".join(words)])
+    if header.offset is not None and any(header.offset):
+        said = ", ".join(
+            f"{name} {value:g}" for name, value in zip(("x", "y", "z", "hdg"), header.offset, strict=True) if value
+        )
+        findings.add("header-offset", line=[_line_of(head, "<offset")], other=[said])
+    if header.revision not in _ROADRUNNER_VERSIONS:
+        version = ".".join(str(part) for part in header.revision) if min(header.revision) >= 0 else "not stated"
+        findings.add("version-unread", line=[_line_of(head, "<header")], other=[version])
+
+
+def _line_of(text: str, what: str) -> int:
+    """Return the line in which something stands first; 0 where it does not."""
+    at = text.find(what)
+    return text.count("\n", 0, at) + 1 if at >= 0 else 0
+
+
+def _check_signals(drive: OpenDrive, findings: Findings) -> None:
+    """Look at signals and objects."""
+    # What is not on a road is not off one either.
+    here = [item for item in drive.furniture if item.road >= 0 and item.s == item.s]
+    beyond = [_off_road(item, float(drive.roads.length[item.road])) for item in here]
+    off = [k for k, value in enumerate(beyond) if value > defaults.CHECK_SAME_S]
+    _add("signal-off-road", [here[k] for k in off], findings, [""] * len(off), [beyond[k] for k in off])
+    static = [item for item in drive.furniture if item.kind == "signal" and "dynamic" not in item.attributes]
+    _add("signal-not-dynamic", static, findings, [item.attributes.get("id", "") for item in static])
+    directed = [
+        item
+        for item in drive.furniture
+        if item.kind in _SIGNALS and not item.validity and item.attributes.get("orientation") in _DIRECTIONS
+    ]
+    # Told once: a file that leaves them out leaves all out.
+    first = directed[:1]
+    _add("signal-without-lanes", first, findings, [f"{len(directed):,} signals and references"] * len(first))
+    _check_crosswalks(drive, findings)
+
+
+def _check_crosswalks(drive: OpenDrive, findings: Findings) -> None:
+    """Look whether CARLA sees the outlines of crosswalks, and tells them apart."""
+    crosswalks = [item for item in drive.furniture if item.attributes.get("type") == "crosswalk" and item.outlines]
+    unseen = [item for item in crosswalks if not item.old_outline]
+    _add("outlines-unseen", unseen, findings, [""] * len(unseen))
+    seen = [item for item in crosswalks if item.old_outline]
+    endless = [item for item in seen if item.old_outline[0][:2] != item.old_outline[-1][:2]]
+    _add("crosswalk-open", endless, findings, [item.attributes.get("id", "") for item in endless])
+
+
+def _off_road(item: Furniture, length: float) -> float:
+    """Return how far something stands off its road along s, m; negative: it does not."""
+    return max(-item.s, item.s - length)
+
+
+def _add(
+    rule: str,
+    items: Sequence[Furniture],
+    findings: Findings,
+    other: Sequence[str],
+    value: Sequence[float] | None = None,
+) -> None:
+    """Take in findings about signals and objects."""
+    findings.add(
+        rule,
+        road=[item.road for item in items],
+        s=[item.s for item in items],
+        value=value,
+        line=[item.line for item in items],
+        other=other,
+    )
+
+
+def _check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
+    """Look at lanes and cross-sections."""
+    table, roads = drive.lanes, drive.roads
+    has_border = table.border.start[1:] > table.border.start[:-1]
+    has_width = table.width.start[1:] > table.width.start[:-1]
+    row = np.flatnonzero(has_border & ~has_width & (table.id != _CENTRE))
+    findings.add("border-lanes", **lane_place(drive, lanes, row))
+    row = np.flatnonzero(~has_border & ~has_width & (table.id != _CENTRE))
+    findings.add("lane-without-width", **lane_place(drive, lanes, row))
+    # What follows is told once for the file: all its roads have it for one reason.
+    row = np.flatnonzero((table.height != 0).any(1))
+    findings.add("lane-height-ignored", **lane_place(drive, lanes, row[:1]), other=[f"{len(row):,} lanes"])
+    left = np.flatnonzero(roads.left_hand)
+    findings.add("left-hand-ignored", road=left[:1], line=roads.line[left[:1]])
+    bank = drive.superelevation
+    tilted = (bank.a != 0) | (bank.b != 0) | (bank.c != 0) | (bank.d != 0)
+    owner = np.repeat(np.arange(len(bank.start) - 1), np.diff(bank.start))
+    banked = np.unique(owner[tilted])
+    if len(banked):
+        steepest = int(owner[tilted][np.argmax(np.abs(np.nan_to_num(bank.a[tilted])))])
+        findings.add(
+            "superelevation-ignored",
+            road=[steepest],
+            line=[int(roads.line[steepest])],
+            other=[f"{len(banked):,} roads"],
+        )
+
+
+def _check_coordinates(drive: OpenDrive, findings: Findings) -> None:
+    """Look how far away from the origin roads lie."""
+    plan = drive.plan_view
+    size = np.fmax(np.abs(plan.x), np.abs(plan.y))
+    if np.isfinite(size).any():
+        far = int(np.nanargmax(size))
+        if size[far] > defaults.CHECK_COORDINATE:
+            owner = np.searchsorted(plan.start, far, side="right") - 1
+            line = [int(plan.line[far])]
+            findings.add("large-coordinates", road=[int(owner)], s=[float(plan.s[far])], value=[size[far]], line=line)

@@ -1,0 +1,226 @@
+"""Ids that are given twice, and names of what is not there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from osm2xodr.checking.checks.index import LaneIndex
+from osm2xodr.checking.findings import Findings
+from osm2xodr.opendrive import ABSENT, End, Furniture, LinkKind, OpenDrive
+
+ENDS = ("predecessor", "successor")
+_NO_JUNCTION = ("", "-1")
+
+
+def check_references(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
+    """Look at ids and names of roads, junctions, signals and controllers."""
+    _check_ids(drive, findings)
+    _check_road_links(drive, findings)
+    _check_junctions(drive, findings)
+    _check_signals(drive, findings)
+    _check_validity(drive, lanes, findings)
+
+
+def _repeated(ids: Sequence[object]) -> list[int]:
+    """Return where things stand whose id was given to another before."""
+    seen: set[object] = set()
+    out = []
+    for k, item in enumerate(ids):
+        if item in seen:
+            out.append(k)
+        seen.add(item)
+    return out
+
+
+def _check_ids(drive: OpenDrive, findings: Findings) -> None:
+    roads, junctions, connections = drive.roads, drive.junctions, drive.connections
+    twice = _repeated(roads.id)
+    findings.add("duplicate-road-id", road=twice, line=roads.line[twice])
+    twice = _repeated(junctions.id)
+    findings.add("duplicate-junction-id", line=junctions.line[twice], other=[junctions.id[k] for k in twice])
+    numbered = [k for k, name in enumerate(connections.id) if name]
+    found = _repeated([(int(connections.junction[k]), connections.id[k]) for k in numbered])
+    twice = [numbered[k] for k in found]
+    findings.add(
+        "duplicate-connection-id",
+        line=connections.line[twice],
+        other=lambda row: connection_name(drive, twice[row]),
+    )
+    for kind in ("signal", "object"):
+        things = [item for item in drive.furniture if item.kind == kind and item.attributes.get("id")]
+        again = [things[k] for k in _repeated([item.attributes["id"] for item in things])]
+        _add_furniture(f"duplicate-{kind}-id", again, findings, [item.attributes["id"] for item in again])
+    controllers = [drive.controllers[k] for k in _repeated([item.id for item in drive.controllers])]
+    findings.add(
+        "duplicate-controller-id",
+        line=[item.line for item in controllers],
+        other=[item.id for item in controllers],
+    )
+
+
+def connection_name(drive: OpenDrive, row: int) -> str:
+    """Name a connection for people."""
+    connections = drive.connections
+    junction = drive.junctions.id[int(connections.junction[row])]
+    name = f"connection {connections.id[row]}" if connections.id[row] else "a connection"
+    return f"{name} of junction {junction}"
+
+
+def _check_road_links(drive: OpenDrive, findings: Findings) -> None:
+    """Look at what roads name as their neighbours and junctions."""
+    roads = drive.roads
+    road, end = np.nonzero(roads.link == ABSENT)
+    kind = roads.link_kind[road, end]
+    station = np.where(end == 0, 0.0, roads.length[road])
+    for wanted, word in ((LinkKind.ROAD, "road"), (LinkKind.JUNCTION, "junction")):
+        at = np.flatnonzero(kind == wanted)
+        where, side = road[at], end[at]
+        findings.add(
+            f"{word}-link",
+            road=where,
+            s=station[at],
+            line=roads.line[where],
+            other=lambda row, where=where, side=side, word=word: (  # type: ignore[misc]
+                f"{ENDS[side[row]]} is {word} {roads.link_id[where[row]][side[row]]}"
+            ),
+        )
+    lost = np.flatnonzero(roads.junction == ABSENT)
+    findings.add(
+        "road-junction", road=lost, line=roads.line[lost], other=lambda row: roads.junction_id[int(lost[row])]
+    )
+    road, end = np.nonzero((roads.link_kind == LinkKind.ROAD) & (roads.contact == End.UNSAID))
+    findings.add(
+        "no-contact-point", road=road, line=roads.line[road], other=lambda row: f"the road's {ENDS[end[row]]}"
+    )
+    _check_open(drive, findings)
+    _check_mutual(drive, findings)
+
+
+def _check_open(drive: OpenDrive, findings: Findings) -> None:
+    """Look for connecting roads that end in nothing."""
+    roads = drive.roads
+    road, end = np.nonzero((roads.link_kind == LinkKind.NONE) & (roads.junction >= 0)[:, None])
+    findings.add(
+        "open-connecting-road",
+        road=road,
+        s=np.where(end == 0, 0.0, roads.length[road]),
+        line=roads.line[road],
+        other=lambda row: ENDS[end[row]],
+    )
+
+
+def _check_mutual(drive: OpenDrive, findings: Findings) -> None:
+    """Look whether roads that name each other do so in return."""
+    roads = drive.roads
+    road, end = np.nonzero((roads.link_kind == LinkKind.ROAD) & (roads.link != ABSENT))
+    other = roads.link[road, end]
+    contact = np.maximum(roads.contact[road, end], 0)
+    back_kind, back = roads.link_kind[other, contact], roads.link[other, contact]
+    returned = (back_kind == LinkKind.ROAD) & (back == road)
+    # A connecting road's neighbours name the junction, unless they are connecting roads themselves.
+    inside = np.array([text not in _NO_JUNCTION for text in roads.junction_id], bool)[road]
+    to_junction = inside & (back_kind == LinkKind.JUNCTION) & (back == roads.junction[road])
+    lost = np.flatnonzero(~returned & ~to_junction)
+    findings.add(
+        "link-not-returned",
+        road=road[lost],
+        s=np.where(end == 0, 0.0, roads.length[road])[lost],
+        line=roads.line[road[lost]],
+        other=lambda row: f"{ENDS[end[lost[row]]]} is road {roads.id[int(other[lost[row]])]}",
+    )
+
+
+def _check_junctions(drive: OpenDrive, findings: Findings) -> None:
+    """Look at what junctions name apart from their connections."""
+    junctions = drive.junctions
+    # Crossings of 1.8 have none.
+    crossing = np.array([kind == "crossing" for kind in junctions.type], bool)
+    empty = np.flatnonzero((junctions.start[1:] == junctions.start[:-1]) & ~crossing)
+    findings.add("junction-empty", line=junctions.line[empty], other=lambda row: junctions.id[int(empty[row])])
+    road_ids, controller_ids = set(drive.roads.id), {item.id for item in drive.controllers}
+    lost = [(j, name) for j, high, low in junctions.priorities for name in (high, low) if name not in road_ids]
+    findings.add(
+        "priority-road",
+        line=[int(junctions.line[j]) for j, _ in lost],
+        other=[f"{junctions.id[j]}: a priority names road {name}" for j, name in lost],
+    )
+    without = [(j, name) for j, name in junctions.controllers if name not in controller_ids]
+    findings.add(
+        "junction-controller",
+        line=[int(junctions.line[j]) for j, _ in without],
+        other=[f"{junctions.id[j]} names controller {name}" for j, name in without],
+    )
+
+
+def _check_signals(drive: OpenDrive, findings: Findings) -> None:
+    """Look at what refers to signals."""
+    signal_ids = {item.attributes.get("id", "") for item in drive.furniture if item.kind == "signal"}
+    lost = [
+        item
+        for item in drive.furniture
+        if item.kind == "signalReference" and item.attributes.get("id", "") not in signal_ids
+    ]
+    _add_furniture("signal-reference", lost, findings, [item.attributes.get("id", "") for item in lost])
+    missing = [(item, name) for item in drive.controllers for name in item.signal_ids if name not in signal_ids]
+    findings.add(
+        "controller-signal",
+        line=[item.line for item, _ in missing],
+        other=[f"{item.id} controls signal {name}" for item, name in missing],
+    )
+    controlled = [(item, name) for item in drive.controllers for name in dict.fromkeys(item.signal_ids)]
+    first = {name: item.id for item, name in reversed(controlled)}
+    twice = [controlled[k] for k in _repeated([name for _, name in controlled])]
+    findings.add(
+        "signal-of-two-controllers",
+        line=[item.line for item, _ in twice],
+        other=[
+            f"controller {item.id} controls signal {name}, as does controller {first[name]}" for item, name in twice
+        ],
+    )
+
+
+def _check_validity(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
+    """Look whether lanes exist that signals and objects are valid for."""
+    rows = [(item, first, last) for item in drive.furniture for first, last in item.validity if item.road >= 0]
+    if not rows or not findings.wants("signal-lane"):
+        return
+    road = np.array([item.road for item, _, _ in rows])
+    s = np.array([item.s for item, _, _ in rows])
+    section = _section_at(drive, road, s)
+    bad = np.zeros(len(rows), bool)
+    for lane in (np.array([row[1] for row in rows]), np.array([row[2] for row in rows])):
+        bad |= (lanes.find(section, lane) < 0) & (lane != 0)
+    _add_furniture(
+        "signal-lane",
+        [rows[k][0] for k in np.flatnonzero(bad)],
+        findings,
+        [_validity_text(*rows[k]) for k in np.flatnonzero(bad)],
+    )
+
+
+def _validity_text(item: Furniture, first: int, last: int) -> str:
+    name = f"{item.kind} {item.attributes.get('id', '')}".strip()
+    return f"{name} is valid for lanes {first} to {last}, not all of which are there"
+
+
+def _section_at(drive: OpenDrive, road: np.ndarray, s: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    """Return the section of roads at s, (n,); -1 where there is none."""
+    out = np.full(len(road), -1, np.int64)
+    for k in range(len(road)):
+        first, after = drive.sections.start[road[k]], drive.sections.start[road[k] + 1]
+        if after > first:
+            out[k] = first + max(int(np.searchsorted(drive.sections.s[first:after], s[k], side="right")) - 1, 0)
+    return out
+
+
+def _add_furniture(rule: str, items: Sequence[Furniture], findings: Findings, other: Sequence[str]) -> None:
+    """Take in findings about signals and objects."""
+    findings.add(
+        rule,
+        road=[item.road for item in items],
+        s=[item.s for item in items],
+        line=[item.line for item in items],
+        other=other,
+    )

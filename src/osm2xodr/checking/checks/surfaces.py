@@ -1,0 +1,213 @@
+"""Surfaces: connecting roads that lie over each other at different heights, carriageways that claim one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr import defaults
+from osm2xodr.checking.checks.index import LaneIndex
+from osm2xodr.checking.checks.places import worst_of
+from osm2xodr.checking.checks.plan_views import above
+from osm2xodr.checking.findings import Findings
+from osm2xodr.curves import ranks
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
+
+# Roads shorter than this are too short to overlap another for long, m.
+_SHORTEST = 4.0
+# Roads longer, carriageways wider and places farther away than these are not looked at, m: they come of damaged
+# numbers, which other rules name, and would take all memory.
+_LONGEST, _WIDEST, _FARTHEST = 1e6, 1e3, 1e9
+# Cells of one file, along x and along y.
+_CELLS = 1 << 31
+
+
+@dataclass(frozen=True)
+class _Carriageways:
+    """Driving carriageways at stations of roads.
+
+    Parameters
+    ----------
+    road, s, x, y, z, hdg, grade, bank : (n,)
+        Where, and how the surface is inclined along and across the road.
+    low, high : (n,)
+        t of the right and the left edge.
+    """
+
+    road: IntArray
+    s: FloatArray
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+    hdg: FloatArray
+    grade: FloatArray
+    bank: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+    def points(self, row: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return x, y, z beside stations."""
+        across = t * np.cos(self.bank[row])
+        return (
+            self.x[row] - np.sin(self.hdg[row]) * across,
+            self.y[row] + np.cos(self.hdg[row]) * across,
+            self.z[row] + t * np.sin(self.bank[row]),
+        )
+
+    def gradients(self, row: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return how the surface rises in x and in y at stations, m/m."""
+        cos, sin, rise, bank = np.cos(self.hdg[row]), np.sin(self.hdg[row]), self.grade[row], np.tan(self.bank[row])
+        return rise * cos - bank * sin, rise * sin + bank * cos
+
+
+def check_surfaces(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
+    """Look at places that several roads claim."""
+    if findings.wants("junction-surface"):
+        _check_junctions(drive, lanes, findings)
+    if findings.wants("overlap"):
+        _check_overlaps(drive, lanes, findings)
+
+
+def _carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float) -> _Carriageways:
+    """Return the carriageways of some roads at steps along them, m."""
+    length = drive.roads.length[roads]
+    count = np.maximum((length / step).astype(np.int64) + 1, 2)
+    road = np.repeat(roads, count)
+    k = ranks(count)
+    s = np.repeat(length, count) * k / np.repeat(count - 1, count)
+    section = section_at(drive, road, s)
+    first, last = _outer_driving(drive, lanes)
+    known = (section != ABSENT) & (_at(first, section) >= 0)
+    road, s, section = road[known], s[known], section[known]
+    left = lane_borders(drive, first[section], s)
+    right = lane_borders(drive, last[section], s)
+    x, y, hdg = pose(drive, road, s)
+    high, low = np.maximum(*left), np.minimum(*right)
+    z, rise, bank = elevation(drive, road, s), grade(drive, road, s), superelevation(drive, road, s)
+    # Comparisons with what is no number are false.
+    good = (np.abs(x) < _FARTHEST) & (np.abs(y) < _FARTHEST) & (high - low < _WIDEST) & (np.abs(high) < _WIDEST)
+    good &= np.isfinite(z) & np.isfinite(rise) & np.isfinite(bank) & np.isfinite(hdg)
+    columns = (road, s, x, y, z, hdg, rise, bank, low, high)
+    return _Carriageways(*(column[good] for column in columns))
+
+
+def _outer_driving(drive: OpenDrive, lanes: LaneIndex) -> tuple[IntArray, IntArray]:
+    """Return the leftmost and the rightmost driving lane of each section; -1 where there is none."""
+    section = drive.lanes.section
+    first, last = (np.full(len(drive.sections.s), -1, np.int64) for _ in range(2))
+    row = np.flatnonzero(lanes.driving)
+    # Lanes stand from left to right; what is written last stays.
+    first[section[row[::-1]]] = row[::-1]
+    last[section[row]] = row
+    return first, last
+
+
+def _at(values: IntArray, index: IntArray) -> IntArray:
+    """Return values by index; -1 where there is none."""
+    out: IntArray = np.append(values, -1)[np.where(index == ABSENT, len(values), index)]
+    return out
+
+
+def _usable(drive: OpenDrive) -> BoolArray:
+    """Whether roads have a length, so that something can lie on them."""
+    return np.asarray((drive.roads.length < _LONGEST) & (drive.roads.length > 0))
+
+
+def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
+    """Look at connecting roads: one finding for each pair, where it is worst."""
+    roads = np.flatnonzero(_usable(drive) & (drive.roads.junction >= 0))
+    ways = _carriageways(drive, lanes, roads, defaults.CHECK_SURFACE_STEP)
+    n = len(ways.road)
+    if n == 0:
+        return
+    row = np.tile(np.arange(n), len(defaults.CHECK_SURFACE_SHARES))
+    share = np.repeat(defaults.CHECK_SURFACE_SHARES, n)
+    x, y, z = ways.points(row, ways.low[row] + share * (ways.high - ways.low)[row])
+    # The junction as a third coordinate keeps junctions apart.
+    place = np.column_stack([x, y, drive.roads.junction[ways.road[row]].astype(np.float64)])
+    pairs = cKDTree(place).query_pairs(defaults.CHECK_SURFACE_PLACE, output_type="ndarray")
+    road = ways.road[row]
+    a, b = road[pairs[:, 0]], road[pairs[:, 1]]
+    dx, dy, dz = (values[pairs[:, 0]] - values[pairs[:, 1]] for values in (x, y, z))
+    # The two places are near each other, but not one: what the surfaces rise between them is no step.
+    gradients = (ways.gradients(row[pairs[:, k]]) for k in (0, 1))
+    rise_x, rise_y = ((one + two) / 2 for one, two in zip(*gradients, strict=True))
+    apart = np.abs(dz - dx * rise_x - dy * rise_y)
+    wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < defaults.CHECK_LEVELS))
+    low, high = np.minimum(a, b)[wanted], np.maximum(a, b)[wanted]
+    worst = worst_of(low * len(drive.roads.id) + high, apart[wanted])
+    pick = wanted[worst]
+    first = np.where(a[pick] <= b[pick], pairs[pick, 0], pairs[pick, 1])
+    other = high[worst]
+    findings.add(
+        "junction-surface",
+        road=road[first],
+        s=ways.s[row[first]],
+        value=apart[pick],
+        line=drive.roads.line[road[first]],
+        other=lambda k: f"road {drive.roads.id[int(other[k])]}",
+    )
+
+
+@dataclass(frozen=True)
+class _Shared:
+    """Cells that two roads claim at one height: indices of both roads, the lower first, and a station of it."""
+
+    low: IntArray
+    high: IntArray
+    s: FloatArray
+
+
+def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
+    """Look at roads outside of junctions: one finding for each pair, with the area that both claim."""
+    length, cell = drive.roads.length, defaults.CHECK_OVERLAP_CELL
+    roads = np.flatnonzero(_usable(drive) & (drive.roads.junction == -1) & (length > _SHORTEST))
+    rough = _shared_cells(drive, _carriageways(drive, lanes, roads, defaults.CHECK_SURFACE_STEP), cell)
+    # So coarse, cells are left out. The few roads that overlap are looked at closely.
+    roads = np.union1d(rough.low, rough.high)
+    shared = _shared_cells(drive, _carriageways(drive, lanes, roads, cell / 2), cell / 2)
+    pair, first, cells = np.unique(shared.low * len(length) + shared.high, return_index=True, return_counts=True)
+    area = cells * cell**2
+    bad = np.flatnonzero(above("overlap", area))
+    one, other = pair[bad] // len(length), pair[bad] % len(length)
+    findings.add(
+        "overlap",
+        road=one,
+        s=shared.s[first[bad]],
+        value=area[bad],
+        line=drive.roads.line[one],
+        other=lambda k: f"road {drive.roads.id[int(other[k])]}",
+    )
+
+
+def _shared_cells(drive: OpenDrive, ways: _Carriageways, spacing: float) -> _Shared:
+    """Return the cells that two roads claim, from points at some spacing across."""
+    end, cell = defaults.CHECK_OVERLAP_END, defaults.CHECK_OVERLAP_CELL
+    inside = np.flatnonzero((ways.s > end) & (ways.s < drive.roads.length[ways.road] - end))
+    room = (ways.high - ways.low)[inside] - 2 * defaults.CHECK_OVERLAP_EDGE
+    count = np.maximum(np.ceil(room / spacing), 0).astype(np.int64)
+    row = np.repeat(inside, count)
+    k = ranks(count)
+    x, y, z = ways.points(row, ways.low[row] + defaults.CHECK_OVERLAP_EDGE + k * spacing)
+    key = np.floor(x / cell).astype(np.int64) * _CELLS + np.floor(y / cell).astype(np.int64)
+    del x, y, k
+    road = ways.road[row]
+    # One entry for each cell and road, then in each cell from below.
+    order = np.lexsort((road, key))
+    order = order[_changes(key[order], road[order])]
+    order = order[np.lexsort((z[order], key[order]))]
+    key, road, z, row = key[order], road[order], z[order], row[order]
+    both = np.flatnonzero((key[1:] == key[:-1]) & (z[1:] - z[:-1] < defaults.CHECK_LEVELS))
+    first = np.where(road[both] < road[both + 1], both, both + 1)
+    last = np.where(road[both] < road[both + 1], both + 1, both)
+    return _Shared(road[first], road[last], ways.s[row[first]])
+
+
+def _changes(*columns: IntArray) -> BoolArray:
+    """Whether a row differs from the one before it."""
+    out = np.ones(len(columns[0]), bool)
+    out[1:] = np.any([column[1:] != column[:-1] for column in columns], axis=0)
+    return out

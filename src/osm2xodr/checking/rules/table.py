@@ -1,0 +1,17 @@
+"""All rules by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
+from osm2xodr.checking.rules.geometry import GEOMETRY_RULES
+from osm2xodr.checking.rules.junctions import JUNCTION_RULES
+from osm2xodr.checking.rules.readers import READER_RULES
+from osm2xodr.checking.rules.rule import Rule
+from osm2xodr.checking.rules.structure import STRUCTURE_RULES
+
+RULES: Final[Mapping[str, Rule]] = MappingProxyType(
+    {rule.name: rule for rule in (*STRUCTURE_RULES, *JUNCTION_RULES, *GEOMETRY_RULES, *READER_RULES)}
+)

@@ -1,0 +1,113 @@
+"""The command ``check``: what is wrong with a file of OpenDRIVE, and for whom."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from osm2xodr import defaults
+from osm2xodr.cli.options import check_targets, limit_options, overwrite_option
+from osm2xodr.system import STANDARD_OUTPUT, label, stream_to
+
+# `osm2xodr.checking.FORMATS`, `READERS`, `DEFAULT_READERS` and the words of `Severity`, which are too slow to load
+# for --help; a test holds them equal.
+FORMATS = ("text", "json", "sarif", "junit")
+READERS = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
+DEFAULT_READERS = "carla,esmini,sumo"
+SEVERITIES = ("error", "warning", "info")
+# For --for: nothing but what the standard asks for.
+STANDARD_ONLY = "standard"
+
+CLEAN, FINDINGS = 0, 1
+
+
+@click.command(
+    short_help="Check an OpenDRIVE file.",
+    epilog="""\b
+Examples:
+  osm2xodr check area.xodr
+  osm2xodr check area.xodr --for carla --fail-on error
+  osm2xodr check area.xodr --format sarif -o area.sarif --ignore overlap
+
+docs/check.md lists all rules.
+
+Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wrong usage.""",
+)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--for",
+    "readers",
+    default=DEFAULT_READERS,
+    show_default=True,
+    metavar="LIST",
+    help=f"Readers that must be able to use the file: {', '.join(READERS)}; {STANDARD_ONLY} for none of them.",
+)
+@click.option(
+    "--schema",
+    type=click.Path(path_type=Path),
+    metavar="XSD",
+    help="XML schema of OpenDRIVE.  [default: that of asam-qc-opendrive, if installed]",
+)
+@click.option("--only", multiple=True, metavar="RULE", help="Look at this rule only. May be repeated.")
+@click.option("--ignore", multiple=True, metavar="RULE", help="Leave this rule out. May be repeated.")
+@click.option(
+    "--max-findings",
+    type=click.IntRange(min=0),
+    default=defaults.CHECK_FINDINGS,
+    show_default=True,
+    metavar="N",
+    help="Findings listed for each rule, the worst; all are counted.",
+)
+@click.option(
+    "--fail-on",
+    type=click.Choice(SEVERITIES),
+    default="warning",
+    show_default=True,
+    help="Least severity of findings that make the exit status 1.",
+)
+@click.option(
+    "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True, help="How it is told."
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=STANDARD_OUTPUT,
+    metavar="FILE",
+    help="File to write.  [default: standard output]",
+)
+@overwrite_option
+@click.option("-q", "--quiet", is_flag=True, help="Say nothing but the result.")
+@limit_options
+def check(
+    file: Path,
+    readers: str,
+    schema: Path | None,
+    only: tuple[str, ...],
+    ignore: tuple[str, ...],
+    max_findings: int,
+    fail_on: str,
+    form: str,
+    output: Path,
+    overwrite: bool,
+    quiet: bool,
+) -> int:
+    """Check FILE, OpenDRIVE 1.4 to 1.8 of any writer, against the standard and what its readers stumble over."""
+    inputs = (file,) if schema is None else (file, schema)
+    check_targets([("-o", output)], inputs, overwrite=overwrite)
+    from osm2xodr.checking import FORMATS as WRITERS, CheckOptions, Severity, check_file
+
+    wanted = tuple(word.strip() for word in readers.split(",") if word.strip() not in ("", STANDARD_ONLY))
+    try:
+        options = CheckOptions(tuple(dict.fromkeys(wanted)), schema, only, ignore, max_findings)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+    result = check_file(file, options)
+    least = Severity[fail_on.upper()]
+    with stream_to(output) as stream:
+        stream.write(WRITERS[form](result, least).encode("utf-8", "replace"))
+    if output != STANDARD_OUTPUT and not quiet:
+        click.echo(f"osm2xodr: {result.headline()}", err=True)
+        click.echo(f"osm2xodr: wrote {label(output)}", err=True)
+    return FINDINGS if result.failed(least) else CLEAN

@@ -1,0 +1,241 @@
+"""The command ``locate``: places in all coordinates of a road network."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from osm2xodr.cli.options import limit_options
+from osm2xodr.errors import InputError
+from osm2xodr.system import STANDARD_OUTPUT, stream_to
+
+if TYPE_CHECKING:
+    from osm2xodr.opendrive import Locator, Value
+
+# Ways to name a place: the columns that are needed, and those that may be there besides.
+_WAYS: dict[tuple[str, ...], tuple[str, ...]] = {
+    ("lat", "lon"): (),
+    ("x", "y"): (),
+    ("road", "s"): ("t", "lane", "offset"),
+}
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A place that was asked for: its numbers, the road's id, and all columns that it came with."""
+
+    way: tuple[str, ...]
+    numbers: dict[str, float]
+    road: str
+    columns: dict[str, str]
+
+
+@click.command(
+    short_help="Find places in a road network.",
+    epilog="""\b
+Examples:
+  osm2xodr locate area.xodr --lat 49.9456 --lon 11.5713
+  osm2xodr locate area.xodr --x 120 --y -35.5 --all
+  osm2xodr locate area.xodr --road 17 --lane -1 --s 42 --json
+  osm2xodr locate area.xodr --points places.csv > heights.csv
+
+A CSV file has a line of column names: lat,lon or x,y or road,s and maybe t or lane and offset. Its other columns are
+kept. Degrees are those of WGS 84, headings are in rad, all else is in m.
+
+Exit status: 0 found, 1 cannot be found, 2 wrong usage.""",
+)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--lat", type=float, metavar="DEG", help="Latitude.")
+@click.option("--lon", type=float, metavar="DEG", help="Longitude.")
+@click.option("--x", type=float, metavar="M", help="Inertial x, as in the file.")
+@click.option("--y", type=float, metavar="M", help="Inertial y, as in the file.")
+@click.option("--road", metavar="ID", help="Id of a road.")
+@click.option("--s", type=float, metavar="M", help="Distance from the road's start.")
+@click.option("--t", type=float, metavar="M", help="Distance from the reference line to the left.  [default: 0]")
+@click.option("--lane", type=int, metavar="ID", help="Id of a lane, whose middle is meant.")
+@click.option("--offset", type=float, metavar="M", help="Distance from the lane's middle to the left.  [default: 0]")
+@click.option("--points", type=click.Path(path_type=Path), metavar="CSV", help="Many places; - for standard input.")
+@click.option("--all", "every", is_flag=True, help="All roads at each place, such as bridges, not the best alone.")
+@click.option("--json", "as_json", is_flag=True, help="JSON in place of text or CSV.")
+@limit_options
+def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given: float | str | int | None) -> None:
+    """Tell where places of the OpenDRIVE FILE are on Earth, in the file's coordinates, and on its roads."""
+    named = {name: value for name, value in given.items() if value is not None}
+    if points is None:
+        asked = [_single(named)]
+    elif named:
+        raise click.UsageError("--points stands for all places; give no other coordinates with it")
+    else:
+        asked = list(_table(points))
+    from osm2xodr.opendrive import Locator, caveats, read_xodr
+
+    locator = Locator(read_xodr(file))
+    for line in caveats(locator.file):
+        click.echo(f"osm2xodr: {line}", err=True)
+    found = _found(locator, asked)
+    if as_json:
+        text = json.dumps(_json(asked, found, every, single=points is None), ensure_ascii=False, indent=1) + "\n"
+    elif points is None:
+        text = _text(found[0], every, locator)
+    else:
+        text = _csv(asked, found, every)
+    with stream_to(STANDARD_OUTPUT) as stream:
+        stream.write(text.encode())
+
+
+def _single(named: dict[str, float | str | int]) -> _Point:
+    """Read the place that options name."""
+    for way, more in _WAYS.items():
+        if set(way) <= set(named):
+            wrong = sorted(set(named) - {*way, *more})
+            if wrong:
+                raise click.UsageError(f"--{wrong[0]} does not go with --{way[0]} and --{way[1]}; leave it out")
+            return _point(way, {name: str(value) for name, value in named.items()}, "")
+    raise click.UsageError("give --lat and --lon, --x and --y, --road and --s, or --points")
+
+
+def _table(path: Path) -> Iterator[_Point]:
+    """Read places from a CSV file."""
+    try:
+        text = sys.stdin.read() if path == STANDARD_OUTPUT else path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = (getattr(error, "strerror", None) or "it is not UTF-8").lower()
+        raise InputError(f"cannot read {path}: {reason}") from error
+    reader = csv.DictReader(io.StringIO(text, newline=""), skipinitialspace=True, restval="")
+    columns = [name.strip() for name in reader.fieldnames or ()]
+    reader.fieldnames = columns
+    way = next((item for item in _WAYS if set(item) <= set(columns)), None)
+    if way is None:
+        raise InputError(f"{path} has no columns lat and lon, x and y, or road and s; name them in its first line")
+    for row in reader:
+        cells = {name: (cell or "").strip() for name, cell in row.items() if name is not None}
+        yield _point(way, cells, f"{path}, line {reader.line_num}: ")
+
+
+def _point(way: tuple[str, ...], cells: dict[str, str], place: str) -> _Point:
+    """Read a place; `place` says where it stands, for messages."""
+    numbers = {}
+    for name in (*way, *_WAYS[way]):
+        text = cells.get(name, "")
+        if name == "road" or (not text and name not in way):
+            continue
+        try:
+            numbers[name] = float(text)
+        except ValueError:
+            numbers[name] = math.nan
+        if not math.isfinite(numbers[name]) or (name == "lane" and numbers[name] % 1):
+            raise InputError(f"{place}{name} {text!r} is no {'lane id' if name == 'lane' else 'number'}")
+    if "lane" in numbers and "t" in numbers:
+        raise InputError(f"{place}t and lane are two ways to say the same; give one of them, or lane and offset")
+    if "offset" in numbers and "lane" not in numbers:
+        raise InputError(f"{place}offset counts from the middle of a lane; give lane, too")
+    return _Point(way, numbers, cells.get("road", ""), cells)
+
+
+def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, Value]]]:
+    """Return all places at each point, the best first."""
+    import numpy as np
+
+    if not asked:
+        return []
+    way = asked[0].way
+    one, other = (np.array([item.numbers.get(name, 0.0) for item in asked]) for name in way)
+    if way == ("lat", "lon"):
+        places = locator.at_geographic(one, other)
+    elif way == ("x", "y"):
+        places = locator.at_inertial(one, other)
+    else:
+        t, offset = (np.array([item.numbers.get(name, 0.0) for item in asked]) for name in ("t", "offset"))
+        lanes = [int(item.numbers["lane"]) if "lane" in item.numbers else None for item in asked]
+        places = locator.on_roads([item.road for item in asked], other, t, lanes, offset)
+    rows = locator.describe(places)
+    start = places.start.tolist()
+    return [rows[start[k] : start[k + 1]] for k in range(len(asked))]
+
+
+# ---------------------------------------------------------------- output
+
+
+def _json(asked: list[_Point], found: list[list[dict[str, Value]]], every: bool, *, single: bool) -> object:
+    """Return what JSON says: for one point its places, for many a list with one entry per point."""
+    chosen = [places if every else places[:1] for places in found]
+    if single:
+        return {"places": chosen[0], "others": len(found[0]) - len(chosen[0])}
+    return [{"point": item.columns, "places": places} for item, places in zip(asked, chosen, strict=True)]
+
+
+def _csv(asked: list[_Point], found: list[list[dict[str, Value]]], every: bool) -> str:
+    """Return a table: what came with each point, then the place; without a place only the former."""
+    from osm2xodr.opendrive import FIELDS
+
+    text = io.StringIO(newline="")
+    own = list(asked[0].columns) if asked else []
+    # What came in keeps its name, unless it is the name of a result.
+    kept = {name: f"input_{name}" if name in FIELDS else name for name in own}
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*kept.values(), *FIELDS])
+    for item, places in zip(asked, found, strict=True):
+        for place in (places if every else places[:1]) or [dict.fromkeys(FIELDS)]:
+            cells = [item.columns[name] for name in own]
+            writer.writerow([*cells, *("" if place[name] is None else place[name] for name in FIELDS)])
+    return text.getvalue()
+
+
+def _text(places: list[dict[str, Value]], every: bool, locator: Locator) -> str:
+    """Return places for people."""
+    if not places:
+        raise InputError(f"{locator.file.path} has no road that could be found; osm2xodr check says what is wrong")
+    shown = places if every else places[:1]
+    blocks = ["".join(f"{name:<9}{text}\n" for name, text in _lines(place, locator)) for place in shown]
+    rest = len(places) - len(shown)
+    if rest:
+        blocks.append(f"{rest} more {'road lies' if rest == 1 else 'roads lie'} here; --all tells of all\n")
+    return "\n".join(blocks)
+
+
+def _lines(place: dict[str, Value], locator: Locator) -> Iterator[tuple[str, str]]:
+    """Yield what is told of a place for people, line by line."""
+    name = f" ({place['road_name']})" if place["road_name"] else ""
+    junction = "" if place["junction"] is None else f", in junction {place['junction']}"
+    yield "road", f"{place['road']}{name}{junction}"
+    lane = "none" if place["lane"] is None else f"{place['lane']} ({place['lane_type']})"
+    yield "lane", f"{lane}, section from s={_m(place['section_s'])}, {_aside(place['offset'])}"
+    yield "s, t", f"{_m(place['s'])}, {_m(place['t'])}"
+    if place["distance"]:
+        yield "distance", f"{_m(place['distance'])} from the nearest lane of this road"
+    yield "x, y, z", f"{_m(place['x'])}, {_m(place['y'])}, {_m(place['z'])}"
+    if place["lat"] is None:
+        yield "lat, lon", f"unknown: {locator.reason or 'outside of the projection'}"
+    else:
+        yield "lat, lon", f"{place['lat']:.9f}, {place['lon']:.9f}"
+    yield "height", _m(place["height"])
+    heading = place["hdg"]
+    if isinstance(heading, float):
+        yield "heading", f"{heading:.6f} rad ({math.degrees(heading):.3f} degrees from east to the left)"
+    slope = place["grade"]
+    if isinstance(slope, float):
+        yield "grade", f"{100 * slope:.2f} %"
+    roll = place["superelevation"]
+    if isinstance(roll, float) and roll:
+        yield "roll", f"{roll:.6f} rad ({100 * math.tan(roll):.2f} % across)"
+
+
+def _aside(offset: Value) -> str:
+    """Say where a place lies across its lane."""
+    if not isinstance(offset, float):
+        return "no lane near"
+    return f"{_m(abs(offset))} {'right' if offset < 0 else 'left'} of its middle"
+
+
+def _m(value: Value) -> str:
+    """Write a length to 0.1 mm."""
+    return f"{value:.4f} m" if isinstance(value, float) else "unknown"

@@ -1,0 +1,158 @@
+"""The command line: which commands there are, and what becomes of errors. Nothing else.
+
+Only what is needed to read options is imported at the top of commands; the stages are loaded when there is work.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import signal
+import traceback
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NoReturn
+
+import click
+
+from osm2xodr import __version__
+from osm2xodr.cli.batch import batch
+from osm2xodr.cli.check import check
+from osm2xodr.cli.convert import convert
+from osm2xodr.cli.export import export
+from osm2xodr.cli.locate import locate
+from osm2xodr.cli.options import Session
+from osm2xodr.cli.render import render
+from osm2xodr.cli.report import report
+from osm2xodr.cli.surface import surface
+from osm2xodr.errors import Osm2xodrError
+from osm2xodr.system import occupy_closed_streams, patient_standard_error, silence_standard_output
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
+
+
+# What the system says of standard streams that are closed, or that lead onto a full disk or a dead device.
+_STREAM_ERRORS = frozenset({errno.EBADF, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
+
+
+class _Terminated(BaseException):
+    """The system asked the process to end."""
+
+
+def main(arguments: Sequence[str] | None = None, session: Session | None = None) -> int:
+    """Run the command line and return its exit status.
+
+    0: done; 1: cannot be done; 2: wrong usage; 130 and 143: interrupted, ended by the system.
+
+    Parameters
+    ----------
+    arguments
+        Without the program's name; by default those of the process.
+    session
+        Holds, afterwards, why the command could not be done.
+    """
+    occupy_closed_streams()
+    with patient_standard_error():
+        return _run(None if arguments is None else list(arguments), session or Session())
+
+
+def _run(arguments: list[str] | None, session: Session) -> int:
+    """Run a command, and turn all that may go wrong into one sentence and an exit status."""
+    _calm_linear_algebra()
+    # Whatever the environment says, PROJ fetches no grids.
+    os.environ["PROJ_NETWORK"] = "OFF"
+    try:
+        with _signals():
+            status = cli.main(arguments, "osm2xodr", standalone_mode=False, obj=session)
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except click.Abort:
+        return _fail("interrupted", INTERRUPTED)
+    except _Terminated:
+        return _fail("ended by the system", TERMINATED)
+    except BrokenPipeError:
+        # Whoever read standard output has had enough. Nobody is there to be told.
+        silence_standard_output()
+        return CANNOT
+    except Osm2xodrError as error:
+        session.error = error
+        return _fail(str(error))
+    except MemoryError:
+        return _fail("the memory is not enough for this area; choose a smaller one, or give only --ways major")
+    except OSError as error:
+        if error.filename is not None or error.errno not in _STREAM_ERRORS:
+            return _crash(error, session.verbose)
+        silence_standard_output()
+        return _fail(f"standard input or output cannot be used: {(error.strerror or str(error)).lower()}")
+    except Exception as error:
+        return _crash(error, session.verbose)
+    return status if isinstance(status, int) else OK
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, "--version", message="%(prog)s %(version)s")
+def cli() -> None:
+    """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
+
+
+cli.add_command(convert)
+cli.add_command(batch)
+cli.add_command(check)
+cli.add_command(report)
+cli.add_command(render)
+cli.add_command(surface)
+cli.add_command(locate)
+cli.add_command(export)
+
+
+def _fail(message: str, status: int = CANNOT) -> int:
+    """Say in one line what went wrong and return the exit status."""
+    click.echo(f"osm2xodr: error: {' '.join(message.split())}", err=True)
+    return status
+
+
+def _crash(error: Exception, verbose: int) -> int:
+    """Apologize for an error that nobody thought of."""
+    if verbose > 1:
+        traceback.print_exception(error)
+    more = "" if verbose > 1 else "; -vv shows where it happened"
+    text = " ".join(str(error).split())
+    return _fail(
+        f"sorry, the conversion stopped at a defect of osm2xodr ({type(error).__name__}: {text});"
+        f" please report it with the command and the area{more}"
+    )
+
+
+def _calm_linear_algebra() -> None:
+    """Keep linear algebra to one thread, if it is not loaded yet.
+
+    Sums over several threads round otherwise, so that bytes would depend on the number of cores; and its threads
+    wait busily for work that is too small for them. What can run at once runs in processes
+    (`osm2xodr.system.parallel`).
+    """
+    for library in ("OPENBLAS", "MKL", "BLIS", "VECLIB"):
+        os.environ[f"{library}_NUM_THREADS"] = "1"
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[None]:
+    """Turn the wish to end the process into an exception, so that temporary files are cleaned up."""
+
+    def end(number: int, frame: FrameType | None) -> NoReturn:
+        raise _Terminated
+
+    before = {}
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        # Only the main thread may do this, and what is ignored (nohup) stays ignored.
+        with contextlib.suppress(ValueError):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                before[number] = signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

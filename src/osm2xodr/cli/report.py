@@ -1,0 +1,88 @@
+"""The command ``report``: a page to explore a road network with."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from osm2xodr.cli.options import check_targets, limit_options, output_option, overwrite_option
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
+from osm2xodr.reporting import details
+from osm2xodr.system import label
+from osm2xodr.viewing import ReportOptions
+
+
+@click.command(
+    short_help="Make a page to explore a road network with.",
+    epilog="""\b
+Examples:
+  osm2xodr report area.xodr -o report.html
+  osm2xodr report area.xodr --osm area.osm --dem dem.tif --report-json area.json -o report.html
+
+Exit status: 0 written, 1 cannot read or write, 2 wrong usage.""",
+)
+@click.argument("file", type=click.Path(path_type=Path))
+@output_option("HTML page")
+@click.option(
+    "--osm", type=click.Path(path_type=Path), metavar="AREA", help="OpenStreetMap file to hold the roads against."
+)
+@click.option(
+    "--dem",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Elevation model to hold the heights against. May be repeated.",
+)
+@click.option(
+    "--report-json",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="What convert --report-json wrote: all that was guessed, dropped and repaired.",
+)
+@click.option("--title", default="", metavar="TEXT", help="Headline.  [default: name of the road network]")
+@click.option("--no-check", is_flag=True, help="Do not look for defects of FILE.")
+@overwrite_option
+@click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@limit_options
+def report(
+    file: Path,
+    output: Path,
+    osm: Path | None,
+    dem: tuple[Path, ...],
+    report_json: Path | None,
+    title: str,
+    no_check: bool,
+    overwrite: bool,
+    quiet: bool,
+) -> None:
+    """Show FILE, a road network in OpenDRIVE, as one page of HTML that needs no network.
+
+    Map, 3D, profiles, heights against elevation models, coverage of OpenStreetMap, and findings of check.
+    """
+    inputs = [file, *dem, *(path for path in (osm, report_json) if path is not None)]
+    check_targets([("-o", output)], inputs, overwrite=overwrite)
+    log = None if report_json is None else _read_log(report_json)
+    from osm2xodr.viewing import write_report
+
+    diagnostics = Diagnostics()
+    size = write_report(file, output, ReportOptions(osm, dem, log, title, check=not no_check), diagnostics)
+    if not quiet:
+        click.echo(f"osm2xodr: wrote {label(output)} ({size / 1e6:,.1f} MB)", err=True)
+        for line in details(diagnostics):
+            click.echo(line, err=True)
+
+
+def _read_log(path: Path) -> dict[str, Any]:
+    """Read what ``convert --report-json`` wrote."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no JSON"
+        raise InputError(f"{path}: cannot read the report of convert ({reason}); write it anew") from error
+    if not isinstance(found, dict) or not isinstance(found.get("diagnostics"), list):
+        raise InputError(f"{path} is no report of convert; give the file that convert --report-json wrote")
+    return found

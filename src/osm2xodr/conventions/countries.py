@@ -1,0 +1,145 @@
+"""What differs from country to country: speed limits by law, widths of lanes, colours and widths of road marks.
+
+The table is `countries.json`, where every country names its sources. What a country lacks, and all of it for
+unknown countries, is as `osm2xodr.defaults` says.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from importlib import resources
+from types import MappingProxyType
+from typing import Any, Final
+
+from osm2xodr.defaults import (
+    EDGE_MARK_WIDTH,
+    EDGE_MARK_WIDTH_FAST,
+    LANE_WIDTH,
+    LANE_WIDTH_OTHER,
+    MARK_WIDTH,
+    MARK_WIDTH_WIDE,
+    SPECIAL_MARK_WIDTH,
+    SPECIAL_MARK_WIDTH_FAST,
+    WALKING_SPEED_KMH,
+)
+
+KMH: Final = "km/h"
+MPH: Final = "mph"
+_UNITS: Final[Mapping[str, float]] = MappingProxyType({KMH: 1.0 / 3.6, MPH: 0.44704})
+
+
+@dataclass(frozen=True, slots=True)
+class MarkStyle:
+    """How a country paints its roads; colours in OpenDRIVE's words, where ``standard`` is white.
+
+    Parameters
+    ----------
+    centre, centre_solid
+        Colour of the line between opposite directions where it is broken, and where any of it is solid.
+    no_overtaking
+        Colour of solid centre lines of two lanes that forbid to overtake; empty where it is `centre_solid`.
+    no_change
+        Colour of solid lines between lanes of one direction.
+    outer_edge, median_edge
+        Colour of edge lines; the latter at that side of a one-way carriageway on which oncoming traffic would be.
+    double_from
+        Number of lanes for cars from which on the centre line is double; 0 where it never is.
+    double_no_overtaking
+        Whether the centre line of two lanes is double where nobody may overtake.
+    width, width_fast
+        Width of a line, m, the latter on `FAST_HIGHWAYS`; of each line where it is double.
+    edge_width, edge_width_fast
+        Of edge lines, m.
+    special_width, special_width_fast
+        Of lines beside lanes for buses, taxis or bicycles, m.
+    """
+
+    centre: str = "standard"
+    centre_solid: str = "standard"
+    no_overtaking: str = ""
+    no_change: str = "standard"
+    outer_edge: str = "standard"
+    median_edge: str = "standard"
+    double_from: int = 0
+    double_no_overtaking: bool = False
+    width: float = MARK_WIDTH
+    width_fast: float = MARK_WIDTH_WIDE
+    edge_width: float = EDGE_MARK_WIDTH
+    edge_width_fast: float = EDGE_MARK_WIDTH_FAST
+    special_width: float = SPECIAL_MARK_WIDTH
+    special_width_fast: float = SPECIAL_MARK_WIDTH_FAST
+
+
+@dataclass(frozen=True, slots=True)
+class Country:
+    """What is usual or law in a country, or in a part of one.
+
+    Parameters
+    ----------
+    code
+        ISO 3166-1 alpha-2 or ISO 3166-2; empty for what holds in general.
+    speed_unit
+        Unit of the numbers on its signs: ``km/h`` or ``mph``.
+    speeds
+        Limits that the law sets, m/s, by what OSM calls them in ``maxspeed:type`` (``urban``, ``rural``,
+        ``motorway``, ``trunk``, ``living_street`` …); ``residential`` where such streets have a limit of their own.
+        Infinity where there is none; absent where the law differs within the country.
+    lane_widths
+        Width of a lane, m, by highway value, where it is not that of `LANE_WIDTH`.
+    marks
+        How roads are painted.
+    sources
+        Titles of the laws and guides that this is from.
+    """
+
+    code: str = ""
+    speed_unit: str = KMH
+    speeds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    marks: MarkStyle = MarkStyle()
+    sources: tuple[str, ...] = ()
+
+    def lane_width(self, highway: str) -> float:
+        """Return the usual width of a lane by highway value, m."""
+        width = self.lane_widths.get(highway)
+        return LANE_WIDTH.get(highway, LANE_WIDTH_OTHER) if width is None else width
+
+
+GENERIC: Final = Country()
+
+
+def find_country(code: str) -> Country:
+    """Return what is known of a country by its ISO 3166-1 alpha-2 (or 3166-2) code; `GENERIC` if nothing is."""
+    return countries().get(code, GENERIC)
+
+
+@lru_cache(maxsize=1)
+def countries() -> Mapping[str, Country]:
+    """Return all countries of the table by their codes."""
+    text = resources.files("osm2xodr.conventions").joinpath("countries.json").read_text(encoding="utf-8")
+    table = json.loads(text)
+    titles = table["sources"]
+    return MappingProxyType({code: _country(code, entry, titles) for code, entry in table["countries"].items()})
+
+
+def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> Country:
+    unit = entry.get("unit", KMH)
+    return Country(
+        code=code,
+        speed_unit=unit,
+        speeds=MappingProxyType({kind: _speed(limit, unit) for kind, limit in entry.get("speeds", {}).items()}),
+        lane_widths=MappingProxyType(dict(entry.get("lane_widths", {}))),
+        marks=MarkStyle(**entry.get("marks", {})),
+        sources=tuple(titles[source] for source in entry["sources"]),
+    )
+
+
+def _speed(limit: float | str, unit: str) -> float:
+    """Return a limit of the table, m/s."""
+    if isinstance(limit, str):
+        return {"none": math.inf, "walk": WALKING_SPEED_KMH * _UNITS[KMH]}[limit]
+    return limit * _UNITS[unit]

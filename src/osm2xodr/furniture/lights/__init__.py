@@ -1,0 +1,8 @@
+"""Traffic lights: heads, their roads and lanes, and the phases that they share."""
+
+from __future__ import annotations
+
+from osm2xodr.furniture.lights.placing import place_lights
+from osm2xodr.furniture.lights.section_breaks import cut_sections
+
+__all__ = ["cut_sections", "place_lights"]

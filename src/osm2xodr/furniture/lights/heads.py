@@ -1,0 +1,235 @@
+"""The heads of traffic lights: one for each group of lanes of an approach, two at each crossing.
+
+All heads for cars have OpenDRIVE's type 1000001, whatever arrows they show: CARLA, esmini and SUMO take it for a
+traffic light; of the codes of arrows each of them knows others. Those for people are 1000002.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+from typing import Final
+
+from osm2xodr import defaults
+from osm2xodr.furniture.lights.road_lights import RoadLight
+from osm2xodr.furniture.world import CAR_LANES, Approach, Crossing, Movement, World, car_lanes, lane_ranges
+from osm2xodr.model import LaneSection, LaneType, Rule, Signal, SignalReference
+
+_FOR_CARS: Final = "1000001"
+_FOR_PEOPLE: Final = "1000002"
+_LEFT, _THROUGH, _RIGHT = "left", "through", "right"
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """A head for cars at a junction.
+
+    Parameters
+    ----------
+    signal
+        What is written.
+    approach
+        Index of its approach.
+    movements
+        The ways through the junction that it governs.
+    """
+
+    signal: Signal
+    approach: int
+    movements: tuple[Movement, ...]
+
+
+def turn_of(movement: Movement) -> str:
+    """Return which way a movement turns."""
+    if abs(movement.turn) <= defaults.LIGHT_THROUGH:
+        return _THROUGH
+    return _LEFT if movement.turn > 0 else _RIGHT
+
+
+def lanes_at_stop(world: World, approach: Approach) -> dict[int, int]:
+    """Return what the lanes of an approach are called where traffic stops; without those that begin beyond."""
+    return _lanes_at(world.lanes.road(approach.road).lane_sections, approach, approach.stop_s)
+
+
+def _lanes_at(sections: Sequence[LaneSection], approach: Approach, s: float) -> dict[int, int]:
+    """Follow the links between lane sections from the junction to s."""
+    named = {lane: lane for lane in approach.lanes}
+    if approach.at_end:
+        for section in reversed(sections):
+            if section.s <= s:
+                break
+            links = {lane.id: lane.predecessor for lane in section.lanes}
+            named = {lane: link for lane, here in named.items() if (link := links.get(here)) is not None}
+    else:
+        for section, beyond in pairwise(sections):
+            if s < beyond.s:
+                break
+            links = {lane.id: lane.successor for lane in section.lanes}
+            named = {lane: link for lane, here in named.items() if (link := links.get(here)) is not None}
+    return named
+
+
+def approach_heads(
+    world: World, index: int, approach: Approach, osm_id: str
+) -> tuple[list[Head], list[SignalReference]]:
+    """Make the heads of an approach, from the left to the right of its drivers, and what refers to them.
+
+    Neighbouring lanes that lead to the same sides share a head. That of the lanes next to the kerb stands beside the
+    carriageway, others hang above their lanes. All stand at the stop line, or where the lanes begin if that is nearer
+    to the junction: readers take a light for one of the end of its lane section.
+    """
+    groups = _lane_groups(approach)
+    s = _head_s(world, approach)
+    heads: list[Head] = []
+    references: list[SignalReference] = []
+    for k, (turns, lanes) in enumerate(groups):
+        at_kerb = k == (len(groups) - 1 if world.road_map.rule is Rule.RIGHT_HAND else 0)
+        name = f"traffic light, {' and '.join(turns)}"
+        signal = _car_head(world, approach.road, s, approach.at_end, lanes, at_kerb, name, osm_id)
+        movements = tuple(item for item in approach.movements if item.entry_lane in lanes)
+        heads.append(Head(signal, index, movements))
+        if world.options.target.light_references:
+            references += _references(world, signal.id, movements)
+    return heads, references
+
+
+def _head_s(world: World, approach: Approach) -> float:
+    """Return where the heads of an approach stand, s, m: in the lane section that touches the junction."""
+    sections = world.lanes.road(approach.road).lane_sections
+    if approach.at_end:
+        first = sections[-1].s
+        half = 0.5 * (first + world.lanes.length(approach.road))
+        return max(approach.stop_s, min(first + defaults.LIGHT_IN_SECTION, half) if len(sections) > 1 else first)
+    if len(sections) == 1:
+        return approach.stop_s
+    return min(approach.stop_s, max(sections[1].s - defaults.LIGHT_IN_SECTION, 0.5 * sections[1].s))
+
+
+def _lane_groups(approach: Approach) -> list[tuple[tuple[str, ...], tuple[int, ...]]]:
+    """Return (turns, lanes) of neighbouring lanes that lead to the same sides, from left to right."""
+    turns: dict[int, set[str]] = defaultdict(set)
+    for movement in approach.movements:
+        turns[movement.entry_lane].add(turn_of(movement))
+
+    def of_lane(lane: int) -> tuple[str, ...]:
+        return tuple(word for word in (_LEFT, _THROUGH, _RIGHT) if word in turns[lane])
+
+    return [(key, tuple(lanes)) for key, lanes in groupby(approach.lanes, key=of_lane)]
+
+
+def _car_head(
+    world: World,
+    road: int,
+    s: float,
+    along: bool,
+    lanes: Sequence[int],
+    at_kerb: bool,
+    name: str,
+    osm_id: str,
+) -> Signal:
+    """Make a head for lanes with ids as at s of a road."""
+    if at_kerb:
+        t = _beside(world, road, s, along)
+    else:
+        edges = [t for lane in world.lanes.at(road, s) if lane.id in lanes for t in (lane.left, lane.right)]
+        t = 0.5 * (min(edges) + max(edges))
+    return Signal(
+        id=world.ids.thing(),
+        road=road,
+        s=s,
+        t=t,
+        name=name,
+        type=_FOR_CARS,
+        subtype="-1",
+        country="OpenDRIVE",
+        dynamic=True,
+        orientation="+" if along else "-",
+        z_offset=defaults.LIGHT_Z_BESIDE if at_kerb else defaults.LIGHT_Z_ABOVE,
+        height=defaults.LIGHT_HEIGHT,
+        width=defaults.LIGHT_WIDTH,
+        validity=lane_ranges(lanes),
+        osm_id=osm_id,
+    )
+
+
+def _beside(world: World, road: int, s: float, along: bool) -> float:
+    """Return t beside the carriageway, on the side where the traffic of a direction drives, m."""
+    left, right = world.lanes.carriageway(road, s)
+    if along == (world.road_map.rule is Rule.RIGHT_HAND):
+        return right - defaults.LIGHT_BESIDE
+    return left + defaults.LIGHT_BESIDE
+
+
+def _references(world: World, signal: int, movements: Sequence[Movement]) -> list[SignalReference]:
+    """Make the references from the connecting roads that a head governs; they run away from the approach.
+
+    CARLA finds the lights of a junction by them. SUMO's netconvert (as of 1.28) holds the ids of their lanes against
+    those of the approach and takes the way out for the way in where the signs of both differ; if the way out is a
+    one-way road, its other end gets lights. Without ids both are worse off.
+    """
+    lanes: dict[int, set[int]] = defaultdict(set)
+    for movement in movements:
+        lanes[movement.connecting_road].add(movement.entry_lane)
+    out = []
+    for road, entries in sorted(lanes.items()):
+        first = world.lanes.road(road).lane_sections[0]
+        own = [lane.id for lane in first.lanes if lane.predecessor in entries and lane.type in CAR_LANES]
+        out.append(SignalReference(signal, road, 0.0, _beside(world, road, 0.0, along=True), "+", lane_ranges(own)))
+    return out
+
+
+def road_heads(world: World, light: RoadLight) -> list[tuple[Signal, tuple[int, ...]]]:
+    """Make the heads for cars of lights apart from junctions, each with the lanes that stop there."""
+    out = []
+    for along, s in light.stops:
+        lanes = car_lanes(world, light.road, s, along)
+        head = _car_head(world, light.road, s, along, lanes, True, "traffic light", light.osm_ids[0])
+        out.append((head, lanes))
+    return out
+
+
+def people_heads(world: World, crossing: Crossing, along: bool) -> tuple[Signal, Signal]:
+    """Make the two heads that people on a crossing see at its far side.
+
+    Parameters
+    ----------
+    world
+        What is there.
+    crossing
+        Where they cross.
+    along
+        The direction of the traffic that the crossing's other lights stop. SUMO takes the heads for lights of the
+        same end of the road.
+    """
+    lanes = world.lanes.at(crossing.road, crossing.s)
+    out = []
+    for t, side in ((crossing.left + defaults.LIGHT_BESIDE, 1.0), (crossing.right - defaults.LIGHT_BESIDE, -1.0)):
+        # No lane at all (0) where people have none of their own: no reader may stop cars for it.
+        # Sidewalks that begin elsewhere are lanes without width here, and may be none at all in the end.
+        wide = [lane for lane in lanes if lane.left > lane.right]
+        own = [lane.id for lane in wide if lane.type is LaneType.SIDEWALK and lane.id * side > 0] or [0]
+        out.append(
+            Signal(
+                id=world.ids.thing(),
+                road=crossing.road,
+                s=crossing.s,
+                t=t,
+                name="pedestrian light",
+                type=_FOR_PEOPLE,
+                subtype="-1",
+                country="OpenDRIVE",
+                dynamic=True,
+                orientation="+" if along else "-",
+                z_offset=defaults.LIGHT_Z_BESIDE,
+                height=defaults.LIGHT_HEIGHT_PEOPLE,
+                width=defaults.LIGHT_WIDTH,
+                # Who walks to the left sees the head at the left end as who drives to the left would.
+                h_offset=0.5 * math.pi * side * (1.0 if along else -1.0),
+                validity=lane_ranges(own),
+                osm_id=crossing.osm_id,
+            )
+        )
+    return out[0], out[1]

@@ -1,0 +1,211 @@
+"""Which lights of a junction may be green together.
+
+Heads of different approaches conflict if any way through the junction from the one comes so near to any from the
+other that cars on both would touch, or ends on the same lane. Heads of one approach do not: cars beside each other
+see to that themselves. The conflicts are coloured with few colours (DSATUR: D. Brélaz, New methods to color the
+vertices of a graph, Communications of the ACM 22, 1979), those who go straight on from opposite arms first and with
+each other where that takes no more of them. People cross while all cars wait: over each arm some car has a way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import lengths, pose
+from osm2xodr.furniture.lights.heads import Head
+from osm2xodr.furniture.world import CAR_LANES, Approach, Movement, World
+from osm2xodr.model import BoolArray, Controller, FloatArray, IntArray
+
+
+class Phases:
+    """Finds out which heads may be green together.
+
+    Parameters
+    ----------
+    world, approaches
+        What is there.
+    heads
+        All heads for cars at junctions.
+    """
+
+    def __init__(self, world: World, approaches: Sequence[Approach], heads: Sequence[Head]) -> None:
+        self._heads = heads
+        rows = [(k, movement) for k, head in enumerate(heads) for movement in head.movements]
+        self._movements = [movement for _, movement in rows]
+        self._of_head: dict[int, list[int]] = defaultdict(list)
+        for row, (k, _) in enumerate(rows):
+            self._of_head[k].append(row)
+        self._first, self._x, self._y = _paths(world, self._movements)
+        self._heading = _headings(world, [approaches[head.approach] for head in heads])
+
+    def groups(self, heads: Sequence[int]) -> list[list[int]]:
+        """Return the groups of a junction's heads that may be green together.
+
+        Parameters
+        ----------
+        heads
+            Indices of all heads of the junction.
+        """
+        arms = [self._heads[k].approach for k in heads]
+        found = _grouped(self.conflicts(heads), arms, self._opposite(heads))
+        out: dict[int, list[int]] = defaultdict(list)
+        for k, group in zip(heads, found, strict=True):
+            out[group].append(k)
+        return sorted(out.values())
+
+    def conflicts(self, heads: Sequence[int]) -> BoolArray:
+        """Say which of some heads conflict, (n, n)."""
+        rows = [row for k in heads for row in self._of_head[k]]
+        owner = np.repeat(np.arange(len(heads)), [len(self._of_head[k]) for k in heads])
+        one, other = np.nonzero(self._meeting(rows))
+        out = np.zeros((len(heads), len(heads)), bool)
+        out[owner[one], owner[other]] = True
+        arm = np.array([self._heads[k].approach for k in heads], np.int64)
+        found: BoolArray = out & (arm[:, None] != arm)
+        return found
+
+    def _meeting(self, rows: Sequence[int]) -> BoolArray:
+        """Say which movements end on the same lane, cross or come near to each other, (n, n)."""
+        exits = [
+            (item.exit_road, item.exit_at_start, item.exit_lane) for item in map(self._movements.__getitem__, rows)
+        ]
+        number = {key: k for k, key in enumerate(dict.fromkeys(exits))}
+        exit_ = np.array([number[key] for key in exits], np.int64)
+        points = np.concatenate([np.arange(self._first[row], self._first[row + 1]) for row in rows])
+        first = np.concatenate([[0], np.cumsum([self._first[row + 1] - self._first[row] for row in rows])])
+        x, y = self._x[points], self._y[points]
+        nearest = np.empty((len(rows), len(rows)))
+        # One movement after the other: all distances of a large junction at once would fill the memory.
+        for k, (lo, hi) in enumerate(pairwise(first.tolist())):
+            gap = (x[lo:hi, None] - x) ** 2 + (y[lo:hi, None] - y) ** 2
+            nearest[k] = np.minimum.reduceat(gap.min(axis=0), first[:-1])
+        out: BoolArray = (nearest < defaults.LIGHT_PATHS_APART**2) | (exit_[:, None] == exit_)
+        return out
+
+    def _opposite(self, heads: Sequence[int]) -> list[tuple[int, int]]:
+        """Return pairs of places in `heads` of opposite arms whose traffic goes straight on, best opposites first."""
+        straight = [
+            (k, self._heading[head])
+            for k, head in enumerate(heads)
+            if any(abs(item.turn) <= defaults.LIGHT_THROUGH for item in self._heads[head].movements)
+        ]
+        found = []
+        for (one, heading), (other, its) in combinations(straight, 2):
+            off = abs(math.remainder(heading - its - math.pi, 2 * math.pi))
+            if off <= defaults.LIGHT_OPPOSITE:
+                found.append((round(off, 6), one, other))
+        return [(one, other) for _, one, other in sorted(found)]
+
+
+def controllers_of(
+    world: World, junction: int, heads: Sequence[Head], groups: Sequence[Sequence[int]], people: Sequence[int]
+) -> list[Controller]:
+    """Make the controllers of a junction.
+
+    Parameters
+    ----------
+    world, junction
+        What is there, id of the junction.
+    heads, groups
+        All heads, and the groups of this junction's, as of `Phases`.
+    people
+        Ids of the heads for people.
+    """
+    out = []
+    for k, group in enumerate(groups):
+        signals = tuple(sorted(heads[row].signal.id for row in group))
+        out.append(Controller(world.ids.controller(), f"junction {junction}, phase {k + 1}", signals, junction, k))
+    if people:
+        k = len(out)
+        name = f"junction {junction}, phase {k + 1}, people"
+        out.append(Controller(world.ids.controller(), name, tuple(sorted(people)), junction, k, "pedestrian"))
+    return out
+
+
+def _paths(world: World, movements: Sequence[Movement]) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return points on the middles of the lanes through junctions.
+
+    Returns
+    -------
+    first : (movements + 1,)
+        Index of each movement's first point.
+    x, y : (points,)
+        Points, m.
+    """
+    curve = np.array([world.lanes.index(item.connecting_road) for item in movements], np.int64)
+    length = lengths(world.road_map.plan_view)[curve]
+    steps = np.maximum(np.ceil(length / defaults.LIGHT_PATH_STEP), 1).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(steps + 1)]).astype(np.int64)
+    owner = np.repeat(np.arange(len(movements)), steps + 1)
+    share = (np.arange(first[-1]) - first[owner]) / steps[owner]
+    # Lanes through a junction change their width evenly.
+    ends = np.array([_middles(world, item) for item in movements], float).reshape(-1, 2)
+    t = ends[owner, 0] + share * (ends[owner, 1] - ends[owner, 0])
+    x, y, hdg = pose(world.road_map.plan_view, curve[owner], share * length[owner])
+    return first, x - t * np.sin(hdg), y + t * np.cos(hdg)
+
+
+def _middles(world: World, movement: Movement) -> tuple[float, float]:
+    """Return t of the middle of the lane that a movement takes at both ends of its connecting road, m."""
+    road = world.lanes.road(movement.connecting_road)
+    first, last = road.lane_sections[0].lanes, road.lane_sections[-1].lanes
+    before = next(item.id for item in first if item.predecessor == movement.entry_lane and item.type in CAR_LANES)
+    after = next(item.id for item in last if item.successor == movement.exit_lane and item.type in CAR_LANES)
+    at_start, at_end = world.lanes.at(road.id, 0.0), world.lanes.at(road.id, world.lanes.length(road.id))
+    return (
+        next(item.middle for item in at_start if item.id == before),
+        next(item.middle for item in at_end if item.id == after),
+    )
+
+
+def _headings(world: World, approaches: Sequence[Approach]) -> list[float]:
+    """Return the headings of traffic where approaches come to their junctions, rad."""
+    curve = np.array([world.lanes.index(item.road) for item in approaches], np.int64)
+    at_end = np.array([item.at_end for item in approaches], bool)
+    s = np.where(at_end, lengths(world.road_map.plan_view)[curve], 0.0)
+    hdg = pose(world.road_map.plan_view, curve, s)[2]
+    out: list[float] = (hdg + np.where(at_end, 0.0, np.pi)).tolist()
+    return out
+
+
+def _grouped(conflict: BoolArray, arms: Sequence[int], together: Sequence[tuple[int, int]]) -> list[int]:
+    """Return the number of each node's group, from 0; of two ways to find groups the one that needs fewer.
+
+    Parameters
+    ----------
+    conflict : (n, n)
+        Which nodes may not be in one group.
+    arms
+        Nodes of one arm are in one group where that costs none.
+    together
+        Pairs that are grouped before all others, one way; the other way is without.
+    """
+    ways = [_coloured(conflict, arms, pairs) for pairs in (together, ())]
+    return min(ways, key=max)
+
+
+def _coloured(conflict: BoolArray, arms: Sequence[int], together: Sequence[tuple[int, int]]) -> list[int]:
+    """Colour a graph so that neighbours differ, with few colours."""
+    count = len(conflict)
+    colour = [-1] * count
+    neighbours = [np.flatnonzero(row).tolist() for row in conflict]
+    for one, other in together:
+        if colour[one] < 0 and colour[other] < 0 and not conflict[one, other]:
+            taken = {colour[k] for node in (one, other) for k in neighbours[node]}
+            colour[one] = colour[other] = next(k for k in range(count + 1) if k not in taken)
+
+    def order(node: int) -> tuple[int, int, int]:
+        return len({colour[other] for other in neighbours[node]} - {-1}), len(neighbours[node]), -node
+
+    while -1 in colour:
+        node = max((k for k in range(count) if colour[k] < 0), key=order)
+        taken = {colour[other] for other in neighbours[node]}
+        own = {colour[k] for k in range(count) if arms[k] == arms[node]} - {-1}
+        colour[node] = min((k for k in range(count + 1) if k not in taken), key=lambda k: (k not in own, k))
+    return colour

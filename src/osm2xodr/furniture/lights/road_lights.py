@@ -1,0 +1,158 @@
+"""Lights on roads apart from junctions: before crossings, on ramps, before tunnels."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from osm2xodr import defaults
+from osm2xodr.furniture.world import Crossing, World, car_lanes
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A node with lights on a road.
+
+    Parameters
+    ----------
+    road, s
+        Where, m; s may lie beyond the road's ends.
+    along
+        Whether for traffic along s (else against it); None for both.
+    osm_id
+        The node.
+    crossing
+        Whether people cross there.
+    """
+
+    road: int
+    s: float
+    along: bool | None
+    osm_id: str
+    crossing: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RoadLight:
+    """Lights on a road that are switched together.
+
+    Parameters
+    ----------
+    road
+        Id of the road.
+    stops
+        (whether for traffic along s, s of the stop line's edge in front of what traffic stops for).
+    osm_ids
+        What they come from, in ascending s.
+    crossings
+        Those that people have lights at.
+    """
+
+    road: int
+    stops: tuple[tuple[bool, float], ...]
+    osm_ids: tuple[str, ...]
+    crossings: tuple[Crossing, ...]
+
+    def section_break(self) -> float:
+        """Return where a lane section has to begin so that all lights stand before the end of theirs, s, m.
+
+        Those for people count as lights of the first stop's direction.
+        """
+        along = [s for forward, s in self.stops if forward]
+        against = [s for forward, s in self.stops if not forward]
+        if along and against:
+            middle = 0.5 * (max(along) + min(against))
+            return max((middle, *along, *(item.s for item in self.crossings)))
+        if along:
+            return max((along[0] + defaults.LIGHT_HALF_GAP, *(item.s for item in self.crossings)))
+        starts = (item.s - 0.5 * item.width for item in self.crossings)
+        return min((against[0] - defaults.LIGHT_HALF_GAP, *starts))
+
+
+def place_on_roads(
+    world: World, candidates: Sequence[Candidate], crossings: Sequence[Crossing]
+) -> tuple[RoadLight, ...]:
+    """Make one installation of lights of all nodes and crossings that are near to each other on a road.
+
+    Parameters
+    ----------
+    world
+        What is there.
+    candidates
+        The nodes.
+    crossings
+        Crossings with lights that are no junction's.
+    """
+    on_road: dict[int, list[Candidate]] = defaultdict(list)
+    for item in candidates:
+        on_road[item.road].append(item)
+    at_road: dict[int, list[Crossing]] = defaultdict(list)
+    for crossing in crossings:
+        at_road[crossing.road].append(crossing)
+    out: list[RoadLight] = []
+    for road, items in sorted(on_road.items()):
+        for group in _groups(sorted(items, key=lambda item: (item.s, item.osm_id))):
+            first, last = group[0].s - defaults.LIGHT_GROUP_REACH, group[-1].s + defaults.LIGHT_GROUP_REACH
+            named = {item.osm_id for item in group}
+            there = [
+                item
+                for item in at_road.get(road, ())
+                if item.osm_id in named or (first <= item.s <= last and not _is_named(item, items))
+            ]
+            stops = _stops(world, road, group, there)
+            if stops:
+                ids = tuple(dict.fromkeys(item.osm_id for item in group))
+                out.append(RoadLight(road, stops, ids, tuple(there)))
+    return tuple(out)
+
+
+def _is_named(crossing: Crossing, candidates: Sequence[Candidate]) -> bool:
+    return any(item.osm_id == crossing.osm_id for item in candidates)
+
+
+def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:
+    """Split candidates in ascending s where the gap is wide."""
+    out: list[list[Candidate]] = []
+    for item in candidates:
+        if out and item.s - out[-1][-1].s <= defaults.LIGHT_GROUP_REACH:
+            out[-1].append(item)
+        else:
+            out.append([item])
+    return out
+
+
+def _stops(
+    world: World, road: int, group: Sequence[Candidate], crossings: Sequence[Crossing]
+) -> tuple[tuple[bool, float], ...]:
+    """Return where traffic of each direction that the lights are for stops.
+
+    A direction whose stop line would lie before the road's start or beyond its end has none: traffic that comes out
+    of a junction is not stopped in it. Where that leaves none, lights stand at the road's end.
+    """
+    length = world.lanes.length(road)
+    margin = min(defaults.LIGHT_FROM_END, 0.5 * length)
+    known = {item.osm_id for item in crossings}
+    wanted = []
+    for along in (True, False):
+        sign = 1.0 if along else -1.0
+        at = [sign * item.s - _before(item, known) for item in group if item.along in (None, along)]
+        if not at:
+            continue
+        at += [sign * item.s - 0.5 * item.width - defaults.STOP_LINE_BEFORE_CROSSING for item in crossings]
+        s = sign * min(at)
+        inside = min(max(s, margin), length - margin)
+        if car_lanes(world, road, inside, along):
+            # How far it has to be moved against the traffic's direction is what matters.
+            wanted.append((along, inside, sign * (inside - s) > 0.0))
+    free = [(along, s) for along, s, moved in wanted if not moved]
+    return tuple(free or [(along, s) for along, s, _ in wanted])
+
+
+def _before(item: Candidate, known: Collection[str]) -> float:
+    """Return how far before its node traffic stops, m, where no crossing of known extent says so."""
+    if item.osm_id in known:
+        return 0.0
+    if not item.crossing:
+        return defaults.LIGHT_HALF_GAP if item.along is None else 0.0
+    return defaults.LIGHT_HALF_CROSSING + defaults.STOP_LINE_BEFORE_CROSSING

@@ -1,0 +1,148 @@
+"""Arrows on lanes that tell where they lead, from turn:lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import pi
+from typing import Final
+
+from osm2xodr import defaults
+from osm2xodr.furniture.world import Approach, Stop, World, pieces_on_road
+from osm2xodr.model import Direction, LaneSpec, RoadObject, Rule, StreetAttributes
+
+_WORDS: Final = {
+    "left": "Left",
+    "slight_left": "SlightLeft",
+    "sharp_left": "SharpLeft",
+    "right": "Right",
+    "slight_right": "SlightRight",
+    "sharp_right": "SharpRight",
+    "through": "Straight",
+    "reverse": "UTurn",
+    "merge_to_left": "MergeLeft",
+    "merge_to_right": "MergeRight",
+}
+
+
+def arrows(world: World, approaches: Sequence[Approach], stops: Sequence[Stop]) -> list[RoadObject]:
+    """Make the arrows of lanes with ``turn:lanes`` before junctions.
+
+    Parameters
+    ----------
+    world
+        Streets and roads.
+    approaches
+        The road ends that get arrows.
+    stops
+        Where there are stop lines: arrows lie before them.
+    """
+    lines: dict[tuple[int, str], list[float]] = {}
+    for stop in stops:
+        lines.setdefault((stop.road, stop.orientation), []).append(stop.s)
+    out: list[RoadObject] = []
+    unmatched: list[int] = []
+    for approach in approaches:
+        street = world.network.streets[approach.street_end // 2]
+        if not any(lane.turns for _, piece in street.pieces for lane in piece.lanes_ltr):
+            continue
+        attributes = pieces_on_road(world, street, approach.road)[-1 if approach.at_end else 0][2]
+        turns = lane_turns(attributes, world.network.rule, approach.at_end)
+        if not turns:
+            continue
+        if not _matches(world, approach, attributes):
+            unmatched.append(attributes.osm_way_id)
+            continue
+        known = lines.get((approach.road, approach.orientation), ())
+        near = [s for s in known if abs(s - approach.stop_s) <= defaults.STOP_NODE_REACH]
+        # The first line that traffic meets.
+        line = (min if approach.at_end else max)([approach.stop_s, *near])
+        for lane, words in sorted(turns.items()):
+            out += _on_lane(world, approach, lane, words, line, f"way/{attributes.osm_way_id}")
+    if unmatched:
+        world.diagnostics.dropped(
+            "turn-arrows",
+            "",
+            f"the arrows of {len(unmatched)} road ends are left out: the road has other lanes there than way "
+            f"{min(unmatched)} and its like",
+        )
+    return out
+
+
+def arrow_name(turns: frozenset[str]) -> str:
+    """Return the subtype of an arrow: ``arrow`` and its directions in alphabetical order; empty for none."""
+    words = sorted(_WORDS[turn] for turn in turns if turn in _WORDS)
+    return "arrow" + "".join(words) if words else ""
+
+
+def lane_ids(attributes: StreetAttributes, rule: Rule) -> dict[int, LaneSpec]:
+    """Return the lanes of a street by OpenDRIVE's lane id.
+
+    Those that run along the street (or both ways) lie right of the centre with right-hand traffic, left of it with
+    left-hand traffic.
+    """
+    lanes = attributes.lanes_ltr
+    backward = sum(lane.direction is Direction.BACKWARD for lane in lanes)
+    on_left = backward if rule is Rule.RIGHT_HAND else len(lanes) - backward
+    return {on_left - k if k < on_left else on_left - k - 1: lane for k, lane in enumerate(lanes)}
+
+
+def lane_turns(attributes: StreetAttributes, rule: Rule, along: bool) -> dict[int, frozenset[str]]:
+    """Return ``turn:lanes`` by lane id for traffic along the street (or against it)."""
+    wanted = Direction.FORWARD if along else Direction.BACKWARD
+    return {
+        lane: spec.turns
+        for lane, spec in lane_ids(attributes, rule).items()
+        if spec.direction is wanted and arrow_name(spec.turns)
+    }
+
+
+def _matches(world: World, approach: Approach, attributes: StreetAttributes) -> bool:
+    """Say whether the road has the street's lanes for the approach's traffic; margins lie outside of them."""
+    there: Mapping[int, object] = {lane.id: lane.type for lane in world.lanes.at(approach.road, approach.stop_s)}
+    specs = lane_ids(attributes, world.network.rule)
+    wanted = Direction.FORWARD if approach.at_end else Direction.BACKWARD
+    ours = {lane: spec.type for lane, spec in specs.items() if spec.direction is wanted}
+    return all(there.get(lane) is kind for lane, kind in ours.items())
+
+
+def _on_lane(
+    world: World, approach: Approach, lane: int, turns: frozenset[str], line: float, osm_id: str
+) -> list[RoadObject]:
+    """Make the arrows of one lane, from the stop line back as far as it has room."""
+    out = []
+    back = -1.0 if approach.at_end else 1.0
+    length = world.lanes.length(approach.road)
+    section = world.lanes.section_start(approach.road, approach.stop_s)
+    for number in range(defaults.ARROWS):
+        tip = line + back * (defaults.ARROW_FROM_LINE + number * defaults.ARROW_SPACING)
+        tail = tip + back * defaults.ARROW_LENGTH
+        if not 0.0 <= tail <= length or world.lanes.section_start(approach.road, tail) != section:
+            # Beyond, other lanes may have these ids.
+            break
+        if not all(_has_room(world, approach.road, s, lane) for s in (tip, tail)):
+            break
+        middle = 0.5 * (tip + tail)
+        (place,) = (item for item in world.lanes.at(approach.road, middle) if item.id == lane)
+        subtype = arrow_name(turns)
+        out.append(
+            RoadObject(
+                id=world.ids.thing(),
+                road=approach.road,
+                type="roadMark",
+                subtype=subtype,
+                name="arrow",
+                s=middle,
+                t=place.middle,
+                hdg=0.0 if approach.at_end else pi,
+                length=defaults.ARROW_LENGTH,
+                width=defaults.ARROW_WIDTH,
+                orientation=approach.orientation,
+                validity=((lane, lane),),
+                osm_id=osm_id,
+            )
+        )
+    return out
+
+
+def _has_room(world: World, road: int, s: float, lane: int) -> bool:
+    return any(item.id == lane and item.left - item.right >= defaults.ARROW_LANE for item in world.lanes.at(road, s))

@@ -1,0 +1,177 @@
+"""Bus stops beside roads, and their bays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture.world import NodePlace, NodePlaces, RoadsideFinder, World, outline
+from osm2xodr.model import Direction, RoadObject, RoadsideKind, RoadsideThing, Rule
+
+_YES = frozenset({"yes", "left", "right", "both"})
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """A bus stop on its road: id of the road, s, m, and whether it stands to the left of it."""
+
+    road: int
+    s: float
+    leftwards: bool
+    tags: Mapping[str, str]
+    osm_id: str
+
+
+def bus_stop_objects(
+    world: World, nodes: NodePlaces, finder: RoadsideFinder, things: Iterable[RoadsideThing]
+) -> list[RoadObject]:
+    """Make the objects of bus stops: a post at the kerb, and the bay where tags speak of one.
+
+    Parameters
+    ----------
+    world, nodes, finder
+        Streets and roads.
+    things
+        Those of `StreetNetwork.roadside` that may be of use; stops on streets are nodes of `StreetNetwork.node_tags`.
+    """
+    stops = _on_streets(world, nodes) + _beside(world, finder, [x for x in things if x.kind is RoadsideKind.BUS_STOP])
+    out: list[RoadObject] = []
+    for stop in stops:
+        if _YES & {stop.tags.get("bus_bay", ""), stop.tags.get("bay", "")}:
+            bay = _bay(world, stop)
+            if bay is None:
+                world.diagnostics.dropped(
+                    "bus-bay", stop.osm_id, "the bay of the bus stop is left out: the road there is too short for it"
+                )
+            else:
+                out.append(bay)
+        out.append(_post(world, stop))
+    return out
+
+
+def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
+    """Return the stops that OSM has as nodes of streets."""
+    tagged = {node: tags for node, tags in world.network.node_tags.items() if tags.get("highway") == "bus_stop"}
+    if not tagged:
+        return []
+    places = nodes.on_streets(tagged)
+    out = []
+    guessed: list[str] = []
+    left_out: list[str] = []
+    for node in sorted(places):
+        here = [place for place in places[node] if place.road >= 0]
+        ends = [max(-place.s, place.s - world.lanes.length(place.road), 0.0) for place in here]
+        if not ends or min(ends) > defaults.CROSSING_REACH:
+            left_out.append(f"node/{node}")
+            continue
+        place = here[int(np.argmin(ends))]
+        along = _runs_along(world, place, tagged[node])
+        if along is None:
+            guessed.append(f"node/{node}")
+        leftwards = (along is not False) != (world.network.rule is Rule.RIGHT_HAND)
+        s = min(max(place.s, 0.0), world.lanes.length(place.road))
+        out.append(_Stop(place.road, s, leftwards, tagged[node], f"node/{node}"))
+    words = "bus stops lie on a two-way street without a direction; they stand where its way leads"
+    world.diagnostics.count(Kind.GUESSED, "bus-stop-side", guessed, words)
+    world.diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "bus stops: they lie in a junction")
+    return out
+
+
+def _runs_along(world: World, place: NodePlace, tags: Mapping[str, str]) -> bool | None:
+    """Say whether the buses that stop run along the street; None where nothing tells."""
+    street = world.network.streets[place.street]
+    at = street.node_ids.tolist().index(place.node)
+    attributes = street.attributes_at(at)
+    text = tags.get("direction", "")
+    if text in ("forward", "backward"):
+        return (text == "forward") != attributes.reversed
+    runs = attributes.car_directions()
+    if runs == {Direction.FORWARD}:
+        return True
+    return False if runs == {Direction.BACKWARD} else None
+
+
+def _beside(world: World, finder: RoadsideFinder, things: list[RoadsideThing]) -> list[_Stop]:
+    """Return the stops beside streets; a platform and a stop that carry one name within a few metres stay two."""
+    if not things:
+        return []
+    middle = np.array([0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0)) for thing in things])
+    places = finder.places(middle[:, 0], middle[:, 1], defaults.BUS_STOP_REACH)
+    out = []
+    for k, thing in enumerate(things):
+        if places.road[k] >= 0:
+            leftwards = bool(places.t[k] > 0.5 * (places.left[k] + places.right[k]))
+            road = world.road_map.roads[int(places.road[k])].id
+            out.append(_Stop(road, float(places.s[k]), leftwards, thing.tags, thing.osm_id))
+    if len(out) < len(things):
+        world.diagnostics.dropped(
+            "roadside-left-out",
+            "",
+            f"{len(things) - len(out)} bus stops: no road lies within {defaults.BUS_STOP_REACH:g} m",
+        )
+    return out
+
+
+def _edge(world: World, stop: _Stop, s: float) -> float:
+    left, right = world.lanes.carriageway(stop.road, s)
+    return left if stop.leftwards else right
+
+
+def _orientation(world: World, stop: _Stop) -> str:
+    """Return the direction of the traffic that stops there."""
+    return "+" if stop.leftwards != (world.network.rule is Rule.RIGHT_HAND) else "-"
+
+
+def _post(world: World, stop: _Stop) -> RoadObject:
+    side = 1.0 if stop.leftwards else -1.0
+    return RoadObject(
+        id=world.ids.thing(),
+        road=stop.road,
+        type="pole",
+        subtype="busStop",
+        name=f"bus stop {stop.tags.get('name', '')}".strip(),
+        s=stop.s,
+        t=_edge(world, stop, stop.s) + side * defaults.BUS_STOP_ASIDE,
+        height=defaults.BUS_STOP_HEIGHT,
+        radius=0.5 * defaults.BUS_STOP_WIDTH,
+        orientation=_orientation(world, stop),
+        osm_id=stop.osm_id,
+    )
+
+
+def _bay(world: World, stop: _Stop) -> RoadObject | None:
+    """Make a bay beside the carriageway, or none where the road is too short."""
+    length = world.lanes.length(stop.road)
+    half = 0.5 * defaults.BUS_BAY_LENGTH
+    whole = half + defaults.BUS_BAY_TAPER
+    if length < 2 * whole:
+        return None
+    s = min(max(stop.s, whole), length - whole)
+    side = 1.0 if stop.leftwards else -1.0
+    corners = [
+        (s - whole, _edge(world, stop, s - whole)),
+        (s - half, _edge(world, stop, s - half) + side * defaults.BUS_BAY_DEPTH),
+        (s + half, _edge(world, stop, s + half) + side * defaults.BUS_BAY_DEPTH),
+        (s + whole, _edge(world, stop, s + whole)),
+    ]
+    # Along the kerb back, so that the bay follows the road in bends.
+    kerb = [(at, _edge(world, stop, at)) for at in np.linspace(s + whole, s - whole, 8).tolist()[1:-1]]
+    t = _edge(world, stop, s) + 0.5 * side * defaults.BUS_BAY_DEPTH
+    return RoadObject(
+        id=world.ids.thing(),
+        road=stop.road,
+        type="patch",
+        subtype="busBay",
+        name="bus bay",
+        s=s,
+        t=t,
+        length=2 * whole,
+        width=defaults.BUS_BAY_DEPTH,
+        orientation=_orientation(world, stop),
+        outline=outline(world, stop.road, s, t, corners + kerb),
+        osm_id=stop.osm_id,
+    )

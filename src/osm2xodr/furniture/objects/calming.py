@@ -1,0 +1,110 @@
+"""What calms traffic: humps, tables, cushions, islands on the carriageway."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture.objects.crossing_tags import is_crossing
+from osm2xodr.furniture.objects.crosswalks import island, island_edges
+from osm2xodr.furniture.world import CAR_LANES, NodePlace, NodePlaces, World
+from osm2xodr.model import RoadObject
+
+# Other words for the keys of `defaults.CALMING`.
+_ALIKE: Final = {
+    "humps": "hump",
+    "bumps": "bump",
+    "cushions": "cushion",
+    "raised_crossing": "table",
+    "rumble_strips": "rumble_strip",
+}
+
+
+def calming_objects(world: World, nodes: NodePlaces) -> list[RoadObject]:
+    """Make the objects of ``traffic_calming`` on nodes of streets, in the order of nodes."""
+    tagged = {node: tags for node, tags in world.network.node_tags.items() if _kind(tags)}
+    if not tagged:
+        return []
+    places = nodes.on_streets(tagged)
+    out: list[RoadObject] = []
+    left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
+    for node in sorted(places):
+        kind = _kind(tagged[node])
+        if kind == "island" and is_crossing(tagged[node]):
+            # The crossing has made it.
+            continue
+        found = _objects(world, node, kind, places[node])
+        if isinstance(found, str):
+            left_out[kind, found].append(f"node/{node}")
+        else:
+            out += found
+    for (kind, why), names in sorted(left_out.items()):
+        words = f"times traffic_calming={kind} is left out: {why}"
+        world.diagnostics.count(Kind.DROPPED, "traffic-calming", names, words)
+    return out
+
+
+def _kind(tags: Mapping[str, str]) -> str:
+    value = tags.get("traffic_calming", "")
+    return "" if value in ("no", "yes", "none") else _ALIKE.get(value, value)
+
+
+def _objects(world: World, node: int, kind: str, here: Iterable[NodePlace]) -> list[RoadObject] | str:
+    """Make the objects of one node, or say why there are none."""
+    if kind != "island" and kind not in defaults.CALMING:
+        return "it changes the carriageway, which follows the lanes"
+    length = defaults.ISLAND_LENGTH if kind == "island" else defaults.CALMING[kind][0]
+    inside = [place for place in here if place.road >= 0]
+    room = [place for place in inside if 0.0 <= place.s <= world.lanes.length(place.road)]
+    if not room:
+        return "it lies in a junction"
+    place = room[0]
+    whole = world.lanes.length(place.road)
+    if whole < length:
+        return "the road there is shorter"
+    s = min(max(place.s, 0.5 * length), whole - 0.5 * length)
+    osm_id = f"node/{node}"
+    if kind != "island":
+        return [
+            _patch(world, kind, place.road, s, left, right, osm_id)
+            for left, right in _across(world, kind, place.road, s)
+        ]
+    edges = island_edges(world, place.road, s)
+    if edges is None:
+        return "all lanes run the same way, none tells where it lies"
+    if edges[0] - edges[1] < defaults.ISLAND_WIDTH_MIN:
+        return "the lanes cannot spare the room"
+    return [island(world, place.road, s, 0.5 * length, edges, osm_id)]
+
+
+def _across(world: World, kind: str, road: int, s: float) -> list[tuple[float, float]]:
+    """Return t of the left and right edges of what lies across a road, m: cushions one per lane, all else in one."""
+    if kind != "cushion":
+        left, right = world.lanes.carriageway(road, s)
+        return [(left, right)] if left > right else []
+    half = 0.5 * defaults.CUSHION_WIDTH
+    return [
+        (lane.middle + half, lane.middle - half)
+        for lane in world.lanes.at(road, s)
+        if lane.type in CAR_LANES and lane.left - lane.right >= defaults.CUSHION_WIDTH
+    ]
+
+
+def _patch(world: World, kind: str, road: int, s: float, left: float, right: float, osm_id: str) -> RoadObject:
+    length, height = defaults.CALMING[kind]
+    return RoadObject(
+        id=world.ids.thing(),
+        road=road,
+        type="patch",
+        subtype=kind,
+        name=kind.replace("_", " "),
+        s=s,
+        t=0.5 * (left + right),
+        length=length,
+        width=left - right,
+        height=height,
+        osm_id=osm_id,
+    )

@@ -1,0 +1,128 @@
+"""The objects of crossings: crosswalks from kerb to kerb, and islands in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from osm2xodr import defaults
+from osm2xodr.furniture.world import CAR_LANES, Crossing, LaneAt, World, outline
+from osm2xodr.model import LaneType, RoadObject
+
+# What an island may take whole.
+_SPARE = frozenset({LaneType.MEDIAN, LaneType.NONE, LaneType.BORDER})
+# Subtypes by OSM's words for what is painted, where they are not the same.
+_SUBTYPES = {"unmarked": "virtual", "yes": "marked"}
+
+
+def crossing_objects(world: World, crossings: Sequence[Crossing]) -> tuple[RoadObject, ...]:
+    """Make the objects of crossings: crosswalks, and islands in them."""
+    out: list[RoadObject] = []
+    for crossing in crossings:
+        out += _objects(world, crossing)
+    return tuple(out)
+
+
+def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
+    if not crossing.island:
+        return [_crosswalk(world, crossing, None, None)]
+    edges = island_edges(world, crossing.road, crossing.s)
+    if edges is None:
+        world.diagnostics.note(
+            "crossing-island",
+            crossing.osm_id,
+            "the island of the crossing is left out: all lanes run the same way, none tells where it lies",
+        )
+        return [_crosswalk(world, crossing, None, None)]
+    left, right = edges
+    if left - right < defaults.ISLAND_WIDTH_MIN:
+        world.diagnostics.note(
+            "crossing-island",
+            crossing.osm_id,
+            f"the crossing is parted, but its island is left out: the lanes can spare but {left - right:.1f} m",
+        )
+        return [_crosswalk(world, crossing, None, left), _crosswalk(world, crossing, right, None)]
+    half = 0.5 * crossing.width + defaults.ISLAND_BEYOND
+    return [
+        _crosswalk(world, crossing, None, left),
+        island(world, crossing.road, crossing.s, half, edges, crossing.osm_id),
+        _crosswalk(world, crossing, right, None),
+    ]
+
+
+def _crosswalk(world: World, crossing: Crossing, left: float | None, right: float | None) -> RoadObject:
+    """Make one crosswalk, up to t = left and right or the carriageway's edges, m."""
+    road = crossing.road
+    begin, end = crossing.s - 0.5 * crossing.width, crossing.s + 0.5 * crossing.width
+    at_begin, at_end = world.lanes.carriageway(road, begin), world.lanes.carriageway(road, end)
+    outer = crossing.left if left is None else left, crossing.right if right is None else right
+    t = 0.5 * (outer[0] + outer[1])
+    kind = crossing.marking.partition(":")[0].partition(";")[0]
+    corners = (
+        (begin, at_begin[1] if right is None else right),
+        (end, at_end[1] if right is None else right),
+        (end, at_end[0] if left is None else left),
+        (begin, at_begin[0] if left is None else left),
+    )
+    return RoadObject(
+        id=world.ids.thing(),
+        road=road,
+        type="crosswalk",
+        subtype=_SUBTYPES.get(crossing.marking, kind),
+        name=f"{'marked' if kind == 'yes' else kind} crossing",
+        s=crossing.s,
+        t=t,
+        length=crossing.width,
+        width=outer[0] - outer[1],
+        outline=outline(world, road, crossing.s, t, corners),
+        osm_id=crossing.osm_id,
+    )
+
+
+def island_edges(world: World, road: int, s: float) -> tuple[float, float] | None:
+    """Return t of the left and right edge of the widest island that the lanes can spare, m.
+
+    It lies between the two directions of traffic; None where there is but one.
+    """
+    lanes = world.lanes.at(road, s)
+    left = sorted((lane for lane in lanes if lane.id > 0), key=lambda lane: lane.id)
+    right = sorted((lane for lane in lanes if lane.id < 0), key=lambda lane: -lane.id)
+    if not any(lane.type in CAR_LANES for lane in left) or not any(lane.type in CAR_LANES for lane in right):
+        return None
+    return left[0].right + _spare(left), right[0].left - _spare(right)
+
+
+def _spare(lanes: Sequence[LaneAt]) -> float:
+    """Return how much lanes, from the centre outwards, can spare next to the centre, m."""
+    spare = 0.0
+    for lane in lanes:
+        width = lane.left - lane.right
+        if lane.type in _SPARE:
+            spare += width
+            continue
+        if lane.type in CAR_LANES:
+            spare += max(width - defaults.ISLAND_LANE, 0.0)
+        break
+    return spare
+
+
+def island(world: World, road: int, s: float, half: float, edges: tuple[float, float], osm_id: str) -> RoadObject:
+    """Make an island from s - half to s + half, m, as far as the road goes, between t of its edges, m."""
+    begin, end = max(s - half, 0.0), min(s + half, world.lanes.length(road))
+    left, right = edges
+    t = 0.5 * (left + right)
+    at = 0.5 * (begin + end)
+    corners = ((begin, right), (end, right), (end, left), (begin, left))
+    return RoadObject(
+        id=world.ids.thing(),
+        road=road,
+        type="trafficIsland",
+        subtype="",
+        name="island",
+        s=at,
+        t=t,
+        length=end - begin,
+        width=left - right,
+        height=defaults.ISLAND_HEIGHT,
+        outline=outline(world, road, at, t, corners, defaults.ISLAND_HEIGHT),
+        osm_id=osm_id,
+    )

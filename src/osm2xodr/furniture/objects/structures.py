@@ -1,0 +1,164 @@
+"""Bridges that roads lead over, and tunnels that they lead through."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TypeAlias
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture.world import World, pieces_on_road
+from osm2xodr.model import Road, RoadLink, RoadStructure, StructureTags
+
+# What begins or ends this near to a road's end reaches it, m.
+_AT_END = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Where on a road a bridge or tunnel is, m, its tags, and the OSM ways that have them."""
+
+    begin: float
+    end: float
+    tags: tuple[StructureTags, ...]
+    ways: tuple[int, ...]
+
+
+_Parts: TypeAlias = dict[int, list[_Part]]
+# A part by its road and its number there.
+_Key: TypeAlias = tuple[int, int]
+
+
+def place_structures(world: World) -> tuple[RoadStructure, ...]:
+    """Return the bridges and tunnels of all roads, in ascending road and s.
+
+    Those of connecting roads are the ones that both of the roads that they join end on.
+    """
+    parts: _Parts = {
+        world.road_map.roads[k].id: list(_parts(world, k, street))
+        for k, street in enumerate(world.places.road_street.tolist())
+        if any(piece.structure_tags is not None for _, piece in world.network.streets[street].pieces)
+    }
+    for road in world.road_map.roads if parts else ():
+        if road.junction is not None:
+            between = _between(world, road, parts)
+            if between is not None:
+                parts[road.id] = [between]
+    extent = _extents(world, parts)
+    found = tuple(
+        _structure(world, road, part, extent[road, number])
+        for road in sorted(parts)
+        for number, part in enumerate(parts[road])
+    )
+    _report(world, [part for of_road in parts.values() for part in of_road])
+    return found
+
+
+def _parts(world: World, curve: int, street: int) -> Iterator[_Part]:
+    """Yield where the bridges and tunnels of a road are; ways in a row that have the same make one."""
+    pieces = pieces_on_road(world, world.network.streets[street], world.road_map.roads[curve].id)
+    for kind, group in groupby(pieces, key=lambda piece: _kind(piece[2].structure_tags)):
+        if kind is None:
+            continue
+        row = list(group)
+        tags = tuple(piece.structure_tags for _, _, piece in row if piece.structure_tags is not None)
+        yield _Part(row[0][0], row[-1][1], tags, tuple(sorted({piece.osm_way_id for _, _, piece in row})))
+
+
+def _kind(tags: StructureTags | None) -> tuple[str, str, bool] | None:
+    """Return what two ways have in common if they are on one structure."""
+    return None if tags is None else (tags.kind, tags.material, tags.open_sides)
+
+
+def _between(world: World, road: Road, parts: _Parts) -> _Part | None:
+    """Return the part of a connecting road; None if one of the roads that it joins ends on the ground."""
+    ends = [_beyond(world, link, parts) for link in (road.predecessor, road.successor)]
+    before, after = (None if key is None else parts[key[0]][key[1]] for key in ends)
+    if before is None or after is None or _kind(before.tags[0]) != _kind(after.tags[0]):
+        return None
+    ways = tuple(sorted({*before.ways, *after.ways}))
+    return _Part(0.0, world.lanes.length(road.id), (*before.tags, *after.tags), ways)
+
+
+def _beyond(world: World, link: RoadLink | None, parts: _Parts) -> _Key | None:
+    """Return what the end of a road that a link leads to lies on."""
+    if link is None or link.to_junction or not parts.get(link.id):
+        return None
+    return _at_end(world, link.id, parts, at_start=bool(link.at_start))
+
+
+def _at_end(world: World, road: int, parts: _Parts, *, at_start: bool) -> _Key | None:
+    """Return what an end of a road lies on."""
+    if at_start:
+        return (road, 0) if parts[road][0].begin < _AT_END else None
+    last = len(parts[road]) - 1
+    return (road, last) if parts[road][last].end > world.lanes.length(road) - _AT_END else None
+
+
+def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
+    """Return the length of what goes on from road to road, for each part, m; connecting roads add nothing to it."""
+    links: defaultdict[_Key, set[_Key]] = defaultdict(set)
+    connecting = set()
+    for road in world.road_map.roads if parts else ():
+        if not parts.get(road.id):
+            continue
+        if road.junction is not None:
+            connecting.add(road.id)
+        for link, at_start in ((road.predecessor, True), (road.successor, False)):
+            here, there = _at_end(world, road.id, parts, at_start=at_start), _beyond(world, link, parts)
+            if here is not None and there is not None:
+                links[here].add(there)
+                links[there].add(here)
+    out: dict[_Key, float] = {}
+    for first in ((road, number) for road, of_road in parts.items() for number in range(len(of_road))):
+        if first in out:
+            continue
+        whole, todo = {first}, [first]
+        while todo:
+            new = links[todo.pop()] - whole
+            whole |= new
+            todo += new
+        own = [parts[road][number] for road, number in sorted(whole) if road not in connecting]
+        out.update(dict.fromkeys(whole, math.fsum(part.end - part.begin for part in own)))
+    return out
+
+
+def _structure(world: World, road: int, part: _Part, extent: float) -> RoadStructure:
+    """Make the part of a bridge or tunnel of some extent, m, that lies on a road."""
+    first = part.tags[0]
+    if first.kind == "bridge":
+        form, lighting, daylight = first.material or defaults.BRIDGE_MATERIAL, 0.0, 0.0
+    else:
+        lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= defaults.TUNNEL_LIT_LENGTH)
+        form, lighting = "underpass" if first.open_sides else "standard", float(lit)
+        daylight = defaults.GALLERY_DAYLIGHT if first.open_sides else 0.0
+    return RoadStructure(
+        id=world.ids.thing(),
+        road=road,
+        s=part.begin,
+        length=part.end - part.begin,
+        kind=first.kind,
+        type=form,
+        name=next((tags.name for tags in part.tags if tags.name), ""),
+        lighting=lighting,
+        daylight=daylight,
+        osm_way_ids=part.ways,
+    )
+
+
+def _report(world: World, parts: list[_Part]) -> None:
+    """Report what was guessed."""
+    plain, dark = set[int](), set[int]()
+    for part in parts:
+        if part.tags[0].kind == "bridge" and not part.tags[0].material:
+            plain.update(part.ways)
+        if part.tags[0].kind == "tunnel" and all(tags.lit is None for tags in part.tags):
+            dark.update(part.ways)
+    words = f"ways on bridges have no material, {defaults.BRIDGE_MATERIAL} is taken"
+    world.diagnostics.count(Kind.GUESSED, "bridge-material", [f"way/{way}" for way in sorted(plain)], words)
+    words = f"ways in tunnels do not say whether they are lit, taken as lit from {defaults.TUNNEL_LIT_LENGTH:g} m on"
+    world.diagnostics.count(Kind.GUESSED, "tunnel-lighting", [f"way/{way}" for way in sorted(dark)], words)

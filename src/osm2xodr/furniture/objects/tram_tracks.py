@@ -1,0 +1,83 @@
+"""The rails of tram tracks in carriageways."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.furniture.objects.repeats import along_road
+from osm2xodr.furniture.objects.roadside_runs import Run, Strip, simplified, strips_on
+from osm2xodr.furniture.world import CAR_LANES, LaneAt, RoadsideFinder, World, pieces_on_road
+from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing
+
+
+def tram_objects(world: World, finder: RoadsideFinder, things: Iterable[RoadsideThing]) -> list[RoadObject]:
+    """Make the rails of tram tracks on carriageways.
+
+    Tracks that are mapped as ways of their own lie where they are; where but the street says that there are any, they
+    lie in the lanes for cars next to the centre.
+
+    Parameters
+    ----------
+    world, finder
+        Streets and roads.
+    things
+        Those of `StreetNetwork.roadside` that may be of use.
+    """
+    lines = [thing for thing in things if thing.kind is RoadsideKind.TRAM_TRACK and len(thing.points) > 1]
+    half = 0.5 * (defaults.TRAM_GAUGE + defaults.TRAM_RAIL_WIDTH)
+    mapped = strips_on(finder, [thing.points for thing in lines], half)
+    out: list[RoadObject] = []
+    for strip in mapped:
+        out += _rails(world, strip, _gauge(lines[strip.line].tags), lines[strip.line].osm_id)
+    with_tracks = {strip.road for strip in mapped}
+    for k, street in enumerate(world.places.road_street.tolist()):
+        if k in with_tracks or not any(piece.tram for _, piece in world.network.streets[street].pieces):
+            continue
+        road = world.road_map.roads[k].id
+        for begin, end, attributes in pieces_on_road(world, world.network.streets[street], road):
+            if attributes.tram:
+                for strip in _in_lanes(world, k, begin, end):
+                    out += _rails(world, strip, defaults.TRAM_GAUGE, f"way/{attributes.osm_way_id}")
+    return out
+
+
+def _gauge(tags: Mapping[str, str]) -> float:
+    """Return the gauge of a track, m; OSM has it in millimetres."""
+    text = tags.get("gauge", "")
+    return float(text) / 1000.0 if text.isdigit() and 500 <= int(text) <= 2000 else defaults.TRAM_GAUGE
+
+
+def _in_lanes(world: World, curve: int, begin: float, end: float) -> list[Strip]:
+    """Return the middle lines of tracks in the lanes for cars next to the centre, on either side."""
+    if end - begin < defaults.OBJECT_SHORTEST:
+        return []
+    road = world.road_map.roads[curve].id
+    count = max(int(np.ceil((end - begin) / defaults.OBJECT_SPACING)), 1) + 1
+    stations = np.linspace(begin, end, count)
+    lanes = [world.lanes.at(road, s) for s in stations.tolist()]
+    out: list[Strip] = []
+    for left in (True, False):
+        middles = np.array([_innermost(here, left) for here in lanes])
+        there = np.flatnonzero(np.isfinite(middles))
+        for rows in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1):
+            if len(rows) > 1:
+                out += simplified(Run(0, curve, stations[rows], middles[rows]))
+    return out
+
+
+def _innermost(lanes: Iterable[LaneAt], left: bool) -> float:
+    """Return t of the middle of the lane for cars next to the centre on one side, NaN where there is none."""
+    found = [lane for lane in lanes if (lane.id > 0) == left and lane.type in CAR_LANES and lane.left > lane.right]
+    return min(found, key=lambda lane: abs(lane.id)).middle if found else float("nan")
+
+
+def _rails(world: World, strip: Strip, gauge: float, osm_id: str) -> list[RoadObject]:
+    words = ("patch", "tramTrack", "tram track")
+    size = (defaults.TRAM_RAIL_WIDTH, 0.0)
+    return [
+        along_road(world, strip, words, (strip.t_start + side * gauge, strip.t_end + side * gauge), size, 0.0, osm_id)
+        for side in (0.5, -0.5)
+    ]

@@ -1,0 +1,258 @@
+"""Where the signs stand that OSM maps as ``traffic_sign=*``, on nodes of streets and beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Final
+
+from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture.signs.directions import LimitsAround, TownSide, comes_to
+from osm2xodr.furniture.signs.posts import Post
+from osm2xodr.furniture.signs.sign_roads import Candidate, Spot, candidates_beside, choose_spot, choose_yield
+from osm2xodr.furniture.signs.stop_and_give_way import KINDS, YieldSigns
+from osm2xodr.furniture.signs.tags import SignFace, directed_values, read_faces
+from osm2xodr.furniture.world import NodePlace, NodePlaces, World, car_lanes
+from osm2xodr.model import RoadsideKind, RoadsideThing
+
+# Signs of ways for people on foot or bicycles.
+_PATHS: Final = frozenset({"footway", "cycleway", "foot_and_cycleway", "footway_beside_cycleway", "bridleway"})
+_BACK: Final = {"city_limit": "city_limit_end", "city_limit_end": "city_limit"}
+
+
+def add_mapped_signs(world: World, places: NodePlaces, yielding: YieldSigns) -> list[Post]:
+    """Return the poles of all mapped signs but stop and give-way signs, which go to the others of that kind.
+
+    Parameters
+    ----------
+    world, places
+        What is there.
+    yielding
+        The stop and give-way signs.
+    """
+    reader = _Reader(world, yielding)
+    tags = world.network.node_tags
+    signed = [node for node, item in tags.items() if any(True for _ in directed_values(item))]
+    meeting = {item.osm_node_id for item in world.network.intersections if len(item.arms) > 1}
+    for node, found in sorted(places.on_streets(signed).items()):
+        reader.on_street(node, tags[node], found, meets=node in meeting)
+    things = [item for item in world.network.roadside if item.kind is RoadsideKind.TRAFFIC_SIGN]
+    for thing, candidates in zip(things, candidates_beside(world, things), strict=True):
+        reader.beside(thing, candidates)
+    _count_ways(world)
+    return reader.posts
+
+
+class _Reader:
+    """Turns tags of nodes into poles."""
+
+    def __init__(self, world: World, yielding: YieldSigns) -> None:
+        self._world = world
+        self._yielding = yielding
+        self._town = TownSide(world.network.streets)
+        self.posts: list[Post] = []
+
+    def on_street(self, node: int, tags: Mapping[str, str], found: Sequence[NodePlace], *, meets: bool) -> None:
+        """Read the signs of a node of streets."""
+        osm_id = f"node/{node}"
+        yields = tags.get("highway") in KINDS
+        values = [(word, self._faces(text, tags, word, but_yielding=yields)) for word, text in directed_values(tags)]
+        if not any(faces for _, faces in values):
+            if not yields:
+                self._leave_out(osm_id, "what it means is not known, or it is not for cars")
+            return
+        street = self._world.network.streets[found[0].street]
+        for word, faces in values:
+            limits = LimitsAround.at(street, node)
+            spot = self._in_junction(node, found[0]) if meets or found[0].road < 0 else None
+            if spot is None and (meets or found[0].road < 0):
+                self._leave_out(osm_id, "it stands on a junction and does not say for which of its roads")
+                return
+            if spot is None:
+                length = self._world.lanes.length(found[0].road)
+                s = min(max(found[0].s, 0.0), length)
+                spot = Spot(found[0].road, s, None, limits.along(word), limits)
+            if word != "both" and self._for_both(faces, spot):
+                words = "the sign stands for both directions of its street: no tag says which of them it is for"
+                self._world.diagnostics.guessed("sign-direction", osm_id, words)
+            self._place(osm_id, tags, faces, spot)
+
+    def _in_junction(self, node: int, place: NodePlace) -> Spot | None:
+        """Return the end of the only road from which cars come to a node in a junction; None for several."""
+        network = self._world.network
+        if place.road < 0 and node not in (network.streets[place.street].node_ids[[0, -1]]).tolist():
+            runs = LimitsAround.at(network.streets[place.street], node).directions()
+            street = network.streets[place.street]
+            meeting = (street.start if runs[0] else street.end) if len(runs) == 1 else -1
+        else:
+            street = network.streets[place.street]
+            meeting = street.start if int(street.node_ids[0]) == node else street.end
+        if meeting < 0:
+            return None
+        arms = [2 * street + (not start) for street, start in network.intersections[meeting].arms]
+        coming = [end for end in arms if comes_to(network.streets[end // 2], end)]
+        road = int(self._world.places.end_road[coming[0]]) if len(coming) == 1 else -1
+        if road < 0:
+            return None
+        at_end = bool(coming[0] % 2)
+        limits = LimitsAround.of_end(network.streets[coming[0] // 2], at_end=at_end)
+        return Spot(road, self._world.lanes.length(road) if at_end else 0.0, None, at_end, limits)
+
+    def beside(self, thing: RoadsideThing, candidates: Sequence[Candidate]) -> None:
+        """Read the signs of a node beside streets."""
+        faces: list[SignFace] = []
+        kind = thing.tags.get("highway", "")
+        for word, text in directed_values(thing.tags):
+            faces += self._faces(text, thing.tags, word, but_yielding=kind in KINDS)
+        if kind in KINDS:
+            faces.insert(0, SignFace(kind))
+        if not faces:
+            self._leave_out(thing.osm_id, "what it means is not known, or it is not for cars")
+            return
+        yields = [face.meaning for face in faces if face.meaning in KINDS]
+        if yields:
+            spot = self._yield_spot(thing, candidates, yields[0])
+            if not isinstance(spot, str):
+                self._place(thing.osm_id, thing.tags, faces, spot)
+                return
+            self._leave_out(thing.osm_id, spot)
+            faces = _others(faces)
+            if not faces:
+                return
+        any_way = any(face.meaning == "no_entry" for face in faces)
+        spot = choose_spot(candidates, any_way=any_way)
+        if isinstance(spot, str):
+            self._leave_out(thing.osm_id, spot)
+        else:
+            self._place(thing.osm_id, thing.tags, faces, spot)
+
+    def _yield_spot(self, thing: RoadsideThing, candidates: Sequence[Candidate], kind: str) -> Spot | str:
+        """Return where a stop or give-way sign beside streets stands, or why it stands nowhere."""
+        if not self._on_footways.isdisjoint(thing.node_ids.tolist()):
+            return "it stands on a way for people on foot or bicycles"
+        return choose_yield(candidates, kind, self._yielding.ahead)
+
+    @cached_property
+    def _on_footways(self) -> frozenset[int]:
+        """The nodes of ways for people on foot or bicycles."""
+        return frozenset(node for way in self._world.network.footways for node in way.node_ids.tolist())
+
+    def _faces(self, text: str, tags: Mapping[str, str], word: str, *, but_yielding: bool) -> list[SignFace]:
+        out: list[SignFace] = []
+        wanted = True
+        for face in read_faces(text, tags, self._world.network.country, word):
+            if not face.supplementary:
+                wanted = face.meaning not in _PATHS and not (but_yielding and face.meaning in KINDS)
+                wanted = wanted and bool(face.meaning or face.code)
+            if wanted:
+                out.append(face)
+        return out
+
+    def _place(self, osm_id: str, tags: Mapping[str, str], faces: Sequence[SignFace], spot: Spot) -> None:
+        """Make the poles of signs at a place, for each direction that they are for."""
+        by_direction: dict[bool, list[SignFace]] = {True: [], False: []}
+        main_along: tuple[bool, ...] = ()
+        lost = ""
+        for face in faces:
+            if face.supplementary:
+                for along in main_along:
+                    by_direction[along].append(face)
+                continue
+            meant = self._meant(osm_id, face, tags, spot)
+            main_along = tuple(along for along, _ in meant)
+            lost = lost if meant else "neither its tags nor what is around tell which direction it is for"
+            for along, one in meant:
+                by_direction[along].append(one)
+        for along, found in by_direction.items():
+            if found:
+                lost = self._post(osm_id, spot, along, found) or lost
+        if lost:
+            self._leave_out(osm_id, lost)
+
+    def _post(self, osm_id: str, spot: Spot, along: bool, faces: Sequence[SignFace]) -> str:
+        """Make one pole, or say why not."""
+        any_way = any(face.meaning == "no_entry" for face in faces)
+        if not car_lanes(self._world, spot.road, spot.s, along) and not any_way:
+            return "no lane for cars leads that way"
+        yields = [face for face in faces if face.meaning in KINDS]
+        others = tuple(face for face in faces if face.meaning not in KINDS)
+        for face in yields:
+            self._yielding.add([self._yielding.nearest(spot.road, spot.s, along, face.meaning, osm_id)])
+        if others and any(not face.supplementary for face in others):
+            self.posts.append(Post(spot.road, spot.s, along, others, osm_id, spot.t))
+        return ""
+
+    def _meant(self, osm_id: str, face: SignFace, tags: Mapping[str, str], spot: Spot) -> list[tuple[bool, SignFace]]:
+        """Return which directions a sign is for, and what it says to each."""
+        country = self._world.network.country
+        if face.meaning in _BACK:
+            return self._city_limits(osm_id, face, tags, spot)
+        if face.meaning == "maxspeed":
+            meant = spot.limits.limited(face, country) if spot.along is None else [spot.along]
+            said = [(along, spot.limits.with_value(face, along, country)) for along in meant]
+            return [(along, one) for along, one in said if one.value is not None]
+        if spot.along is not None:
+            return [(spot.along, face)]
+        if face.meaning in KINDS:
+            return [(spot.limits.nearer_end(), face)]
+        return [(along, face) for along in spot.limits.directions()]
+
+    def _for_both(self, faces: Sequence[SignFace], spot: Spot) -> bool:
+        """Say whether one of several signs is taken to be for both directions since nothing says which."""
+        if spot.along is not None or len(spot.limits.directions()) < 2:
+            return False
+        main = [face for face in faces if not face.supplementary and face.meaning not in (*KINDS, *_BACK)]
+        country = self._world.network.country
+        return any(face.meaning != "maxspeed" or not spot.limits.tells(face, country) for face in main)
+
+    def _city_limits(
+        self, osm_id: str, face: SignFace, tags: Mapping[str, str], spot: Spot
+    ) -> list[tuple[bool, SignFace]]:
+        """Return what the sign of a town says to those who enter and to those who leave it.
+
+        Where tags do not say where the town lies, it lies where limits are lower, or else where more streets are.
+        """
+        word = tags.get("city_limit", "")
+        ends = face.meaning == "city_limit_end" or word == "end"
+        begin = replace(face, meaning="city_limit", code="", country="")
+        end = replace(begin, meaning="city_limit_end")
+        runs = spot.limits.directions()
+        into: bool | None = None
+        if spot.along is not None and (word or face.code or len(runs) > 1):
+            into = spot.along != ends
+        if into is None:
+            into = spot.limits.into_town()
+        if into is None:
+            into = self._town.ahead(spot.limits)
+            if into is not None:
+                words = "the town is taken to lie on the side of its sign where more streets are"
+                self._world.diagnostics.guessed("town-side", osm_id, words)
+        if into is None:
+            return []
+        out = [] if ends else [(into, begin)]
+        if ends or (word != "begin" and not face.code):
+            out.append((not into, end))
+        return [(along, one) for along, one in out if along in runs]
+
+    def _leave_out(self, osm_id: str, why: str) -> None:
+        self._world.diagnostics.dropped("sign-left-out", osm_id, f"the sign is left out: {why}")
+
+
+def _others(faces: Sequence[SignFace]) -> list[SignFace]:
+    """Return the signs but stop and give-way signs and the plates below them."""
+    out: list[SignFace] = []
+    wanted = False
+    for face in faces:
+        if not face.supplementary:
+            wanted = face.meaning not in KINDS
+        if wanted:
+            out.append(face)
+    return out
+
+
+def _count_ways(world: World) -> None:
+    """Say how many ways name signs: they have no place, and other tags say what they mean."""
+    ways = {item.osm_way_id for street in world.network.streets for _, item in street.pieces if item.traffic_sign}
+    words = "ways name signs in traffic_sign: they have no place along the way and are not drawn"
+    world.diagnostics.count(Kind.NOTE, "signs-of-ways", [f"way/{way}" for way in sorted(ways)], words)

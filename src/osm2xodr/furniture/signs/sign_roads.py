@@ -1,0 +1,189 @@
+"""Which road a sign is for that OSM maps beside streets: the one whose traffic has it on its own side.
+
+A node has no layer: where roads of several levels are as near, none of them is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import CurveFinder, pose
+from osm2xodr.furniture.signs.directions import LimitsAround, compass_heading, faced_along
+from osm2xodr.furniture.signs.post_clearance import curves_near
+from osm2xodr.furniture.world import World, way_at
+from osm2xodr.model import RoadsideThing, Rule, StreetAttributes, Structure
+
+_NO_ROAD: Final = "no road for cars that it faces is near"
+# Roads that no stop sign stands at; whoever leaves them by a link may meet one there.
+_NO_STOPS: Final = frozenset({"motorway", "trunk"})
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A place on a road: t where OSM says so, and the direction of traffic that a sign there is for, if known."""
+
+    road: int
+    s: float
+    t: float | None
+    along: bool | None
+    limits: LimitsAround
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A road that a sign beside it may be for.
+
+    Parameters
+    ----------
+    spot
+        Where it would stand, and for which direction.
+    along
+        The same direction, which is known here.
+    way
+        The piece of way there.
+    outside
+        How far it lies beyond the edge of the carriageway, m; negative on it.
+    own_side
+        Whether it lies on the side that the traffic keeps to.
+    beyond
+        How far it lies before the road's start or beyond its end, m.
+    """
+
+    spot: Spot
+    along: bool
+    way: StreetAttributes
+    outside: float
+    own_side: bool
+    beyond: float
+
+    def misfit(self) -> float:
+        """Return how far the sign is from where one for this road is looked for, m."""
+        return abs(self.outside) + self.beyond + (0.0 if self.own_side else defaults.SIGN_WRONG_SIDE)
+
+
+def candidates_beside(world: World, things: Sequence[RoadsideThing]) -> list[list[Candidate]]:
+    """Return the roads that signs beside streets may be for, nearest first, for each sign.
+
+    Parameters
+    ----------
+    world
+        What is there.
+    things
+        The signs.
+    """
+    out: list[list[Candidate]] = [[] for _ in things]
+    if not things:
+        return out
+    plan = world.road_map.plan_view
+    x, y = np.array([item.points[0] for item in things]).T
+    near = curves_near(plan, x, y)
+    finder = CurveFinder(plan, near[near < len(world.places.road_street)])
+    point, curve, s, t, distance = finder.near(x, y, defaults.SIGN_ASIDE)
+    hdg = pose(plan, curve, s)[2]
+    for k in np.lexsort((curve, distance, point)).tolist():
+        thing, road = int(point[k]), int(curve[k])
+        beyond = max(float(distance[k]) ** 2 - float(t[k]) ** 2, 0.0) ** 0.5
+        found = _candidate(world, things[thing], road, (float(s[k]), float(t[k]), float(hdg[k])), beyond)
+        if found is not None:
+            out[thing].append(found)
+    return out
+
+
+def _candidate(
+    world: World, thing: RoadsideThing, curve: int, place: tuple[float, float, float], beyond: float
+) -> Candidate | None:
+    """Return a candidate of a place on a road (s, t, heading); None if the sign faces no traffic there."""
+    s, t, hdg = place
+    road = world.road_map.roads[curve].id
+    street = world.network.streets[int(world.places.road_street[curve])]
+    x, y = thing.points[0].tolist()
+    limits = LimitsAround.near(street, x, y)
+    runs = limits.directions()
+    left, right = world.lanes.carriageway(road, s)
+    on_right = t < 0.5 * (left + right)
+    keeps_right = world.road_map.rule is Rule.RIGHT_HAND
+    heading = compass_heading(thing.tags)
+    along = None if heading is None else faced_along(heading, hdg)
+    if heading is not None and along is None:
+        return None
+    if along is None:
+        along = on_right == keeps_right if len(runs) > 1 else runs[0]
+    spot, outside = Spot(road, s, t, along, limits), max(t - left, right - t)
+    return Candidate(spot, along, way_at(street, x, y), outside, on_right == (along == keeps_right), beyond)
+
+
+def choose_spot(candidates: Sequence[Candidate], *, any_way: bool) -> Spot | str:
+    """Return the place of a sign, or why it has none.
+
+    Parameters
+    ----------
+    candidates
+        The roads that it may be for.
+    any_way
+        Whether it may be for those who must not drive there.
+    """
+    if not candidates:
+        return _NO_ROAD
+    led = [item for item in candidates if any_way or item.along in item.spot.limits.directions()]
+    kept = led or candidates
+    return _best(kept, [item.misfit() for item in kept])
+
+
+def choose_yield(
+    candidates: Sequence[Candidate], kind: str, ahead: Callable[[Spot, bool], float | None]
+) -> Spot | str:
+    """Return the place of a stop or give-way sign, or why it has none.
+
+    It stands beside a road, on the side of those who drive towards what it is for.
+
+    Parameters
+    ----------
+    candidates
+        The roads that it may be for.
+    kind
+        ``stop`` or ``give_way``.
+    ahead
+        Returns how far it is from a place, in a direction, to what traffic has to stop or yield for, m; None where
+        there is nothing.
+    """
+    why = ""
+    misfits: list[float] = []
+    left: list[Candidate] = []
+    for item in sorted(candidates, key=Candidate.misfit):
+        distance = ahead(item.spot, item.along)
+        problem = _no_yield(item, kind)
+        if problem or distance is None:
+            why = why or problem or "no junction or crossing is ahead of it, on the road that is nearest"
+            continue
+        left.append(item)
+        misfits.append(item.misfit() + defaults.SIGN_AHEAD_SHARE * distance)
+    return _best(left, misfits) if left else why or _NO_ROAD
+
+
+def _no_yield(item: Candidate, kind: str) -> str:
+    """Say why there can be no stop or give-way sign for a road's traffic."""
+    if item.way.highway == "motorway" or (kind == "stop" and item.way.highway in _NO_STOPS):
+        return f"the road that it stands at is a {item.way.highway}, whose traffic does not stop for others"
+    if kind == "stop" and item.way.roundabout:
+        return "the road that it stands at is the ring of a roundabout"
+    if item.outside < -defaults.OBJECT_INSIDE:
+        return "it lies on the carriageway and on no street, so that it does not say which traffic it is for"
+    if not item.own_side:
+        return "it stands on the far side of the road that is nearest"
+    return ""
+
+
+def _best(candidates: Sequence[Candidate], misfits: Sequence[float]) -> Spot | str:
+    """Return the place that fits best, unless a road of another level fits about as well."""
+    least, best = min(zip(misfits, candidates, strict=True), key=lambda pair: pair[0])
+    for item, misfit in zip(candidates, misfits, strict=True):
+        if item.way.layer != best.way.layer and misfit < least + defaults.SIGN_AMBIGUOUS:
+            return "roads of several levels are near, and it does not say which of them it is for"
+    if best.way.structure is Structure.TUNNEL:
+        return "the road that is near runs in a tunnel, and it does not say that it stands there"
+    return best.spot

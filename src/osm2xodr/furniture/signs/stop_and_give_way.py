@@ -1,0 +1,270 @@
+"""Where the stop and give-way signs of OSM's nodes stand: ``highway=stop`` and ``highway=give_way``."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.conventions import meant_ends, priority_rank, stops_all
+from osm2xodr.furniture.signs.posts import Post
+from osm2xodr.furniture.signs.sign_roads import Spot
+from osm2xodr.furniture.signs.tags import SignFace
+from osm2xodr.furniture.world import Approach, Crossing, NodePlace, NodePlaces, Stop, World, car_lanes
+from osm2xodr.model import Direction, Intersection, Street
+
+KINDS: Final = ("stop", "give_way")
+# Values of railway of nodes where tracks cross a street.
+_RAILWAYS: Final = frozenset({"level_crossing", "tram_level_crossing", "crossing", "tram_crossing"})
+
+
+@dataclass(frozen=True, slots=True)
+class YieldSign:
+    """A stop or give-way sign for one direction of a road.
+
+    Parameters
+    ----------
+    kind
+        ``stop`` or ``give_way``.
+    road, s, along
+        Where traffic has to stop or yield, m, and its direction.
+    osm_id
+        The node.
+    approach
+        The approach that it is for; None apart from junctions.
+    all_way
+        Whether all approaches of the junction have to stop.
+    """
+
+    kind: str
+    road: int
+    s: float
+    along: bool
+    osm_id: str
+    approach: Approach | None = None
+    all_way: bool = False
+
+
+class YieldSigns:
+    """Collects stop and give-way signs, one for each approach, and says what becomes of every node.
+
+    Parameters
+    ----------
+    world, approaches, crossings
+        What is there.
+    """
+
+    def __init__(self, world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing] = ()) -> None:
+        self._world = world
+        self._crossings = crossings
+        self._by_end = {item.street_end: item for item in approaches}
+        self._at = {(item.road, item.at_end): item for item in approaches}
+        self._found: dict[tuple[int, bool, float | None], YieldSign] = {}
+
+    @cached_property
+    def _meeting(self) -> Mapping[int, Intersection]:
+        return {item.osm_node_id: item for item in self._world.network.intersections}
+
+    @cached_property
+    def _minor_roads(self) -> Mapping[int, frozenset[int]]:
+        """Roads that yield to some at a junction and go before none, by junction."""
+        out: dict[int, frozenset[int]] = {}
+        for junction in self._world.road_map.junctions:
+            incoming = {item.connecting_road: item.incoming_road for item in junction.connections}
+            high = {incoming[one] for one, _ in junction.priorities}
+            low = {incoming[other] for _, other in junction.priorities}
+            out[junction.id] = frozenset(low - high)
+        return out
+
+    def add_nodes(self, places: NodePlaces) -> None:
+        """Find what the nodes on streets are for."""
+        tags = self._world.network.node_tags
+        nodes = [node for node, item in tags.items() if item.get("highway") in KINDS]
+        for node, found in sorted(places.on_streets(nodes).items()):
+            item = tags[node]
+            signs = self._signs(node, item, found)
+            if isinstance(signs, str):
+                self._leave_out(f"node/{node}", signs)
+                continue
+            self.add(signs)
+
+    def add(self, signs: Iterable[YieldSign]) -> None:
+        """Keep signs, of several for one approach the first; a stop sign goes before a give-way sign."""
+        for sign in signs:
+            key = (sign.road, sign.along, None if sign.approach else sign.s)
+            old = self._found.get(key)
+            if old is None:
+                self._found[key] = sign
+                continue
+            kept, lost = (sign, old) if (sign.kind, old.kind) == KINDS else (old, sign)
+            self._found[key] = kept
+            if lost.osm_id != kept.osm_id:
+                self._leave_out(lost.osm_id, f"{kept.osm_id} has the sign of that approach")
+
+    def nearest(self, road: int, s: float, along: bool, kind: str, osm_id: str) -> YieldSign:
+        """Return the sign that one beside a road at s, m, stands for: at the approach if that is near."""
+        approach = self._at.get((road, along))
+        length = self._world.lanes.length(road)
+        if approach is not None and (length - s if along else s) <= defaults.SIGN_REACH:
+            return YieldSign(kind, road, approach.stop_s, along, osm_id, approach)
+        margin = min(0.5 * length, defaults.STOP_LINE_SETBACK)
+        return YieldSign(kind, road, min(max(s, margin), length - margin), along, osm_id)
+
+    def ahead(self, spot: Spot, along: bool) -> float | None:
+        """Return how far it is from a sign beside a road to what its traffic has to stop or yield for, m.
+
+        That is a junction, a crossing or a railway within reach; None where there is none.
+        """
+        length = self._world.lanes.length(spot.road)
+        found = [abs(at - spot.s) for at in self._crossed.get(spot.road, ()) if (at > spot.s) == along]
+        if (spot.road, along) in self._at:
+            found.append(length - spot.s if along else spot.s)
+        near = [distance for distance in found if distance <= defaults.SIGN_REACH]
+        return min(near) if near else None
+
+    @cached_property
+    def _crossed(self) -> Mapping[int, list[float]]:
+        """Where people and railways cross roads: s by road, m."""
+        out: dict[int, list[float]] = defaultdict(list)
+        for crossing in self._crossings:
+            out[crossing.road].append(crossing.s)
+        places, tags = self._world.places, self._world.network.node_tags
+        for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
+            if road >= 0 and tags[node].get("railway") in _RAILWAYS:
+                out[road].append(s)
+        return out
+
+    def _leave_out(self, osm_id: str, why: str) -> None:
+        self._world.diagnostics.dropped("sign-left-out", osm_id, f"the sign is left out: {why}")
+
+    def _signs(self, node: int, tags: Mapping[str, str], found: Sequence[NodePlace]) -> list[YieldSign] | str:
+        """Return the signs of a node, or why there are none."""
+        meeting = self._meeting.get(node)
+        if meeting is not None and len(meeting.arms) > 1:
+            return self._at_intersection(meeting, tags)
+        out: list[YieldSign] = []
+        why = ""
+        for place in found:
+            street = self._world.network.streets[place.street]
+            index = int(np.flatnonzero(street.node_ids == node)[0])
+            for end in meant_ends(street, index, tags):
+                signs = self._inside(place, end, tags)
+                if isinstance(signs, str):
+                    why = signs
+                else:
+                    out += signs
+        return out or why
+
+    def _inside(self, place: NodePlace, end: int, tags: Mapping[str, str]) -> list[YieldSign] | str:
+        """Return the signs of a node inside a street that are for those who come to one of its ends."""
+        osm_id = f"node/{place.node}"
+        kind = tags["highway"]
+        if place.road < 0:
+            inner = self._world.network.streets[place.street]
+            arms = self._leading_into(2 * place.street + end, inner.start if end else inner.end)
+            if not arms:
+                return "it stands inside a junction, on a way that other ways are merged with"
+            return [self._of(arm, kind, osm_id) for arm in arms]
+        sign = self.nearest(place.road, place.s, bool(end), kind, osm_id)
+        lanes = car_lanes(self._world, sign.road, sign.s, sign.along)
+        return [sign] if lanes else "no lane for cars leads that way"
+
+    def _leading_into(self, end: int, start_node: int) -> list[Approach]:
+        """Return the approaches from which a street inside a junction is the only way on."""
+        streets = self._world.network.streets
+        arms = [2 * street + (not start) for street, start in self._world.network.intersections[start_node].arms]
+        out = []
+        for arm in arms:
+            if arm not in self._by_end or arm == end ^ 1:
+                continue
+            onwards = [other for other in arms if other != arm and _leaves(streets[other // 2], other)]
+            if onwards == [end ^ 1]:
+                out.append(self._by_end[arm])
+        return out
+
+    def _at_intersection(self, meeting: Intersection, tags: Mapping[str, str]) -> list[YieldSign] | str:
+        """Return the signs of a node where streets meet."""
+        ends = [2 * street + (not start) for street, start in meeting.arms]
+        junctions = {int(self._world.places.end_junction[end]) for end in ends} - {-1}
+        here = [self._by_end[end] for end in ends if end in self._by_end]
+        here = here or [item for item in self._by_end.values() if item.junction in junctions]
+        osm_id = f"node/{meeting.osm_node_id}"
+        if not here:
+            return "no road with lanes for cars comes to that junction"
+        all_way = stops_all(tags)
+        meant = here if all_way or len(here) == 1 else self._yielding(here, tags)
+        if not meant:
+            return "it stands on a junction of equal roads and does not say which of them it is for"
+        return [self._of(item, tags["highway"], osm_id, all_way=all_way) for item in meant]
+
+    def _yielding(self, here: Sequence[Approach], tags: Mapping[str, str]) -> list[Approach]:
+        """Return the approaches that yield: by the junction's priorities, by class, by the node's direction."""
+        minor = [item for item in here if item.road in self._minor_roads[item.junction]]
+        if minor and len(minor) < len(here):
+            return minor
+        ranks = [self._rank(item.street_end) for item in here]
+        lower = [item for item, rank in zip(here, ranks, strict=True) if rank < max(ranks)]
+        if lower:
+            return lower
+        streets = self._world.network.streets
+        return [
+            item
+            for item in here
+            if tags.get("direction") in ("forward", "backward")
+            and meant_ends(
+                street := streets[item.street_end // 2], (len(street.points) - 1) * (item.street_end % 2), tags
+            )
+            == (item.street_end % 2,)
+        ]
+
+    def _rank(self, end: int) -> int:
+        return priority_rank(self._world.network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway)
+
+    def _of(self, item: Approach, kind: str, osm_id: str, *, all_way: bool = False) -> YieldSign:
+        return YieldSign(kind, item.road, item.stop_s, item.at_end, osm_id, item, all_way)
+
+    def posts(self) -> list[Post]:
+        """Return the poles of all signs."""
+        return [
+            Post(
+                sign.road,
+                _held(sign.s, self._world.lanes.length(sign.road)),
+                sign.along,
+                self._faces(sign),
+                sign.osm_id,
+            )
+            for sign in self._found.values()
+        ]
+
+    def _faces(self, sign: YieldSign) -> tuple[SignFace, ...]:
+        face = SignFace(sign.kind)
+        plate = sign.all_way and sign.kind == "stop" and self._world.network.country == "US"
+        return (face, SignFace("all_way", "US", "R1-3P", supplementary=True)) if plate else (face,)
+
+    def stops(self, signalled: frozenset[tuple[int, bool]]) -> list[Stop]:
+        """Return where traffic stops or yields, but where it has lights."""
+        out: list[Stop] = []
+        for sign in self._found.values():
+            approach = sign.approach
+            if approach is not None and (approach.road, approach.at_end) in signalled:
+                continue
+            lanes = approach.lanes if approach else car_lanes(self._world, sign.road, sign.s, sign.along)
+            out.append(Stop(sign.road, sign.s, lanes, "+" if sign.along else "-", sign.kind, sign.osm_id))
+        return sorted(out, key=lambda stop: (stop.road, stop.s, stop.orientation))
+
+
+def _held(s: float, length: float) -> float:
+    """Return s within a road, m."""
+    return min(max(s, 0.0), length)
+
+
+def _leaves(street: Street, end: int) -> bool:
+    """Whether cars can drive from a street's end onto it."""
+    attributes = street.pieces[-1 if end % 2 else 0][1]
+    runs = attributes.car_directions()
+    return Direction.BOTH in runs or (Direction.BACKWARD if end % 2 else Direction.FORWARD) in runs

@@ -1,0 +1,34 @@
+"""The road map as furniture sees it: where nodes and ways of OSM lie on its roads."""
+
+from __future__ import annotations
+
+from osm2xodr.furniture.world.approaches import car_lanes, find_approaches
+from osm2xodr.furniture.world.corners import outline
+from osm2xodr.furniture.world.lane_table import CAR_LANES, LaneAt, LaneTable, lane_ranges
+from osm2xodr.furniture.world.node_places import NodePlace, NodePlaces
+from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
+from osm2xodr.furniture.world.street_pieces import pieces_on_road, way_at
+from osm2xodr.furniture.world.tag_values import length_of
+from osm2xodr.furniture.world.world import Approach, Crossing, Movement, Stop, World
+
+__all__ = [
+    "CAR_LANES",
+    "Approach",
+    "Crossing",
+    "LaneAt",
+    "LaneTable",
+    "Movement",
+    "NodePlace",
+    "NodePlaces",
+    "RoadsideFinder",
+    "RoadsidePlaces",
+    "Stop",
+    "World",
+    "car_lanes",
+    "find_approaches",
+    "lane_ranges",
+    "length_of",
+    "outline",
+    "pieces_on_road",
+    "way_at",
+]

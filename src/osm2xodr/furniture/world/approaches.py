@@ -1,0 +1,121 @@
+"""The road ends at which cars come to junctions, and where they stop there."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.furniture.world.lane_table import CAR_LANES
+from osm2xodr.furniture.world.world import Approach, Crossing, Movement, World
+from osm2xodr.model import LaneType
+
+
+def find_approaches(world: World, crossings: Sequence[Crossing]) -> tuple[Approach, ...]:
+    """Find all road ends at which cars come to a junction, in the order of junctions and roads.
+
+    Parameters
+    ----------
+    world
+        What is there.
+    crossings
+        Traffic stops before those at the junction.
+    """
+    at_ends: dict[tuple[int, bool], list[Crossing]] = defaultdict(list)
+    for crossing in crossings:
+        for at_end, there in ((False, crossing.at_start), (True, crossing.at_end)):
+            if there:
+                at_ends[crossing.road, at_end].append(crossing)
+    nodes = _sign_nodes(world)
+    street_end = {}
+    for end, road in enumerate(world.places.end_road.tolist()):
+        if road >= 0:
+            street_end[road, bool(end % 2)] = end
+    out: list[Approach] = []
+    for (junction, road, at_end), movements in sorted(_movements(world).items()):
+        if (road, at_end) not in street_end:
+            continue
+        lanes = sorted({item.entry_lane for item in movements}, reverse=at_end)
+        stop = _stop(world, road, at_end, at_ends.get((road, at_end), ()), nodes.get((road, at_end), ()))
+        out.append(Approach(road, at_end, junction, street_end[road, at_end], tuple(lanes), tuple(movements), stop))
+    return tuple(out)
+
+
+def _movements(world: World) -> dict[tuple[int, int, bool], list[Movement]]:
+    """Return the ways that cars take through junctions, by junction, road and whether they come from its end."""
+    road_map = world.road_map
+    turns = _turns(world)
+    out: dict[tuple[int, int, bool], list[Movement]] = defaultdict(list)
+    for junction in road_map.junctions:
+        for connection in junction.connections:
+            through = world.lanes.road(connection.connecting_road)
+            before, after = through.predecessor, through.successor
+            if before is None or after is None:
+                continue
+            for lane_in, lane_through in connection.lane_links:
+                lane = next(item for item in through.lane_sections[0].lanes if item.id == lane_through)
+                if lane.type not in CAR_LANES or lane.successor is None:
+                    continue
+                movement = Movement(
+                    connection.connecting_road,
+                    lane_in,
+                    after.id,
+                    bool(after.at_start),
+                    lane.successor,
+                    turns[world.lanes.index(connection.connecting_road)],
+                )
+                out[junction.id, before.id, not before.at_start].append(movement)
+    return out
+
+
+def _turns(world: World) -> list[float]:
+    """Return the change of heading along each road, rad."""
+    plan = world.road_map.plan_view
+    every = np.arange(len(plan.start) - 1)
+    start = pose(plan, every, np.zeros(len(every)))[2]
+    end = pose(plan, every, lengths(plan))[2]
+    out: list[float] = wrapped(end - start).tolist()
+    return out
+
+
+def _sign_nodes(world: World) -> Mapping[tuple[int, bool], list[float]]:
+    """Return s of the nodes that show where traffic stops before a road's start or end."""
+    places = world.places
+    out: dict[tuple[int, bool], list[float]] = defaultdict(list)
+    for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
+        if road < 0 or world.network.node_tags[node].get("highway") not in ("traffic_signals", "stop", "give_way"):
+            continue
+        length = world.lanes.length(road)
+        if 0.0 < s < length:
+            for at_end, distance in ((False, s), (True, length - s)):
+                if distance <= defaults.STOP_NODE_REACH:
+                    out[road, at_end].append(s)
+    return out
+
+
+def _stop(world: World, road: int, at_end: bool, crossings: Sequence[Crossing], nodes: Sequence[float]) -> float:
+    """Return where traffic stops: where a node says, but before crossings and off the junction, s, m."""
+    length = world.lanes.length(road)
+    # Counted from the junction.
+    away = defaults.STOP_LINE_SETBACK
+    for s in nodes:
+        away = max(away, length - s if at_end else s)
+    for crossing in crossings:
+        middle = length - crossing.s if at_end else crossing.s
+        away = max(away, middle + 0.5 * crossing.width + defaults.STOP_LINE_BEFORE_CROSSING)
+    away = min(away, 0.5 * length)
+    return length - away if at_end else away
+
+
+def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
+    """Return the ids of lanes for cars whose traffic runs along s (or against it), from the centre outwards."""
+    found = [
+        lane.id
+        for lane in world.lanes.at(road, s)
+        if lane.type in CAR_LANES
+        and (lane.type is LaneType.BIDIRECTIONAL or world.lanes.runs_along(lane.id) == along)
+    ]
+    return tuple(sorted(found, key=abs))

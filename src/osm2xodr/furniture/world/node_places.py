@@ -1,0 +1,175 @@
+"""Where nodes of streets lie on the roads outside junctions."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import pose, project
+from osm2xodr.furniture.world.lane_table import LaneTable
+from osm2xodr.model import FloatArray, IntArray, RoadMap, StreetNetwork, StreetPlaces
+
+# Nodes that lie beyond a road's end by less count as on it, m.
+_ON_IT: Final = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class NodePlace:
+    """One place of a node on a street.
+
+    Parameters
+    ----------
+    node, street
+        OSM id, index of the street.
+    x, y, hdg
+        Local position, m, and direction of the street there, rad.
+    road
+        Id of the street's road nearest to it; -1 where the street lies inside a junction.
+    s
+        Where on that road, m; before 0 or beyond its length for nodes in the junction there.
+    junction
+        Id of the junction that it lies in, -1 for none.
+    """
+
+    node: int
+    street: int
+    x: float
+    y: float
+    hdg: float
+    road: int
+    s: float
+    junction: int
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """A road's end at a junction: where, and the road's direction there."""
+
+    road: int
+    at_end: bool
+    x: float
+    y: float
+    hdg: float
+
+
+class NodePlaces:
+    """Finds the places of nodes of streets.
+
+    Parameters
+    ----------
+    network, road_map, places, lanes
+        Streets, roads and their lanes.
+    """
+
+    def __init__(self, network: StreetNetwork, road_map: RoadMap, places: StreetPlaces, lanes: LaneTable) -> None:
+        self._network = network
+        self._road_map = road_map
+        self._places = places
+        self._lanes = lanes
+
+    @cached_property
+    def _tagged(self) -> Mapping[tuple[int, int], list[int]]:
+        """Rows of `StreetPlaces` by node and street."""
+        out: dict[tuple[int, int], list[int]] = defaultdict(list)
+        places = self._places
+        for row, key in enumerate(zip(places.node.tolist(), places.street.tolist(), strict=True)):
+            out[key].append(row)
+        return out
+
+    @cached_property
+    def _roads(self) -> Mapping[int, list[int]]:
+        """Indices of each street's roads."""
+        out: dict[int, list[int]] = defaultdict(list)
+        for k, street in enumerate(self._places.road_street.tolist()):
+            out[street].append(k)
+        return out
+
+    @cached_property
+    def arms(self) -> Mapping[int, tuple[Arm, ...]]:
+        """Road ends by their junction, in the order of streets."""
+        places, lanes = self._places, self._lanes
+        used = np.flatnonzero((places.end_road >= 0) & (places.end_junction >= 0))
+        road = places.end_road[used].tolist()
+        at_end = (used % 2).astype(bool).tolist()
+        curve = np.array([lanes.index(item) for item in road], np.int64)
+        s = np.array([lanes.length(item) if last else 0.0 for item, last in zip(road, at_end, strict=True)])
+        x, y, hdg = pose(self._road_map.plan_view, curve, s)
+        out: dict[int, list[Arm]] = defaultdict(list)
+        rows = zip(
+            places.end_junction[used].tolist(), road, at_end, x.tolist(), y.tolist(), hdg.tolist(), strict=True
+        )
+        for junction, *arm in rows:
+            out[junction].append(Arm(*arm))
+        return {junction: tuple(found) for junction, found in out.items()}
+
+    @cached_property
+    def _street_nodes(self) -> tuple[IntArray, IntArray]:
+        streets = self._network.streets
+        start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in streets])])
+        return np.concatenate([street.node_ids for street in streets]), start.astype(np.int64)
+
+    def on_streets(self, nodes: Iterable[int]) -> dict[int, list[NodePlace]]:
+        """Return all places on streets of those nodes that lie on one, in the order of streets.
+
+        Parameters
+        ----------
+        nodes
+            OSM ids.
+        """
+        wanted = np.array(sorted(set(nodes)), np.int64)
+        if not len(wanted):
+            return {}
+        every, start = self._street_nodes
+        rows = np.flatnonzero(np.isin(every, wanted))
+        owner = np.searchsorted(start, rows, side="right") - 1
+        seen: dict[tuple[int, int], int] = defaultdict(int)
+        out: dict[int, list[NodePlace]] = defaultdict(list)
+        for node, street, row in zip(every[rows].tolist(), owner.tolist(), rows.tolist(), strict=True):
+            again = seen[node, street]
+            seen[node, street] += 1
+            out[node].append(self._place(node, street, row - int(start[street]), again))
+        return out
+
+    def _place(self, node: int, street: int, at: int, again: int) -> NodePlace:
+        points = self._network.streets[street].points
+        x, y = points[at].tolist()
+        along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
+        if not along.any():
+            # The start and end of a loop: the way it begins.
+            along = points[1] - points[0]
+        hdg = float(np.arctan2(along[1], along[0]))
+        rows = self._tagged.get((node, street), [])
+        places = self._places
+        if again < len(rows):
+            row = rows[again]
+            return NodePlace(
+                node, street, x, y, hdg, int(places.road[row]), float(places.s[row]), int(places.junction[row])
+            )
+        road, s, junction = self._find(street, points[at])
+        return NodePlace(node, street, x, y, hdg, road, s, junction)
+
+    def _find(self, street: int, point: FloatArray) -> tuple[int, float, int]:
+        """Return road, s and junction of a point of a street that has no tags."""
+        places = self._places
+        roads = self._roads.get(street)
+        if not roads:
+            return -1, float("nan"), int(places.end_junction[2 * street])
+        road_map = self._road_map
+        curves = np.array(roads, np.int64)
+        x, y = np.full(len(roads), point[0]), np.full(len(roads), point[1])
+        s, _, distance = project(road_map.plan_view, curves, x, y)
+        best = int(np.argmin(distance))
+        px, py, hdg = pose(road_map.plan_view, curves[best : best + 1], s[best : best + 1])
+        beyond = float((point[0] - px[0]) * np.cos(hdg[0]) + (point[1] - py[0]) * np.sin(hdg[0]))
+        road = road_map.roads[roads[best]].id
+        at = float(s[best]) + beyond
+        if at < -_ON_IT:
+            return road, at, int(places.end_junction[2 * street])
+        if at > self._lanes.length(road) + _ON_IT:
+            return road, at, int(places.end_junction[2 * street + 1])
+        return road, at, -1

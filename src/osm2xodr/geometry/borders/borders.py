@@ -1,0 +1,140 @@
+"""Where roads cross the borders between areas that are converted one by one.
+
+Both areas lay a road out alike, since both see all that shapes it; so both find the same place on it.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import area_of, boxes, lengths, places_along, pose, snap_cuts
+from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView
+
+# Distance of the places at which a road is asked for its area, and how exactly borders are found between them, m, by
+# dividing what is between into so many parts again and again.
+_STEP = 5.0
+_EXACT = 1e-6
+_PARTS = 200
+
+
+def find_borders(
+    partition: Partition, plan_view: PlanView, end_junction: IntArray, junction_xy: FloatArray
+) -> Borders:
+    """Divide roads among areas.
+
+    A junction belongs to the area that its origin lies in, and with it the first metres of its arms
+    (`defaults.BORDER_STUB`). What a road runs through an area for less than `defaults.BORDER_PIECE` stays with its
+    neighbour.
+
+    Parameters
+    ----------
+    partition
+        The areas.
+    plan_view
+        Reference lines of the roads outside junctions.
+    end_junction : (R, 2)
+        Junction at each road's start and end, -1 where there is none.
+    junction_xy : (J, 2)
+        Origin of each junction, local x, y, m. Their areas come in the same order.
+    """
+    length = lengths(plan_view)
+    road, s = places_along(plan_view, _STEP)
+    count = np.bincount(road, minlength=len(length))
+    x, y, _ = pose(plan_view, road, s)
+    box = boxes(partition)
+    area = area_of(partition, x, y, box)
+    junction_area = area_of(partition, junction_xy[:, 0], junction_xy[:, 1], box)
+    at_end = np.where(end_junction >= 0, np.append(junction_area, -1)[end_junction], -2)
+    first = np.cumsum(count) - count
+    lowest, highest = (
+        np.minimum(np.minimum.reduceat(area, first), np.where(at_end == -2, area[first, None], at_end).min(axis=1)),
+        np.maximum(np.maximum.reduceat(area, first), at_end.max(axis=1)),
+    )
+    found = [np.array([0.0])] * len(length)
+    areas = [area[k : k + 1] for k in first.tolist()]
+    for k in np.flatnonzero(lowest != highest).tolist():
+        part = slice(int(first[k]), int(first[k] + count[k]))
+        line = _Line(partition, box, plan_view, k, float(length[k]), *at_end[k].tolist())
+        found[k], areas[k] = line.pieces(s[part])
+    start = np.concatenate([[0], np.cumsum([len(item) for item in found])]).astype(np.int64)
+    of_road = np.repeat(np.arange(len(length)), np.diff(start))
+    begin = snap_cuts(plan_view, of_road, np.concatenate(found))
+    return Borders(partition, start, begin, np.concatenate(areas), junction_area)
+
+
+class _Line:
+    """One road that more than one area has a part in."""
+
+    def __init__(
+        self,
+        partition: Partition,
+        box: FloatArray,
+        plan_view: PlanView,
+        road: int,
+        length: float,
+        start_area: int,
+        end_area: int,
+    ) -> None:
+        self._partition = partition
+        self._box = box
+        self._plan_view = plan_view
+        self._road = road
+        self._length = length
+        self._ends = start_area, end_area
+        stub = min(defaults.BORDER_STUB, length / 2)
+        # -2 stands for no junction.
+        self._start_stub = stub if start_area != -2 else 0.0
+        self._end_stub = length - stub if end_area != -2 else length
+
+    def pieces(self, s: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return where pieces begin, m, and their areas; given places along the road that miss none of them."""
+        s = np.union1d(s, [self._start_stub, self._end_stub])
+        at = self._areas(s).tolist()
+        runs: list[tuple[int, float]] = [(at[0], 0.0)]
+        for (before, low), (after, high) in pairwise(zip(at, s.tolist(), strict=True)):
+            if before != after:
+                runs.append((after, self._between(before, low, high)))
+        runs = self._without_short(runs)
+        return np.array([begin for _, begin in runs]), np.array([number for number, _ in runs], np.int64)
+
+    def _areas(self, s: FloatArray) -> IntArray:
+        """Return the areas of places, (n,), as the junctions at the ends have them."""
+        x, y, _ = pose(self._plan_view, np.full(len(s), self._road), s)
+        out = area_of(self._partition, x, y, self._box)
+        out[s < self._start_stub] = self._ends[0]
+        out[s > self._end_stub] = self._ends[1]
+        return out
+
+    def _between(self, area: int, low: float, high: float) -> float:
+        """Return where an area ends between two places."""
+        while high - low > _EXACT:
+            places = np.linspace(low, high, _PARTS)
+            beyond = int(np.argmax(self._areas(places)[1:] != area)) + 1
+            low, high = float(places[beyond - 1]), float(places[beyond])
+        return high
+
+    def _without_short(self, runs: list[tuple[int, float]]) -> list[tuple[int, float]]:
+        """Give short pieces to the longer one of their neighbours, the shortest first."""
+        runs = _joined(runs)
+        while len(runs) > 1:
+            ends = [begin for _, begin in runs[1:]] + [self._length]
+            size = [end - begin for (_, begin), end in zip(runs, ends, strict=True)]
+            kept = {0} if self._ends[0] != -2 else set[int]()
+            kept |= {len(runs) - 1} if self._ends[1] != -2 else set()
+            short = [k for k in range(len(runs)) if k not in kept and size[k] < defaults.BORDER_PIECE]
+            if not short:
+                break
+            k = min(short, key=lambda item: (size[item], item))
+            near = [item for item in (k - 1, k + 1) if 0 <= item < len(runs)]
+            taker = max(near, key=lambda item: (size[item], -item))
+            runs[k] = (runs[taker][0], runs[k][1])
+            runs = _joined(runs)
+        return runs
+
+
+def _joined(runs: list[tuple[int, float]]) -> list[tuple[int, float]]:
+    """Join neighbouring runs of one area."""
+    return [run for k, run in enumerate(runs) if not k or run[0] != runs[k - 1][0]]

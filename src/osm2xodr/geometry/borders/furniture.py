@@ -1,0 +1,178 @@
+"""Signals and objects of an area, parted from those around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from math import ceil, floor
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.borders.pieces import Piece, Pieces, check_ids
+from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, RoadStructure, Signal, SignalReference
+
+# Copies that lie this near to a border, as a share of their distance, lie on it.
+_ON_BORDER = 1e-6
+
+
+def kept_furniture(furniture: Furniture, pieces: Pieces, diagnostics: Diagnostics) -> Furniture:
+    """Return what stands on the pieces of roads that the own area keeps, with new ids.
+
+    Parameters
+    ----------
+    furniture
+        Of the area and its surroundings.
+    pieces
+        The pieces of roads.
+    diagnostics
+        Gets the lights that had to be moved.
+
+    Raises
+    ------
+    InputError
+        If there are more signals and objects than ids for them.
+    """
+    signals, references = _signals(furniture, pieces, diagnostics)
+    objects = [part for thing in furniture.objects for part in _objects(thing, pieces)]
+    first = pieces.partition.first_ids[pieces.partition.own]
+    structures = [part for item in furniture.structures for part in _structures(item, pieces)]
+    count = len(signals) + len(objects) + len(structures)
+    check_ids(pieces.partition, count, "signals, objects, bridges and tunnels")
+    # Parts of one object have one id so far. Signals and objects share one range.
+    parts: list[RoadObject | RoadStructure] = [*objects, *structures]
+    old = sorted([(item.id, -1, item.s) for item in signals] + [(item.id, item.road, item.s) for item in parts])
+    number = {key: first + k for k, key in enumerate(old)}
+    signal_id = {item.id: number[item.id, -1, item.s] for item in signals}
+    signals = [replace(item, id=signal_id[item.id]) for item in signals]
+    objects = [replace(item, id=number[item.id, item.road, item.s]) for item in objects]
+    structures = [replace(item, id=number[item.id, item.road, item.s]) for item in structures]
+    references = [replace(item, signal=signal_id[item.signal]) for item in references]
+    controllers = _controllers(furniture.controllers, signal_id, pieces, first)
+    return Furniture(
+        signals=tuple(sorted(signals, key=_place)),
+        references=tuple(sorted(references, key=lambda item: (item.road, item.s, item.signal))),
+        controllers=controllers,
+        objects=tuple(sorted(objects, key=_place)),
+        structures=tuple(sorted(structures, key=_place)),
+        statistics=_statistics(furniture, signals, controllers, objects),
+    )
+
+
+def _place(item: Signal | RoadObject | RoadStructure) -> tuple[int, float, int]:
+    return item.road, item.s, item.id
+
+
+def _signals(
+    furniture: Furniture, pieces: Pieces, diagnostics: Diagnostics
+) -> tuple[list[Signal], list[SignalReference]]:
+    """Return the signals and references that are left.
+
+    Where a reference is left whose signal is not, the signal stands in its place.
+    """
+    signals: dict[int, Signal] = {}
+    for item in furniture.signals:
+        piece = pieces.at(item.road, item.s)
+        if piece.id:
+            signals[item.id] = replace(item, road=piece.id, s=item.s - piece.begin)
+    gone = {item.id: item for item in furniture.signals if item.id not in signals} if furniture.references else {}
+    references: list[SignalReference] = []
+    for reference in furniture.references:
+        piece = pieces.at(reference.road, reference.s)
+        if not piece.id:
+            continue
+        there = replace(reference, road=piece.id, s=reference.s - piece.begin)
+        if reference.signal in signals:
+            references.append(there)
+        elif reference.signal in gone:
+            signal = gone[reference.signal]
+            signals[signal.id] = replace(
+                signal,
+                road=there.road,
+                s=there.s,
+                t=there.t,
+                orientation=there.orientation,
+                validity=there.validity,
+            )
+            diagnostics.repaired(
+                "border-signal",
+                signal.osm_id,
+                "it stands on a road of a neighbouring area, it is put where the junction of this area begins",
+            )
+    return list(signals.values()), references
+
+
+def _controllers(
+    controllers: Iterable[Controller], signal_id: dict[int, int], pieces: Pieces, first: int
+) -> tuple[Controller, ...]:
+    """Return the controllers that have any signal left; ids count up from `first` on."""
+    out: list[Controller] = []
+    for item in controllers:
+        signals = tuple(sorted(signal_id[signal] for signal in item.signals if signal in signal_id))
+        if signals:
+            junction = None if item.junction is None else pieces.junction(item.junction)
+            out.append(replace(item, id=first + len(out), signals=signals, junction=junction))
+    return tuple(out)
+
+
+def _objects(thing: RoadObject, pieces: Pieces) -> list[RoadObject]:
+    """Return what is left of an object: nothing or all of it, or the parts of one that goes on along its road."""
+    if thing.repeat is None:
+        piece = pieces.at(thing.road, thing.s)
+        return [replace(thing, road=piece.id, s=thing.s - piece.begin)] if piece.id else []
+    found = (_part(thing, thing.repeat, piece) for piece in pieces.of(thing.road) if piece.id)
+    return [item for item in found if item is not None]
+
+
+def _structures(item: RoadStructure, pieces: Pieces) -> list[RoadStructure]:
+    """Return what is left of a bridge or tunnel: its parts on pieces of its road."""
+    found = []
+    for piece in pieces.of(item.road):
+        begin, end = max(item.s, piece.begin), min(item.s + item.length, piece.end)
+        if piece.id and end > begin:
+            found.append(replace(item, road=piece.id, s=begin - piece.begin, length=end - begin))
+    return found
+
+
+def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject | None:
+    """Return the part of an object that goes on along its road which lies on a piece of it."""
+    begin = 0.0 if piece.at_start else max(piece.begin - repeat.s, 0.0)
+    ends_there = piece.at_end or piece.end > repeat.s + repeat.length
+    end = repeat.length if ends_there else piece.end - repeat.s
+    if begin == 0.0 and ends_there:
+        s = repeat.s - piece.begin
+        return replace(thing, road=piece.id, s=thing.s - piece.begin, repeat=replace(repeat, s=s))
+    if repeat.distance > 0.0:
+        # From the first copy there to half-way beyond the last one, or to where it ends.
+        rank = ceil(begin / repeat.distance - _ON_BORDER)
+        copies = ceil(end / repeat.distance - _ON_BORDER) - rank
+        if ends_there:
+            copies = floor(end / repeat.distance + _ON_BORDER) + 1 - rank
+        if copies <= 0:
+            return None
+        begin = rank * repeat.distance
+        end = max(min(end, begin + (copies - 0.5) * repeat.distance), begin)
+    if end < begin or (end == begin and not repeat.distance):
+        return None
+    t_start, t_end = (
+        repeat.t_start + (repeat.t_end - repeat.t_start) * at / repeat.length if repeat.length else repeat.t_start
+        for at in (begin, end)
+    )
+    s = max(repeat.s + begin - piece.begin, 0.0)
+    part = replace(repeat, s=s, length=end - begin, t_start=t_start, t_end=t_end)
+    length = end - begin if thing.length == repeat.length else thing.length
+    return replace(thing, road=piece.id, s=s, t=t_start, length=length, repeat=part)
+
+
+def _statistics(
+    furniture: Furniture, signals: list[Signal], controllers: tuple[Controller, ...], objects: list[RoadObject]
+) -> dict[str, float]:
+    """Return the figures that there were before, counted again."""
+    # Those on either side of an island are one crossing.
+    crossings = {(item.road, item.s, item.osm_id) for item in objects if item.type == "crosswalk"}
+    counted = {
+        "traffic_lights": sum(item.dynamic for item in signals),
+        "signs": sum(not item.dynamic for item in signals),
+        "controllers": len(controllers),
+        "crossings": len(crossings),
+        "objects": len(objects),
+    }
+    return {name: float(count) for name, count in counted.items() if name in furniture.statistics}

@@ -1,0 +1,196 @@
+"""Heights where roads are cut at the borders between areas, the same for both areas.
+
+What a solve finds at one place follows from all that it knows: another area, other noise, other neighbours, and
+heights that differ by decimetres. So both areas solve the same small problem first, that of the roads along their
+common border, and hold their roads to what it says where they are cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final, TypeAlias, TypeVar
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import cubic_slope, cubic_value, cut_curves, distance, lengths, places_along, pose, runs
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import CoverageError
+from osm2xodr.geometry.heights import ElevationOptions, Pins, ProfileProblem, ground_around, solve_profiles
+from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView, Surface
+
+# Where all areas of a partition let the lattices of ground windows begin: what is estimated hangs together with it.
+COMMON_ORIGIN: Final = (0.0, 0.0)
+# Distance of the places at which roads are asked how far they are from areas, m.
+_STEP = 20.0
+
+SurfaceAround: TypeAlias = Callable[[FloatArray, FloatArray], Surface]
+_Column = TypeVar("_Column", FloatArray, IntArray)
+
+
+@dataclass(frozen=True, slots=True)
+class Neighbourhood:
+    """What is known of areas side by side.
+
+    Parameters
+    ----------
+    partition
+        The areas.
+    surface_around
+        Makes the surface around points x, y, (n,), local, m, from nothing but what lies there.
+    """
+
+    partition: Partition
+    surface_around: SurfaceAround
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Points:
+    """Places x, y along roads, local, m, all (n,)."""
+
+    road: IntArray
+    x: FloatArray
+    y: FloatArray
+
+    @classmethod
+    def along(cls, plan_view: PlanView) -> _Points:
+        """Return places that no road leaves out for longer than a few metres."""
+        road, s = places_along(plan_view, _STEP)
+        x, y, _ = pose(plan_view, road, s)
+        return cls(road, x, y)
+
+
+def with_border_heights(
+    problem: ProfileProblem,
+    borders: Borders,
+    surface_around: SurfaceAround,
+    options: ElevationOptions | None,
+    diagnostics: Diagnostics,
+) -> ProfileProblem:
+    """Return the problem with roads held to common heights where the own area ends and a neighbour begins.
+
+    Parameters
+    ----------
+    problem
+        Roads of the area and its surroundings.
+    borders
+        Which area they belong to.
+    surface_around
+        As of `Neighbourhood`.
+    options
+        The user's choices about heights.
+    diagnostics
+        Receives a note where no elevation model reaches a border.
+    """
+    own = borders.partition.own
+    road = np.repeat(np.arange(len(borders.piece_start) - 1), np.diff(borders.piece_start))
+    cut = np.flatnonzero(road[1:] == road[:-1]) + 1
+    before, after = borders.piece_area[cut - 1], borders.piece_area[cut]
+    ours = ((before == own) | (after == own)) & (before >= 0) & (after >= 0)
+    cut, neighbour = cut[ours], np.where(before == own, after, before)[ours]
+    points = _Points.along(problem.plan_view)
+    found: list[tuple[IntArray, FloatArray, FloatArray]] = []
+    for area in np.unique(neighbour).tolist():
+        here = cut[neighbour == area]
+        near = np.union1d(_roads_near(points, borders.partition, sorted((own, area))), road[here])
+        heights = _heights(problem, near, points, road[here], borders.piece_s[here], surface_around, options)
+        if heights is None:
+            name = borders.partition.names[area]
+            diagnostics.note("border-heights", "", f"no elevation model reaches the border with {name}")
+            continue
+        found.append((here, *heights))
+    if not found:
+        return problem
+    at = np.concatenate([item[0] for item in found])
+    order = np.argsort(at)
+    z, grade = (np.concatenate([item[k] for item in found])[order] for k in (1, 2))
+    return replace(problem, pins=Pins(road[at][order], borders.piece_s[at][order], z, grade))
+
+
+def _roads_near(points: _Points, partition: Partition, areas: list[int]) -> IntArray:
+    """Return the roads that come within `defaults.BORDER_HEIGHT_REACH` of both areas, ascending."""
+    near, reach = np.arange(len(points.road)), defaults.BORDER_HEIGHT_REACH
+    for area in areas:
+        near = near[distance(partition.outlines[area], points.x[near], points.y[near], reach) <= reach]
+    out: IntArray = np.unique(points.road[near])
+    return out
+
+
+def _heights(
+    problem: ProfileProblem,
+    near: IntArray,
+    points: _Points,
+    road: IntArray,
+    s: FloatArray,
+    surface_around: SurfaceAround,
+    options: ElevationOptions | None,
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return heights and grades at places (n,) of roads, solved for roads near them alone; None without heights.
+
+    Nothing here may depend on which of the two areas asks.
+    """
+    index = np.searchsorted(near, road)
+    unknown = np.full(len(road), np.nan)
+    alone = replace(chosen_roads(problem, near), pins=Pins(index, s, unknown, unknown))
+    along = np.isin(points.road, near)
+    x, y = points.x[along], points.y[along]
+    try:
+        surface = surface_around(x, y)
+    except CoverageError:
+        return None
+    ground = ground_around(surface, x, y, options, COMMON_ORIGIN)
+    solution = solve_profiles(alone, surface, Diagnostics(), options, ground)
+    return cubic_value(solution.elevation, index, s), cubic_slope(solution.elevation, index, s)
+
+
+def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
+    """Return the problem of some of the roads, as if there were no others.
+
+    Parameters
+    ----------
+    problem
+        All roads.
+    chosen : (n,)
+        Which of them; ascending, each once.
+    """
+    plan_view = problem.plan_view
+    number = np.full(len(problem.end_junction), -1, np.int64)
+    number[chosen] = np.arange(len(chosen))
+    spans = np.diff(problem.span_start)[chosen]
+    span = runs(problem.span_start[chosen], spans)
+    junctions = np.unique(problem.end_junction[chosen])
+    junctions = junctions[junctions >= 0]
+    of_junction = np.full(len(problem.junction_xy) + 1, -1, np.int64)
+    of_junction[junctions] = np.arange(len(junctions))
+    link = problem.end_link[chosen]
+    linked = np.where(link >= 0, number[link // 2], -1)
+    ele = np.flatnonzero(number[problem.ele_road] >= 0) if problem.ele_road is not None else None
+    return replace(
+        problem,
+        plan_view=cut_curves(plan_view, np.zeros(len(chosen)), lengths(plan_view)[chosen], chosen),
+        end_junction=of_junction[problem.end_junction[chosen]],
+        end_link=np.where(linked >= 0, 2 * linked + link % 2, -1),
+        junction_xy=problem.junction_xy[junctions],
+        span_start=np.concatenate([[0], np.cumsum(spans)]).astype(np.int64),
+        span_s=problem.span_s[span],
+        span_structure=problem.span_structure[span],
+        span_layer=problem.span_layer[span],
+        span_highway=tuple(problem.span_highway[k] for k in span.tolist()),
+        span_grade=problem.span_grade[span],
+        span_way=problem.span_way[span],
+        span_name=_of(problem.span_name, span),
+        span_oneway=_of(problem.span_oneway, span),
+        span_width=_of(problem.span_width, span),
+        span_middle=_of(problem.span_middle, span),
+        ele_road=None if ele is None or problem.ele_road is None else number[problem.ele_road[ele]],
+        ele_s=_of(problem.ele_s, ele),
+        ele_z=_of(problem.ele_z, ele),
+        road_id=_of(problem.road_id, chosen),
+        pins=None,
+    )
+
+
+def _of(column: _Column | None, rows: IntArray | None) -> _Column | None:
+    """Return some rows of a column that may be missing."""
+    return None if column is None or rows is None else column[rows]

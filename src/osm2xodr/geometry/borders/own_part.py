@@ -1,0 +1,104 @@
+"""Cuts an area off its surroundings, so that it fits to the areas beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from osm2xodr.curves import cubic_value, cut_curves, lengths, part_of_profile, pose
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.borders.furniture import kept_furniture
+from osm2xodr.geometry.borders.pieces import Piece, Pieces
+from osm2xodr.geometry.borders.report import kept_report, kept_statistics
+from osm2xodr.geometry.borders.roads import kept_junctions, kept_roads, link_beyond
+from osm2xodr.model import BorderEnd, CubicProfile, RoadMap
+
+
+def keep_own(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
+    """Return the area that a conversion is for, without its surroundings.
+
+    Each piece of a road that belongs to it becomes a road; where it was cut it has no link. Lines, arcs and cubics
+    say the same as before, so that the halves of a road that is cut between two areas meet but for rounding. Roads,
+    connecting roads and junctions get ids from the area's first id on, in this order; signals and objects, and
+    controllers, do so as well.
+
+    Parameters
+    ----------
+    road_map
+        An area and its surroundings, with `RoadMap.borders` and all furniture. One without borders is returned as is.
+    diagnostics
+        Gets what had to be changed.
+
+    Raises
+    ------
+    InputError
+        If no road belongs to the area, or it has more roads, junctions, signals and objects than ids for them.
+    """
+    if road_map.borders is None:
+        return road_map
+    pieces = Pieces(road_map, road_map.borders)
+    curve = np.array([piece.curve for piece in pieces.kept], np.int64)
+    begin = np.array([piece.begin for piece in pieces.kept])
+    end = np.array([piece.end for piece in pieces.kept])
+
+    def part(profile: CubicProfile) -> CubicProfile:
+        return part_of_profile(profile, curve, begin, end)
+
+    cut = replace(
+        road_map,
+        roads=kept_roads(road_map, pieces),
+        junctions=kept_junctions(road_map, pieces),
+        plan_view=cut_curves(road_map.plan_view, begin, end, curve),
+        elevation=part(road_map.elevation),
+        superelevation=part(road_map.superelevation),
+        lane_offset=part(road_map.lane_offset),
+        elevation_report=kept_report(road_map, pieces),
+        places=None,
+        furniture=kept_furniture(road_map.furniture, pieces, diagnostics),
+        borders=None,
+    )
+    ends = _border_ends(road_map, cut, pieces)
+    return replace(cut, statistics=kept_statistics(cut, road_map.statistics), border_ends=ends)
+
+
+def _border_ends(road_map: RoadMap, cut: RoadMap, pieces: Pieces) -> tuple[BorderEnd, ...]:
+    """Return where the roads of the own area go on in others, in the order of roads."""
+    found: list[tuple[int, bool, int]] = []
+    for k, piece in enumerate(pieces.kept):
+        for at_start in (True, False):
+            area = _beyond(road_map, piece, pieces, at_start=at_start)
+            if area is not None:
+                found.append((k, at_start, area))
+    row = np.array([k for k, _, _ in found], np.int64)
+    length = lengths(cut.plan_view)
+    s = np.where([at_start for _, at_start, _ in found], 0.0, length[row])
+    x, y, hdg = pose(cut.plan_view, row, s)
+    z = cubic_value(cut.elevation, row, s)
+    names = pieces.partition.names
+    places = zip(*(column.tolist() for column in (x, y, z, hdg)), strict=True)
+    return tuple(
+        BorderEnd(
+            road=cut.roads[k].id,
+            at_start=at_start,
+            neighbour=names[area] if area >= 0 else "",
+            x=place[0],
+            y=place[1],
+            z=place[2],
+            hdg=place[3],
+            osm_way_ids=cut.roads[k].osm_way_ids,
+        )
+        for (k, at_start, area), place in zip(found, places, strict=True)
+    )
+
+
+def _beyond(road_map: RoadMap, piece: Piece, pieces: Pieces, *, at_start: bool) -> int | None:
+    """Return the area that a piece goes on in at one of its ends, None where it does not leave the own one."""
+    other = pieces.beside(piece, at_start=at_start)
+    if other is not None:
+        return other.area
+    road = road_map.roads[piece.curve]
+    link = road.predecessor if at_start else road.successor
+    if link is None or link.to_junction or link_beyond(road, piece, pieces, at_start=at_start) is not None:
+        return None
+    return pieces.touched(link).area

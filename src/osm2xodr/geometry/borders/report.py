@@ -1,0 +1,130 @@
+"""What is worth saying about an area, without the area's surroundings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr import defaults
+from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry.borders.pieces import Pieces
+from osm2xodr.model import (
+    BoolArray,
+    CubicProfile,
+    ElevationReport,
+    FloatArray,
+    IntArray,
+    LaneType,
+    LayerCrossing,
+    PlanView,
+    Road,
+    RoadMap,
+    RoadPlace,
+    StructureRecord,
+)
+
+# Distance of the places at which roads that pass over one another are compared, m.
+_STEP = 2.0
+
+
+def kept_report(road_map: RoadMap, pieces: Pieces) -> ElevationReport | None:
+    """Return how the heights of the own area came out.
+
+    How far roads are from the elevation model on average is that of the surroundings as well: it follows from all
+    heights that were found together. A structure is there if any piece of its roads is.
+    """
+    told = road_map.elevation_report
+    if told is None:
+        return None
+    return replace(
+        told,
+        farthest=_places(told.farthest, pieces),
+        steep=_places(told.steep, pieces),
+        structures=tuple(item for item in (_structure(one, pieces) for one in told.structures) if item.roads),
+        tight=tuple(item for item in (_crossing(one, road_map, pieces) for one in told.tight) if item is not None),
+    )
+
+
+def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, float]:
+    """Return the figures of a road map that is cut off, in the order of those with its surroundings.
+
+    Those that cannot be told from the road map are left out; so are none that describe how heights came out on the
+    whole.
+
+    Parameters
+    ----------
+    road_map
+        Cut off, with its elevation report.
+    whole
+        The figures with its surroundings.
+    """
+    length = lengths(road_map.plan_view)
+    inside = np.array([road.junction is not None for road in road_map.roads], np.bool_)
+    walked = np.array([road.junction is not None and _is_for_people(road) for road in road_map.roads], np.bool_)
+    told = road_map.elevation_report
+    counted: dict[str, float] = {
+        "road_km": float(length[~inside].sum()) / 1000,
+        "connecting_road_km": float(length[inside & ~walked].sum()) / 1000,
+        "grade_max": _steepest(road_map.elevation, length, ~inside),
+        "priorities": float(sum(len(junction.priorities) for junction in road_map.junctions)),
+    }
+    if told is not None:
+        limits = [(item.grade, defaults.GRADE_SLACK * item.grade_limit + 0.002) for item in told.structures]
+        counted["layer_crossings_too_close"] = float(len(told.tight))
+        counted["structures"] = float(len(told.structures))
+        counted["structures_too_steep"] = float(sum(grade > limit for grade, limit in limits))
+    kept = [name for name in whole if name in counted or name.startswith("height_")]
+    return {name: counted.get(name, whole[name]) for name in kept}
+
+
+def _is_for_people(road: Road) -> bool:
+    """Say whether a connecting road is for people on foot; what it is for is its outermost lane."""
+    return max(road.lane_sections[0].lanes, key=lambda lane: abs(lane.id)).type is LaneType.SIDEWALK
+
+
+def _steepest(profile: CubicProfile, length: FloatArray, wanted: BoolArray) -> float:
+    """Return the largest magnitude of the slope of some curves, (curves,)."""
+    owner = np.repeat(np.arange(len(length)), np.diff(profile.start))
+    last = np.append(owner[1:] != owner[:-1], True)
+    span = np.where(last, length[owner], np.append(profile.s[1:], 0.0)) - profile.s
+    # The slope is a parabola; where its vertex lies within the record it may be largest.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        vertex = np.nan_to_num(-profile.c / (3 * profile.d), nan=0.0, posinf=0.0, neginf=0.0)
+    u = np.stack([np.zeros_like(span), span, np.clip(vertex, 0.0, span)])[:, wanted[owner]]
+    b, c, d = (column[wanted[owner]] for column in (profile.b, profile.c, profile.d))
+    return float(np.abs(b + u * (2 * c + 3 * u * d)).max(initial=0.0))
+
+
+def _places(places: tuple[RoadPlace, ...], pieces: Pieces) -> tuple[RoadPlace, ...]:
+    found = ((place, pieces.at(place.road, place.s)) for place in places)
+    return tuple(replace(place, road=piece.id, s=place.s - piece.begin) for place, piece in found if piece.id)
+
+
+def _structure(item: StructureRecord, pieces: Pieces) -> StructureRecord:
+    roads = tuple(piece.id for road in item.roads for piece in pieces.of(road) if piece.id)
+    return replace(item, roads=roads)
+
+
+def _crossing(item: LayerCrossing, road_map: RoadMap, pieces: Pieces) -> LayerCrossing | None:
+    """Return a crossing with the pieces that cross, None if either is another area's."""
+    upper, lower = pieces.of(item.upper), pieces.of(item.lower)
+    s = _nearest(road_map.plan_view, upper[0].curve, lower[0].curve) if len(upper) + len(lower) > 2 else (0.0, 0.0)
+    above, below = pieces.at(item.upper, s[0]), pieces.at(item.lower, s[1])
+    return replace(item, upper=above.id, lower=below.id) if above.id and below.id else None
+
+
+def _nearest(plan: PlanView, one: int, other: int) -> tuple[float, float]:
+    """Return where two curves are nearest to each other, s on both, m."""
+    length = lengths(plan)
+    places: list[tuple[FloatArray, FloatArray]] = []
+    for curve in (one, other):
+        s = np.linspace(0.0, length[curve], int(length[curve] / _STEP) + 2)
+        which: IntArray = np.full(len(s), curve, np.int64)
+        x, y, _ = pose(plan, which, s)
+        places.append((s, np.column_stack([x, y])))
+    distance, index = cKDTree(places[1][1]).query(places[0][1])
+    k = int(np.argmin(distance))
+    return float(places[0][0][k]), float(places[1][0][np.asarray(index)[k]])

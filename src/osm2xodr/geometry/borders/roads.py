@@ -1,0 +1,148 @@
+"""Roads and junctions of an area, cut off from those around it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import takewhile
+
+from osm2xodr.curves import part_of_cubics
+from osm2xodr.geometry.borders.pieces import Piece, Pieces
+from osm2xodr.model import Connection, Junction, Lane, LaneSection, Road, RoadLink, RoadMap, RoadType
+
+# What of a lane section or type reaches beyond a cut by less goes to the one beside it, m.
+_SLIVER = 0.01
+
+
+def kept_roads(road_map: RoadMap, pieces: Pieces) -> tuple[Road, ...]:
+    """Return the roads that the pieces of the own area become, in their order."""
+    return tuple(_road(road_map.roads[piece.curve], piece, pieces) for piece in pieces.kept)
+
+
+def kept_junctions(road_map: RoadMap, pieces: Pieces) -> tuple[Junction, ...]:
+    """Return the junctions of the own area, in their order.
+
+    Raises
+    ------
+    ValueError
+        If the roads that touch one belong to another area, which `Borders` rules out.
+    """
+    out: list[Junction] = []
+    for junction in road_map.junctions:
+        number = pieces.junction(junction.id)
+        if number is None:
+            continue
+        connections = tuple(_connection(item, road_map, pieces) for item in junction.connections)
+        priorities = tuple((_any(pieces, high), _any(pieces, low)) for high, low in junction.priorities)
+        out.append(replace(junction, id=number, connections=connections, priorities=priorities))
+    return tuple(out)
+
+
+def link_beyond(road: Road, piece: Piece, pieces: Pieces, *, at_start: bool) -> RoadLink | None:
+    """Return what a piece is linked to at one of its ends, with new ids; None at a cut.
+
+    Parameters
+    ----------
+    road
+        The whole road.
+    piece
+        A piece of it that is kept.
+    pieces
+        All pieces.
+    at_start
+        At which end.
+    """
+    if not (piece.at_start if at_start else piece.at_end):
+        return None
+    link = road.predecessor if at_start else road.successor
+    if link is None:
+        return None
+    if link.to_junction:
+        junction = pieces.junction(link.id)
+        return None if junction is None else RoadLink(True, junction)
+    beyond = pieces.touched(link)
+    return RoadLink(False, beyond.id, link.at_start) if beyond.id else None
+
+
+def _connection(item: Connection, road_map: RoadMap, pieces: Pieces) -> Connection:
+    """Return a connection with new ids. Both ends of a road may touch a junction: the connecting road knows which."""
+    through = pieces.of(item.connecting_road)[0]
+    link = road_map.roads[through.curve].predecessor
+    incoming = _any(pieces, item.incoming_road) if link is None or link.to_junction else pieces.touched(link).id
+    if not incoming:
+        raise ValueError(f"road {item.incoming_road} and the junction that it touches belong to different areas")
+    return Connection(item.id, incoming, through.id, item.lane_links)
+
+
+def _any(pieces: Pieces, road: int) -> int:
+    """Return the new id of the first piece of a road that is kept."""
+    return next((piece.id for piece in pieces.of(road) if piece.id), 0)
+
+
+def _road(road: Road, piece: Piece, pieces: Pieces) -> Road:
+    links = [link_beyond(road, piece, pieces, at_start=at_start) for at_start in (True, False)]
+    types, sections = road.types, road.lane_sections
+    if not (piece.at_start and piece.at_end):
+        types, sections = _types(types, piece), _sections(sections, piece)
+    if links[0] is None and not (piece.at_start and road.predecessor is None):
+        sections = (_unlinked(sections[0], at_start=True), *sections[1:])
+    if links[1] is None and not (piece.at_end and road.successor is None):
+        sections = (*sections[:-1], _unlinked(sections[-1], at_start=False))
+    return replace(
+        road,
+        id=piece.id,
+        junction=None if road.junction is None else pieces.junction(road.junction),
+        predecessor=links[0],
+        successor=links[1],
+        types=types,
+        lane_sections=sections,
+    )
+
+
+def _overlapping(starts: Sequence[float], piece: Piece) -> range:
+    """Return the indices of what lies on a piece, of things that begin at places along its road."""
+    last = max((k for k, s in enumerate(starts) if piece.at_end or s < piece.end - _SLIVER), default=0)
+    first = max((k for k, s in enumerate(starts[: last + 1]) if s <= piece.begin + _SLIVER), default=0)
+    return range(0 if piece.at_start else first, last + 1)
+
+
+def _types(types: tuple[RoadType, ...], piece: Piece) -> tuple[RoadType, ...]:
+    if not types:
+        return ()
+    kept = _overlapping([item.s for item in types], piece)
+    begin = piece.begin
+    return tuple(replace(types[k], s=0.0 if k == kept[0] and begin else types[k].s - begin) for k in kept)
+
+
+def _sections(sections: tuple[LaneSection, ...], piece: Piece) -> tuple[LaneSection, ...]:
+    starts = [section.s for section in sections]
+    kept = _overlapping(starts, piece)
+    out: list[LaneSection] = []
+    for k in kept:
+        begin = piece.begin if k == kept[0] and piece.begin else starts[k]
+        stop = starts[k + 1] if k + 1 < len(starts) else piece.end
+        end = piece.end if k == kept[-1] and not piece.at_end else stop
+        lanes = sections[k].lanes
+        if begin != starts[k] or end != stop or not (piece.at_end or k + 1 < len(starts)):
+            lanes = tuple(
+                replace(lane, widths=part_of_cubics(lane.widths, begin - starts[k], end - starts[k]))
+                for lane in lanes
+            )
+        out.append(LaneSection(begin - piece.begin, lanes))
+    return tuple(out)
+
+
+def _unlinked(section: LaneSection, *, at_start: bool) -> LaneSection:
+    """Return a section at a cut: without links beyond, and without outermost lanes that have no width left."""
+    if at_start:
+        lanes = tuple(lane if lane.predecessor is None else replace(lane, predecessor=None) for lane in section.lanes)
+    else:
+        lanes = tuple(lane if lane.successor is None else replace(lane, successor=None) for lane in section.lanes)
+    gone = {lane.id for order in (lanes, lanes[::-1]) for lane in takewhile(_is_nothing, order)}
+    return LaneSection(section.s, tuple(lane for lane in lanes if lane.id not in gone))
+
+
+def _is_nothing(lane: Lane) -> bool:
+    """Say whether a lane has no width anywhere, and goes on as no other."""
+    wide = any(item.a or item.b or item.c or item.d for item in lane.widths)
+    return lane.id != 0 and not wide and lane.predecessor is None and lane.successor is None

@@ -1,0 +1,258 @@
+"""Connecting roads that turn where the streets inside their junction turn.
+
+A junction of several nodes may hold streets with corners between them. One curve from arm to arm would swing far out
+of such streets, or cut through what lies between them: each corner then gets a turn of its own.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import joined_curves, lengths, pose, replaced, smallest_radius, wide_curves, wrapped
+from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
+from osm2xodr.geometry.connections.street_paths import StreetPaths, lane_offsets, poses_on
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+_STEP = 1.0
+_WINDOW = 2
+_CHECKS = np.linspace(0.04, 0.96, 24)
+_ROWS_AT_ONCE = 256
+
+
+def follow_corners(
+    plan: PlanView,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+) -> PlanView:
+    """Replace those curves that stray far from a way through their junction that has several corners.
+
+    Parameters
+    ----------
+    plan
+        Curves of the connecting roads.
+    paths, streets
+        OSM's ways through the junctions, and the curves they run on.
+    path : (n,)
+        The path of each connecting road, in ascending order.
+    t0, t1 : (n,)
+        Where its entry and exit lanes lie left of the streets' curves in the direction of travel, m.
+    """
+    rows = np.flatnonzero(_winding(paths, streets)[path])
+    if not len(rows):
+        return plan
+    t0 = (t0 + paths.aside[paths.start[path]])[rows]
+    t1 = (t1 + paths.aside[paths.start[path + 1] - 1])[rows]
+    # Lanes beside each other go the same way. Most are soon seen not to stray; the rest is looked at more closely.
+    sampled = _sampled(plan, rows, paths, streets, path[rows], t0, t1)
+    for measure in (_side_by_side, _apart_at_most):
+        strays = measure(*sampled)
+        far = _all_of(path[rows], strays, defaults.STRAY_CORNERS, len(paths.length))
+        rows, t0, t1, strays = rows[far], t0[far], t1[far], strays[far]
+        sampled = sampled[0][:, far], sampled[1][:, far]
+    if not len(rows):
+        return plan
+    gaps = _corner_gaps(paths, streets, np.unique(path[rows]))
+    least = np.minimum(smallest_radius(plan)[rows], defaults.CONNECTING_RADIUS) - 1e-9
+    for single in (False, True):
+        if not len(rows):
+            break
+        places = {number: _between_corners(gaps[number], single) for number in np.unique(path[rows]).tolist()}
+        turned = _turning(plan, rows, paths, streets, path[rows], t0, t1, places)
+        other = _apart_at_most(*_sampled(turned, np.arange(len(rows)), paths, streets, path[rows], t0, t1))
+        bad = (smallest_radius(turned) < least) | (other > defaults.STRAY_LESS * strays) | detours(turned)
+        # A way that goes to and fro turns round on the spot, and no curve does.
+        bad |= has_kinks(turned)
+        good = ~_all_of(path[rows], bad.astype(float), 0.5, len(paths.length))
+        plan = replaced(plan, rows[good], turned, np.flatnonzero(good))
+        rows = rows[~good]
+        t0, t1, strays, least = (column[~good] for column in (t0, t1, strays, least))
+    return plan
+
+
+def _all_of(path: IntArray, value: FloatArray, limit: float, count: int) -> BoolArray:
+    """Say which connecting roads belong to a path with a value above the limit, (n,)."""
+    most = np.full(count, -np.inf)
+    np.maximum.at(most, path, value)
+    out: BoolArray = most[path] > limit
+    return out
+
+
+def _winding(paths: StreetPaths, streets: PlanView) -> BoolArray:
+    """Say which paths turn to and fro, or round more than one corner, (paths,)."""
+    h0 = pose(streets, paths.curve, paths.s_from)[2]
+    h1 = pose(streets, paths.curve, paths.s_to)[2]
+    against = np.where(paths.s_to < paths.s_from, np.pi, 0.0)
+    owner = np.repeat(np.arange(len(paths.length)), np.diff(paths.start))
+    joint = np.flatnonzero(owner[1:] == owner[:-1])
+    corner = wrapped((h0 + against)[joint + 1] - (h1 + against)[joint])
+    turns = np.concatenate([h1 - h0, corner])
+    of = np.concatenate([owner, owner[joint]])
+    whole = np.bincount(of, np.abs(turns), len(paths.length))
+    net = np.abs(np.bincount(of, turns, len(paths.length)))
+    out: BoolArray = ~paths.on_ring & ((whole - net > defaults.SMOOTH_CORNER) | (whole > defaults.CORNERS_TURN))
+    return out
+
+
+def _sampled(
+    plan: PlanView,
+    row: IntArray,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return places along curves, and along the lanes' ways over the streets at the same share, (2, n, m)."""
+    n, m = len(row), len(_CHECKS)
+    share = np.tile(_CHECKS, n)
+    each = np.repeat(np.arange(n), m)
+    x, y, _ = pose(plan, row[each], share * lengths(plan)[row[each]])
+    offset = lane_offsets(paths, path[each], t0[each], t1[each], share)
+    px, py, _ = poses_on(paths, streets, path[each], share * paths.length[path[each]], offset)
+    return np.stack([x, y]).reshape(2, n, m), np.stack([px, py]).reshape(2, n, m)
+
+
+def _side_by_side(curve: FloatArray, way: FloatArray) -> FloatArray:
+    """Return the largest distance of places at the same share: an upper bound of `_apart_at_most`, (n,), m."""
+    gap = curve - way
+    out: FloatArray = np.hypot(gap[0], gap[1]).max(1)
+    return out
+
+
+def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:
+    """Return how far curves and ways lie apart at most, (n,), m."""
+    return np.maximum(_apart(curve, way), _apart(way, curve))
+
+
+def _apart(points: FloatArray, line: FloatArray) -> FloatArray:
+    """Return the largest distance of points from a polyline, both (2, n, m); (n,), m."""
+    out = np.zeros(points.shape[1])
+    # As many rows at once as the processor's cache holds, side by side.
+    for lo in range(0, len(out), _ROWS_AT_ONCE):
+        part = slice(lo, lo + _ROWS_AT_ONCE)
+        (x, y), (ax, ay) = (np.ascontiguousarray(item[:, part].transpose(0, 2, 1)) for item in (points, line))
+        along_x, along_y = np.diff(ax, axis=0), np.diff(ay, axis=0)
+        size = np.maximum(along_x * along_x + along_y * along_y, 1e-12)
+        nearest = np.full(x.shape, np.inf)
+        for k in range(len(size)):
+            dx, dy = x - ax[k], y - ay[k]
+            at = dx * along_x[k]
+            at += dy * along_y[k]
+            at /= size[k]
+            np.maximum(at, 0.0, out=at)
+            np.minimum(at, 1.0, out=at)
+            dx -= at * along_x[k]
+            dy -= at * along_y[k]
+            dx *= dx
+            dy *= dy
+            dx += dy
+            np.minimum(nearest, dx, out=nearest)
+        out[part] = np.sqrt(nearest.max(axis=0))
+    return out
+
+
+def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> dict[int, list[tuple[float, float]]]:
+    """Return between which chainages paths run from one of their corners to the next, by number of the path, m."""
+    length = paths.length[numbers]
+    count = np.maximum((length / _STEP).astype(np.int64), 1)
+    start = np.concatenate([[0], np.cumsum(count)])
+    each = np.repeat(np.arange(len(numbers)), count)
+    chainage = (np.arange(start[-1]) - start[each] + 0.5) * (length / count)[each]
+    hdg = poses_on(paths, streets, numbers[each], chainage, np.zeros(len(each)))[2]
+    first, last = _corners(hdg, start, each)
+    # One corner is over where the next of the same path begins.
+    joint = np.flatnonzero(each[last[:-1]] == each[first[1:]])
+    out: dict[int, list[tuple[float, float]]] = {number: [] for number in numbers.tolist()}
+    owner = numbers[each[last[joint]]]
+    over, begin = chainage[last[joint]], chainage[first[joint + 1]]
+    for number, gap in zip(owner.tolist(), zip(over.tolist(), begin.tolist(), strict=True), strict=True):
+        out[number].append(gap)
+    return out
+
+
+def _corners(hdg: FloatArray, start: IntArray, each: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the first and the last station of each corner, (corners,).
+
+    Parameters
+    ----------
+    hdg : (stations,)
+        Headings along paths, rad.
+    start : (paths + 1,)
+        Index of each path's first station.
+    each : (stations,)
+        The path of each station.
+    """
+    at = np.arange(len(hdg))
+    turn = np.where(np.diff(each, prepend=-1) > 0, 0.0, np.abs(wrapped(np.diff(hdg, prepend=0.0))))
+    run = np.cumsum(turn)
+    ahead, behind = np.minimum(at + _WINDOW, start[each + 1] - 1), np.maximum(at - _WINDOW, start[each])
+    bent = run[ahead] - run[behind] > defaults.SMOOTH_CORNER / 2
+    goes_on = np.append(each[1:] == each[:-1], False) & bent & np.append(bent[1:], False)
+    last = np.flatnonzero(bent & ~goes_on)
+    first = np.flatnonzero(bent & ~np.append(False, goes_on[:-1]))
+    sharp = run[last] - run[first] > defaults.SMOOTH_CORNER
+    return first[sharp], last[sharp]
+
+
+def _between_corners(gaps: list[tuple[float, float]], single: bool) -> FloatArray:
+    """Return the chainages on a path between its corners where a car drives straight, (places,), m.
+
+    Parameters
+    ----------
+    gaps
+        Where one corner is over and the next begins.
+    single
+        Whether there is one place between two corners, in the middle, however far they are apart.
+    """
+    out: list[float] = []
+    for a, b in gaps:
+        if not single and b - a > 2 * defaults.CORNER_LEAD:
+            out += [a + defaults.CORNER_LEAD, b - defaults.CORNER_LEAD]
+        else:
+            out.append((a + b) / 2)
+    return np.array(out)
+
+
+def _turning(
+    plan: PlanView,
+    row: IntArray,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+    places: dict[int, FloatArray],
+) -> PlanView:
+    """Return curves that start and end as those in the rows do and pass the places between corners straight on."""
+    count = np.array([len(places[number]) for number in path.tolist()], np.int64)
+    each = np.repeat(np.arange(len(row)), count)
+    chainage = np.concatenate([places[number] for number in path.tolist()]) if len(row) else np.zeros(0)
+    offset = lane_offsets(paths, path[each], t0[each], t1[each], chainage / paths.length[path[each]])
+    passed = poses_on(paths, streets, path[each], chainage, offset)
+    begin = pose(plan, row, np.zeros(len(row)))
+    end = pose(plan, row, lengths(plan)[row])
+    # Per curve: its start, the places, its end; then one piece from each to the next.
+    start = np.concatenate([[0], np.cumsum(count + 2)]).astype(np.int64)
+    inside = np.ones(start[-1], bool)
+    inside[start[:-1]] = inside[start[1:] - 1] = False
+    columns = []
+    for one, middle, other in zip(begin, passed, end, strict=True):
+        column = np.zeros(start[-1])
+        column[start[:-1]], column[inside], column[start[1:] - 1] = one, middle, other
+        columns.append(column)
+    last = np.zeros(start[-1], bool)
+    last[start[1:] - 1] = True
+    leave, reach = np.flatnonzero(~last), np.flatnonzero(~last) + 1
+    poses = [column[leave] for column in columns] + [column[reach] for column in columns]
+    pieces = connect(*poses)
+    sharp = np.flatnonzero(smallest_radius(pieces) < defaults.CONNECTING_RADIUS)
+    if len(sharp):
+        radius = np.full(len(sharp), defaults.CONNECTING_RADIUS)
+        wide = wide_curves(*(column[sharp] for column in poses), radius=radius)
+        there = np.flatnonzero(lengths(wide) > 0)
+        pieces = replaced(pieces, sharp[there], wide, there)
+    return joined_curves(pieces, start - np.arange(len(start)))

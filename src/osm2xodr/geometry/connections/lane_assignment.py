@@ -1,0 +1,365 @@
+"""Which lane leads to which lane through a junction.
+
+Lanes count from 0 at the left, as their drivers see them; turns are angles in radians, positive to the left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from osm2xodr.geometry.lanes import to_left, to_right
+from osm2xodr.model import LaneSpec, LaneType
+
+# The turn that each value of turn:lanes stands for, by the pictures on the OSM wiki page Key:turn.
+_ANGLE = {
+    "reverse": 180.0,
+    "sharp_left": 135.0,
+    "left": 90.0,
+    "slight_left": 35.0,
+    "through": 0.0,
+    "slight_right": -35.0,
+    "right": -90.0,
+    "sharp_right": -135.0,
+}
+_SET_APART = (LaneType.BUS, LaneType.TAXI, LaneType.BIKING)
+_STRAIGHT = math.radians(50.0)
+_SIDEWAYS = math.radians(10.0)
+_MERGING = math.radians(35.0)
+
+
+@dataclass(frozen=True, slots=True)
+class LaneMovement:
+    """A movement between two arms, as lanes see it.
+
+    Parameters
+    ----------
+    entry, exit
+        Keys of the arms (any integers).
+    turn
+        Change of heading, left positive, rad.
+    lateral
+        For each entry lane, where its middle lies left of the exit's reference line when looking along the exit,
+        m; tells which exit lane lies ahead.
+    stated
+        (entry lane, exit lane) of all its links where a relation names them.
+    """
+
+    entry: int
+    exit: int
+    turn: float
+    lateral: tuple[float, ...]
+    stated: tuple[tuple[int, int], ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ArmLanes:
+    """Lanes of one arm in one direction of travel, left to right; `t` in the drivers' frame (left positive), m."""
+
+    specs: tuple[LaneSpec, ...]
+    t: tuple[float, ...]
+
+
+LaneLink = tuple[int, int, int]
+"""(index of the movement, entry lane, exit lane)."""
+
+
+def assign_lanes(
+    movements: Sequence[LaneMovement], entries: dict[int, ArmLanes], exits: dict[int, ArmLanes], near_side_left: bool
+) -> list[LaneLink]:
+    """Assign lanes to all movements of one junction.
+
+    Every movement gets a lane, every lane of an entry that has movements one movement, every lane of an exit that
+    is reached at all one lane that feeds it; movements whose links a relation names get these and no others.
+
+    Parameters
+    ----------
+    movements
+        All movements of the junction.
+    entries, exits
+        Lanes by arm.
+    near_side_left
+        Whether traffic drives on the left, so that lanes come and go at the left edge.
+    """
+    if have_one_lane(entries, exits):
+        return [(k, 0, 0) for k in range(len(movements))]
+    served: dict[int, list[int]] = {}
+    links: list[LaneLink] = []
+    for entry in sorted({item.entry for item in movements}):
+        leaving = sorted(
+            (k for k, item in enumerate(movements) if item.entry == entry), key=lambda k: -movements[k].turn
+        )
+        capacity = [len(_usable(exits[movements[k].exit].specs)) for k in leaving]
+        turns = [movements[k].turn for k in leaving]
+        for k, lanes in zip(
+            leaving, lanes_per_movement(entries[entry].specs, turns, capacity, near_side_left), strict=True
+        ):
+            served[k] = lanes
+        straight = min(leaving, key=lambda k: _straightness(movements[k].turn, near_side_left))
+        if abs(movements[straight].turn) < _STRAIGHT:
+            exit_specs = exits[movements[straight].exit].specs
+            apart = _set_apart(entries[entry].specs, exit_specs, near_side_left)
+            if movements[straight].stated is not None:
+                apart = [pair for pair in apart if entries[entry].specs[pair[0]].type is LaneType.BIKING]
+            links += [(straight, *pair) for pair in apart]
+    for exit_ in sorted({item.exit for item in movements}):
+        arriving = [k for k, item in enumerate(movements) if item.exit == exit_]
+        links += _into_exit(arriving, movements, served, exits[exit_], entries, near_side_left)
+    return sorted(set(links))
+
+
+def have_one_lane(entries: dict[int, ArmLanes], exits: dict[int, ArmLanes]) -> bool:
+    """Whether all arms of a junction have one lane for cars and no other: lane 0 then leads to lane 0."""
+    for arms in (entries, exits):
+        for arm in arms.values():
+            if len(arm.specs) != 1 or arm.specs[0].type is not LaneType.DRIVING:
+                return False
+    return True
+
+
+def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool) -> list[tuple[int, int]]:
+    """Link the lanes set apart for buses, taxis and bicycles: to their like, buses else to cars' lanes."""
+    pairs: list[tuple[int, int]] = []
+    for kind in _SET_APART:
+        ins = [k for k, spec in enumerate(entry) if spec.type is kind]
+        outs = [k for k, spec in enumerate(exit_) if spec.type is kind]
+        if not near_side_left:
+            ins, outs = ins[::-1], outs[::-1]
+        pairs += zip(ins, outs, strict=False)
+        if kind is not LaneType.BIKING and len(ins) != len(entry):
+            usable = _usable(exit_)
+            middle = (len(entry) - 1) / 2
+            for k in ins[len(outs) :]:
+                at_left = k < middle or (k == middle and not near_side_left)
+                pairs.append((k, usable[0] if at_left else usable[-1]))
+    return pairs
+
+
+def _straightness(turn: float, near_side_left: bool) -> tuple[float, float]:
+    """Return a key by which the straightest turn comes first, and the far side of traffic before the near side."""
+    return abs(turn), turn if near_side_left else -turn
+
+
+def _usable(specs: Sequence[LaneSpec]) -> list[int]:
+    """Return the lanes that cars drive on; all of them where there is no such lane."""
+    found = [k for k, spec in enumerate(specs) if spec.type is LaneType.DRIVING]
+    return found or list(range(len(specs)))
+
+
+def lanes_per_movement(
+    specs: Sequence[LaneSpec], turns: Sequence[float], capacity: Sequence[int], near_side_left: bool = False
+) -> list[list[int]]:
+    """Return for each movement, sorted from left to right, the entry lanes that serve it.
+
+    Parameters
+    ----------
+    specs
+        The entry's lanes, left to right.
+    turns, capacity
+        Of each movement: change of heading, rad, and number of lanes of its exit.
+    near_side_left
+        Whether traffic drives on the left.
+    """
+    usable = _usable(specs)
+    if len(turns) == 1:
+        return [usable]
+    marked = [specs[k].turns & _ANGLE.keys() for k in usable]
+    chosen = (
+        _by_marks(marked, turns, near_side_left)
+        if any(marked)
+        else _by_habit(len(usable), turns, capacity, near_side_left)
+    )
+    return [[usable[k] for k in lanes] for lanes in chosen]
+
+
+def _by_marks(marked: Sequence[frozenset[str]], turns: Sequence[float], near_side_left: bool) -> list[list[int]]:
+    """Follow turn:lanes; what it forgets is added where it disturbs the order of lanes least."""
+    straight = min(range(len(turns)), key=lambda m: _straightness(turns[m], near_side_left))
+    chosen: list[set[int]] = [set() for _ in turns]
+    for lane, values in enumerate(marked):
+        for value in sorted(values) or ["through"]:
+            chosen[_meant(value, turns, straight, near_side_left)].add(lane)
+    for m, lanes in enumerate(chosen):
+        if not lanes:
+            left = [max(found) for found in chosen[:m] if found]
+            right = [min(found) for found in chosen[m + 1 :] if found]
+            from_right = not left or (near_side_left and bool(right))
+            lanes.add(min(right) if from_right else max(left))
+    return [sorted(lanes) for lanes in chosen]
+
+
+def _meant(value: str, turns: Sequence[float], straight: int, near_side_left: bool) -> int:
+    """Return the movement that a value of turn:lanes means; one turns back across the far side."""
+    if value == "through":
+        return straight
+    left = value in to_left(near_side_left)
+    sign = 1.0 if left else -1.0
+    target = sign * abs(math.radians(_ANGLE[value]))
+    beyond_straight = sign * turns[straight] > _SIDEWAYS
+    found = [
+        m
+        for m, turn in enumerate(turns)
+        if sign * turn > _SIDEWAYS and (beyond_straight or (m < straight if left else m > straight))
+    ]
+    return min(found, key=lambda m: abs(turns[m] - target)) if found else 0 if left else len(turns) - 1
+
+
+def _by_habit(n: int, turns: Sequence[float], capacity: Sequence[int], near_side_left: bool) -> list[list[int]]:
+    """Deal out n unmarked lanes: turns from the outer lanes, straight on from all."""
+    everything = list(range(n))
+    ahead = [m for m, turn in enumerate(turns) if abs(turn) < _STRAIGHT]
+    if len(ahead) >= 2 and n >= 2:
+        return _fork(n, turns, capacity, ahead, near_side_left)
+    if ahead:
+        straight = min(ahead, key=lambda m: _straightness(turns[m], near_side_left))
+        return [[0] if m < straight else everything if m == straight else [n - 1] for m in range(len(turns))]
+    left = [m for m, turn in enumerate(turns) if turn > 0]
+    if not left or len(left) == len(turns):
+        return _fork(n, turns, capacity, list(range(len(turns))), near_side_left)
+    lefts, rights = everything[: (n + 1) // 2], everything[n // 2 :]
+    return [lefts if turn > 0 else rights for turn in turns]
+
+
+def _fork(
+    n: int, turns: Sequence[float], capacity: Sequence[int], ahead: Sequence[int], near_side_left: bool
+) -> list[list[int]]:
+    """Deal out lanes where the street splits, so that no lane crosses another.
+
+    Where there are lanes for all branches each gets its own, side by side; what neither of two branches needs goes to
+    the larger one, or to the one away from the near side of traffic. Where lanes are too few, the straightest branch
+    takes what it can and one lane at its edge is shared with the next one. Movements beside the branches use the
+    outermost lane.
+    """
+    wanted = {m: min(n, max(capacity[m], 1)) for m in ahead}
+    straight = min(ahead, key=lambda m: _straightness(turns[m], near_side_left))
+    spare = n - sum(wanted.values())
+    if spare >= 0:
+        far = ahead[-1] if near_side_left else ahead[0]
+        most = max(ahead, key=lambda m: (wanted[m], m == far)) if len(ahead) == 2 else straight
+        wanted[most] += spare
+        starts = [sum(wanted[m] for m in ahead[:k]) for k in range(len(ahead))]
+    elif len(ahead) == 2:
+        other = ahead[0] + ahead[1] - straight
+        wanted[other] = max(min(wanted[other], n + 1 - wanted[straight]), 1)
+        starts = [0, n - wanted[ahead[1]]]
+    else:
+        wanted = {m: n if m == straight else 1 for m in ahead}
+        starts = [0 if m <= straight else n - 1 for m in ahead]
+    out = [[0] if m < ahead[0] else [n - 1] for m in range(len(turns))]
+    for m, start in zip(ahead, starts, strict=True):
+        out[m] = list(range(start, start + wanted[m]))
+    return out
+
+
+def _into_exit(
+    arriving: Sequence[int],
+    movements: Sequence[LaneMovement],
+    served: dict[int, list[int]],
+    exit_lanes: ArmLanes,
+    entries: dict[int, ArmLanes],
+    near_side_left: bool,
+) -> list[LaneLink]:
+    """Choose the exit lanes of all movements into one exit, and feed the lanes that nothing leads to."""
+    usable = _usable(exit_lanes.specs)
+    n = len(usable)
+    links: list[LaneLink] = [(k, *pair) for k in arriving for pair in movements[k].stated or ()]
+    arriving = [k for k in arriving if movements[k].stated is None]
+    merging = [k for k in arriving if abs(movements[k].turn) < _MERGING]
+    blocks = _merge_offsets(merging, movements, served, n, near_side_left)
+    for k in arriving:
+        lanes = served[k]
+        entry = entries[movements[k].entry].specs
+        offset = blocks[k] if k in blocks else _offset(movements[k], lanes, entry, exit_lanes, usable, near_side_left)
+        links += [(k, lane, usable[min(max(r + offset, 0), n - 1)]) for r, lane in enumerate(lanes)]
+    fed = {lane for _, _, lane in links}
+    hungry = [lane for lane in usable if lane not in fed]
+    if hungry and arriving:
+        main = min(
+            arriving,
+            key=lambda k: (
+                abs(movements[k].turn) > _STRAIGHT,
+                -len(served[k]),
+                *_straightness(movements[k].turn, near_side_left),
+            ),
+        )
+        targets = sorted((to, lane) for k, lane, to in links if k == main)
+        for lane in hungry:
+            nearest = min(targets, key=lambda pair: (abs(pair[0] - lane), pair))
+            links.append((main, nearest[1], lane))
+    return links
+
+
+def _merge_offsets(
+    merging: Sequence[int],
+    movements: Sequence[LaneMovement],
+    served: dict[int, list[int]],
+    n: int,
+    near_side_left: bool,
+) -> dict[int, int]:
+    """Where several arms run straight into one exit, give each its own lanes from left to right.
+
+    The first keeps to the left, the last to the right, those between to the far side of traffic.
+    """
+    if len(merging) < 2:
+        return {}
+    side_by_side = sorted(merging, key=lambda k: -_mean([movements[k].lateral[lane] for lane in served[k]]))
+    counts = [len(served[k]) for k in side_by_side]
+    out: dict[int, int] = {}
+    taken = 0
+    for place, (k, count) in enumerate(zip(side_by_side, counts, strict=True)):
+        to_come = sum(counts[place + 1 :])
+        if place == 0:
+            out[k] = 0
+        elif not to_come:
+            out[k] = n - count
+        else:
+            out[k] = max(n - count - to_come, 0) if near_side_left else min(taken, n - count)
+        taken += count
+    return out
+
+
+def _offset(
+    movement: LaneMovement,
+    lanes: Sequence[int],
+    entry: Sequence[LaneSpec],
+    exit_lanes: ArmLanes,
+    usable: Sequence[int],
+    near_side_left: bool,
+) -> int:
+    """Return by how much exit lanes count higher than entry lanes: 0 keeps left, n - k keeps right.
+
+    Straight on, lanes lead neither into pockets for turns that are not theirs nor aside more than they must.
+    """
+    slack = len(usable) - len(lanes)
+    if slack == 0:
+        return 0
+    if movement.turn > _STRAIGHT:
+        return 0
+    if movement.turn < -_STRAIGHT:
+        return slack
+    candidates = range(min(slack, 0), max(slack, 0) + 1)
+
+    def strain(offset: int) -> tuple[int, float]:
+        wrong, shift = 0, 0.0
+        for r, lane in enumerate(lanes):
+            to = usable[min(max(r + offset, 0), len(usable) - 1)]
+            side = _side(exit_lanes.specs[to], near_side_left)
+            wrong += slack > 0 and side != 0 and side != _side(entry[lane], near_side_left)
+            shift += abs(movement.lateral[lane] - exit_lanes.t[to])
+        return wrong, round(shift, 2)
+
+    prefer_high = near_side_left == (slack > 0)
+    return min(candidates, key=lambda offset: (strain(offset), -offset if prefer_high else offset))
+
+
+def _side(spec: LaneSpec, near_side_left: bool) -> int:
+    """Return 1 for a lane for turns to the left alone, -1 for one for turns to the right alone, 0 for others."""
+    own = spec.turns & _ANGLE.keys()
+    if not own:
+        return 0
+    return 1 if own <= to_left(near_side_left) else -1 if own <= to_right(near_side_left) else 0
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)

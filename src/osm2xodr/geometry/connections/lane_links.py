@@ -1,0 +1,252 @@
+"""All lane links through junctions: which lane of which road end leads to which lane of which other one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import pose, wrapped
+from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
+from osm2xodr.geometry.junctions import Movement, RoadParts
+from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
+from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
+
+# Poses of road ends that differ by less are the same, m and rad.
+_SAME = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class LaneRow:
+    """One lane link: index of its movement, road ends, lanes; `against` as in `ConnectingRoads`."""
+
+    junction: int
+    movement: int
+    entry: int
+    exit: int
+    lane_in: EndLane
+    lane_out: EndLane
+    against: bool = False
+
+    def lane_type(self) -> LaneType:
+        """Return the type of lane that connects the two."""
+        one, other = self.lane_in.spec, self.lane_out.spec
+        if one.direction is Direction.BOTH:
+            return LaneType.BIDIRECTIONAL
+        return one.type if one.type is other.type else LaneType.DRIVING
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaneLinks:
+    """The lane links of all junctions.
+
+    Parameters
+    ----------
+    rows
+        In the order of movements' junctions.
+    x, y, hdg : (road ends,)
+        Pose of every road end, its heading along the road's s.
+    road_end : (street ends,)
+        As in `RoadParts`.
+    sections
+        Of every road end: they change where a road has become so short that a stretch at its end joins another.
+    """
+
+    rows: tuple[LaneRow, ...]
+    x: FloatArray
+    y: FloatArray
+    hdg: FloatArray
+    road_end: IntArray
+    sections: tuple[CrossSection, ...]
+
+
+def find_lane_links(
+    parts: RoadParts, movements: list[Movement], rule: Rule, before: LaneLinks | None = None
+) -> LaneLinks:
+    """Assign lanes to all movements.
+
+    Parameters
+    ----------
+    parts
+        The roads outside junctions.
+    movements
+        Grouped by junction.
+    rule
+        Side of the road that one drives on.
+    before
+        What was found for the same movements on other parts; junctions whose arms have not moved since keep it.
+    """
+    roads = len(parts.length)
+    s = np.column_stack([np.zeros(roads), parts.length]).ravel()
+    x, y, hdg = pose(parts.plan_view, np.repeat(np.arange(roads), 2), s)
+    entry = parts.road_end[np.array([item.entry for item in movements], np.int64)]
+    exit_ = parts.road_end[np.array([item.exit for item in movements], np.int64)]
+    sections = tuple(stretches[k].section for stretches in parts.stretches for k in (0, -1))
+    known: dict[int, list[LaneRow]] = {}
+    if before is not None and np.array_equal(before.road_end, parts.road_end):
+        still = (np.abs(before.x - x) < _SAME) & (np.abs(before.y - y) < _SAME) & (np.abs(before.hdg - hdg) < _SAME)
+        still &= [one is other for one, other in zip(before.sections, sections, strict=True)]
+        known = _kept(before, movements, still[entry] & still[exit_])
+    # As drivers see it: headings into and out of the junction, and where entries lie as seen from exits.
+    hdg_in, hdg_out = hdg[entry] + np.where(entry % 2, 0.0, np.pi), hdg[exit_] + np.where(exit_ % 2, np.pi, 0.0)
+    dx, dy = x[entry] - x[exit_], y[entry] - y[exit_]
+    view = _View(
+        entry.tolist(),
+        exit_.tolist(),
+        _turns(hdg_in, hdg_out, dx, dy).tolist(),
+        (dy * np.cos(hdg_out) - dx * np.sin(hdg_out)).tolist(),
+        np.cos(hdg[entry] - hdg_out).tolist(),
+    )
+    arms = _Arms(parts, rule)
+    rows: list[LaneRow] = []
+    for junction, group in groupby(range(len(movements)), key=lambda k: movements[k].junction):
+        if junction in known:
+            rows += known[junction]
+        else:
+            rows += _junction_rows(junction, list(group), movements, view, arms, rule)
+    return LaneLinks(tuple(rows), x, y, hdg, parts.road_end, sections)
+
+
+def _kept(before: LaneLinks, movements: list[Movement], still: BoolArray) -> dict[int, list[LaneRow]]:
+    """Return the links of the junctions none of whose arms have moved."""
+    of = np.array([item.junction for item in movements], np.int64)
+    moved = set(of[~still].tolist())
+    out: dict[int, list[LaneRow]] = {junction: [] for junction in of.tolist() if junction not in moved}
+    for junction, group in groupby(before.rows, key=attrgetter("junction")):
+        if junction in out:
+            out[junction] += group
+    return out
+
+
+def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
+    """Return the changes of heading, left positive; of a turn back, the side that the exit lies on tells its sign."""
+    turn = wrapped(hdg_out - hdg_in)
+    back = np.abs(turn) >= defaults.TURN_BACK
+    side = dx * np.sin(hdg_in) - dy * np.cos(hdg_in)
+    out: FloatArray = np.where(back, np.copysign(turn, side), turn)
+    return out
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """Of each movement: road ends, turn, and a and b of a + b t, where an entry lane at t lies seen from the exit."""
+
+    entry: list[int]
+    exit: list[int]
+    turn: list[float]
+    offset: list[float]
+    scale: list[float]
+
+
+class _Arms:
+    """Lanes at road ends by direction of travel, worked out once for each cross-section: streets share them."""
+
+    def __init__(self, parts: RoadParts, rule: Rule) -> None:
+        self._parts = parts
+        self._rule = rule
+        self._known: dict[tuple[int, bool, float], tuple[tuple[EndLane, ...], ArmLanes]] = {}
+        self._into: dict[int, tuple[tuple[EndLane, ...], ArmLanes]] = {}
+        self._out: dict[int, tuple[tuple[EndLane, ...], ArmLanes]] = {}
+        self._centre: dict[tuple[int, bool], tuple[EndLane, ...]] = {}
+
+    def into_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
+        found = self._into.get(end)
+        if found is None:
+            found = self._into[end] = self._at(end, end % 2 == 1, 1.0)
+        return found
+
+    def out_of_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
+        found = self._out.get(end)
+        if found is None:
+            found = self._out[end] = self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
+        return found
+
+    def centre(self, end: int, along: bool) -> tuple[EndLane, ...]:
+        """Return the lanes for both directions, as drivers along the road or against it see them."""
+        # The parts keep their cross-sections, so that these can be told by their identity.
+        section = self._parts.at_end(end).section
+        key = id(section), along
+        found = self._centre.get(key)
+        if found is None:
+            found = self._centre[key] = centre_lanes(section, along)
+        return found
+
+    def _at(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
+        section = self._parts.at_end(end).section
+        key = id(section), along, sign
+        found = self._known.get(key)
+        if found is None:
+            lanes = end_lanes(section, self._rule, along)
+            found = lanes, ArmLanes(tuple(lane.spec for lane in lanes), tuple(sign * lane.t for lane in lanes))
+            self._known[key] = found
+        return found
+
+
+def _junction_rows(
+    junction: int, group: list[int], movements: list[Movement], view: _View, arms: _Arms, rule: Rule
+) -> list[LaneRow]:
+    """Return every lane link of one junction."""
+    numbers: list[int] = []
+    lanes: list[tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = []
+    entries: dict[int, ArmLanes] = {}
+    exits: dict[int, ArmLanes] = {}
+    for number in group:
+        entry, exit_ = view.entry[number], view.exit[number]
+        into, entries_lanes = arms.into_junction(entry)
+        out, exit_lanes = arms.out_of_junction(exit_)
+        if not into or not out:
+            continue
+        entries[entry], exits[exit_] = entries_lanes, exit_lanes
+        numbers.append(number)
+        lanes.append((into, out))
+    links = [(k, 0, 0) for k in range(len(numbers))]
+    if not have_one_lane(entries, exits):
+        moves = [
+            _as_lanes_see_it(number, into, movements, view, entries, exits)
+            for number, (into, _) in zip(numbers, lanes, strict=True)
+        ]
+        links = assign_lanes(moves, entries, exits, rule is Rule.LEFT_HAND)
+    rows = _centre_rows(junction, numbers, view, arms)
+    for k, lane_in, lane_out in links:
+        number = numbers[k]
+        into, out = lanes[k]
+        rows.append(LaneRow(junction, number, view.entry[number], view.exit[number], into[lane_in], out[lane_out]))
+    return rows
+
+
+def _as_lanes_see_it(
+    number: int,
+    into: tuple[EndLane, ...],
+    movements: list[Movement],
+    view: _View,
+    entries: dict[int, ArmLanes],
+    exits: dict[int, ArmLanes],
+) -> LaneMovement:
+    entry, exit_ = view.entry[number], view.exit[number]
+    offset, scale = view.offset[number], view.scale[number]
+    lateral = tuple([offset + scale * lane.t for lane in into])
+    stated = movements[number].stated
+    pairs = None if stated is None else stated.between(entries[entry].specs, exits[exit_].specs)
+    return LaneMovement(entry, exit_, view.turn[number], lateral, pairs)
+
+
+def _centre_rows(junction: int, numbers: list[int], view: _View, arms: _Arms) -> list[LaneRow]:
+    """Return the links between lanes for both directions that face each other.
+
+    Ids make readers take such a lane for one along its road (or, on the left of its centre, against it), so only
+    those are linked whose ids agree on a direction; the way back then runs against the id of its lane.
+    """
+    rows: list[LaneRow] = []
+    for number in numbers:
+        entry, exit_ = view.entry[number], view.exit[number]
+        if abs(view.turn[number]) >= defaults.SMOOTH_CORNER or entry % 2 == exit_ % 2:
+            continue
+        along = entry % 2 == 1
+        here, there = arms.centre(entry, along), arms.centre(exit_, along)
+        if here and there:
+            pairs = zip(here, there, strict=False)
+            rows += [LaneRow(junction, number, entry, exit_, *pair, against=not along) for pair in pairs]
+    return rows

@@ -1,0 +1,176 @@
+"""Curves of connecting roads: from one position and heading to another by lines and arcs, all at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import arc_step, lengths, pose, replaced, shortest_curves, smallest_radius, wrapped
+from osm2xodr.model import BoolArray, FloatArray, PlanView
+
+# A line and an arc are used while both tangents are longer than this, m, and the turn lies between these, rad.
+# A curve whose heading at its end is off by more has missed it, rad.
+_MISSED = 1e-3
+_SHORTEST_TANGENT = 0.05
+_LEAST_TURN = 1e-3
+_MOST_TURN = np.deg2rad(150.0)
+# An arc that turns less than this is written as its chord: single-precision readers cannot place its far centre.
+_NO_TURN = 1e-4
+_LONGEST_TANGENT = 1e7
+
+
+def connect(
+    x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
+) -> PlanView:
+    """Return a curve from each pose 0 to pose 1, (n,), m and rad, that starts and ends in their headings.
+
+    A line and an arc where the tangents meet ahead of the first and behind the second pose and leave room for a
+    turn that cars drive; else two arcs with tangents of equal length (Bolton 1975,
+    doi:10.1016/0010-4485(75)90086-X), if their radius is larger.
+    """
+    n = len(x0)
+    length, curvature = _biarc(x0, y0, hdg0, x1, y1, hdg1)
+    simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1)
+    sharp = np.abs(simple_curvature[:, 1])
+    simple &= (sharp * defaults.CONNECTING_RADIUS <= 1.0) | (sharp <= np.abs(curvature).max(axis=1))
+    length = np.where(simple[:, None], simple_length, length)
+    curvature = np.where(simple[:, None], simple_curvature, curvature)
+    hdg = hdg0[:, None] + np.concatenate([np.zeros((n, 1)), np.cumsum(length * curvature, axis=1)[:, :-1]], axis=1)
+    u, v, _ = arc_step(curvature, length)
+    dx = np.cos(hdg) * u - np.sin(hdg) * v
+    dy = np.sin(hdg) * u + np.cos(hdg) * v
+    x = x0[:, None] + np.concatenate([np.zeros((n, 1)), np.cumsum(dx, axis=1)[:, :-1]], axis=1)
+    y = y0[:, None] + np.concatenate([np.zeros((n, 1)), np.cumsum(dy, axis=1)[:, :-1]], axis=1)
+    straight = np.abs(curvature * length) < _NO_TURN
+    chord = np.hypot(dx, dy)
+    hdg = np.where(straight, np.arctan2(dy, dx), hdg)
+    length = np.where(straight, chord, length)
+    curvature = np.where(straight, 0.0, curvature)
+    line = straight[:, :2].all(axis=1) & ~simple
+    hdg[line, 0] = np.arctan2(y1 - y0, x1 - x0)[line]
+    length[line, 0], length[line, 1] = np.hypot(x1 - x0, y1 - y0)[line], 0.0
+    length = np.where(length > 1e-7, length, 0.0)
+    used = length > 0
+    s = np.cumsum(length, axis=1) - length
+    start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
+    plan = PlanView(start, s[used], x[used], y[used], hdg[used], length[used], curvature[used])
+    # Two arcs do not reach a pose that looks back from straight ahead.
+    missed = np.flatnonzero(np.abs(wrapped(hdg0 + (length * curvature).sum(axis=1) - hdg1)) > _MISSED)
+    if not len(missed):
+        return plan
+    poses = (column[missed] for column in (x0, y0, hdg0, x1, y1, hdg1))
+    other = shortest_curves(*poses, radius=defaults.CONNECTING_RADIUS)
+    found = np.flatnonzero(lengths(other) > 0)
+    return replaced(plan, missed[found], other, found)
+
+
+def wanting(plan: PlanView) -> BoolArray:
+    """Say which curves would be better if their arms ended farther away, (curves,)."""
+    return undrivable(plan) | swings_out(plan)
+
+
+def undrivable(plan: PlanView) -> BoolArray:
+    """Say which curves are sharper than a car drives, or detours because their arms lie on each other, (curves,)."""
+    return (smallest_radius(plan) < defaults.CONNECTING_RADIUS) | detours(plan)
+
+
+def detours(plan: PlanView) -> BoolArray:
+    """Say which curves are far longer than what they bridge, (curves,)."""
+    curve = np.arange(len(plan.start) - 1)
+    length = lengths(plan)
+    x0, y0, _ = pose(plan, curve, np.zeros(len(curve)))
+    x1, y1, _ = pose(plan, curve, length)
+    out: BoolArray = length > defaults.DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.DETOUR_MORE
+    return out
+
+
+def has_kinks(plan: PlanView) -> BoolArray:
+    """Say which curves change their heading at once between two of their records, (curves,)."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    jump = np.abs(wrapped(plan.hdg[1:] - (plan.hdg + plan.curvature * plan.length)[:-1]))
+    out = np.zeros(len(plan.start) - 1, bool)
+    out[owner[1:][(owner[1:] == owner[:-1]) & (jump > _MISSED)]] = True
+    return out
+
+
+def turns_on_the_spot(plan: PlanView) -> BoolArray:
+    """Say which curves are a point that something turns at, (curves,)."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    whole = np.bincount(owner, np.abs(plan.curvature * plan.length), len(plan.start) - 1)
+    out: BoolArray = (lengths(plan) < defaults.SHORTEST_TURN) & (whole > defaults.TURN_OF_A_POINT)
+    return out
+
+
+def swings_out(plan: PlanView) -> BoolArray:
+    """Say which pairs of arcs turn to the other side before they turn or after it, (curves,)."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    turn = plan.curvature * plan.length
+    net = np.abs(np.bincount(owner, turn, len(plan.start) - 1))
+    whole = np.bincount(owner, np.abs(turn), len(plan.start) - 1)
+    # Curves of more records keep to streets.
+    out: BoolArray = (np.diff(plan.start) == 2) & (net > defaults.SWING_OF_TURN) & (whole - net > defaults.SWING)
+    return out
+
+
+def _line_and_arc(
+    x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
+) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Return where a line and an arc do, and lengths and curvatures (n, 3) of line, arc and line."""
+    turn = wrapped(hdg1 - hdg0)
+    vx, vy = x1 - x0, y1 - y0
+    sin = np.sin(turn)
+    safe = np.where(np.abs(sin) < 1e-9, 1.0, sin)
+    before = (vx * np.sin(hdg1) - vy * np.cos(hdg1)) / safe
+    after = (np.cos(hdg0) * vy - np.sin(hdg0) * vx) / safe
+    shorter = np.minimum(before, after)
+    size = np.abs(turn)
+    unequal = np.abs(before - after)
+    does = (
+        (shorter > _SHORTEST_TANGENT)
+        & (size > _LEAST_TURN)
+        & (size < _MOST_TURN)
+        & ((unequal > 0.01) | (unequal < 1e-9))
+    )
+    radius = np.maximum(shorter, 1e-9) / np.tan(np.clip(size, 1e-6, 3.1) / 2)
+    length = np.stack([np.maximum(before - shorter, 0), radius * size, np.maximum(after - shorter, 0)], axis=1)
+    curvature = np.zeros_like(length)
+    curvature[:, 1] = np.sign(turn) / radius
+    return does, length, curvature
+
+
+def _biarc(
+    x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return lengths and curvatures (n, 3) of two arcs; the third record is empty."""
+    vx, vy = x1 - x0, y1 - y0
+    tx0, ty0, tx1, ty1 = np.cos(hdg0), np.sin(hdg0), np.cos(hdg1), np.sin(hdg1)
+    square = vx * vx + vy * vy
+    # 1 - t0·t1, written so that it does not cancel for almost equal headings.
+    apart = 2.0 * np.sin((hdg1 - hdg0) / 2) ** 2
+    along = vx * (tx0 + tx1) + vy * (ty0 + ty1)
+    root = np.sqrt(along * along + 2 * apart * square)
+    # The stable form of (-along + root) / (2 apart) for either sign of `along`.
+    tangent = np.where(
+        along > 0,
+        square / np.maximum(along + root, 1e-12),
+        (root - along) / np.maximum(2 * apart, 1e-12),
+    )
+    # A pose straight behind in the same heading is out of reach of two arcs; the curve is then as long as this.
+    tangent = np.minimum(tangent, _LONGEST_TANGENT)
+    jx = (x0 + tangent * tx0 + x1 - tangent * tx1) / 2
+    jy = (y0 + tangent * ty0 + y1 - tangent * ty1) / 2
+    length = np.zeros((len(x0), 3))
+    curvature = np.zeros((len(x0), 3))
+    for k, (wx, wy, cross, dot) in enumerate(
+        (
+            (jx - x0, jy - y0, tx0 * (jy - y0) - ty0 * (jx - x0), tx0 * (jx - x0) + ty0 * (jy - y0)),
+            (x1 - jx, y1 - jy, (x1 - jx) * ty1 - (y1 - jy) * tx1, (x1 - jx) * tx1 + (y1 - jy) * ty1),
+        )
+    ):
+        chord2 = np.maximum(wx * wx + wy * wy, 1e-18)
+        turn = 2 * np.arctan2(cross, dot)
+        curvature[:, k] = 2 * cross / chord2
+        bent = (np.abs(turn) > 1e-9) & (curvature[:, k] != 0)
+        length[:, k] = np.where(bent, turn / np.where(bent, curvature[:, k], 1.0), np.sqrt(chord2))
+        curvature[:, k] = np.where(bent, curvature[:, k], 0.0)
+    return length, curvature

@@ -1,0 +1,206 @@
+"""Who has the right of way at a junction: pairs of connecting roads that cross or merge.
+
+What decides between two arms, in this order: signs (leaving a property counts as one), being on a roundabout,
+``priority_road``, the class of the road. Where none does, priority is to the right (or what the country has in its
+place) and nothing is said; with signals neither.
+
+OpenDRIVE 1.6 and 1.7 want ``high`` and ``low`` of ``<priority>`` to be connecting roads, 1.8 roads of the junction,
+which connecting roads are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby, permutations
+from typing import Final
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.conventions import Sign, Signs, priority_rank, read_signs
+from osm2xodr.curves import crossing
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
+from osm2xodr.geometry.plan_view import StreetEnds
+from osm2xodr.model import BoolArray, IntArray, StreetNetwork
+
+_COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """What counts of a street end where it enters a junction.
+
+    Parameters
+    ----------
+    ring
+        Whether it is part of a roundabout.
+    sign
+        The sign that its traffic meets.
+    priority_road
+        Whether it is tagged as one.
+    rank
+        Of its class, see `PRIORITY_RANK`.
+    """
+
+    ring: bool
+    sign: Sign | None
+    priority_road: bool
+    rank: int
+
+    @property
+    def yields(self) -> bool:
+        """Whether a sign makes its traffic yield."""
+        return self.sign in (Sign.STOP, Sign.GIVE_WAY)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Priorities:
+    """Right of way.
+
+    Parameters
+    ----------
+    high, low : (n,)
+        Connecting roads of pairs that cross or merge: the one that goes first, the one that yields.
+    statistics
+        What was counted.
+    """
+
+    high: IntArray
+    low: IntArray
+    statistics: Mapping[str, float]
+
+
+def find_priorities(
+    network: StreetNetwork,
+    ends: StreetEnds,
+    layout: JunctionLayout,
+    parts: RoadParts,
+    connecting: ConnectingRoads,
+    diagnostics: Diagnostics,
+) -> Priorities:
+    """Find who has the right of way over whom at all junctions.
+
+    Parameters
+    ----------
+    network, ends, layout, parts, connecting
+        Streets, their ends, the junctions, the roads before them and through them.
+    diagnostics
+        Gets signs that say the opposite of what the classes of the roads would.
+    """
+    signs = _with_inner_signs(network, ends, layout, read_signs(network))
+    inside = _signalled_inside(network, layout, signs)
+    street_end = {int(road): end for end, road in enumerate(parts.road_end.tolist()) if road >= 0}
+    high: list[int] = []
+    low: list[int] = []
+    counts = dict.fromkeys(_COUNTS, 0)
+    used: set[int] = set()
+    entries = connecting.entry.tolist()
+    for junction, group in groupby(range(len(entries)), key=connecting.junction.tolist().__getitem__):
+        rows: dict[int, list[int]] = {}
+        for k in group:
+            rows.setdefault(street_end[entries[k]], []).append(k)
+        nodes = [network.intersections[node].osm_node_id for node in layout.nodes[junction]]
+        arms = {end: _arm(network, ends, end, signs) for end in rows}
+        if junction in inside or signs.signalled(nodes, list(arms)):
+            counts["junctions_with_signals"] += 1
+            continue
+        if signs.all_way & arms.keys() or not signs.all_way_nodes.isdisjoint(nodes):
+            counts["all_way_stops"] += 1
+            continue
+        ranks = [_rank(network, end) for end in layout.arms[junction]]
+        decided = [(a, b) for a, b in permutations(arms, 2) if goes_first(arms[a], arms[b], ranks)]
+        for a, b in decided:
+            high += [i for i in rows[a] for _ in rows[b]]
+            low += rows[b] * len(rows[a])
+        used.update(end for _, end in decided if arms[end].yields)
+        counts["junctions_with_priorities"] += bool(decided)
+        counts["roundabout_entries"] += len({b for a, b in decided if arms[a].ring and not arms[b].ring})
+        if _contradicted(arms.values(), ranks):
+            words = "signs make a road of higher class yield to one of lower class, they are followed"
+            diagnostics.note("priority", f"node/{nodes[0]}", words)
+    first, second = np.array(high, np.int64), np.array(low, np.int64)
+    keep = _merging(connecting, first, second) | crossing(connecting.plan_view, first, second)
+    statistics = {**counts, "signs_followed": len(used), "priorities": int(keep.sum())}
+    return Priorities(first[keep], second[keep], {name: float(count) for name, count in statistics.items()})
+
+
+def _merging(connecting: ConnectingRoads, one: IntArray, other: IntArray) -> BoolArray:
+    """Say which pairs end on the same lane."""
+    exit_, lane = connecting.exit, connecting.exit_lane
+    out: BoolArray = (exit_[one] == exit_[other]) & (lane[one] == lane[other])
+    return out
+
+
+def _arm(network: StreetNetwork, ends: StreetEnds, end: int, signs: Signs) -> Arm:
+    attributes = network.streets[end // 2].pieces[-1 if end % 2 else 0][1]
+    return Arm(bool(ends.roundabout[end]), signs.before_end.get(end), attributes.priority_road, _rank(network, end))
+
+
+def _with_inner_signs(network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, signs: Signs) -> Signs:
+    """Give signs on streets inside a junction to the arms that can lead nowhere but there."""
+    before = dict(signs.before_end)
+    for end, sign in signs.before_end.items():
+        if not layout.inner[end // 2] or sign is Sign.SIGNALS:
+            continue
+        meeting = [2 * street + (not start) for street, start in network.intersections[int(ends.node[end ^ 1])].arms]
+        for arm in meeting:
+            onwards = [other for other in meeting if other != arm and ends.leaves[other]]
+            if ends.enters[arm] and not layout.inner[arm // 2] and onwards == [end ^ 1]:
+                before.setdefault(arm, sign)
+    return replace(signs, before_end=before)
+
+
+def _signalled_inside(network: StreetNetwork, layout: JunctionLayout, signs: Signs) -> set[int]:
+    """Return the junctions with signals on a street inside, as between the carriageways of a wide road."""
+    ends = [end for end, sign in signs.before_end.items() if sign is Sign.SIGNALS and layout.inner[end // 2]]
+    if not ends:
+        return set()
+    junction_of = {node: junction for junction, nodes in enumerate(layout.nodes) for node in nodes}
+    streets = [network.streets[end // 2] for end in ends]
+    return {junction_of[node] for street in streets for node in (street.start, street.end) if node in junction_of}
+
+
+def _rank(network: StreetNetwork, end: int) -> int:
+    return priority_rank(network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway)
+
+
+def goes_first(one: Arm, other: Arm, ranks: Sequence[int]) -> bool:
+    """Whether traffic of one arm of a junction goes before that of another.
+
+    Parameters
+    ----------
+    one, other
+        Arms that traffic enters the junction from.
+    ranks
+        Of all arms of the junction.
+    """
+    # Who leaves a property yields, whether that is signed or not.
+    one_yields = one.yields or (one.sign is None and _is_minor(one, other))
+    other_yields = other.yields or (other.sign is None and _is_minor(other, one))
+    if one_yields != other_yields:
+        return other_yields
+    for mine, its in ((one.ring, other.ring), (one.priority_road, other.priority_road)):
+        if mine != its:
+            return mine
+    return not one_yields and _outranks(one.rank, other.rank, ranks)
+
+
+def _is_minor(arm: Arm, other: Arm) -> bool:
+    return arm.rank <= defaults.PRIORITY_RANK_MINOR and arm.rank < other.rank and not arm.ring
+
+
+def _outranks(one: int, other: int, ranks: Sequence[int]) -> bool:
+    """Whether a road of one rank goes before one of another: it does if it runs on through the junction."""
+    return one > other and (other <= defaults.PRIORITY_RANK_MINOR or sum(rank >= one for rank in ranks) >= 2)
+
+
+def _contradicted(arms: Collection[Arm], ranks: Sequence[int]) -> bool:
+    """Whether a sign makes one arm yield to another that would yield by its class."""
+    return any(
+        one.ring or (_outranks(one.rank, other.rank, ranks) and not other.ring)
+        for one, other in permutations(arms, 2)
+        if one.yields and goes_first(other, one, ranks)
+    )

@@ -1,0 +1,253 @@
+"""Connecting roads that keep to the streets inside their junction.
+
+A curve from arm to arm is what a car drives at a crossing. Where a street only runs on through a long junction (a
+ramp joins it, a roundabout's ring passes arm after arm), the curve must follow the street itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import find_record, lengths, pose, ranks, replaced, smallest_radius, wrapped
+from osm2xodr.geometry.junctions import Movement
+from osm2xodr.geometry.plan_view import StreetEnds, fit_polylines
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+_SPACING = 2.0
+_LEAD = 1.5
+_CHECKS = np.linspace(0.1, 0.9, 9)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StreetPaths:
+    """OSM's ways through junctions along the curves of streets, one per movement.
+
+    Parameters
+    ----------
+    start : (paths + 1,)
+        Index of each path's first leg.
+    curve : (legs,)
+        Street.
+    s_from, s_to : (legs,)
+        Where on the street the leg runs, m; downwards where traffic runs against the street.
+    chainage : (legs,)
+        Length of the path before the leg, m.
+    length : (paths,)
+        m.
+    sharpest : (paths,)
+        Largest corner between two legs, rad.
+    inner_right, inner_left : (paths,)
+        Middles of the outermost lanes of the inner streets that run the way of the path, left of OSM's lines in the
+        direction of travel, m; without inner streets infinitely far out.
+    aside : (legs,)
+        How far left of the line of OSM, in the direction of travel, the street's curve lies, m.
+    on_ring : (paths,)
+        Whether an inner street belongs to a roundabout.
+    """
+
+    start: IntArray
+    curve: IntArray
+    s_from: FloatArray
+    s_to: FloatArray
+    chainage: FloatArray
+    length: FloatArray
+    sharpest: FloatArray
+    inner_right: FloatArray
+    inner_left: FloatArray
+    on_ring: BoolArray
+    aside: FloatArray
+
+
+def street_paths(
+    movements: list[Movement], ends: StreetEnds, trim: FloatArray, lanes: Callable[[int, bool], tuple[float, float]]
+) -> StreetPaths:
+    """Lay out the way of each movement through its junction.
+
+    Parameters
+    ----------
+    movements
+        The ways through junctions.
+    ends, trim
+        Street ends and what they give to their junctions, m.
+    lanes
+        For a street and whether it is driven along, t of the middles of its outermost lanes, right and left in the
+        direction of travel, m.
+    """
+    entry = np.array([item.entry for item in movements], np.int64)
+    exit_ = np.array([item.exit for item in movements], np.int64)
+    inner = [(k, *leg) for k, item in enumerate(movements) if item.inner for leg in item.inner]
+    of, street, along = np.array(inner, np.int64).reshape(-1, 3).T
+    count = 2 + np.bincount(of, minlength=len(movements))
+    start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    owner = np.repeat(np.arange(len(count)), count)
+    # Street ends at which legs begin and end. The first begins, and the last ends, where its street is cut.
+    near, far = np.zeros(start[-1], np.int64), np.zeros(start[-1], np.int64)
+    between = np.ones(start[-1], bool)
+    between[start[:-1]] = between[start[1:] - 1] = False
+    near[between] = 2 * street + 1 - along
+    far[between] = near[between] ^ 1
+    near[start[:-1]] = far[start[:-1]] = entry
+    near[start[1:] - 1] = far[start[1:] - 1] = exit_
+    at_end = np.arange(len(trim)) % 2 == 1
+    node_s = np.where(at_end, ends.length, 0.0)
+    trim_s = np.where(at_end, ends.length - trim, trim)
+    s_from, s_to = node_s[near], node_s[far]
+    s_from[start[:-1]], s_to[start[1:] - 1] = trim_s[entry], trim_s[exit_]
+    joint = np.flatnonzero(owner[1:] == owner[:-1])
+    sharpest = np.zeros(len(count))
+    corner = np.abs(wrapped(ends.hdg[near[joint + 1]] - ends.hdg[far[joint]] - np.pi))
+    np.maximum.at(sharpest, owner[joint], corner)
+    ring = np.zeros(len(count), bool)
+    ring[of[ends.roundabout[2 * street]]] = True
+    inner_right, inner_left = _inner_sides(inner, len(count), lanes)
+    curve = near // 2
+    size = np.abs(s_to - s_from)
+    before = np.concatenate([[0.0], np.cumsum(size)])
+    return StreetPaths(
+        start=start,
+        curve=curve,
+        s_from=s_from,
+        s_to=s_to,
+        chainage=before[:-1] - before[start[:-1]][owner],
+        length=before[start[1:]] - before[start[:-1]],
+        sharpest=sharpest,
+        inner_right=inner_right,
+        inner_left=inner_left,
+        on_ring=ring,
+        aside=ends.aside[2 * curve] * np.where(s_to < s_from, -1.0, 1.0),
+    )
+
+
+def _inner_sides(
+    inner: Sequence[tuple[int, int, bool]], paths: int, lanes: Callable[[int, bool], tuple[float, float]]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the middles of the outermost lanes that all inner streets of each path have, (paths,), m."""
+    known = {leg: lanes(*leg) for leg in dict.fromkeys((street, along) for _, street, along in inner)}
+    right, left = np.full(paths, -np.inf), np.full(paths, np.inf)
+    of = np.array([path for path, _, _ in inner], np.int64)
+    sides = np.array([known[street, along] for _, street, along in inner]).reshape(-1, 2)
+    np.maximum.at(right, of, sides[:, 0])
+    np.minimum.at(left, of, sides[:, 1])
+    return right, np.maximum(right, left)
+
+
+def poses_on(
+    paths: StreetPaths, streets: PlanView, path: IntArray, chainage: FloatArray, offset: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return x, y and heading at places along paths, moved to the left of the direction of travel; all (n,)."""
+    leg = find_record(paths.start, paths.chainage, path, chainage)
+    sign = np.sign(paths.s_to[leg] - paths.s_from[leg])
+    s = paths.s_from[leg] + sign * (chainage - paths.chainage[leg])
+    x, y, hdg = pose(streets, paths.curve[leg], s)
+    left = (offset - paths.aside[leg]) * np.where(sign < 0, -1.0, 1.0)
+    return x - left * np.sin(hdg), y + left * np.cos(hdg), hdg + np.where(sign < 0, np.pi, 0.0)
+
+
+def lane_offsets(paths: StreetPaths, path: IntArray, t0: FloatArray, t1: FloatArray, share: FloatArray) -> FloatArray:
+    """Return the offset at a share of the way: from the entry lane to the exit lane, within inner lanes between."""
+    ease = share * share * (3 - 2 * share)
+    direct = t0 + (t1 - t0) * ease
+    inside = np.clip(direct, paths.inner_right[path], paths.inner_left[path])
+    # The lane of the inner street is reached and left over a third of the way.
+    weight = np.clip(3 * np.minimum(share, 1 - share), 0.0, 1.0)
+    out: FloatArray = direct + weight * (inside - direct)
+    return out
+
+
+def follow_streets(
+    simple: PlanView,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+) -> PlanView:
+    """Replace those curves that stray from the street they should keep to.
+
+    Parameters
+    ----------
+    simple
+        Direct curves of the connecting roads.
+    paths, streets
+        OSM's ways through the junctions, and the curves they run on.
+    path : (n,)
+        The path of each connecting road.
+    t0, t1 : (n,)
+        Where its entry and exit lanes lie left of the streets' curves in the direction of travel, m.
+    """
+    if not len(path):
+        return simple
+    t0 = t0 + paths.aside[paths.start[path]]
+    t1 = t1 + paths.aside[paths.start[path + 1] - 1]
+    smooth = paths.sharpest[path] < defaults.SMOOTH_CORNER
+    long = paths.length[path] > 6 * _LEAD
+    rows = np.flatnonzero(long & (smooth | paths.on_ring[path]))
+    wanted = rows[_strays(simple, rows, paths, streets, path[rows], t0[rows], t1[rows])]
+    if not len(wanted):
+        return simple
+    followed = _followed(simple, paths, streets, path[wanted], wanted, t0[wanted], t1[wanted])
+    better = smallest_radius(followed) >= np.minimum(smallest_radius(simple)[wanted], defaults.CONNECTING_RADIUS)
+    return replaced(simple, wanted[better], followed, np.flatnonzero(better))
+
+
+def _strays(
+    simple: PlanView,
+    row: IntArray,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+) -> BoolArray:
+    """Say which curves lie aside of their lanes' ways over the streets, (n,)."""
+    total = lengths(simple)[row]
+    out = np.zeros(len(row), bool)
+    todo = np.arange(len(row))
+    for share in _CHECKS:
+        here = path[todo]
+        offset = lane_offsets(paths, here, t0[todo], t1[todo], np.full(len(todo), share))
+        px, py, _ = poses_on(paths, streets, here, share * paths.length[here], offset)
+        x, y, hdg = pose(simple, row[todo], share * total[todo])
+        out[todo] = np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)) > defaults.STRAY
+        todo = todo[~out[todo]]
+    return out
+
+
+def _followed(
+    simple: PlanView,
+    paths: StreetPaths,
+    streets: PlanView,
+    path: IntArray,
+    row: IntArray,
+    t0: FloatArray,
+    t1: FloatArray,
+) -> PlanView:
+    """Fit curves through points along the paths that start and end in the poses of the direct curves."""
+    x0, y0, h0 = pose(simple, row, np.zeros(len(row)))
+    x1, y1, h1 = pose(simple, row, lengths(simple)[row])
+    inside = np.maximum(np.floor((paths.length[path] - 4 * _LEAD) / _SPACING).astype(np.int64), 0) + 1
+    owner = np.repeat(np.arange(len(row)), inside)
+    number = ranks(inside)
+    room = paths.length[path] - 4 * _LEAD
+    chainage = 2 * _LEAD + room[owner] * (number + 0.5) / inside[owner]
+    share = chainage / paths.length[path][owner]
+    offset = lane_offsets(paths, path[owner], t0[owner], t1[owner], share)
+    px, py, _ = poses_on(paths, streets, path[owner], chainage, offset)
+    size = inside + 4
+    start = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+    points = np.zeros((start[-1], 2))
+    fixed = np.zeros(start[-1], bool)
+    points[start[:-1][owner] + 2 + number] = np.column_stack([px, py])
+    for place, (x, y) in (
+        (start[:-1], (x0, y0)),
+        (start[:-1] + 1, (x0 + _LEAD * np.cos(h0), y0 + _LEAD * np.sin(h0))),
+        (start[1:] - 2, (x1 - _LEAD * np.cos(h1), y1 - _LEAD * np.sin(h1))),
+        (start[1:] - 1, (x1, y1)),
+    ):
+        points[place] = np.column_stack([x, y])
+        fixed[place] = True
+    return fit_polylines(points, start, np.full(len(row), defaults.CORNER_RADIUS_OTHER), fixed=fixed).plan_view

@@ -1,0 +1,371 @@
+"""The ground around the roads: estimated in windows, and read at places.
+
+What was estimated around streets as OSM has them serves roads as they are built: the first places decide where the
+windows' lattice lies, and where a window turns out to be missing later, it is estimated then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.geometry.heights.ground_windows import (
+    CORE,
+    INNER,
+    MARGIN,
+    RIM,
+    SIZE,
+    Basis,
+    Single,
+    WindowEstimates,
+    estimate_windows,
+)
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface, SurfaceQuality
+
+# Cell sizes within this share of each other are one, as those of the rows of a geographic grid are.
+_SAME_CELL = 0.1
+# Windows are numbered row by row; there are fewer in a row than this.
+_ROW = 1 << 24
+# Windows are sampled in blocks of so many by so many, in which they share their cells; in tiles of so many cells.
+_BLOCK = 16
+_TILE = MARGIN
+_TILES = SIZE // _TILE
+# Cores that are read at a time, and the nodes around one that take part.
+_GROUP = 128
+_HALO = 2
+_PATCH = CORE + 1 + _HALO
+# Share with which what is not known around takes part in what is.
+_HARDLY = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroundLayer:
+    """The ground on cells of one size.
+
+    Parameters
+    ----------
+    cell
+        Cell size, m.
+    sigma
+        Standard error of the elevation model's heights, m.
+    origin
+        Where the lattice begins, local, m.
+    number : (W,)
+        Numbers of the windows, ascending.
+    windows
+        What was found in them.
+    """
+
+    cell: float
+    sigma: float
+    origin: tuple[float, float]
+    number: IntArray
+    windows: WindowEstimates
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """The ground around the roads where cells are coarse.
+
+    Parameters
+    ----------
+    smoothing
+        Factor on the penalty on its roughness.
+    layers
+        One for each size of cells.
+    origin
+        Where new lattices begin, local, m; None for where small areas lie in few windows.
+    """
+
+    smoothing: float
+    layers: tuple[GroundLayer, ...] = ()
+    origin: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroundReading:
+    """The ground at places.
+
+    Parameters
+    ----------
+    z : (n,)
+        Height, m; NaN where no window reaches or none has data, and where cells are fine.
+    slope_x, slope_y : (n,)
+        Rise per metre to the east and to the north.
+    sigma : (n,)
+        Standard error, m.
+    correlation : (n,)
+        Length over which the error is correlated, m.
+    """
+
+    z: FloatArray
+    slope_x: FloatArray
+    slope_y: FloatArray
+    sigma: FloatArray
+    correlation: FloatArray
+
+
+def is_coarse(cell: FloatArray) -> BoolArray:
+    """Return where the ground has to be estimated from the cells around a road."""
+    return np.asarray(cell >= defaults.COARSE_CELL)
+
+
+def cell_class(cell: FloatArray) -> IntArray:
+    """Return equal numbers for cell sizes that are about the same."""
+    out: IntArray = np.round(np.log(np.maximum(cell, 1e-3)) / _SAME_CELL).astype(np.int64)
+    return out
+
+
+def estimate_ground(
+    surface: Surface,
+    x: FloatArray,
+    y: FloatArray,
+    smoothing: float = 1.0,
+    reach: float = 0.0,
+    origin: tuple[float, float] | None = None,
+) -> Ground:
+    """Estimate the ground in the windows around places.
+
+    Parameters
+    ----------
+    surface
+        The elevation model.
+    x, y : (n,)
+        Local positions, m.
+    smoothing
+        Factor on the penalty on the ground's roughness.
+    reach
+        How far from the places the ground may be asked for, m.
+    origin
+        Where lattices begin, as of `Ground`.
+    """
+    return completed(Ground(smoothing, origin=origin), surface, surface.quality(x, y), x, y, reach)
+
+
+def completed(
+    ground: Ground, surface: Surface, quality: SurfaceQuality, x: FloatArray, y: FloatArray, reach: float = 0.0
+) -> Ground:
+    """Return the ground with all windows that hold places, (n,), or are within reach of them, m."""
+    layers = {int(cell_class(np.array([layer.cell]))[0]): layer for layer in ground.layers}
+    for size, here in _by_cell(quality.cell_size):
+        cell, sigma = float(np.median(quality.cell_size[here])), float(np.median(quality.sigma[here]))
+        none = np.zeros(0, np.int64)
+        origin = ground.origin or _origin(x[here], y[here], reach)
+        layer = layers.get(size) or GroundLayer(cell, sigma, origin, none, _joined([]))
+        around = [(0.0, 0.0)]
+        if reach:
+            around += [(reach, reach), (reach, -reach), (-reach, reach), (-reach, -reach)]
+        wanted = np.unique(
+            np.concatenate([np.unique(_window_at(layer, x[here] + dx, y[here] + dy)) for dx, dy in around])
+        )
+        layers[size] = _with_windows(layer, surface, np.setdiff1d(wanted, layer.number), ground.smoothing)
+    return replace(ground, layers=tuple(layer for _, layer in sorted(layers.items())))
+
+
+def read_ground(ground: Ground, cell: FloatArray, x: FloatArray, y: FloatArray) -> GroundReading:
+    """Read the ground at places.
+
+    Parameters
+    ----------
+    ground
+        With windows for all places that have coarse cells.
+    cell : (n,)
+        Cell size of the elevation model at the places, m.
+    x, y : (n,)
+        Local positions, m.
+    """
+    out = GroundReading(*np.full((5, len(x)), np.nan))
+    layers = {int(cell_class(np.array([layer.cell]))[0]): layer for layer in ground.layers}
+    for size, here in _by_cell(cell):
+        number = _window_at(layers[size], x[here], y[here])
+        order = np.argsort(number, kind="stable")
+        here, number = here[order], number[order]
+        cores, first = np.unique(number, return_index=True)
+        bounds = np.append(first, len(here))
+        for begin in range(0, len(cores), _GROUP):
+            group = cores[begin : begin + _GROUP]
+            part = slice(int(bounds[begin]), int(bounds[begin + len(group)]))
+            _read_group(layers[size], group, number[part], here[part], x, y, out)
+    return out
+
+
+def _by_cell(cell: FloatArray) -> Iterator[tuple[int, IntArray]]:
+    """Yield the classes of coarse cells that there are, and the places that have them."""
+    coarse = np.flatnonzero(is_coarse(cell))
+    size = cell_class(cell[coarse])
+    for one in np.unique(size).tolist():
+        yield one, coarse[size == one]
+
+
+def _origin(x: FloatArray, y: FloatArray, reach: float) -> tuple[float, float]:
+    """Return where a lattice begins: so that small areas lie in few windows."""
+    return float(x.min()) - reach, float(y.min()) - reach
+
+
+def _window_at(layer: GroundLayer, x: FloatArray, y: FloatArray) -> IntArray:
+    """Return the numbers of the windows whose cores hold places."""
+    column, row = (
+        np.floor((value - first) / (CORE * layer.cell)).astype(np.int64)
+        for value, first in zip((x, y), layer.origin, strict=True)
+    )
+    out: IntArray = row * _ROW + column + _ROW // 2
+    return out
+
+
+def _place_of(number: IntArray) -> tuple[IntArray, IntArray]:
+    """Return column and row of windows."""
+    return number % _ROW - _ROW // 2, number // _ROW
+
+
+def _joined(parts: list[WindowEstimates]) -> WindowEstimates:
+    """Put windows one behind the other."""
+    return WindowEstimates(
+        np.concatenate([np.zeros((0, INNER, INNER), np.float32), *(part.spline for part in parts)]),
+        np.concatenate([np.zeros((0, INNER, INNER), np.bool_), *(part.supported for part in parts)]),
+        np.concatenate([np.zeros(0, np.float32), *(part.sigma for part in parts)]),
+        np.concatenate([np.zeros(0, np.float32), *(part.correlation for part in parts)]),
+    )
+
+
+def _with_windows(layer: GroundLayer, surface: Surface, new: IntArray, smoothing: float) -> GroundLayer:
+    """Return a layer with new windows."""
+    if not len(new):
+        return layer
+    basis = Basis(layer.cell)
+    noise_length = 2 * defaults.NOISE_LENGTH_CELLS * layer.cell
+    prior_log_n = 2.0 * float(np.log(max(layer.sigma, defaults.HEIGHT_SIGMA_MIN) * noise_length))
+    column, row = _place_of(new)
+    block = (row // _BLOCK) * _ROW + column // _BLOCK
+    numbers, found = [layer.number], [layer.windows]
+    for one in np.unique(block):
+        some = new[block == one]
+        numbers.append(some)
+        found.append(estimate_windows(_sampled(surface, layer, some), basis, prior_log_n, smoothing))
+    number, windows = np.concatenate(numbers), _joined(found)
+    order = np.argsort(number)
+    windows = WindowEstimates(
+        windows.spline[order], windows.supported[order], windows.sigma[order], windows.correlation[order]
+    )
+    return replace(layer, number=number[order], windows=windows)
+
+
+def _sampled(surface: Surface, layer: GroundLayer, number: IntArray) -> FloatArray:
+    """Return heights on windows, (W, SIZE, SIZE), NaN where there are none; those that they share are read once."""
+    column, row = _place_of(number)
+    step = np.arange(_TILES)
+    tile_row = (2 * row - 1)[:, None, None] + step[:, None]
+    tile_column = (2 * column - 1)[:, None, None] + step[None, :]
+    tile, inverse = np.unique(tile_row * _ROW + tile_column + _ROW // 2, return_inverse=True)
+    left, low = _place_of(tile)
+    within = np.arange(_TILE)
+    x = np.broadcast_to((left[:, None] * _TILE + within)[:, None, :], (len(tile), _TILE, _TILE))
+    y = np.broadcast_to((low[:, None] * _TILE + within)[:, :, None], (len(tile), _TILE, _TILE))
+    x0, y0 = layer.origin
+    z, measured = surface.heights(x0 + x.ravel() * layer.cell, y0 + y.ravel() * layer.cell)
+    tiles = np.where(measured, z, np.nan).reshape(-1, _TILE, _TILE)
+    stacked = tiles[inverse.ravel()].reshape(len(number), _TILES, _TILES, _TILE, _TILE)
+    out: FloatArray = stacked.swapaxes(2, 3).reshape(len(number), SIZE, SIZE)
+    return out
+
+
+def _ramp() -> Single:
+    """Return a window's share at its nodes: it falls smoothly from its middle to its rim."""
+    position = np.arange(RIM, SIZE - RIM)
+    edge = np.minimum(position, SIZE - 1 - position) - 0.25 * MARGIN
+    t = np.clip(edge / (1.5 * MARGIN), 0.0, 1.0)
+    out: Single = (t * t * (3 - 2 * t)).astype(np.float32)
+    return out
+
+
+_RAMP = _ramp()
+
+
+def _patches(layer: GroundLayer, cores: IntArray) -> Single:
+    """Blend windows on the nodes of cores and around them.
+
+    Returns
+    -------
+    Spline coefficients, standard error, correlation and the share of known heights, (4, cores, _PATCH, _PATCH); NaN
+    where there is no window.
+    """
+    weights = np.zeros((len(cores), _PATCH, _PATCH), np.float32)
+    sums = np.zeros((4, len(cores), _PATCH, _PATCH), np.float32)
+    windows = layer.windows
+    for down in (-1, 0, 1):
+        for across in (-1, 0, 1):
+            wanted = cores + down * _ROW + across
+            k = np.minimum(np.searchsorted(layer.number, wanted), max(len(layer.number) - 1, 0))
+            there = np.flatnonzero((layer.number[k] == wanted) & np.isfinite(windows.sigma[k]))
+            k = k[there]
+            (to_row, from_row), (to_column, from_column) = _overlap(down), _overlap(across)
+            share = _RAMP[from_row, None] * _RAMP[None, from_column]
+            supported = windows.supported[k, from_row, from_column]
+            weight = share * np.where(supported, np.float32(1.0), np.float32(_HARDLY))
+            weights[there, to_row, to_column] += weight
+            values = windows.spline[k, from_row, from_column]
+            sums[0, there, to_row, to_column] += weight * values
+            sums[1, there, to_row, to_column] += weight * windows.sigma[k, None, None]
+            sums[2, there, to_row, to_column] += weight * windows.correlation[k, None, None]
+            sums[3, there, to_row, to_column] += share * supported
+    with np.errstate(invalid="ignore", divide="ignore"):
+        sums[:3] /= weights
+    return sums
+
+
+def _overlap(step: int) -> tuple[slice, slice]:
+    """Return the nodes of a core's patch that the window so many cores on has, and their numbers in the window."""
+    # The window's first node, counted from the patch's first.
+    shift = step * CORE - MARGIN + RIM + 1
+    first, last = max(0, shift), min(_PATCH, shift + INNER)
+    return slice(first, last), slice(first - shift, last - shift)
+
+
+def _read_group(
+    layer: GroundLayer,
+    cores: IntArray,
+    number: IntArray,
+    here: IntArray,
+    x: FloatArray,
+    y: FloatArray,
+    out: GroundReading,
+) -> None:
+    """Read the ground at the places `here`, which lie in cores of these numbers, (n,)."""
+    spline, sigma, correlation, known = _patches(layer, cores)
+    column, row = _place_of(number)
+    u = (x[here] - layer.origin[0]) / layer.cell - CORE * column
+    v = (y[here] - layer.origin[1]) / layer.cell - CORE * row
+    i, j = (np.clip(np.floor(value).astype(np.int64), 0, CORE - 1) for value in (v, u))
+    across, slope_across = _spline_weights(np.asarray(u - j, np.float64))
+    up, slope_up = _spline_weights(np.asarray(v - i, np.float64))
+    base = np.searchsorted(cores, number) * _PATCH**2
+    flat = spline.ravel()
+    z, dx, dy = np.zeros((3, len(here)))
+    for a in range(4):
+        line = base + (i + a) * _PATCH + j
+        values = [flat[line + b] for b in range(4)]
+        value = across[0] * values[0] + across[1] * values[1] + across[2] * values[2] + across[3] * values[3]
+        z += up[a] * value
+        dy += slope_up[a] * value
+        for b in range(4):
+            dx += up[a] * slope_across[b] * values[b]
+    nearest = base + (i + 1 + (v - i > 0.5)) * _PATCH + j + 1 + (u - j > 0.5)
+    z[known.ravel()[nearest] <= 0.0] = np.nan
+    out.z[here], out.slope_x[here], out.slope_y[here] = z, dx / layer.cell, dy / layer.cell
+    out.sigma[here], out.correlation[here] = sigma.ravel()[nearest], correlation.ravel()[nearest]
+    out.sigma[here[np.isnan(z)]] = np.nan
+
+
+def _spline_weights(t: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Return the weights of the four coefficients around places in the cubic B-spline, and in its slope."""
+    r = 1.0 - t
+    value = [
+        r * r * r / 6.0,
+        (4.0 - 3.0 * t * t * (2.0 - t)) / 6.0,
+        (4.0 - 3.0 * r * r * (2.0 - r)) / 6.0,
+        t * t * t / 6.0,
+    ]
+    slope = [-0.5 * r * r, 0.5 * t * (3.0 * t - 4.0), 0.5 * r * (4.0 - 3.0 * r), 0.5 * t * t]
+    return value, slope

@@ -1,0 +1,168 @@
+"""What the elevation model says where the roads are, and how far it can be trusted, place by place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry.heights.elements import Samples
+from osm2xodr.geometry.heights.ground import Ground, cell_class, completed, is_coarse, read_ground
+from osm2xodr.geometry.heights.problem import ProfileProblem
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface
+
+# Distance of the places at which a road's cell size is looked up, m: below the ramp that blends elevation models.
+_LOOK_UP = 50.0
+
+
+def noise_length(cell: FloatArray) -> FloatArray:
+    """Return the length over which an elevation model's errors are correlated, m."""
+    return np.maximum(defaults.NOISE_LENGTH_MIN, defaults.NOISE_LENGTH_CELLS * cell)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spacing:
+    """How finely each road is cut, by the finest cells along it.
+
+    Parameters
+    ----------
+    cell : (R,)
+        Smallest cell size along each road, m.
+    knots, samples : (R,)
+        Longest element, and distance between samples, m.
+    """
+
+    cell: FloatArray
+    knots: FloatArray
+    samples: FloatArray
+
+
+def road_spacing(problem: ProfileProblem, surface: Surface) -> Spacing:
+    """Return how finely each road is to be cut."""
+    length = lengths(problem.plan_view)
+    count = np.maximum(1, np.ceil(length / _LOOK_UP)).astype(np.int64)
+    start = np.cumsum(count) - count
+    road = np.repeat(np.arange(len(length), dtype=np.int64), count)
+    s = (np.arange(len(road)) - start[road] + 0.5) * (length / count)[road]
+    x, y, _ = pose(problem.plan_view, road, s)
+    cells = surface.quality(x, y).cell_size
+    cell: FloatArray = np.minimum.reduceat(cells, start) if len(start) else np.zeros(0)
+    knots = np.full(len(cell), defaults.KNOT_SPACING[-1][1])
+    for least, spacing in reversed(defaults.KNOT_SPACING):
+        knots[cell >= least] = spacing
+    samples = np.clip(cell / defaults.SAMPLES_PER_CELL, defaults.SAMPLE_SPACING_MIN, defaults.SAMPLE_SPACING_MAX)
+    return Spacing(cell, knots, samples)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reading:
+    """The ground at places.
+
+    Parameters
+    ----------
+    z, surface_z : (n,)
+        Height to go by, and what the surface itself says, m.
+    sigma, correlation : (n,)
+        Standard error of z and length over which it is correlated, m.
+    cell : (n,)
+        Cell size of the elevation model there, m.
+    measured : (n,)
+        Whether the surface has heights there.
+    covered : (n,)
+        Whether z may lie on canopy or roofs.
+    """
+
+    z: FloatArray
+    surface_z: FloatArray
+    sigma: FloatArray
+    correlation: FloatArray
+    cell: FloatArray
+    measured: BoolArray
+    covered: BoolArray
+
+    @property
+    def density(self) -> FloatArray:
+        """Weight per metre of road, 1/m³."""
+        return 1.0 / (self.correlation * self.sigma**2)
+
+    def part(self, index: slice) -> Reading:
+        """Return the reading at some of the places."""
+        return Reading(
+            self.z[index],
+            self.surface_z[index],
+            self.sigma[index],
+            self.correlation[index],
+            self.cell[index],
+            self.measured[index],
+            self.covered[index],
+        )
+
+
+def read_heights(
+    surface: Surface, samples: Samples, junction_xy: FloatArray, ground: Ground
+) -> tuple[Reading, Reading]:
+    """Read the surface, or the ground estimated from it where its cells are coarse.
+
+    The standard error at the samples has a part for the road's position: what the ground rises across the road
+    over that distance.
+
+    Parameters
+    ----------
+    surface
+        Height of the ground, and how far it can be trusted.
+    samples
+        Where it is read.
+    junction_xy : (J, 2)
+        Origins of the junctions, m.
+    ground
+        What was estimated of it so far.
+
+    Returns
+    -------
+    The reading at the samples and that at the junctions' origins.
+    """
+    n = len(samples.x)
+    x, y = np.concatenate([samples.x, junction_xy[:, 0]]), np.concatenate([samples.y, junction_xy[:, 1]])
+    surface_z, measured = surface.heights(x, y)
+    quality = surface.quality(x, y)
+    found = read_ground(completed(ground, surface, quality, x, y), quality.cell_size, x, y)
+    known = np.isfinite(found.z)
+    sigma = np.where(known, found.sigma, quality.sigma)
+    everywhere = Reading(
+        np.where(known, found.z, surface_z),
+        surface_z,
+        np.where(measured, np.maximum(sigma, defaults.HEIGHT_SIGMA_MIN), defaults.GUESS_SIGMA),
+        np.where(measured, np.fmax(found.correlation, noise_length(quality.cell_size)), defaults.GUESS_LENGTH),
+        quality.cell_size,
+        measured,
+        quality.covered & ~is_coarse(quality.cell_size) & measured,
+    )
+    across = np.cos(samples.hdg) * found.slope_y[:n] - np.sin(samples.hdg) * found.slope_x[:n]
+    fine = np.flatnonzero(~known[:n])
+    across[fine] = _slope_across(surface, samples, quality.cell_size[:n], fine)
+    middle = everywhere.part(slice(n))
+    off = defaults.POSITION_ERROR + defaults.POSITION_ERROR_CELLS * middle.cell
+    return replace(middle, sigma=np.hypot(middle.sigma, across * off)), everywhere.part(slice(n, None))
+
+
+def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: IntArray) -> FloatArray:
+    """Return what the surface rises per metre to the left at some of the samples, 0 where it is not known."""
+    aside = np.maximum(2.0, 0.5 * cell[some])
+    nx, ny = -np.sin(samples.hdg[some]) * aside, np.cos(samples.hdg[some]) * aside
+    x, y = samples.x[some], samples.y[some]
+    left, left_measured = surface.heights(x + nx, y + ny)
+    right, right_measured = surface.heights(x - nx, y - ny)
+    return np.where(left_measured & right_measured, (left - right) / (2 * aside), 0.0)
+
+
+def typical_density(reading: Reading, cell: FloatArray) -> FloatArray:
+    """Return the weight per metre of road that is usual at places with cells of these sizes, (n,), 1/m³."""
+    measured = reading.measured if reading.measured.any() else np.ones(len(reading.z), bool)
+    density, size = reading.density[measured], cell_class(reading.cell[measured])
+    wanted = cell_class(cell)
+    out = np.full(len(cell), float(np.median(density)) if len(density) else 1.0)
+    for one in np.unique(size).tolist():
+        out[wanted == one] = float(np.median(density[size == one]))
+    return out

@@ -1,0 +1,155 @@
+"""Cross slope of fast roads, where the elevation model is fine enough to show it.
+
+Motorways lean into their bends and drain to one side. Elevation models of a metre show that within a carriageway,
+coarser ones show the ground beside it. What is read across the road at each place is noisy (vehicles, barriers,
+kerbs, a line that is off), so a beam on an elastic bed is laid through it, as through the heights along roads. It
+is level where roads end at junctions, whose own surface takes over there, and one for roads that touch.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.heights.elements import (
+    Elements,
+    Samples,
+    assemble,
+    bending,
+    element_dofs,
+    hermite,
+    rows_matrix,
+    stretching,
+)
+from osm2xodr.geometry.heights.problem import ProfileProblem
+from osm2xodr.geometry.heights.records import only_curves, thin_records
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
+
+# Places across the carriageway that are read, and what is kept from its edges, m.
+_ACROSS = 7
+_EDGE = 0.5
+# Rounds in which readings that stand out lose weight.
+_ROUNDS = 4
+# Keeps stretches without any reading determinate, as a share of a reading's weight.
+_NO_READING = 1e-6
+
+
+def road_superelevation(
+    problem: ProfileProblem, elements: Elements, samples: Samples, surface: Surface, diagnostics: Diagnostics
+) -> CubicProfile:
+    """Find the superelevation of motorways and trunk roads from the elevation model.
+
+    Parameters
+    ----------
+    problem, elements, samples
+        The roads, and where they are cut and read.
+    surface
+        Height of the ground.
+    diagnostics
+        Is told if there is none.
+
+    Returns
+    -------
+    R curves of superelevation, rad, continuous in value and slope along every road and across every link, and 0 with
+    slope 0 at junctions; without records where a road has none.
+    """
+    fast = np.array([highway in defaults.FAST_HIGHWAYS for highway in problem.span_highway], bool)[elements.span]
+    use = np.flatnonzero(fast[samples.element] & (elements.structure[samples.element] == Structure.GROUND))
+    slope, good = _read_across(problem, elements, samples, use, surface)
+    seen = np.zeros(len(elements.h), bool)
+    seen[samples.element[use[good]]] = True
+    warranted = fast & (seen | (elements.structure != Structure.GROUND))
+    use, slope = use[good], slope[good]
+    knots = np.zeros((len(elements.knot_s), 2))
+    if len(use):
+        knots = _smooth(elements, samples, use, slope, _free_knots(problem, elements, warranted))
+    else:
+        cell = f"{defaults.CROSSFALL_CELL_MAX:.0f} m"
+        diagnostics.note(
+            "superelevation",
+            "",
+            f"no motorway or trunk road lies on an elevation model of the ground with cells of {cell} or less: no "
+            "superelevation was written",
+        )
+    value = np.arctan(np.clip(knots[:, 0], -defaults.CROSSFALL_MAX, defaults.CROSSFALL_MAX))
+    turn = np.where(np.abs(knots[:, 0]) <= defaults.CROSSFALL_MAX, knots[:, 1] * np.cos(value) ** 2, 0.0)
+    value, turn = np.round(value, defaults.PROFILE_DECIMALS), np.round(turn, defaults.PROFILE_SLOPE_DECIMALS)
+    tilted = np.maximum.reduceat(np.abs(value), elements.knot_start[:-1]) > 0
+    tolerance = defaults.CROSSFALL_TOLERANCE
+    return only_curves(thin_records(elements.knot_start, elements.knot_s, value, turn, tolerance, tolerance), tilted)
+
+
+def _read_across(
+    problem: ProfileProblem, elements: Elements, samples: Samples, use: IntArray, surface: Surface
+) -> tuple[FloatArray, BoolArray]:
+    """Return the rise per metre to the left at samples, and where it can be trusted, (n,).
+
+    The median of the slopes between all pairs of places (Theil 1950, Sen 1968): up to a quarter of the places may
+    be anything.
+    """
+    span = elements.span[samples.element[use]]
+    width = problem.span_width[span] if problem.span_width is not None else np.zeros(len(span))
+    middle = problem.span_middle[span] if problem.span_middle is not None else np.zeros(len(span))
+    half = np.maximum(0.5 * width - _EDGE, defaults.CROSSFALL_HALF_WIDTH_MIN)
+    t = middle[:, None] + half[:, None] * np.linspace(-1.0, 1.0, _ACROSS)
+    x = samples.x[use, None] - np.sin(samples.hdg[use, None]) * t
+    y = samples.y[use, None] + np.cos(samples.hdg[use, None]) * t
+    z, measured = surface.heights(x.ravel(), y.ravel())
+    quality = surface.quality(samples.x[use], samples.y[use])
+    z = z.reshape(t.shape)
+    a, b = np.triu_indices(_ACROSS, 1)
+    slope: FloatArray = np.median((z[:, b] - z[:, a]) / (t[:, b] - t[:, a]), axis=1) if len(use) else np.zeros(0)
+    good = measured.reshape(t.shape).all(axis=1) & ~quality.covered
+    good &= (quality.cell_size <= defaults.CROSSFALL_CELL_MAX) & (quality.sigma <= defaults.CROSSFALL_SIGMA_MAX)
+    return slope, good & (np.abs(slope) <= defaults.CROSSFALL_PLAUSIBLE)
+
+
+def _free_knots(problem: ProfileProblem, elements: Elements, warranted: BoolArray) -> sp.csr_matrix:
+    """Return the matrix from unknowns to value and slope of every knot, (2 knots, N); other knots stay level."""
+    free = np.ones(len(elements.knot_s), bool)
+    free[elements.knot[~warranted]] = False
+    free[elements.knot[~warranted] + 1] = False
+    end = np.column_stack([elements.knot_start[:-1], elements.knot_start[1:] - 1]).ravel()
+    junction, link = problem.end_junction.ravel(), problem.end_link.ravel()
+    free[end[junction >= 0]] = False
+    linked = np.flatnonzero((junction < 0) & (link >= 0))
+    free[end[linked]] &= free[end[link[linked]]]
+    owner, sign = np.arange(len(free)), np.ones(len(free))
+    second = linked[link[linked] < linked]
+    owner[end[second]] = end[link[second]]
+    # Left is right where two starts or two ends touch; what changes along s then changes alike.
+    sign[end[second]] = np.where((second - link[second]) % 2 == 0, -1.0, 1.0)
+    own = free & (owner == np.arange(len(free)))
+    number = np.cumsum(own) - 1
+    k = np.flatnonzero(free)
+    rows = np.concatenate([2 * k, 2 * k + 1])
+    cols = np.concatenate([2 * number[owner[k]], 2 * number[owner[k]] + 1])
+    values = np.concatenate([sign[k], np.ones(len(k))])
+    return sp.coo_matrix((values, (rows, cols)), (2 * len(free), 2 * int(own.sum()))).tocsr()
+
+
+def _smooth(
+    elements: Elements, samples: Samples, use: IntArray, slope: FloatArray, to_knots: sp.csr_matrix
+) -> FloatArray:
+    """Return value and slope at all knots, (knots, 2), of a beam through the readings."""
+    if not to_knots.shape[1]:
+        return np.zeros((len(elements.knot_s), 2))
+    length = defaults.CROSSFALL_LENGTH
+    matrices = length**4 * bending(elements.h) + 0.1 * length**2 * stretching(elements.h)
+    size = to_knots.shape[0]
+    stiffness = to_knots.T @ assemble(element_dofs(elements), matrices, size) @ to_knots
+    stiffness = stiffness + _NO_READING * sp.identity(stiffness.shape[0])
+    e = samples.element[use]
+    rows = rows_matrix(element_dofs(elements, e), hermite(samples.u[use], elements.h[e]), size) @ to_knots
+    weight = samples.ds[use]
+    factor = np.ones(len(use))
+    x = np.zeros(to_knots.shape[1])
+    for _ in range(_ROUNDS):
+        normal = stiffness + rows.T @ sp.diags(weight * factor) @ rows
+        x = splu(sp.csc_matrix(normal)).solve(rows.T @ (weight * factor * slope))
+        factor = 1.0 / (1.0 + ((slope - rows @ x) / defaults.CROSSFALL_SIGMA) ** 2) ** 2
+    knots: FloatArray = (to_knots @ x).reshape(-1, 2)
+    return knots

@@ -1,0 +1,155 @@
+"""How far each arm of a junction lies under its other arms: where roads must end for their areas to be apart."""
+
+from __future__ import annotations
+
+from itertools import pairwise, permutations
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import wrapped
+from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
+from osm2xodr.model import FloatArray, IntArray
+
+# Stations along an arm at which its edges are tested, m: close where arms cross squarely, wider where they part
+# at acute angles.
+_NEAR = np.arange(0.0, 16.1, 0.5)
+_FAR = np.concatenate([np.arange(0.0, 16.0, 0.5), np.arange(16.0, 40.0, 1.0), np.arange(40.0, 101.0, 2.0)])
+_PAIRS_AT_ONCE = 1500
+_DISTANCES_AT_ONCE = 40_000
+# Numbers of stations after which it is seen whether more are needed.
+_LOOKED_AT = (10, 25)
+_GAP_BETWEEN_EDGES = 0.3
+_FIRST_ENTRY = 12.0
+
+
+def footprints(ends: StreetEnds, arms: list[list[int]]) -> tuple[FloatArray, FloatArray]:
+    """Return how much of each arm its junction needs at least, and with kerbs at its corners, (ends,), m.
+
+    Parameters
+    ----------
+    ends
+        All street ends.
+    arms
+        The street ends of each junction. Ends that are in none get 0.
+    """
+    pairs = np.array([pair for group in arms for pair in permutations(group, 2)], np.int64).reshape(-1, 2)
+    bare = np.zeros(len(ends.length))
+    wished = np.zeros(len(ends.length))
+    if not len(pairs):
+        return bare, wished
+    i, j = pairs.T
+    cover, across = _covered(ends, i, j, _NEAR)
+    long = np.maximum(cover, across) >= _NEAR[-1] - 1.0
+    if long.any():
+        cover[long], across[long] = _covered(ends, i[long], j[long], _FAR)
+    # Two arms of one junction on different layers pass over each other: neither ends for the other.
+    apart = (ends.layer[i] != ends.layer[j]) & (ends.node[i] != ends.node[j])
+    kerb = np.where(apart, 0.0, _kerb(ends, i, j))
+    for end, length in ((i, cover), (j, across)):
+        needed = np.where(apart, 0.0, np.minimum(length, ends.reach[end]))
+        np.maximum.at(bare, end, needed)
+        np.maximum.at(wished, end, needed + kerb)
+    used = np.unique(i)
+    bare[used] += defaults.ARM_CLEARANCE
+    wished[used] += defaults.ARM_CLEARANCE
+    return bare, wished
+
+
+def _kerb(ends: StreetEnds, i: IntArray, j: IntArray) -> FloatArray:
+    """Return what a rounded corner between two arms takes of each, m."""
+    angle = np.abs(wrapped(ends.hdg[i] - ends.hdg[j]))
+    turned = (ends.enters[i] & ends.leaves[j]) | (ends.enters[j] & ends.leaves[i])
+    radius = np.minimum(ends.kerb[i], ends.kerb[j])
+    tangent = np.minimum(radius / np.tan(np.maximum(angle, 0.1) / 2), defaults.KERB_TANGENT_MAX)
+    corner = turned & (angle > np.deg2rad(25.0)) & (angle < np.deg2rad(160.0))
+    out: FloatArray = np.where(corner, tangent, 0.0)
+    return out
+
+
+def _covered(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return up to which distance along arms i, and along arms j, the edges of i lie on j, (pairs,), m."""
+    cover, across = np.zeros(len(i)), np.zeros(len(i))
+    for lo in range(0, len(i), _PAIRS_AT_ONCE):
+        part = slice(lo, lo + _PAIRS_AT_ONCE)
+        cover[part], across[part] = _covered_part(ends, i[part], j[part], stations)
+    return cover, across
+
+
+def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return x, y and outward heading at stations along ends, (ends, stations); a short street is drawn on."""
+    shape = (len(end), len(stations))
+    u = np.broadcast_to(stations, shape)
+    on_street = np.minimum(u, ends.length[end][:, None])
+    x, y, hdg = (
+        value.reshape(shape) for value in outward_pose(ends, np.repeat(end, len(stations)), on_street.ravel())
+    )
+    beyond = u - on_street
+    return x + beyond * np.cos(hdg), y + beyond * np.sin(hdg), hdg
+
+
+def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
+    used, number = np.unique(np.concatenate([i, j]), return_inverse=True)
+    one, other = number[: len(i)], number[len(i) :]
+    x, y, hdg = _samples(ends, used, stations)
+    cos, sin = np.cos(hdg), np.sin(hdg)
+    cover, across = np.zeros(len(i)), np.zeros(len(i))
+    for edge in (ends.left[used], ends.right[used]):
+        px, py = x - edge[:, None] * sin, y + edge[:, None] * cos
+        near = np.zeros((len(i), len(stations)), np.int64)
+        outside = np.full(near.shape, np.inf)
+        todo = np.arange(len(i))
+        # Most edges are soon seen to have left the other arm: the stations farther away need not be looked at.
+        for lo, hi in pairwise((0, *_LOOKED_AT, len(stations))):
+            a, b = one[todo], other[todo]
+            qx, qy = px[a, lo:hi], py[a, lo:hi]
+            found = _nearest(qx, qy, x[b], y[b])
+            at = b[:, None], found
+            dx, dy = qx - x[at], qy - y[at]
+            ds = dx * cos[at] + dy * sin[at]
+            dt = dy * cos[at] - dx * sin[at]
+            off = np.maximum(dt - ends.left[j[todo], None], ends.right[j[todo], None] - dt) - _GAP_BETWEEN_EDGES
+            behind = ((found == 0) & (ds < -1e-6)) | ((found == len(stations) - 1) & (ds > 1.0))
+            near[todo, lo:hi] = found
+            outside[todo, lo:hi] = np.where(behind, np.maximum(off, 0.1), off)
+            inside = outside[todo, :hi] < 0
+            may_enter = ~inside.any(1) & (hi < len(stations) and stations[hi] <= _FIRST_ENTRY)
+            todo = todo[may_enter | inside[:, -1]]
+        here = _end_of_first_run(outside, stations)
+        last = np.searchsorted(stations, here, side="right") - 1
+        there = np.where(here > 0, stations[near[np.arange(len(i)), last]], 0.0)
+        cover, across = np.maximum(cover, here), np.maximum(across, there)
+    return cover, across
+
+
+def _nearest(px: FloatArray, py: FloatArray, x: FloatArray, y: FloatArray) -> IntArray:
+    """Return which of the places x, y of its row is nearest to each point, (n, points) and (n, m)."""
+    out = np.empty(px.shape, np.int64)
+    # As many rows at once as the processor's cache holds.
+    size = max(1, _DISTANCES_AT_ONCE // (px.shape[1] * x.shape[1]))
+    for lo in range(0, len(px), size):
+        part = slice(lo, lo + size)
+        square = px[part, :, None] - x[part, None, :]
+        square *= square
+        across = py[part, :, None] - y[part, None, :]
+        across *= across
+        square += across
+        square.argmin(2, out=out[part])
+    return out
+
+
+def _end_of_first_run(outside: FloatArray, stations: FloatArray) -> FloatArray:
+    """Return where each row first turns from inside (negative) to outside, 0 where none is inside near its start."""
+    inside = outside < 0
+    first = inside.argmax(1)
+    touched = inside.any(1) & (stations[first] <= _FIRST_ENTRY)
+    later = np.arange(len(stations)) >= first[:, None]
+    leave = (~inside & later).argmax(1)
+    stays = ~(~inside & later).any(1)
+    rows = np.arange(len(outside))
+    before = np.maximum(leave - 1, 0)
+    lower, upper = outside[rows, before], outside[rows, leave]
+    share = np.clip(-lower / np.maximum(upper - lower, 1e-9), 0.0, 1.0)
+    where = stations[before] + share * (stations[leave] - stations[before])
+    out: FloatArray = np.where(touched, np.where(stays, stations[-1], where), 0.0)
+    return out

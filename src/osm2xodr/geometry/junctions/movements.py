@@ -1,0 +1,239 @@
+"""From which arm of a junction one may drive to which: one-ways and turn restrictions obeyed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.junctions.clusters import JunctionLayout
+from osm2xodr.geometry.lanes import Connectivity, StatedLanes
+from osm2xodr.geometry.plan_view import StreetEnds
+from osm2xodr.model import Street, StreetNetwork, TurnRestriction
+
+# A way through a junction over more inner streets than this is a detour.
+_MOST_INNER_STREETS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A loop at the end of a street.
+
+    Parameters
+    ----------
+    aside
+        By how much its radius exceeds half of the distance between its lanes, m.
+    ease
+        Radius of the curves between the outermost lane and the loop, m.
+    """
+
+    aside: float
+    ease: float
+
+
+@dataclass(frozen=True, slots=True)
+class Movement:
+    """One way through a junction.
+
+    Parameters
+    ----------
+    junction
+        Its index.
+    entry, exit
+        Street ends: traffic enters the junction from one and leaves it on the other.
+    inner
+        Streets inside the junction that OSM's way through it follows, with True where along their direction.
+    stated
+        What connectivity relations say about its lanes.
+    loop
+        The loop that it goes round where it comes back on the arm that it enters from.
+    """
+
+    junction: int
+    entry: int
+    exit: int
+    inner: tuple[tuple[int, bool], ...]
+    stated: StatedLanes | None = None
+    loop: Loop | None = None
+
+
+@dataclass(slots=True)
+class _Rules:
+    """Turn restrictions, ready to be looked up."""
+
+    banned: dict[tuple[int, int], set[int]] = field(default_factory=dict)
+    mandatory: dict[tuple[int, int], set[int]] = field(default_factory=dict)
+    over_ways: dict[int, list[TurnRestriction]] = field(default_factory=dict)
+
+    def allows(self, from_way: int, node: int, to_way: int) -> bool:
+        """Whether one may go on from one way to another at a node."""
+        key = (from_way, node)
+        if to_way in self.banned.get(key, ()):
+            return False
+        only = self.mandatory.get(key)
+        return only is None or to_way in only
+
+    def allows_path(self, ways: list[int]) -> bool:
+        """Whether restrictions via ways allow a sequence of ways."""
+        for k, way in enumerate(ways):
+            for rule in self.over_ways.get(way, ()):
+                via = list(rule.via_ways)
+                if ways[k + 1 : k + 1 + len(via)] != via or len(ways) <= k + 1 + len(via):
+                    continue
+                if (ways[k + 1 + len(via)] in rule.to_ways) != rule.only:
+                    return False
+        return True
+
+
+def find_movements(
+    network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, diagnostics: Diagnostics
+) -> list[Movement]:
+    """List all movements through all junctions, by junction, entry and exit.
+
+    U-turns onto the street that one comes from are left out.
+    """
+    rules = _rules(network, layout, diagnostics)
+    osm_node = [node.osm_node_id for node in network.intersections]
+    inner_at: dict[int, list[tuple[int, bool]]] = {}
+    for street in network.streets:
+        if layout.inner[street.id]:
+            if ends.leaves[2 * street.id]:
+                inner_at.setdefault(street.start, []).append((street.id, True))
+            if ends.leaves[2 * street.id + 1]:
+                inner_at.setdefault(street.end, []).append((street.id, False))
+    found: list[Movement] = []
+    for junction, arms in enumerate(layout.arms):
+        exits_at: dict[int, list[int]] = {}
+        for end in arms:
+            if ends.leaves[end]:
+                exits_at.setdefault(int(ends.node[end]), []).append(end)
+        for entry in arms:
+            if ends.enters[entry]:
+                ways_out = _ways_out(entry, network.streets, ends, osm_node, inner_at, exits_at, rules)
+                if not ways_out and any(exit_ != entry for there in exits_at.values() for exit_ in there):
+                    diagnostics.note(
+                        "no-way-on",
+                        f"way/{_way_at(network.streets, entry)}",
+                        "restrictions or one-way streets leave no way on from it at "
+                        f"node/{osm_node[ends.node[entry]]}",
+                    )
+                found += [Movement(junction, entry, exit_, path) for exit_, path in sorted(ways_out.items())]
+    found = [item for item in found if not _turns_on_the_spot(item, layout, ends)]
+    known = Connectivity.of(network.connectivities)
+    return [replace(item, stated=_stated(item, network, osm_node, known)) for item in found] if known else found
+
+
+def _turns_on_the_spot(item: Movement, layout: JunctionLayout, ends: StreetEnds) -> bool:
+    """Say whether a movement turns back where one of two fast roads is cut off and its ramp is not."""
+    fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= defaults.ARM_REACH_MOTORWAY
+    back = np.cos(ends.hdg[item.entry] - ends.hdg[item.exit]) > defaults.NO_TURN_COSINE
+    return bool(fast and back and len(layout.arms[item.junction]) == 2)
+
+
+def _stated(item: Movement, network: StreetNetwork, osm_node: list[int], known: Connectivity) -> StatedLanes | None:
+    """Return what relations say about the lanes of a movement."""
+    streets = network.streets
+    ways = [_way_at(streets, item.entry)]
+    nodes: list[int] = []
+    first = streets[item.entry // 2]
+    node = osm_node[first.end if item.entry % 2 else first.start]
+    passed: list[tuple[int, int]] = []
+    for number, along in item.inner:
+        street = streets[number]
+        borders = [int(street.node_ids[index]) for index, _ in street.pieces[1:]]
+        at = [node, *(borders if along else borders[::-1])]
+        passed += zip(at, _ways_of(street, along), strict=True)
+        node = osm_node[street.end if along else street.start]
+    for at_node, way in [*passed, (node, _way_at(streets, item.exit))]:
+        if way != ways[-1]:
+            ways.append(way)
+            nodes.append(at_node)
+    return known.along(ways, nodes)
+
+
+def _ways_out(
+    entry: int,
+    streets: tuple[Street, ...],
+    ends: StreetEnds,
+    osm_node: list[int],
+    inner_at: dict[int, list[tuple[int, bool]]],
+    exits_at: dict[int, list[int]],
+    rules: _Rules,
+) -> dict[int, tuple[tuple[int, bool], ...]]:
+    """Return the shortest inner path from an entry to each exit that it may reach."""
+    best: dict[int, tuple[float, tuple[tuple[int, bool], ...]]] = {}
+    first_way = _way_at(streets, entry)
+    stack: list[tuple[int, list[int], tuple[tuple[int, bool], ...], float]] = [
+        (int(ends.node[entry]), [first_way], (), 0.0)
+    ]
+    while stack:
+        node, ways, path, run = stack.pop()
+        here = osm_node[node]
+        for exit_ in exits_at.get(node, ()):
+            way = _way_at(streets, exit_)
+            if (
+                exit_ == entry
+                or not rules.allows(ways[-1], here, way)
+                or not rules.allows_path(_without_repeats([*ways, way]))
+            ):
+                continue
+            if exit_ not in best or (run, path) < best[exit_]:
+                best[exit_] = (run, path)
+        if len(path) >= _MOST_INNER_STREETS:
+            continue
+        for street, along in inner_at.get(node, ()):
+            near = 2 * street + (0 if along else 1)
+            far = near ^ 1
+            if any(street == passed for passed, _ in path) or not rules.allows(
+                ways[-1], here, _way_at(streets, near)
+            ):
+                continue
+            stack.append(
+                (
+                    int(ends.node[far]),
+                    [*ways, *_ways_of(streets[street], along)],
+                    (*path, (street, along)),
+                    run + float(ends.length[near]),
+                )
+            )
+    return {exit_: path for exit_, (_, path) in best.items()}
+
+
+def _way_at(streets: tuple[Street, ...], end: int) -> int:
+    """Return the OSM way that a street end belongs to."""
+    return streets[end // 2].pieces[-1 if end % 2 else 0][1].osm_way_id
+
+
+def _ways_of(street: Street, along: bool) -> Iterator[int]:
+    pieces = street.pieces if along else street.pieces[::-1]
+    return (attributes.osm_way_id for _, attributes in pieces)
+
+
+def _without_repeats(ways: list[int]) -> list[int]:
+    return [way for k, way in enumerate(ways) if k == 0 or ways[k - 1] != way]
+
+
+def _rules(network: StreetNetwork, layout: JunctionLayout, diagnostics: Diagnostics) -> _Rules:
+    """Sort restrictions by what they are looked up by, and report those that cannot be kept."""
+    rules = _Rules()
+    inside: set[int] = set()
+    for street in network.streets:
+        if layout.inner[street.id]:
+            inside.update(attributes.osm_way_id for _, attributes in street.pieces)
+    for item in network.restrictions:
+        for from_way in item.from_ways:
+            if item.via_node is not None:
+                table = rules.mandatory if item.only else rules.banned
+                table.setdefault((from_way, item.via_node), set()).update(item.to_ways)
+            else:
+                rules.over_ways.setdefault(from_way, []).append(item)
+        if item.via_ways and not inside.issuperset(item.via_ways):
+            diagnostics.note(
+                "restriction-over-roads",
+                f"relation/{item.osm_relation_id}",
+                f"{item.value} runs over a way that is a road of its own here; lane links cannot state it",
+            )
+    return rules

@@ -1,0 +1,249 @@
+"""Which part of which street becomes a road, and what its lanes are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import cut_curves, lengths, pose, snap_cuts, wrapped
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.junctions.clusters import JunctionLayout
+from osm2xodr.geometry.junctions.movements import Movement
+from osm2xodr.geometry.lanes import Piece, Stretch, stretches
+from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, out_of_bends, outermost_lanes
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
+
+# Rings close to this, m and rad.
+_CLOSED = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadParts:
+    """The roads outside junctions. Road end number 2 k is the start of road k, 2 k + 1 its end.
+
+    Parameters
+    ----------
+    plan_view
+        One curve per road.
+    length : (roads,)
+        m.
+    street : (roads,)
+        The street each is part of.
+    begin, end : (roads,)
+        s on the street where the road begins and where it ends, m.
+    road_end : (street ends,)
+        Road end that each street end became, -1 for none.
+    end_junction : (roads, 2)
+        Junction at either end, -1 for none.
+    end_link : (roads, 2)
+        Road end that touches directly, -1 for none.
+    stretches
+        Of each road.
+    fitted
+        The streets that they were cut from.
+    pieces
+        Of each street, with borders where lanes may change.
+    """
+
+    plan_view: PlanView
+    length: FloatArray
+    street: IntArray
+    begin: FloatArray
+    end: FloatArray
+    road_end: IntArray
+    end_junction: IntArray
+    end_link: IntArray
+    stretches: tuple[tuple[Stretch, ...], ...]
+    fitted: FittedStreets
+    pieces: tuple[tuple[Piece, ...], ...]
+
+    def at_end(self, end: int) -> Stretch:
+        """Return the stretch at a road end."""
+        return self.stretches[end // 2][-1 if end % 2 else 0]
+
+
+def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) -> JunctionLayout:
+    """Take out junctions that nobody can drive through: their arms are dead ends and keep their length."""
+    used = np.zeros(len(layout.arms), bool)
+    used[[item.junction for item in movements]] = True
+    idle = (layout.junction >= 0) & ~np.append(used, False)[layout.junction]
+    return replace(layout, junction=np.where(idle, -1, layout.junction), trim=np.where(idle, 0.0, layout.trim))
+
+
+def dead_ends_apart(
+    network: StreetNetwork, ends: StreetEnds, before: JunctionLayout, layout: JunctionLayout, diagnostics: Diagnostics
+) -> JunctionLayout:
+    """Cut back dead ends that lie on another that ends at the same node.
+
+    Areas are cut where carriageways part or merge, too: both roads are there, the rest of the way is not. The widest
+    keeps its length.
+
+    Parameters
+    ----------
+    network, ends
+        The streets.
+    before, layout
+        With the junctions that nobody can drive through, and without them.
+    diagnostics
+        Where it is told what was cut back.
+    """
+    trim = layout.trim.copy()
+    for junction in np.unique(before.junction[before.junction != layout.junction]).tolist():
+        arms = before.arms[junction]
+        # The first of those that are equally wide stays.
+        widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
+        for end in arms:
+            if end == widest or np.cos(ends.hdg[end] - ends.hdg[widest]) < defaults.ACUTE_COSINE:
+                continue
+            trim[end] = before.trim[end]
+            way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id
+            diagnostics.repaired(
+                "lies-on-another", f"way/{way}", "it ends on another road, and is cut back to where it is apart"
+            )
+    return replace(layout, trim=trim)
+
+
+def cut_roads(
+    network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, earlier: RoadParts | None = None
+) -> RoadParts:
+    """Cut streets to roads at their junctions.
+
+    A closed ring, and a street that leaves a junction and comes back to it, become two roads that touch: no road may
+    be its own successor, and readers take a road with one junction at both ends for a way through it.
+
+    Parameters
+    ----------
+    network, fitted, layout
+        The streets, and what the junctions take of them.
+    earlier
+        What they were cut to before, if they were: what has stayed as it was is taken from there.
+    """
+    length = lengths(fitted.plan_view)
+    begin = layout.trim[0::2]
+    end = length - layout.trim[1::2]
+    first, last = layout.junction[0::2], layout.junction[1::2]
+    halved = np.array([street.start < 0 for street in network.streets], bool) | ((first >= 0) & (first == last))
+    whole = np.flatnonzero(~layout.inner & ~halved)
+    halves = np.flatnonzero(~layout.inner & halved)
+    street = np.concatenate([whole, np.repeat(halves, 2)])
+    pieces = earlier.pieces if earlier is not None and earlier.fitted is fitted else _lane_pieces(fitted, length)
+    before_halving = [
+        _halved_stretches(pieces[k], begin[k], end[k], network.streets[k].start < 0) for k in halves.tolist()
+    ]
+    right, left = np.array([outermost_lanes(fitted.pieces[k]) for k in halves.tolist()]).reshape(-1, 2).T
+    least, most = np.array([_room_to_halve(found) for found in before_halving]).reshape(-1, 2).T + begin[halves]
+    middle = out_of_bends(fitted.plan_view, halves, (least + most) / 2, right, left, length)
+    middle = np.clip(middle, least, most)
+    lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
+    hi = np.concatenate([end[whole], np.column_stack([middle, end[halves]]).ravel()])
+    lo = snap_cuts(fitted.plan_view, street, lo)
+    hi = snap_cuts(fitted.plan_view, street, hi)
+    plan = cut_curves(fitted.plan_view, lo, hi, street)
+    roads = len(street)
+    front = np.concatenate([np.arange(len(whole)), np.arange(len(whole), roads, 2)])
+    back = np.concatenate([np.arange(len(whole)), np.arange(len(whole) + 1, roads, 2)])
+    numbered = np.concatenate([whole, halves])
+    road_end = np.full(2 * len(network.streets), -1, np.int64)
+    road_end[2 * numbered] = 2 * front
+    road_end[2 * numbered + 1] = 2 * back + 1
+    end_junction = np.full((roads, 2), -1, np.int64)
+    end_junction[front, 0] = first[numbered]
+    end_junction[back, 1] = last[numbered]
+    end_link = np.full((roads, 2), -1, np.int64)
+    before, after = front[len(whole) :], back[len(whole) :]
+    end_link[before, 1] = 2 * after
+    end_link[after, 0] = 2 * before + 1
+    ring = (first[halves] < 0) & _closes(fitted.plan_view, halves, length)
+    end_link[before[ring], 0] = 2 * after[ring] + 1
+    end_link[after[ring], 1] = 2 * before[ring]
+    whole_stretches = _stretches(pieces, whole, lo[: len(whole)], hi[: len(whole)], earlier)
+    cuts = zip(before_halving, begin[halves].tolist(), hi[len(whole) :: 2].tolist(), strict=True)
+    halved_stretches = (half for found, start, cut in cuts for half in _cut_in_two(found, cut - start))
+    return RoadParts(
+        plan_view=plan,
+        length=lengths(plan),
+        street=street,
+        begin=lo,
+        end=hi,
+        road_end=road_end,
+        end_junction=end_junction,
+        end_link=end_link,
+        stretches=(*whole_stretches, *halved_stretches),
+        fitted=fitted,
+        pieces=pieces,
+    )
+
+
+def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
+    """Say which curves end where, and in the direction in which, they start: not those of a line to and fro."""
+    x0, y0, hdg0 = pose(plan, curve, np.zeros(len(curve)))
+    x1, y1, hdg1 = pose(plan, curve, length[curve])
+    out: BoolArray = (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
+    return out
+
+
+def _halved_stretches(pieces: Sequence[Piece], begin: float, end: float, ring: bool) -> list[Stretch]:
+    """Return the stretches of a street that becomes two roads: the two must agree about what is between them."""
+    found = stretches(pieces, begin, end)
+    if ring and found[0].section != found[-1].section:
+        # Where the ring was opened, what was there was too short: it is not told apart from the rest anywhere.
+        most = max(found, key=lambda item: item.end - item.start)
+        found = [replace(most, start=0.0, end=end - begin, ways=tuple(way for item in found for way in item.ways))]
+    return found
+
+
+def _room_to_halve(found: Sequence[Stretch]) -> tuple[float, float]:
+    """Return between which s a road with such stretches is halved: on its longest stretch, off all borders."""
+    quarter = 0.25 * found[-1].end
+    spans = [(max(item.start, quarter), min(item.end, 3 * quarter)) for item in found]
+    lower, upper = max(spans, key=lambda span: span[1] - span[0])
+    off = 0.25 * (upper - lower)
+    return lower + (off if lower > quarter else 0.0), upper - (off if upper < 3 * quarter else 0.0)
+
+
+def _cut_in_two(found: Sequence[Stretch], cut: float) -> tuple[tuple[Stretch, ...], tuple[Stretch, ...]]:
+    """Return the stretches before and after s = cut, which lies on one of them."""
+    before = tuple(replace(item, end=min(item.end, cut)) for item in found if item.start < cut)
+    after = tuple(
+        replace(item, start=max(item.start - cut, 0.0), end=item.end - cut) for item in found if item.end > cut
+    )
+    return before, after
+
+
+def _stretches(
+    pieces: Sequence[tuple[Piece, ...]], street: IntArray, lo: FloatArray, hi: FloatArray, earlier: RoadParts | None
+) -> tuple[tuple[Stretch, ...], ...]:
+    """Return the stretches of the roads from lo to hi of streets, all (roads,); those of equal roads as before."""
+    known: dict[tuple[int, float, float], tuple[Stretch, ...]] = {}
+    if earlier is not None:
+        roads = zip(earlier.street.tolist(), earlier.begin.tolist(), earlier.end.tolist(), strict=True)
+        same = [one is other for one, other in zip(earlier.pieces, pieces, strict=True)]
+        known = {road: found for road, found in zip(roads, earlier.stretches, strict=True) if same[road[0]]}
+    return tuple(
+        known.get(road) or tuple(stretches(pieces[road[0]], road[1], road[2]))
+        for road in zip(street.tolist(), lo.tolist(), hi.tolist(), strict=True)
+    )
+
+
+def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> tuple[tuple[Piece, ...], ...]:
+    """Return the pieces of all streets with their borders moved out of tight bends, where lanes may change."""
+    inner = [(k, i) for k, pieces in enumerate(fitted.pieces) if len(pieces) > 1 for i in range(1, len(pieces))]
+    if not inner:
+        return fitted.pieces
+    curve = np.array([k for k, _ in inner], np.int64)
+    s = np.array([fitted.pieces[k][i][0] for k, i in inner])
+    right, left = np.array([outermost_lanes(fitted.pieces[k][i - 1 : i + 1]) for k, i in inner]).T
+    moved = out_of_bends(fitted.plan_view, curve, s, right, left, length)
+    out = list(fitted.pieces)
+    changed = np.unique(curve[moved != s])
+    first, last = np.searchsorted(curve, changed), np.searchsorted(curve, changed, side="right")
+    for k, lo, hi in zip(changed.tolist(), first.tolist(), last.tolist(), strict=True):
+        pieces = fitted.pieces[k]
+        starts = [pieces[0][0], *moved[lo:hi].tolist()]
+        if all(one < other for one, other in pairwise(starts)):
+            out[k] = tuple((start, a, c) for start, (_, a, c) in zip(starts, pieces, strict=True))
+    return tuple(out)

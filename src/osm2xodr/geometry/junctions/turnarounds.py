@@ -1,0 +1,282 @@
+"""Loops at the ends of streets, where cars turn round: at turning circles, and at all dead ends if asked for.
+
+A loop leaves its lane by a curve away from the other side, goes once around a circle and comes back by a curve like
+the first; lanes farther out go round the same middle. Traffic on the right goes round counter-clockwise.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr import defaults
+from osm2xodr.curves import curves_of, ranks, replaced
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.junctions.clusters import JunctionLayout
+from osm2xodr.geometry.junctions.movements import Loop, Movement
+from osm2xodr.geometry.lanes import EndLane, end_lanes
+from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds
+from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
+
+_CIRCLES = ("turning_circle", "turning_loop", "mini_roundabout")
+_DIAMETER = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(m|ft|')?\s*")
+_FOOT = 0.3048
+
+
+@dataclass(frozen=True, slots=True)
+class RoadOptions:
+    """What the user chose about roads.
+
+    Parameters
+    ----------
+    turnarounds
+        Whether every dead end of a two-way street gets a loop, not only those at turning circles.
+    """
+
+    turnarounds: bool = False
+
+
+def add_turnarounds(
+    network: StreetNetwork,
+    fitted: FittedStreets,
+    ends: StreetEnds,
+    layout: JunctionLayout,
+    options: RoadOptions,
+    diagnostics: Diagnostics,
+) -> tuple[JunctionLayout, list[Movement]]:
+    """Make junctions of one arm of those dead ends where cars turn round, and return their movements.
+
+    Parameters
+    ----------
+    network, fitted, ends
+        The streets.
+    layout
+        The junctions there are.
+    options
+        What the user chose.
+    diagnostics
+        Where it is told that a dead end has no room for a loop.
+    """
+    wishes = _wishes(network, ends, layout, options)
+    chosen: list[tuple[int, Loop, float]] = []
+    near = _near(network, [end for end, _ in wishes], ends)
+    taken: list[tuple[float, float, float, int]] = []
+    # What the loop at a street's other end has taken of it, m.
+    given: dict[int, float] = {}
+    for end, diameter in wishes:
+        node = network.intersections[int(ends.node[end])]
+        found = _fitting(end, diameter, fitted, network, ends, layout, near.get(end, math.inf))
+        x, y, layer = node.x, node.y, int(ends.layer[end])
+        left = math.inf if end ^ 1 not in given else float(ends.length[end]) - given[end ^ 1]
+        if (
+            found is None
+            or left - found[1] < 2 * defaults.SHORTEST_ROAD
+            or any(
+                layer == other[3] and math.hypot(x - other[0], y - other[1]) < found[2] + other[2] for other in taken
+            )
+        ):
+            diagnostics.note(
+                "no-room-to-turn", f"node/{node.osm_node_id}", "no room for a loop, the dead end is left as it is"
+            )
+            continue
+        chosen.append((end, found[0], found[1]))
+        taken.append((x, y, found[2], layer))
+        given[end] = found[1]
+    if not chosen:
+        return layout, []
+    junction, trim = layout.junction.copy(), layout.trim.copy()
+    movements = []
+    for number, (end, loop, length) in enumerate(chosen, start=len(layout.arms)):
+        junction[end], trim[end] = number, length
+        movements.append(Movement(number, end, end, (), loop=loop))
+    layout = replace(
+        layout,
+        arms=(*layout.arms, *((end,) for end, _, _ in chosen)),
+        nodes=(*layout.nodes, *((int(ends.node[end]),) for end, _, _ in chosen)),
+        junction=junction,
+        trim=trim,
+    )
+    return layout, movements
+
+
+def _wishes(
+    network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, options: RoadOptions
+) -> list[tuple[int, float]]:
+    """Return the street ends where cars turn round, with the diameter of the carriageway there, m."""
+    barred = {(item.from_ways[0], item.via_node) for item in network.restrictions if item.from_ways == item.to_ways}
+    out: list[tuple[int, float]] = []
+    for node in network.intersections:
+        if len(node.arms) != 1:
+            continue
+        street, at_start = node.arms[0]
+        end = 2 * street + (not at_start)
+        tags = network.node_tags.get(node.osm_node_id, {})
+        circle = tags.get("highway") in _CIRCLES
+        if not (circle or options.turnarounds) or layout.junction[end] >= 0 or layout.inner[street]:
+            continue
+        way = network.streets[street].pieces[0 if at_start else -1][1].osm_way_id
+        if ends.enters[end] and ends.leaves[end] and (way, node.osm_node_id) not in barred:
+            usual = defaults.TURNING_CIRCLE_DIAMETER if circle else defaults.TURNAROUND_DIAMETER
+            out.append((end, _diameter(tags, usual)))
+    return out
+
+
+def _diameter(tags: Mapping[str, str], usual: float) -> float:
+    match = _DIAMETER.fullmatch(tags.get("diameter", ""))
+    if match is None:
+        return usual
+    value = float(match[1]) * (1.0 if match[2] in (None, "m") else _FOOT)
+    return min(max(value, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
+
+
+def _fitting(
+    end: int,
+    diameter: float,
+    fitted: FittedStreets,
+    network: StreetNetwork,
+    ends: StreetEnds,
+    layout: JunctionLayout,
+    free: float,
+) -> tuple[Loop, float, float] | None:
+    """Return the largest loop for which there is room, what it takes of its street, and its radius, m.
+
+    Parameters
+    ----------
+    free
+        Distance from the node to the next other carriageway, m.
+    """
+    section = fitted.pieces[end // 2][-1 if end % 2 else 0][2]
+    into, out = end_lanes(section, network.rule, end % 2 == 1), end_lanes(section, network.rule, end % 2 == 0)
+    if not into or not out:
+        return None
+    inner, outer = _half_distances(into, out)
+    width = max(lane.spec.width for lane in (*into, *out))
+    room = float(ends.length[end] - layout.trim[end ^ 1]) - defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS
+    least = defaults.CONNECTING_RADIUS
+    wanted = max((diameter - width) / 2 - outer, least - inner, 0.0)
+    for aside in (wanted, max((wanted + least - inner) / 2, 0.0), max(least - inner, 0.0)):
+        radius = outer + aside
+        for ease in (radius, least):
+            length = _reach(outer, aside, ease)
+            size = radius + width / 2
+            if length <= room and size + defaults.TURNAROUND_CLEARANCE <= free:
+                return Loop(aside, ease), length, size
+    return None
+
+
+def _half_distances(into: Sequence[EndLane], out: Sequence[EndLane]) -> tuple[float, float]:
+    """Return half of the distance of the innermost and of the outermost lanes of both directions, m."""
+    apart = sorted(abs(one.t - other.t) / 2 for one in into for other in out)
+    return apart[0], apart[-1]
+
+
+def _reach(half: float, aside: float, ease: float) -> float:
+    """Return how far the loop's middle lies beyond the end of the road, m.
+
+    Parameters
+    ----------
+    half
+        Half of the distance of the outermost lanes, m.
+    aside, ease
+        As in `Loop`.
+    """
+    return math.sqrt(max((half + aside + ease) ** 2 - (half + ease) ** 2, 0.0))
+
+
+def _near(network: StreetNetwork, wished: Sequence[int], ends: StreetEnds) -> dict[int, float]:
+    """Return the distance from dead ends to the nearest carriageway of another street of the layer, m.
+
+    The own street counts from where it is farther away along itself than any loop reaches.
+    """
+    if not wished:
+        return {}
+    start, end, street, run = _short_lines(network)
+    half = np.maximum(ends.left, -ends.right)[0::2]
+    reach = defaults.TURNAROUND_DIAMETER_MAX + float(half.max()) + defaults.TURNAROUND_PIECE / 2
+    nodes = [network.intersections[int(ends.node[item])] for item in wished]
+    xy = np.array([(node.x, node.y) for node in nodes])
+    close = np.flatnonzero(np.isfinite(cKDTree(xy).query((start + end) / 2, distance_upper_bound=reach)[0]))
+    lines = cKDTree((start[close] + end[close]) / 2)
+    whole = ends.length[0::2]
+    out: dict[int, float] = {}
+    for item, place in zip(wished, xy, strict=True):
+        found = close[np.array(lines.query_ball_point(place, reach), np.int64)]
+        away = whole[item // 2] - run[found] if item % 2 else run[found]
+        own = (street[found] == item // 2) & (away < 3 * defaults.TURNAROUND_DIAMETER_MAX)
+        found = found[~own & (ends.layer[2 * street[found]] == ends.layer[item])]
+        gap = _distance(place, start[found], end[found]) - half[street[found]]
+        out[item] = float(gap.min(initial=math.inf))
+    return out
+
+
+def _short_lines(network: StreetNetwork) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
+    """Return all streets in short straight pieces: start, end (n, 2), street and run of the middle (n,)."""
+    points = np.concatenate([street.points for street in network.streets])
+    owner = np.repeat(np.arange(len(network.streets)), [len(street.points) for street in network.streets])
+    first = np.flatnonzero(owner[1:] == owner[:-1])
+    size = np.hypot(*(points[first + 1] - points[first]).T)
+    run = np.cumsum(size) - size
+    run -= run[np.searchsorted(owner[first], owner[first])]
+    count = np.maximum(np.ceil(size / defaults.TURNAROUND_PIECE).astype(np.int64), 1)
+    line = np.repeat(np.arange(len(first)), count)
+    share = ranks(count) / count[line]
+    step = (points[first + 1] - points[first])[line]
+    start = points[first][line] + share[:, None] * step
+    middle = run[line] + (share + 0.5 / count[line]) * size[line]
+    return start, start + step / count[line][:, None], owner[first][line], middle
+
+
+def _distance(place: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the distances from a place to straight lines, (n,), m."""
+    along = end - start
+    share = ((place - start) * along).sum(1) / np.maximum((along * along).sum(1), 1e-12)
+    out: FloatArray = np.hypot(*(start + np.clip(share, 0.0, 1.0)[:, None] * along - place).T)
+    return out
+
+
+def with_loops(
+    plan: PlanView, row: IntArray, movement: IntArray, loop: Sequence[Loop], half: FloatArray, left: bool
+) -> PlanView:
+    """Return curves some of which are replaced by loops that start in the same poses.
+
+    Parameters
+    ----------
+    plan
+        Curves of connecting roads.
+    row : (n,)
+        Those that become loops.
+    movement : (n,)
+        The movement that each belongs to: its loops go round one middle.
+    loop
+        The loop of each.
+    half : (n,)
+        Half of the distance between their lanes, m.
+    left
+        Whether traffic drives on the left and goes round clockwise.
+    """
+    if not len(row):
+        return plan
+    first = plan.start[row]
+    number = np.unique(movement, return_inverse=True)[1]
+    outermost = np.zeros(len(row))
+    np.maximum.at(outermost, number, half)
+    middle = np.array(
+        [_reach(g, item.aside, item.ease) for g, item in zip(outermost[number].tolist(), loop, strict=True)]
+    )
+    aside = np.array([item.aside for item in loop])
+    wide = aside > defaults.TURNAROUND_ASIDE_MIN
+    safe = np.where(wide, aside, 1.0)
+    radius = half + np.where(wide, aside, 0.0)
+    # Circles that touch both the lane and the loop from outside: (radius + ease)² = middle² + (half + ease)².
+    ease = np.where(wide, (middle**2 + half**2 - radius**2) / (2 * safe), 1.0)
+    bend = np.where(wide, np.arctan2(middle, half + ease), 0.0)
+    sign = -1.0 if left else 1.0
+    curvature = sign * np.column_stack([-1 / ease, 1 / radius, -1 / ease])
+    length = np.column_stack([ease * bend, radius * (np.pi + 2 * bend), ease * bend])
+    loops = curves_of(plan.x[first], plan.y[first], plan.hdg[first], length, curvature)
+    return replaced(plan, row, loops, np.arange(len(row)))

@@ -1,0 +1,45 @@
+"""Lanes along roads: sections, widths, marks."""
+
+from __future__ import annotations
+
+from osm2xodr.geometry.lanes.cross_sections import (
+    CrossSection,
+    EndLane,
+    Piece,
+    centre_lanes,
+    cross_section,
+    end_lanes,
+)
+from osm2xodr.geometry.lanes.lane_connectivity import Connectivity, StatedLanes
+from osm2xodr.geometry.lanes.lane_sections import (
+    LaneLayout,
+    Stretch,
+    lay_out_all,
+    smooth_step,
+    stretches,
+    tapered,
+    without_repeats,
+)
+from osm2xodr.geometry.lanes.road_marks import NO_MARK
+from osm2xodr.geometry.lanes.turn_marks import to_left, to_right
+
+__all__ = [
+    "NO_MARK",
+    "Connectivity",
+    "CrossSection",
+    "EndLane",
+    "LaneLayout",
+    "Piece",
+    "StatedLanes",
+    "Stretch",
+    "centre_lanes",
+    "cross_section",
+    "end_lanes",
+    "lay_out_all",
+    "smooth_step",
+    "stretches",
+    "tapered",
+    "to_left",
+    "to_right",
+    "without_repeats",
+]

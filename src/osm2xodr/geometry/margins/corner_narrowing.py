@@ -1,0 +1,119 @@
+"""Sidewalks come up to the kerb, or grow narrower, before corners that they would otherwise not get round.
+
+Parking lanes end some metres before a junction anyway, and where wide strips lie between the carriageway and the
+sidewalks of two arms, these lie across each other before they meet. Where nobody turns from one arm into the other,
+their roads end so close to each other that even sidewalks at the kerb have no room for a bend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.margins.sidewalk_corners import sidewalk_corners
+from osm2xodr.geometry.margins.strips import Margins, Strips
+from osm2xodr.model import IntArray, LaneType, Rule
+
+_Place = tuple[int, int]
+"""(road end, side of the road: left 1, right -1)."""
+_Change = Callable[[Strips], Strips]
+
+
+def lay_out_corners(
+    parts: RoadParts, margins: tuple[Margins, ...], cars: ConnectingRoads, rule: Rule
+) -> tuple[tuple[Margins, ...], ConnectingRoads, IntArray]:
+    """Connect the sidewalks of neighbouring arms, with what lies inside of them left out before corners if need be.
+
+    Parameters
+    ----------
+    parts, margins
+        The roads, and what lies beside them.
+    cars
+        The connecting roads for cars.
+    rule
+        Side of the road that one drives on.
+
+    Returns
+    -------
+    tuple
+        What lies beside the roads then.
+    ConnectingRoads
+        One for each corner, grouped by junction.
+    (k,)
+        The junctions of corners that could not be drawn, once for each.
+    """
+    corners, failed = sidewalk_corners(parts, margins, cars, rule)
+    for change in (_sidewalk_alone, _narrow_sidewalk):
+        places, junctions = _places(failed), np.unique(failed.junction)
+        nearer = _changed(parts, margins, places, change)
+        if nearer is margins:
+            continue
+        _, still = sidewalk_corners(parts, nearer, cars, rule, junctions)
+        hopeless = set(_places(still))
+        # Each side of an end faces one corner: it stays as it was where nothing is gained.
+        nearer = _changed(parts, margins, [place for place in places if place not in hopeless], change)
+        if nearer is margins:
+            continue
+        # Lanes may have other ids at the far ends of these roads, too.
+        other = [k for k, (one, two) in enumerate(zip(margins, nearer, strict=True)) if one is not two]
+        junctions = np.union1d(junctions, parts.end_junction[np.array(other, np.int64)])
+        margins = nearer
+        again, failed = sidewalk_corners(parts, margins, cars, rule, junctions)
+        corners = corners.chosen(~np.isin(corners.junction, junctions)).joined(again)
+    return margins, corners, failed.junction
+
+
+def _places(rows: ConnectingRoads) -> list[_Place]:
+    """Return where the sidewalks of corners lie."""
+    found = [
+        *zip(rows.entry.tolist(), np.sign(rows.entry_lane).tolist(), strict=True),
+        *zip(rows.exit.tolist(), np.sign(rows.exit_lane).tolist(), strict=True),
+    ]
+    return sorted(set(found))
+
+
+def _sidewalk_alone(strips: Strips) -> Strips:
+    return tuple(strip for strip in strips if strip.type is LaneType.SIDEWALK)[:1]
+
+
+def _narrow_sidewalk(strips: Strips) -> Strips:
+    return tuple(replace(strip, width=defaults.CORNER_NARROW * strip.width) for strip in _sidewalk_alone(strips))
+
+
+def _changed(
+    parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[_Place], change: _Change
+) -> tuple[Margins, ...]:
+    """Return margins with other strips at some places; the same ones where they are no others."""
+    out = list(margins)
+    changed = False
+    for end, side in places:
+        borders = [stretch.start for stretch in parts.stretches[end // 2][1:]]
+        beside = _changed_end(out[end // 2], bool(end % 2), side, borders, change)
+        changed |= beside is not out[end // 2]
+        out[end // 2] = beside
+    return tuple(out) if changed else margins
+
+
+def _changed_end(beside: Margins, at_end: bool, side: int, borders: Sequence[float], change: _Change) -> Margins:
+    piece = beside[-1 if at_end else 0]
+    strips = change(piece.strips(side))
+    if strips == piece.strips(side):
+        return beside
+    inner = replace(piece, left=strips) if side > 0 else replace(piece, right=strips)
+    least = defaults.CORNER_KERBSIDE
+    cut = piece.end - least if at_end else piece.start + least
+    # No lane section is to begin so near another.
+    near = [border for border in borders if abs(border - cut) < least and piece.start < border < piece.end]
+    cut = near[0] if near else cut
+    if not piece.start + 2 * least < cut < piece.end - least / 2 and at_end:
+        return (*beside[:-1], inner)
+    if not piece.start + least / 2 < cut < piece.end - 2 * least and not at_end:
+        return (inner, *beside[1:])
+    if at_end:
+        return (*beside[:-1], replace(piece, end=cut), replace(inner, start=cut))
+    return (replace(inner, end=cut), replace(piece, start=cut), *beside[1:])

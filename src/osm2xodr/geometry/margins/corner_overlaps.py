@@ -1,0 +1,74 @@
+"""Whether what goes round the corners of junctions lies on lanes for cars."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import pose, project, runs
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Shares of a path at which it is held against lanes for cars.
+PROBES = np.linspace(0.0, 1.0, 9)[1:-1]
+# A place whose distance from a curve is that from its tangent, up to this, m, lies abreast of it.
+_ABREAST = 0.01
+
+
+def probes(rows: ConnectingRoads, start: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return places along lines beside reference lines that lead smoothly from one t to another, (rows, probes)."""
+    curve = np.repeat(np.arange(len(rows.length)), len(PROBES))
+    x, y, hdg = pose(rows.plan_view, curve, (rows.length[:, None] * PROBES).ravel())
+    t = (start[:, None] + (end - start)[:, None] * (PROBES * PROBES * (3.0 - 2.0 * PROBES))).ravel()
+    shape = len(rows.length), len(PROBES)
+    return (x - t * np.sin(hdg)).reshape(shape), (y + t * np.cos(hdg)).reshape(shape)
+
+
+def onto_lanes(
+    rows: ConnectingRoads, cars: ConnectingRoads, x: FloatArray, y: FloatArray, half: FloatArray
+) -> BoolArray:
+    """Say which strips about places lie on a lane for cars through their junction, (rows,)."""
+    row, car = _pairs(rows.junction, cars.junction)
+    lane = np.minimum(cars.entry_width, cars.exit_width) / 2
+    used, place = np.unique(car, return_inverse=True)
+    s = np.linspace(0.0, 1.0, len(PROBES)) * cars.length[used][:, None]
+    px, py, _ = (v.reshape(s.shape) for v in pose(cars.plan_view, np.repeat(used, len(PROBES)), s.ravel()))
+    # A curve leaves the box of its probes by less than a quarter of the way between two of them.
+    slack = 0.25 * cars.length[used] / (len(PROBES) - 1)
+    near = np.ones(len(row), bool)
+    for one, other in ((x, px), (y, py)):
+        gap = slack[place] + half[row] + lane[car]
+        near &= (one.min(1)[row] < other.max(1)[place] + gap) & (one.max(1)[row] > other.min(1)[place] - gap)
+    row, car = row[near], car[near]
+    _, _, distance = project(cars.plan_view, np.repeat(car, len(PROBES)), x[row].ravel(), y[row].ravel())
+    reach = half[row] + lane[car]
+    out = np.zeros(len(rows.length), bool)
+    out[row[(distance.reshape(-1, len(PROBES)) < reach[:, None]).any(axis=1)]] = True
+    return out
+
+
+def onto_roads(junction: IntArray, parts: RoadParts, x: FloatArray, y: FloatArray) -> BoolArray:
+    """Say which paths run over the carriageway of an arm of their junction, (paths,)."""
+    arms = np.flatnonzero(parts.end_junction.ravel() >= 0)
+    arms = arms[np.argsort(parts.end_junction.ravel()[arms], kind="stable")]
+    path, arm = _pairs(junction, parts.end_junction.ravel()[arms])
+    end = arms[arm]
+    road = np.repeat(end // 2, len(PROBES))
+    _, t, distance = project(parts.plan_view, road, x[path].ravel(), y[path].ravel())
+    sections = {int(k): parts.at_end(int(k)).section for k in np.unique(end)}
+    left = np.repeat([sections[k].left_edge for k in end.tolist()], len(PROBES))
+    right = np.repeat([sections[k].right_edge for k in end.tolist()], len(PROBES))
+    beside = np.abs(distance - np.abs(t)) < _ABREAST
+    on = beside & (t < left - defaults.CORNER_ONTO_LANE) & (t > right + defaults.CORNER_ONTO_LANE)
+    out = np.zeros(len(junction), bool)
+    out[path[on.reshape(-1, len(PROBES)).any(axis=1)]] = True
+    return out
+
+
+def _pairs(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
+    """Return all pairs of rows of one junction; the junctions of the others ascend."""
+    first = np.searchsorted(other, one)
+    count = np.searchsorted(other, one, side="right") - first
+    row = np.repeat(np.arange(len(one)), count)
+    return row, runs(first, count)

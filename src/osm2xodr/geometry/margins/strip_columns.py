@@ -1,0 +1,89 @@
+"""Strips beside a road that go on as one another: what becomes one lane, however its width changes along the road.
+
+A strip that begins or ends within a lane section is a lane of that section all the same, of width 0 where it is not:
+so what lies beside the carriageway never cuts the sections in which cars change lanes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from osm2xodr import defaults
+from osm2xodr.geometry.lanes import tapered, without_repeats
+from osm2xodr.geometry.margins.strips import Margins
+from osm2xodr.model import Cubic, MarginSpec
+
+# Stretches that reach into a section by less are not in it, m.
+_SAME_PLACE = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """Strips of one kind at one side of a road, one behind the other.
+
+    Parameters
+    ----------
+    strips
+        The strip in each stretch of the road's margins; None where there is none.
+    """
+
+    strips: tuple[MarginSpec | None, ...]
+
+    @property
+    def kind(self) -> MarginSpec:
+        """One of its strips; all are of its type, direction and height."""
+        return next(strip for strip in self.strips if strip is not None)
+
+
+def columns_of(margins: Margins, side: int) -> tuple[Column, ...]:
+    """Return the columns at the left (1) or right (-1) of a road, from the carriageway outwards.
+
+    Each strip joins the first column of its kind that lies outside of the strip before it, or begins one.
+    """
+    found: list[list[MarginSpec | None]] = []
+    for k, item in enumerate(margins):
+        at = 0
+        for strip in item.strips(side):
+            place = next((i for i in range(at, len(found)) if _same_kind(found[i], strip)), None)
+            if place is None:
+                place = at
+                found.insert(place, [None] * k)
+            found[place].append(strip)
+            at = place + 1
+        for column in found:
+            if len(column) == k:
+                column.append(None)
+    return tuple(Column(tuple(column)) for column in found)
+
+
+def _same_kind(column: Sequence[MarginSpec | None], strip: MarginSpec) -> bool:
+    other = next(item for item in column if item is not None)
+    return (other.type, other.direction, other.height) == (strip.type, strip.direction, strip.height)
+
+
+def present(columns: Sequence[Column], margins: Margins, begin: float, end: float) -> list[int]:
+    """Return which columns have a strip anywhere between two places on the road, s, m."""
+    here = [k for k, item in enumerate(margins) if item.start < end - _SAME_PLACE and item.end > begin + _SAME_PLACE]
+    return [i for i, column in enumerate(columns) if any(column.strips[k] is not None for k in here)]
+
+
+def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
+    """Return the width of a column along the whole road.
+
+    A strip that begins or ends at a border of stretches does so in a taper of its own stretch; one that goes on with
+    another width is led to it beyond the border.
+    """
+    out: list[Cubic] = []
+    for k, (item, strip) in enumerate(zip(margins, column.strips, strict=True)):
+        length = item.end - item.start
+        width = 0.0 if strip is None else strip.width
+        goes_on = k + 1 == len(margins) or column.strips[k + 1] is not None
+        before = column.strips[k - 1] if k else strip
+        begins = before.width if before is not None and strip is not None else 0.0
+        taper = min(defaults.MARGIN_TAPER_LENGTH, defaults.TAPER_SHARE * length)
+        out += [
+            Cubic(item.start + c.s, c.a, c.b, c.c, c.d)
+            for c in tapered(length, taper, begins, width, width if goes_on else 0.0)
+        ]
+    return without_repeats(out)

@@ -1,0 +1,151 @@
+"""What lies beside the carriageways of roads: where it begins, changes and ends along them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from osm2xodr import defaults
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.lanes import Piece
+from osm2xodr.model import MarginSpec
+
+Strips = tuple[MarginSpec, ...]
+
+# Borders that are closer are one, m.
+_SAME_PLACE = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class MarginStretch:
+    """Part of a road beside which nothing changes.
+
+    Parameters
+    ----------
+    start, end
+        s on the road, m.
+    left, right
+        Strips beside the carriageway from its edge outwards, seen along the road.
+    way
+        The OSM way (the first, where it is made of several).
+    tight
+        Whether there is no room for more than is there.
+    """
+
+    start: float
+    end: float
+    left: Strips
+    right: Strips
+    way: int
+    tight: bool = False
+
+    def strips(self, side: int) -> Strips:
+        """Return the strips at the left (1) or right (-1)."""
+        return self.left if side > 0 else self.right
+
+    def width(self, side: int) -> float:
+        """Return the width of all strips at one side, m."""
+        return _width(self.strips(side))
+
+
+Margins = tuple[MarginStretch, ...]
+"""Along a whole road, in ascending s without gaps; empty where nothing lies beside the road anywhere."""
+
+
+def find_margins(parts: RoadParts) -> tuple[Margins, ...]:
+    """Return what the tags say lies beside each road, (roads,)."""
+    with_any = [any(a.margin_left or a.margin_right for _, a, _ in pieces) for pieces in parts.pieces]
+    if not any(with_any):
+        return ((),) * len(parts.length)
+    rows = zip(parts.street.tolist(), parts.begin.tolist(), parts.end.tolist(), parts.length.tolist(), strict=True)
+    return tuple(
+        _along(parts.pieces[street], begin, end, length) if with_any[street] else ()
+        for street, begin, end, length in rows
+    )
+
+
+def _along(pieces: Sequence[Piece], begin: float, end: float, length: float) -> Margins:
+    """Return the margins from s = begin to s = end of a street, which became a road of a length."""
+    found: list[MarginStretch] = []
+    for k, (s, attributes, _) in enumerate(pieces):
+        lower = max(s, begin) if k else begin
+        upper = min(pieces[k + 1][0], end) if k + 1 < len(pieces) else end
+        if upper > lower:
+            strips = attributes.margin_left, attributes.margin_right
+            found.append(MarginStretch(lower - begin, upper - begin, *strips, attributes.osm_way_id))
+    if not found or not any(item.left or item.right for item in found):
+        return ()
+    found[0], found[-1] = replace(found[0], start=0.0), replace(found[-1], end=length)
+    return tuple(found)
+
+
+def settled(margins: Sequence[MarginStretch], borders: Sequence[float]) -> Margins:
+    """Return margins with none too short for a lane section of its own.
+
+    Equal neighbours become one; what is too short joins the longer neighbour; borders close to those of the
+    carriageway's own lane sections move there. The carriageway's sections stay as they are.
+
+    Parameters
+    ----------
+    margins
+        Along a road.
+    borders
+        Where lane sections of the carriageway begin, s, m.
+    """
+    if len(margins) < 2:
+        return tuple(margins)
+    found = _joined(margins)
+    while len(found) > 1:
+        k = min(range(len(found)), key=lambda i: found[i].end - found[i].start)
+        if found[k].end - found[k].start >= defaults.SHORTEST_LANE_SECTION:
+            break
+        heirs = [_taken_over(found[k], found[i]) for i in (k - 1, k + 1) if 0 <= i < len(found)]
+        heir, _ = min(heirs, key=lambda item: item[1])
+        lo = k - 1 if heir.start < found[k].start else k
+        found[lo : lo + 2] = [heir]
+        found = _joined(found)
+    return _joined_at(found, borders)
+
+
+def _taken_over(short: MarginStretch, heir: MarginStretch) -> tuple[MarginStretch, tuple[float, float]]:
+    """Return a stretch that takes over a short one beside it, and what speaks against it.
+
+    Where there is no room for more, the least of both remains; the heir loses as little as possible, and is long.
+    """
+    length = heir.end - heir.start
+    out = replace(heir, start=min(short.start, heir.start), end=max(short.end, heir.end))
+    if not short.tight:
+        return out, (0.0, -length)
+    left, right = (min(short.strips(side), heir.strips(side), key=_width) for side in (1, -1))
+    lost = heir.width(1) + heir.width(-1) - _width(left) - _width(right)
+    return replace(out, left=left, right=right, tight=True), (lost * length, -length)
+
+
+def _width(strips: Strips) -> float:
+    return sum(strip.width for strip in strips)
+
+
+def _joined(margins: Sequence[MarginStretch]) -> list[MarginStretch]:
+    out: list[MarginStretch] = []
+    for item in margins:
+        if out and (out[-1].left, out[-1].right) == (item.left, item.right):
+            out[-1] = replace(out[-1], end=item.end, tight=out[-1].tight or item.tight)
+        else:
+            out.append(item)
+    return out
+
+
+def _joined_at(found: Sequence[MarginStretch], borders: Sequence[float]) -> Margins:
+    """Move borders onto those of the carriageway's sections that are too close for a section between."""
+    out: list[MarginStretch] = []
+    start = found[0].start
+    for item in found:
+        end = item.end
+        if item is not found[-1] and borders:
+            nearest = min(borders, key=lambda border: (abs(border - item.end), border))
+            if 0.0 < abs(nearest - end) < defaults.SHORTEST_LANE_SECTION and 0.0 < nearest < found[-1].end:
+                end = nearest
+        if end - start > _SAME_PLACE:
+            out.append(replace(item, start=start, end=end))
+            start = end
+    return tuple(_joined(out))

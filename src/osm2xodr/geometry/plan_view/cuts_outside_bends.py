@@ -1,0 +1,142 @@
+"""Roads end, and lanes change, beyond tight bends.
+
+Readers that step along the reference line step too far on an outer lane of a tight bend. Inside a road that is a
+matter of its shape, but at its ends and where its lanes change they lose their way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import find_record
+from osm2xodr.geometry.lanes import Piece
+from osm2xodr.geometry.plan_view.ends import StreetEnds
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+_PROBES = np.arange(0.0, 3.01, 0.25)
+_SLIVER = 0.01
+# An end that was moved lies where a bend ends: so far within the road, m, it is certain which side of that is meant.
+_WITHIN = 1e-6
+_SHIFTS = (0.0, *(sign * step for step in np.arange(2.0, 20.1, 2.0) for sign in (1.0, -1.0)))
+
+
+def beyond_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray, least: FloatArray) -> FloatArray:
+    """Return trims moved out of bends in which lanes are much longer than the reference line, (ends,), m.
+
+    Connecting roads run along the middle of their lane, so inside a junction a bend does no harm; on a road with
+    lanes beside the reference line, readers that step along it step too far in the outer lane.
+
+    Parameters
+    ----------
+    ends
+        All street ends.
+    junction : (ends,)
+        -1 for ends in no junction, whose trims stay.
+    trim : (ends,)
+        m.
+    least : (ends,)
+        What the junctions need: an end moves back before a bend where that is nearer and enough, m.
+    """
+    trim = trim.copy()
+    candidates = np.flatnonzero(junction >= 0)
+    for _ in range(3):
+        bent, before, beyond = _first_bend(ends, candidates, trim[candidates])
+        back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * defaults.TURNING_ROOM)
+        trim[candidates[back]] = before[back]
+        candidates, bent, beyond = candidates[~back], bent[~back], beyond[~back]
+        left = ends.length[candidates] - beyond - trim[candidates ^ 1]
+        near = beyond - trim[candidates] < defaults.BEND_IN_JUNCTION
+        move = bent & near & (left > defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS)
+        if not move.any():
+            break
+        # Both ends of a street must not move at once, lest they meet.
+        twice = np.isin(candidates ^ 1, candidates[move]) & (candidates % 2 == 1)
+        move &= ~twice
+        trim[candidates[move]] = beyond[move]
+        candidates = candidates[move | twice]
+    return trim
+
+
+def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Say which ends lie at a tight bend, how far from the node an end before it may lie, and where it is over."""
+    plan = ends.plan_view
+    # Lanes left and right of the street's own direction.
+    at_end = end % 2 == 1
+    left = np.where(at_end, -ends.right[end], ends.left[end]) - defaults.HALF_LANE
+    right = np.where(at_end, -ends.left[end], ends.right[end]) + defaults.HALF_LANE
+    bent = np.zeros(len(end), bool)
+    before = np.full(len(end), np.inf)
+    beyond = trim.copy()
+    for probe in _PROBES + _WITHIN:
+        u = np.minimum(trim + probe, ends.length[end])
+        s = np.where(at_end, ends.length[end] - u, u)
+        k = find_record(plan.start, plan.s, end // 2, s)
+        tight = _outer_excess(plan.curvature[k], right, left) > defaults.TIGHT_BEND
+        over = np.where(at_end, ends.length[end] - plan.s[k], plan.s[k] + plan.length[k])
+        under = np.where(at_end, ends.length[end] - plan.s[k] - plan.length[k], plan.s[k])
+        before = np.where(tight, np.minimum(before, under - _PROBES[-1] - _SLIVER), before)
+        beyond = np.where(tight, np.maximum(beyond, over), beyond)
+        bent |= tight
+    return bent, before, beyond
+
+
+def _outer_excess(curvature: FloatArray, right: FloatArray, left: FloatArray) -> FloatArray:
+    """Return by which share the lane on the outside of a bend is longer than the reference line, (n,)."""
+    out: FloatArray = -np.minimum(curvature * right, curvature * left)
+    return out
+
+
+def outermost_lanes(pieces: Sequence[Piece]) -> tuple[float, float]:
+    """Return t of about the middles of the outermost lanes of a street, right and left, m."""
+    right = min([section.right_edge for _, _, section in pieces]) + defaults.HALF_LANE
+    left = max([section.left_edge for _, _, section in pieces]) - defaults.HALF_LANE
+    return right, max(left, right)
+
+
+def bends_tightly(plan: PlanView, curve: IntArray, right: FloatArray, left: FloatArray) -> BoolArray:
+    """Say which curves are somewhere too tight for lanes at right and left, all (n,)."""
+    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    least, most = np.zeros(len(plan.start) - 1), np.zeros(len(plan.start) - 1)
+    np.minimum.at(least, owner, plan.curvature)
+    np.maximum.at(most, owner, plan.curvature)
+    excess = np.maximum(_outer_excess(least[curve], right, left), _outer_excess(most[curve], right, left))
+    out: BoolArray = excess > defaults.TIGHT_BEND
+    return out
+
+
+def out_of_bends(
+    plan: PlanView, curve: IntArray, s: FloatArray, right: FloatArray, left: FloatArray, length: FloatArray
+) -> FloatArray:
+    """Return places moved along their curves, by as little as possible, to where no bend is tight, (n,), m.
+
+    A place stays where there is no such place near enough.
+
+    Parameters
+    ----------
+    plan, length
+        Curves, and the length of each.
+    curve, s
+        Places.
+    right, left
+        t of the middles of the outermost lanes, m.
+    """
+    moved = s.copy()
+    # Most curves bend nowhere that much: their places stay unless they are close to an end.
+    fits = (s > _PROBES[-1]) & (s < length[curve] - _PROBES[-1]) & ~bends_tightly(plan, curve, right, left)
+    todo = np.flatnonzero(~fits)
+    # Towards the middle of the curve first, whichever way that is drawn.
+    inwards = np.where(s < length[curve] / 2, 1.0, -1.0)
+    for shift in _SHIFTS:
+        at = s[todo] + inwards[todo] * shift
+        fits = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])
+        for probe in (*-_PROBES[:0:-1], *_PROBES):
+            k = find_record(plan.start, plan.s, curve[todo], at + probe)
+            fits &= _outer_excess(plan.curvature[k], right[todo], left[todo]) <= defaults.TIGHT_BEND
+        moved[todo[fits]] = at[fits]
+        todo = todo[~fits]
+        if not len(todo):
+            break
+    return moved

@@ -1,0 +1,121 @@
+"""What junctions need to know of the streets that meet in them, as flat arrays over all street ends.
+
+Street end number 2 k is the start of street k, number 2 k + 1 its end. Seen from a junction, an end runs outwards:
+its distance u grows away from the junction, its left is left of the outward direction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry.lanes import CrossSection
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork, Structure
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StreetEnds:
+    """All ends of all streets.
+
+    Parameters
+    ----------
+    plan_view
+        Curves of the streets.
+    length : (ends,)
+        Length of the end's street, m.
+    node : (ends,)
+        Intersection it lies at; -1 for rings without one.
+    left, right : (ends,)
+        Edges of the carriageway left (positive) and right (negative) of the outward direction, m.
+    hdg : (ends,)
+        Outward heading at the node, rad.
+    enters, leaves : (ends,)
+        Whether traffic runs on it into the junction, and out of it.
+    kerb : (ends,)
+        Radius that its corners should have, m.
+    reach : (ends,)
+        How far along it its junction may reach, m.
+    roundabout, raised, layer : (ends,)
+        Part of a roundabout; on a bridge or in a tunnel; OSM's layer.
+    aside : (ends,)
+        How far left of the line of OSM, in the outward direction, the end's curve lies, m.
+    """
+
+    plan_view: PlanView
+    length: FloatArray
+    node: IntArray
+    left: FloatArray
+    right: FloatArray
+    hdg: FloatArray
+    enters: BoolArray
+    leaves: BoolArray
+    kerb: FloatArray
+    reach: FloatArray
+    roundabout: BoolArray
+    raised: BoolArray
+    layer: IntArray
+    aside: FloatArray
+
+
+def street_ends(
+    network: StreetNetwork,
+    plan: PlanView,
+    sections: tuple[tuple[CrossSection, CrossSection], ...],
+    aside: FloatArray | None = None,
+) -> StreetEnds:
+    """Collect all street ends.
+
+    Parameters
+    ----------
+    network
+        The streets.
+    plan
+        Their curves.
+    sections
+        Cross-sections at each street's start and end.
+    aside : (streets,)
+        How far left of the lines of OSM the curves lie, m; nowhere if left out.
+    """
+    streets = network.streets
+    n = 2 * len(streets)
+    length = np.repeat(lengths(plan), 2)
+    end_index = np.arange(n)
+    at_end = end_index % 2 == 1
+    hdg = pose(plan, end_index // 2, np.where(at_end, length, 0.0))[2] + np.where(at_end, np.pi, 0.0)
+    attributes = [piece[1] for street in streets for piece in (street.pieces[0], street.pieces[-1])]
+    flat = [section for pair in sections for section in pair]
+    left_edge = np.array([section.left_edge for section in flat])
+    right_edge = np.array([section.right_edge for section in flat])
+    directions = [item.car_directions() for item in attributes]
+    forward = np.array([1 in found for found in directions], bool)
+    backward = np.array([-1 in found for found in directions], bool)
+    highway = [item.highway for item in attributes]
+    return StreetEnds(
+        plan_view=plan,
+        length=length,
+        node=np.array([node for street in streets for node in (street.start, street.end)], np.int64),
+        left=np.where(at_end, -right_edge, left_edge),
+        right=np.where(at_end, -left_edge, right_edge),
+        hdg=hdg,
+        enters=np.where(at_end, forward, backward),
+        leaves=np.where(at_end, backward, forward),
+        kerb=np.array([defaults.KERB_RADIUS.get(h, defaults.KERB_RADIUS_OTHER) for h in highway]),
+        reach=np.array(
+            [defaults.ARM_REACH_MOTORWAY if h in defaults.FAST_HIGHWAYS else defaults.ARM_REACH for h in highway]
+        ),
+        roundabout=np.array([item.roundabout for item in attributes], bool),
+        raised=np.array([item.structure is not Structure.GROUND for item in attributes], bool),
+        layer=np.array([item.layer for item in attributes], np.int64),
+        aside=np.zeros(n) if aside is None else np.repeat(aside, 2) * np.where(at_end, -1.0, 1.0),
+    )
+
+
+def outward_pose(ends: StreetEnds, end: IntArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return x, y and outward heading at distance u from the node along ends, all (n,)."""
+    at_end = end % 2 == 1
+    s = np.where(at_end, ends.length[end] - u, u)
+    x, y, hdg = pose(ends.plan_view, end // 2, s)
+    return x, y, hdg + np.where(at_end, np.pi, 0.0)

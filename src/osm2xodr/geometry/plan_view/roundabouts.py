@@ -1,0 +1,303 @@
+"""Rings of roundabouts become circles, or smooth closed curves, whatever the streets that they consist of.
+
+A ring is a row of streets, all of them part of a roundabout, that follow each other around. It is fitted as a whole
+and then shared out among its streets; the ends of other streets that join it move onto it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import cut_curves, joined_curves, pose, snap_cuts, wrapped
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.plan_view.arc_splines import fit_arcs, turns_of
+from osm2xodr.model import BoolArray, FloatArray, PlanView, Street, StreetNetwork
+
+# Intersections this near to the border of two arcs move onto it, m, lest a sliver is left between.
+_SLIVER = 0.1
+_COLUMNS = ("s", "x", "y", "hdg", "length", "curvature")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedRings:
+    """Curves of the streets of rings.
+
+    Parameters
+    ----------
+    streets
+        Ids of the streets, in the order of the curves.
+    plan_view
+        One curve per street.
+    stations
+        Of each street, s of its nodes, m.
+    moved
+        By how much the intersections on rings, by their index, have moved onto them, x, y, m.
+    """
+
+    streets: tuple[int, ...]
+    plan_view: PlanView
+    stations: tuple[FloatArray, ...]
+    moved: Mapping[int, FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """Streets that follow each other.
+
+    Parameters
+    ----------
+    legs
+        (street id, whether the chain runs along it), in order.
+    closed
+        Whether the last leads to the first.
+    """
+
+    legs: tuple[tuple[int, bool], ...]
+    closed: bool
+
+
+def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:
+    """Fit the rings of a network; streets of rings that are no smooth curve are left out, and that is told."""
+    streets: list[int] = []
+    stations: list[FloatArray] = []
+    moved: dict[int, FloatArray] = {}
+    plans: list[PlanView] = []
+    for chain in _chains(network):
+        points, first = _points(network, chain)
+        if not chain.closed and abs(turns_of(points, False).sum()) < defaults.RING_TURN_MIN:
+            continue
+        found = _fitted(points, chain.closed)
+        if found is None:
+            way = network.streets[chain.legs[0][0]].pieces[0][1].osm_way_id
+            words = "the ring is neither a circle nor a smooth curve, its streets are drawn one by one"
+            diagnostics.note("ring-uneven", f"way/{way}", words)
+            continue
+        parts, s = _shared_out(found[0], found[1], first)
+        for number, (street, along) in enumerate(chain.legs):
+            item = network.streets[street]
+            curve = _one(parts, number)
+            plans.append(curve if along else _turned_round(curve))
+            stations.append(s[number] if along else s[number][-1] - s[number][::-1])
+            streets.append(street)
+            _move(network, item, plans[-1], stations[-1], moved)
+    # Sides of several lines that are one: checkers count such records as redundant.
+    plan = joined_curves(_joined(plans), np.arange(len(plans) + 1))
+    return FittedRings(tuple(streets), plan, tuple(stations), moved)
+
+
+def _one(plan: PlanView, curve: int) -> PlanView:
+    """Return one curve of a table."""
+    part = slice(int(plan.start[curve]), int(plan.start[curve + 1]))
+    start = np.array([0, part.stop - part.start], np.int64)
+    return PlanView(start, *(getattr(plan, name)[part] for name in _COLUMNS))
+
+
+def _joined(plans: Sequence[PlanView]) -> PlanView:
+    """Return many tables of one curve each as one."""
+    start = np.concatenate([[0], np.cumsum([len(plan.s) for plan in plans])]).astype(np.int64)
+    columns = ([getattr(plan, name) for plan in plans] for name in _COLUMNS)
+    return PlanView(start, *(np.concatenate([np.zeros(0), *column]) for column in columns))
+
+
+def _move(
+    network: StreetNetwork, street: Street, plan: PlanView, station: FloatArray, moved: dict[int, FloatArray]
+) -> None:
+    for node, s in ((street.start, 0.0), (street.end, float(station[-1]))):
+        if node >= 0 and node not in moved:
+            x, y, _ = pose(plan, np.zeros(1, np.int64), np.array([s]))
+            item = network.intersections[node]
+            moved[node] = np.array([x[0] - item.x, y[0] - item.y])
+
+
+def moved_ends(points: FloatArray, at_start: FloatArray | None, at_end: FloatArray | None) -> FloatArray:
+    """Return the nodes of a street whose ends have moved, (n, 2); the line follows them over some length.
+
+    Parameters
+    ----------
+    points : (n, 2)
+        Local x, y, m.
+    at_start, at_end : (2,)
+        By how much its ends have moved, m; None if they have not.
+    """
+    chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    blend = min(defaults.RING_ARM_BLEND, float(chainage[-1]))
+    out = points.copy()
+    for shift, away in ((at_start, chainage), (at_end, chainage[-1] - chainage)):
+        if shift is not None:
+            out += np.clip(1.0 - away / blend, 0.0, 1.0)[:, None] * shift
+    return out
+
+
+# ---------------------------------------------------------------- which streets
+
+
+def _chains(network: StreetNetwork) -> list[_Chain]:
+    """Return the rows of streets of roundabouts, as they follow each other at intersections.
+
+    Rows end where more than two streets of roundabouts meet: two rings that touch there have no curve in common.
+    """
+    ring = [all(item.roundabout for _, item in street.pieces) for street in network.streets]
+    at: dict[int, list[int]] = {}
+    for street in network.streets:
+        if ring[street.id] and street.start >= 0:
+            at.setdefault(street.start, []).append(2 * street.id)
+            at.setdefault(street.end, []).append(2 * street.id + 1)
+    crowded = {end // 2 for ends in at.values() if len(ends) > 2 for end in ends}
+    follows: dict[int, int] = {}
+    for ends in at.values():
+        if len(ends) == 2:
+            follows[ends[0]], follows[ends[1]] = ends[1], ends[0]
+    chains: list[_Chain] = []
+    seen: set[int] = set()
+    for street in network.streets:
+        if not ring[street.id] or street.id in seen:
+            continue
+        chain = _chain(street, follows)
+        seen.update(number for number, _ in chain.legs)
+        if not any(number in crowded for number, _ in chain.legs):
+            chains.append(chain)
+    return chains
+
+
+def _chain(street: Street, follows: Mapping[int, int]) -> _Chain:
+    if street.start < 0:
+        return _Chain(((street.id, True),), True)
+    first = 2 * street.id
+    # Back to the first street of the row, or once around.
+    while first in follows and follows[first] // 2 != street.id:
+        first = follows[first] ^ 1
+    if first in follows and follows[first] == 2 * street.id + 1:
+        first = 2 * street.id
+    legs = [(first // 2, first % 2 == 0)]
+    last = first ^ 1
+    while last in follows and follows[last] != first:
+        last = follows[last]
+        legs.append((last // 2, last % 2 == 0))
+        last ^= 1
+    return _Chain(tuple(legs), last in follows)
+
+
+def _points(network: StreetNetwork, chain: _Chain) -> tuple[FloatArray, list[int]]:
+    """Return the nodes of a chain, the first of a closed one once, and where each leg begins and the last ends."""
+    lines = [network.streets[street].points[:: 1 if along else -1] for street, along in chain.legs]
+    first = np.concatenate([[0], np.cumsum([len(line) - 1 for line in lines])]).tolist()
+    points = np.concatenate([line[:-1] for line in lines])
+    return (points if chain.closed else np.concatenate([points, lines[-1][-1:]])), first
+
+
+# ---------------------------------------------------------------- their curve
+
+
+def _fitted(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | None:
+    """Return the curve of a ring and s of its nodes, and of the first again if it is closed."""
+    middle = points.mean(axis=0)
+    own = points - middle
+    outline = np.concatenate([own, own[:1]]) if closed else own
+    if len(outline) < 4:
+        return None
+    found = None if _sides(outline, defaults.RING_OFF_CIRCLE).any() else _circle(own, closed)
+    if found is None:
+        line, node = _with_places(outline, _sides(outline, defaults.RING_OFF_LINE))
+        found = fit_arcs(line[:-1] if closed else line, closed)
+        if found is None:
+            return None
+        found = found[0], found[1][node[: len(points)]]
+    plan, s = found
+    s = np.append(s, plan.length.sum()) if closed else s
+    if (np.diff(s) <= 0).any():
+        return None
+    plan = PlanView(plan.start, plan.s, plan.x + middle[0], plan.y + middle[1], plan.hdg, plan.length, plan.curvature)
+    return plan, s
+
+
+def _sides(outline: FloatArray, most: float) -> BoolArray:
+    """Say which segments a circle of the outline's length would leave by more than this, m, (nodes - 1,)."""
+    size = np.hypot(*np.diff(outline, axis=0).T)
+    radius = float(size.sum()) / (2 * np.pi)
+    half = np.minimum(size / 2, radius)
+    out: BoolArray = radius - np.sqrt(radius**2 - half**2) > most
+    return out
+
+
+def _with_places(outline: FloatArray, side: BoolArray) -> tuple[FloatArray, list[int]]:
+    """Return a line with places on those segments that are straight sides, and the indices of its nodes."""
+    size = np.hypot(*np.diff(outline, axis=0).T)
+    parts = np.where(side, np.ceil(size / defaults.RING_SIDE), 1).astype(np.int64)
+    lines = [
+        one + (other - one) * np.arange(count)[:, None] / count
+        for one, other, count in zip(outline[:-1], outline[1:], parts.tolist(), strict=True)
+    ]
+    return np.concatenate([*lines, outline[-1:]]), np.concatenate([[0], np.cumsum(parts)]).tolist()
+
+
+def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | None:
+    """Return the circle that passes nearest to points and s of each; None where one lies too far off.
+
+    Least squares of the algebraic distance (Kåsa 1976, doi:10.1109/TIM.1976.6312298): the points of a ring lie all
+    around, where it has no bias to speak of.
+    """
+    system = np.column_stack([2 * points, np.ones(len(points))])
+    x, y, rest = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)[0]
+    radius = float(np.sqrt(max(rest + x * x + y * y, 0.0)))
+    dx, dy = points[:, 0] - x, points[:, 1] - y
+    off = np.hypot(dx, dy) - radius
+    if np.abs(off).max() > defaults.RING_TOLERANCE or np.sqrt((off**2).mean()) > defaults.RING_CIRCLE_RMS:
+        return None
+    angle = np.unwrap(np.arctan2(dy, dx))
+    if closed:
+        step = wrapped(np.diff(angle, append=angle[0]))
+        around = round(float(step.sum()) / (2 * np.pi))
+        turn = 2 * np.pi * around
+        if abs(around) != 1:
+            return None
+    else:
+        turn = float(angle[-1] - angle[0])
+    side = float(np.sign(turn))
+    s = side * (angle - angle[0]) * radius
+    plan = PlanView(
+        np.array([0, 1]),
+        np.zeros(1),
+        np.array([x + radius * np.cos(angle[0])]),
+        np.array([y + radius * np.sin(angle[0])]),
+        np.array([angle[0] + side * np.pi / 2]),
+        np.array([abs(turn) * radius]),
+        np.array([side / radius]),
+    )
+    return plan, s
+
+
+def _shared_out(plan: PlanView, s: FloatArray, first: Sequence[int]) -> tuple[PlanView, list[FloatArray]]:
+    """Cut a ring's curve at its intersections; also return s of each leg's nodes on the leg's own curve."""
+    curve = np.zeros(len(first), np.int64)
+    cut = snap_cuts(plan, curve, s[np.array(first)], _SLIVER)
+    cut[0], cut[-1] = 0.0, s[-1]
+    if (np.diff(cut) < _SLIVER).any():
+        cut = s[np.array(first)]
+    parts = cut_curves(plan, cut[:-1], cut[1:], curve[:-1])
+    legs = []
+    for k, (lo, hi) in enumerate(pairwise(first)):
+        own = np.clip(s[lo : hi + 1], cut[k], cut[k + 1]) - cut[k]
+        own[0], own[-1] = 0.0, cut[k + 1] - cut[k]
+        legs.append(own)
+    return parts, legs
+
+
+def _turned_round(plan: PlanView) -> PlanView:
+    """Return a single curve from its end to its start."""
+    length = plan.length[::-1]
+    x, y, hdg = pose(plan, np.zeros(len(length), np.int64), plan.s + plan.length)
+    # The end of each record, by its own arc: pose at a border belongs to the next record, which is the same place.
+    return PlanView(
+        plan.start.copy(),
+        np.cumsum(length) - length,
+        x[::-1].copy(),
+        y[::-1].copy(),
+        hdg[::-1] + np.pi,
+        length.copy(),
+        -plan.curvature[::-1],
+    )

@@ -1,0 +1,128 @@
+"""Streets get their curves and cross-sections: what the rest of the geometry works on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.curves import replaced
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.lanes import CrossSection, Piece, cross_section, end_lanes
+from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
+from osm2xodr.geometry.plan_view.roundabouts import FittedRings, fit_rings, moved_ends
+from osm2xodr.geometry.plan_view.wide_bends import with_wide_bends
+from osm2xodr.model import FloatArray, LaneSpec, PlanView, Rule, Street, StreetAttributes, StreetNetwork
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedStreets:
+    """The streets' curves.
+
+    Parameters
+    ----------
+    plan_view
+        One curve per street.
+    pieces
+        Of each street, in ascending s.
+    aside : (streets,)
+        How far left of the line of OSM each curve lies, m; 0 as fitted.
+    """
+
+    plan_view: PlanView
+    pieces: tuple[tuple[Piece, ...], ...]
+    aside: FloatArray
+
+
+def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStreets:
+    """Fit a curve to every street and say where on it its attributes change."""
+    rings = fit_rings(network, diagnostics)
+    on_ring = {street: number for number, street in enumerate(rings.streets)}
+    lines = [_line(street, rings, street.id in on_ring) for street in network.streets]
+    start = np.concatenate([[0], np.cumsum([len(points) for points, _ in lines])]).astype(np.int64)
+    # Of ways of several classes the least, so that it does not matter which comes first.
+    radius = np.array(
+        [
+            min(defaults.CORNER_RADIUS.get(item.highway, defaults.CORNER_RADIUS_OTHER) for _, item in pieces)
+            for _, pieces in lines
+        ]
+    )
+    closed = np.array([street.start < 0 for street in network.streets], bool)
+    fitted = fit_polylines(np.concatenate([points for points, _ in lines]), start, radius, closed)
+    for index in fitted.spikes.tolist():
+        street = network.streets[int(np.searchsorted(start, index, side="right")) - 1]
+        if street.id in on_ring:
+            continue
+        diagnostics.repaired(
+            "spike",
+            f"way/{street.pieces[0][1].osm_way_id}",
+            "the line turns straight back on itself at a node, which was left out",
+        )
+    station = fitted.station.copy()
+    for street_id, number in on_ring.items():
+        station[start[street_id] : start[street_id + 1]] = rings.stations[number]
+    sections: dict[tuple[tuple[LaneSpec, ...], float], CrossSection] = {}
+    pieces = tuple(
+        tuple(
+            (float(station[start[k] + index]), attributes, _section(attributes, network.rule, sections))
+            for index, attributes in line_pieces
+        )
+        for k, (_, line_pieces) in enumerate(lines)
+    )
+    plan = fitted.plan_view
+    if rings.streets:
+        plan = replaced(plan, np.array(rings.streets), rings.plan_view, np.arange(len(rings.streets)))
+    round_about = np.zeros(len(pieces), bool)
+    round_about[list(rings.streets)] = True
+    plan, pieces, narrow = with_wide_bends(plan, pieces, round_about)
+    for k in narrow.tolist():
+        way = pieces[k][0][1].osm_way_id
+        diagnostics.note("tight-bend", f"way/{way}", "a bend is tighter than its carriageway is wide")
+    return FittedStreets(plan, pieces, np.zeros(len(pieces)))
+
+
+def _line(
+    street: Street, rings: FittedRings, on_ring: bool
+) -> tuple[FloatArray, tuple[tuple[int, StreetAttributes], ...]]:
+    """Return the points that a street's curve is fitted to, and what holds from which of them on."""
+    if on_ring:
+        return street.points, street.pieces
+    if street.start < 0:
+        return _opened(street)
+    ends = rings.moved.get(street.start), rings.moved.get(street.end)
+    moved = any(shift is not None for shift in ends)
+    return (moved_ends(street.points, *ends) if moved else street.points), street.pieces
+
+
+def _section(
+    attributes: StreetAttributes, rule: Rule, known: dict[tuple[tuple[LaneSpec, ...], float], CrossSection]
+) -> CrossSection:
+    """Return the cross-section; streets whose lanes are alike share it."""
+    key = attributes.lanes_ltr, attributes.middle_offset
+    found = known.get(key)
+    if found is None:
+        found = known[key] = cross_section(attributes, rule)
+    return found
+
+
+def _opened(street: Street) -> tuple[np.ndarray, tuple[tuple[int, StreetAttributes], ...]]:  # type: ignore[type-arg]
+    """Cut a closed ring in the middle of its longest segment, so that its curve starts and ends on a straight."""
+    points = street.points
+    longest = int(np.hypot(*np.diff(points, axis=0).T).argmax())
+    middle = (points[longest] + points[longest + 1]) / 2
+    opened = np.concatenate([[middle], points[longest + 1 : -1], points[: longest + 1], [middle]])
+    holding = [attributes for index, attributes in street.pieces if index <= longest][-1]
+    shift = len(points) - 1 - longest
+    later = [(index - longest, attributes) for index, attributes in street.pieces if index > longest]
+    earlier = [(index + shift, attributes) for index, attributes in street.pieces if index <= longest]
+    return opened, ((0, holding), *later, *earlier)
+
+
+def outer_lanes(fitted: FittedStreets, rule: Rule, street: int, along: bool) -> tuple[float, float]:
+    """Return t of the middles of the outermost lanes of one direction, right and left as their drivers see them."""
+    lanes = end_lanes(fitted.pieces[street][0 if along else -1][2], rule, along)
+    if not lanes:
+        return -np.inf, np.inf
+    sign = 1.0 if along else -1.0
+    return sign * lanes[-1].t, sign * lanes[0].t

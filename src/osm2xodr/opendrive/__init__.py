@@ -1,0 +1,71 @@
+"""Files of OpenDRIVE, whoever wrote them: as tables, and as places in the world."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.opendrive.locating import FIELDS as FIELDS, Locator as Locator, Value as Value, caveats as caveats
+    from osm2xodr.opendrive.reader import read_xodr as read_xodr
+    from osm2xodr.opendrive.space import (
+        Frame as Frame,
+        Places as Places,
+        Ribbons as Ribbons,
+        RoadFinder as RoadFinder,
+        Stations as Stations,
+        curvature as curvature,
+        elevation as elevation,
+        frame_of as frame_of,
+        grade as grade,
+        lane_borders as lane_borders,
+        lane_offset as lane_offset,
+        lane_ribbons as lane_ribbons,
+        pose as pose,
+        record_lengths as record_lengths,
+        rolled as rolled,
+        sample_roads as sample_roads,
+        section_at as section_at,
+        superelevation as superelevation,
+        surface_points as surface_points,
+    )
+    from osm2xodr.opendrive.tables import (
+        ABSENT as ABSENT,
+        End as End,
+        Furniture as Furniture,
+        Header as Header,
+        LinkKind as LinkKind,
+        OpenDrive as OpenDrive,
+        Shape as Shape,
+    )
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "locating": ("FIELDS", "Locator", "Value", "caveats"),
+        "reader": ("read_xodr",),
+        "space": (
+            "Frame",
+            "Places",
+            "Ribbons",
+            "RoadFinder",
+            "Stations",
+            "curvature",
+            "elevation",
+            "frame_of",
+            "grade",
+            "lane_borders",
+            "lane_offset",
+            "lane_ribbons",
+            "pose",
+            "record_lengths",
+            "rolled",
+            "sample_roads",
+            "section_at",
+            "superelevation",
+            "surface_points",
+        ),
+        "tables": ("ABSENT", "End", "Furniture", "Header", "LinkKind", "OpenDrive", "Shape"),
+    },
+)

@@ -1,0 +1,221 @@
+"""Places of a road network in all of its coordinates: on Earth, in the file, and along its roads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.errors import InputError
+from osm2xodr.model import FloatArray
+from osm2xodr.opendrive.reader import first_of
+from osm2xodr.opendrive.space import (
+    Frame,
+    Places,
+    RoadFinder,
+    frame_of,
+    grade,
+    lane_borders,
+    places_on,
+    pose,
+    section_at,
+    superelevation,
+    surface_points,
+)
+from osm2xodr.opendrive.tables import ABSENT, OpenDrive
+
+Value = str | int | float | None
+
+# What is told of a place, in order, with the decimals of its numbers: 0.1 mm at most, and angles to match.
+FIELDS: Final[dict[str, int]] = {
+    "lat": 10,
+    "lon": 10,
+    "x": 6,
+    "y": 6,
+    "z": 6,
+    "height": 6,
+    "hdg": 9,
+    "grade": 9,
+    "superelevation": 9,
+    "road": 0,
+    "road_name": 0,
+    "junction": 0,
+    "section_s": 6,
+    "lane": 0,
+    "lane_type": 0,
+    "s": 6,
+    "t": 6,
+    "offset": 6,
+    "distance": 6,
+}
+
+
+class Locator:
+    """Finds places in a road network.
+
+    Parameters
+    ----------
+    file
+        The network.
+
+    Attributes
+    ----------
+    frame
+        Where the file is on Earth; None where that is unknown.
+    reason
+        Why it is unknown.
+    """
+
+    def __init__(self, file: OpenDrive) -> None:
+        self.file = file
+        self.frame: Frame | None
+        self.frame, self.reason = frame_of(file.header)
+        self._ids = first_of(list(file.roads.id))
+
+    @cached_property
+    def _finder(self) -> RoadFinder:
+        """The index of roads, made when it is first asked."""
+        return RoadFinder(self.file)
+
+    def at_geographic(self, lat_deg: FloatArray, lon_deg: FloatArray) -> Places:
+        """Return roads at places on Earth (degrees, WGS 84), the best first for each; see `RoadFinder.find`.
+
+        Raises
+        ------
+        InputError
+            If the file does not say where it is.
+        """
+        if self.frame is None:
+            raise InputError(f"{self.file.path}: {self.reason}; give --x and --y instead")
+        return self._finder.find(*self.frame.to_inertial(lon_deg, lat_deg))
+
+    def at_inertial(self, x: FloatArray, y: FloatArray) -> Places:
+        """Return roads at places in the file's own coordinates, m, the best first for each."""
+        return self._finder.find(x, y)
+
+    def on_roads(
+        self,
+        roads: Sequence[str],
+        s: FloatArray,
+        t: FloatArray,
+        lanes: Sequence[int | None],
+        offset: FloatArray,
+    ) -> Places:
+        """Return places given by their roads.
+
+        Parameters
+        ----------
+        roads
+            Ids.
+        s
+            m.
+        t
+            m; 0 where a lane is given.
+        lanes
+            Ids of lanes, or None where t says it.
+        offset
+            From the middle of the lane to the left, m.
+
+        Raises
+        ------
+        InputError
+            If there is no such road, s or lane.
+        """
+        index = np.array([self._road(name) for name in roads], np.int64)
+        for name, k, at in zip(roads, index.tolist(), s.tolist(), strict=True):
+            length = float(self.file.roads.length[k])
+            if not 0 <= at <= length:
+                raise InputError(f"{self.file.path}: road {name} is {length:g} m long, s={at:g} is not on it")
+        asked = [k for k, lane in enumerate(lanes) if lane is not None]
+        across = np.array(t, np.float64)
+        if asked:
+            section = section_at(self.file, index[asked], s[asked])
+            rows = [
+                self._lane(roads[k], int(part), lanes[k]) for k, part in zip(asked, section.tolist(), strict=True)
+            ]
+            inner, outer = lane_borders(self.file, np.array(rows, np.int64), s[asked])
+            across[asked] = 0.5 * (inner + outer) + offset[asked]
+        return places_on(self.file, index, s, across)
+
+    def _road(self, name: str) -> int:
+        """Return the index of a road."""
+        if name not in self._ids:
+            raise InputError(f"{self.file.path} has no road {name!r}; give the id of a <road>")
+        return self._ids[name]
+
+    def _lane(self, road: str, section: int, lane: int | None) -> int:
+        """Return the row of a lane of a section."""
+        lanes = self.file.lanes
+        ids = [] if section == ABSENT else lanes.id[lanes.start[section] : lanes.start[section + 1]].tolist()
+        if lane not in ids:
+            there = ", ".join(str(item) for item in ids if item != ABSENT) or "none"
+            raise InputError(f"{self.file.path}: road {road} has no lane {lane} there; its lanes are {there}")
+        return int(lanes.start[section]) + ids.index(lane)
+
+    def describe(self, places: Places) -> list[dict[str, Value]]:
+        """Return what there is to tell of places, by the names of `FIELDS`; None where it is unknown."""
+        file = self.file
+        road, s, t = places.road, places.s, places.t
+        x, y, z = surface_points(file, road, s, t)
+        _, _, hdg = pose(file, road, s)
+        unknown = np.full(len(s), np.nan)
+        lon, lat = (unknown, unknown) if self.frame is None else self.frame.to_geographic(x, y)
+        section_s, middle = unknown.copy(), unknown.copy()
+        known = places.section != ABSENT
+        section_s[known] = file.sections.s[places.section[known]]
+        has = places.lane != ABSENT
+        inner, outer = lane_borders(file, places.lane[has], s[has])
+        middle[has] = 0.5 * (inner + outer)
+        numbers = {
+            "lat": lat,
+            "lon": lon,
+            "x": x,
+            "y": y,
+            "z": z,
+            "height": z if self.frame is None else self.frame.height(z),
+            "hdg": (hdg + np.pi) % (2 * np.pi) - np.pi,
+            "grade": grade(file, road, s),
+            "superelevation": superelevation(file, road, s),
+            "section_s": section_s,
+            "s": s,
+            "t": t,
+            "offset": t - middle,
+            "distance": places.distance,
+        }
+        rounded = {name: np.round(values, FIELDS[name]).tolist() for name, values in numbers.items()}
+        return [self._one(places, k, rounded) for k in range(len(s))]
+
+    def _one(self, places: Places, k: int, numbers: dict[str, list[float]]) -> dict[str, Value]:
+        """Return what there is to tell of one place."""
+        file = self.file
+        road, lane = int(places.road[k]), int(places.lane[k])
+        words: dict[str, Value] = {
+            "road": file.roads.id[road],
+            "road_name": file.roads.name[road],
+            "junction": None if file.roads.junction[road] == -1 else file.roads.junction_id[road],
+            "lane": None if lane == ABSENT else int(file.lanes.id[lane]),
+            "lane_type": None if lane == ABSENT else file.lanes.type[lane],
+        }
+        return {name: words[name] if name in words else _known(numbers[name][k]) for name in FIELDS}
+
+
+def caveats(file: OpenDrive) -> list[str]:
+    """Return sentences on what in a file its places and surfaces leave out."""
+    told = []
+    if file.misfits:
+        count = len(file.misfits)
+        what = "1 thing" if count == 1 else f"{count} things"
+        told.append(f"{file.path} has {what} that OpenDRIVE does not have so; osm2xodr check tells which")
+    shapes = int(np.count_nonzero(file.crossfall_shape))
+    if shapes:
+        roads = "1 road has" if shapes == 1 else f"{shapes} roads have"
+        told.append(f"{roads} a <shape> across, which is left out: heights beside the reference line are not true")
+    return told
+
+
+def _known(value: float) -> float | None:
+    """Return a number without a negative zero, or None."""
+    return value + 0.0 if math.isfinite(value) else None

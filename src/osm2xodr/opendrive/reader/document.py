@@ -1,0 +1,198 @@
+"""The file as a whole."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from osm2xodr.errors import InputError
+from osm2xodr.opendrive.reader.furniture import read_furniture
+from osm2xodr.opendrive.reader.junctions import JunctionReader, read_controller
+from osm2xodr.opendrive.reader.lanes import LaneReader
+from osm2xodr.opendrive.reader.nodes import Node, TreeReader
+from osm2xodr.opendrive.reader.roads import RoadReader, first_of
+from osm2xodr.opendrive.reader.values import NAN, Values
+from osm2xodr.opendrive.tables import Controller, Furniture, Header, OpenDrive
+
+_ROOT: Final = "OpenDRIVE"
+_ROOT_UNREAD: Final = frozenset({"junctionGroup", "station"})
+_ROAD_UNREAD: Final = frozenset({"surface", "railroad"})
+_HEADER_UNREAD: Final = frozenset({"license", "defaultRegulations"})
+# Elements that a road has once.
+_ONCE: Final = frozenset({"link", "planView", "elevationProfile", "lateralProfile", "lanes", "objects", "signals"})
+_NO_HEADER: Final = Header((-1, -1), MappingProxyType({}), None, None)
+
+
+def read_document(path: Path) -> OpenDrive:
+    """Read a file; see `osm2xodr.opendrive.reader.read_xodr`."""
+    reader = TreeReader(path)
+    document = _Document()
+    with _no_collection():
+        for node in reader.trees():
+            if reader.root is not None and reader.root.tag != _ROOT:
+                break
+            document.take(node)
+    root = reader.root
+    if root is None or root.tag != _ROOT:
+        tag = "" if root is None else f": its root is <{root.tag}>"
+        raise InputError(f"{path} is XML, but not OpenDRIVE{tag}; give a file of OpenDRIVE (.xodr)")
+    if "xmlns" in root.attributes:
+        document.values.tell("namespace", root, f"<{_ROOT}> has the namespace {root.attributes['xmlns']!r}")
+    return document.done(path, root)
+
+
+@contextlib.contextmanager
+def _no_collection() -> Iterator[None]:
+    """Look for no garbage in circles meanwhile: there is none, and looking costs a third of the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+class _Document:
+    """Takes the elements of the root one by one."""
+
+    def __init__(self) -> None:
+        self.values = Values()
+        self._header: Header | None = None
+        self._roads = RoadReader(self.values)
+        self._lanes = LaneReader(self.values)
+        self._junctions = JunctionReader(self.values)
+        self._furniture: list[Furniture] = []
+        self._controllers: list[Controller] = []
+        self._provenance: dict[tuple[int, str], str] = {}
+
+    def take(self, node: Node) -> None:
+        """Read an element of the root."""
+        if node.tag == "road":
+            self.values.road = len(self._roads.ids)
+            self._road(node)
+            self.values.road = -1
+        elif node.tag == "junction":
+            self._junctions.junction(node)
+        elif node.tag == "controller":
+            self._controllers.append(read_controller(self.values, node))
+        elif node.tag == "header":
+            if self._header is None:
+                self._header = self._read_header(node)
+            else:
+                self.values.tell("repeated-element", node, "the file has more than one <header>; the first is taken")
+        else:
+            self.values.other(node, Node(_ROOT, {}, node.line), _ROOT_UNREAD)
+
+    def _road(self, node: Node) -> None:
+        """Read a road."""
+        self._roads.begin(node)
+        parts: dict[str, Node] = {}
+        sections: list[Node] = []
+        for child in node.children:
+            tag = child.tag
+            if tag in _ONCE:
+                if tag in parts:
+                    self.values.only(child, node, parts[tag])
+                    continue
+                parts[tag] = child
+            self._road_part(child, node, sections)
+        if "lanes" not in parts or not sections:
+            self.values.tell("missing-element", node, "<road> has no <lanes> with a <laneSection>")
+        self._lanes.road(sections)
+        self._roads.end(node, parts.get("link"))
+
+    def _road_part(self, child: Node, road: Node, sections: list[Node]) -> None:
+        """Read a child of a road; its sections are gathered, its link waits."""
+        roads = self._roads
+        tag = child.tag
+        if tag == "planView":
+            roads.plan_view(child)
+        elif tag == "elevationProfile":
+            roads.elevation_profile(child)
+        elif tag == "lateralProfile":
+            roads.lateral_profile(child)
+        elif tag == "lanes":
+            for part in child.children:
+                if part.tag == "laneSection":
+                    sections.append(part)
+                elif part.tag == "laneOffset":
+                    roads.lane_offset(part)
+                else:
+                    self.values.other(part, child)
+        elif tag == "type":
+            roads.type(child)
+        elif tag in ("objects", "signals"):
+            self._furniture.extend(read_furniture(self.values, child))
+        elif tag == "userData":
+            self._user_data(child)
+        elif tag != "link":
+            self.values.other(child, road, _ROAD_UNREAD)
+
+    def _user_data(self, node: Node) -> None:
+        """Remember a ``<userData>`` of a road or of the header."""
+        self._provenance.setdefault((self.values.road, node.get("code")), node.get("value"))
+
+    def _read_header(self, node: Node) -> Header:
+        """Read the header."""
+        values = self.values
+        reference: Node | None = None
+        offset: Node | None = None
+        for child in node.children:
+            if child.tag == "geoReference":
+                reference = values.only(child, node, reference)
+            elif child.tag == "offset":
+                offset = values.only(child, node, offset)
+            elif child.tag == "userData":
+                self._user_data(child)
+            else:
+                values.other(child, node, _HEADER_UNREAD)
+        revision = (self._revision(node, "revMajor"), self._revision(node, "revMinor"))
+        shift = None
+        if offset is not None:
+            x, y, z, hdg = (values.optional(offset, name, NAN) for name in ("x", "y", "z", "hdg"))
+            shift = (x, y, z, hdg)
+        text = None if reference is None else reference.text.strip()
+        return Header(revision, MappingProxyType(node.attributes), text, shift)
+
+    def _revision(self, node: Node, name: str) -> int:
+        """Return a part of the version; -1 where it is missing or no whole number."""
+        value = self.values.number(node, name)
+        return int(value) if value == value and value == int(value) else -1
+
+    def done(self, path: Path, root: Node) -> OpenDrive:
+        """Return all tables."""
+        if self._header is None:
+            self.values.tell("missing-element", root, "the file has no <header>")
+        road_index, junction_index = first_of(self._roads.ids), first_of(self._junctions.ids)
+        types, type_lines = self._roads.types()
+        profiles, lines = self._roads.profiles()
+        sections, lanes, lane_lines, lane_misfits = self._lanes.tables(self._roads.lengths)
+        junctions, connections = self._junctions.tables(road_index)
+        misfits = [*self.values.misfits, *self._roads.misfits(), *lane_misfits]
+        misfits.sort(key=lambda item: item.line)
+        provenance: Mapping[tuple[int, str], str] = MappingProxyType(self._provenance)
+        return OpenDrive(
+            path=path,
+            header=self._header or _NO_HEADER,
+            roads=self._roads.roads(junction_index),
+            types=types,
+            plan_view=self._roads.plan(),
+            elevation=profiles["elevation"],
+            superelevation=profiles["superelevation"],
+            crossfall_shape=self._roads.shapes(),
+            lane_offset=profiles["lane_offset"],
+            sections=sections,
+            lanes=lanes,
+            junctions=junctions,
+            connections=connections,
+            record_lines=MappingProxyType({**lines, **lane_lines, "type": type_lines}),
+            furniture=tuple(self._furniture),
+            controllers=tuple(self._controllers),
+            provenance=provenance,
+            misfits=tuple(misfits),
+        )

@@ -1,0 +1,124 @@
+"""Signals and objects beside and on roads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.reader.values import NAN, Values
+from osm2xodr.opendrive.tables import Furniture
+
+_KINDS: Final = {
+    "signals": frozenset({"signal", "signalReference"}),
+    "objects": frozenset({"object", "objectReference", "bridge", "tunnel"}),
+}
+# Those that have no t of their own.
+_ALONG: Final = frozenset({"bridge", "tunnel"})
+_UNREAD: Final = frozenset(
+    {
+        "material",
+        "parkingSpace",
+        "markings",
+        "borders",
+        "surface",
+        "skeleton",
+        "dependency",
+        "reference",
+        "positionRoad",
+        "positionInertial",
+        "board",
+        "staticBoard",
+        "vmsBoard",
+        "semantics",
+        "vmsGroup",
+        "laneValidity",
+    }
+)
+_CORNERS: Final = {"cornerRoad": ("s", "t", "dz", "height"), "cornerLocal": ("u", "v", "z", "height")}
+_REPEAT: Final = ("s", "length", "distance", "tStart", "tEnd")
+
+# Its corners, and whether they are local.
+_Outline = tuple[tuple[tuple[float, float, float, float], ...], bool]
+
+
+def read_furniture(values: Values, node: Node) -> Iterator[Furniture]:
+    """Yield what stands in ``<signals>`` or ``<objects>`` of the present road."""
+    for child in node.children:
+        if child.tag in _KINDS[node.tag]:
+            yield _item(values, child)
+        else:
+            values.other(child, node, frozenset({"vmsGroup"}))
+
+
+def _item(values: Values, node: Node) -> Furniture:
+    """Read one."""
+    old: list[_Outline] = []
+    outlines: list[_Outline] = []
+    validity: list[tuple[int, int]] = []
+    repeats: list[tuple[float, float, float, float, float, float]] = []
+    for child in node.children:
+        if child.tag == "outline":
+            old += _outline(values, child)
+        elif child.tag == "outlines":
+            outlines += _outlines(values, child)
+        elif child.tag == "validity":
+            validity.append((values.lane_id(child, "fromLane"), values.lane_id(child, "toLane")))
+        elif child.tag == "repeat":
+            s, length, distance, start, end = values.row(child, _REPEAT)
+            repeats.append((s, length, distance, start, end, values.optional(child, "widthStart", NAN)))
+        else:
+            values.other(child, node, _UNREAD)
+    along = node.tag in _ALONG
+    heading = "hOffset" if node.tag.startswith("signal") else "hdg"
+    taken = outlines or old
+    return Furniture(
+        kind=node.tag,
+        road=values.road,
+        attributes=node.attributes,
+        s=values.number(node, "s"),
+        t=NAN if along else values.number(node, "t"),
+        z_offset=values.optional(node, "zOffset", NAN),
+        hdg=values.optional(node, heading, NAN),
+        length=values.number(node, "length") if along else values.optional(node, "length", NAN),
+        width=values.optional(node, "width", NAN),
+        height=values.optional(node, "height", NAN),
+        outlines=tuple(corners for corners, _ in taken),
+        local_outlines=tuple(local for _, local in taken),
+        validity=tuple(validity),
+        line=node.line,
+        old_outline=old[0][0] if old else (),
+        radius=values.optional(node, "radius", NAN),
+        repeats=tuple(repeats),
+    )
+
+
+def _outlines(values: Values, node: Node) -> Iterator[_Outline]:
+    """Read ``<outlines>``."""
+    for outline in node.children:
+        if outline.tag == "outline":
+            yield from _outline(values, outline)
+        else:
+            values.other(outline, node)
+
+
+def _outline(values: Values, node: Node) -> Iterator[_Outline]:
+    """Read an ``<outline>``; one whose corners are of both kinds gives those of its first."""
+    corners: list[tuple[float, float, float, float]] = []
+    kind = ""
+    for child in node.children:
+        if child.tag not in _CORNERS:
+            values.other(child, node)
+        elif kind in ("", child.tag):
+            kind = child.tag
+            a, b, c, d = _CORNERS[kind]
+            # Version 1.4 has files without height; the place alone is needed.
+            place = (values.number(child, a), values.number(child, b), values.optional(child, c, 0.0))
+            corners.append((*place, values.optional(child, d, 0.0)))
+        else:
+            text = f"<outline> has corners of two kinds; <{child.tag}> is left out"
+            values.tell("misplaced-element", child, text)
+    if corners:
+        yield tuple(corners), kind == "cornerLocal"
+    else:
+        values.tell("missing-element", node, "<outline> has no corner")

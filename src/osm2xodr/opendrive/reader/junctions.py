@@ -1,0 +1,123 @@
+"""Junctions and controllers."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.reader.values import Values
+from osm2xodr.opendrive.tables import ABSENT, ConnectionTable, Controller, JunctionTable
+
+# What junctions may hold besides, by version 1.8.
+_UNREAD: Final = frozenset(
+    {
+        "surface",
+        "junctionReference",
+        "boundary",
+        "elevationGrid",
+        "planView",
+        "objects",
+        "signals",
+        "crossPath",
+        "roadSection",
+        "trafficIsland",
+    }
+)
+_CONNECTION_UNREAD: Final = frozenset({"predecessor", "successor"})
+
+
+class JunctionReader:
+    """Reads ``<junction>`` after ``<junction>``.
+
+    Parameters
+    ----------
+    values
+        Reads attributes.
+    """
+
+    def __init__(self, values: Values) -> None:
+        self._values = values
+        self.ids: list[str] = []
+        self._names: list[tuple[str, str]] = []
+        self._lines: list[int] = []
+        self._start = [0]
+        self._priorities: list[tuple[int, str, str]] = []
+        self._controllers: list[tuple[int, str]] = []
+        self._texts: list[tuple[str, str, str]] = []
+        self._numbers: list[tuple[int, int, int]] = []
+        self._links: list[tuple[int, int]] = []
+        self._link_start = [0]
+
+    def junction(self, node: Node) -> None:
+        """Read a junction."""
+        values = self._values
+        index = len(self.ids)
+        self.ids.append(values.text(node, "id"))
+        self._names.append((node.get("name"), node.get("type")))
+        self._lines.append(node.line)
+        for child in node.children:
+            if child.tag == "connection":
+                self._connection(index, child)
+            elif child.tag == "priority":
+                self._priorities.append((index, child.get("high"), child.get("low")))
+            elif child.tag == "controller":
+                self._controllers.append((index, values.text(child, "id")))
+            else:
+                values.other(child, node, _UNREAD)
+        self._start.append(len(self._texts))
+
+    def _connection(self, junction: int, node: Node) -> None:
+        """Read a connection."""
+        values = self._values
+        for child in node.children:
+            if child.tag == "laneLink":
+                self._links.append((values.lane_id(child, "from"), values.lane_id(child, "to")))
+            else:
+                values.other(child, node, _CONNECTION_UNREAD)
+        self._link_start.append(len(self._links))
+        linked = "linkedRoad" if "linkedRoad" in node.attributes else "connectingRoad"
+        virtual = any(child.tag in _CONNECTION_UNREAD for child in node.children)
+        incoming = node.get("incomingRoad") if virtual else values.text(node, "incomingRoad")
+        self._texts.append((values.text(node, "id"), incoming, values.text(node, linked)))
+        self._numbers.append((junction, values.contact(node), node.line))
+
+    def tables(self, roads: dict[str, int]) -> tuple[JunctionTable, ConnectionTable]:
+        """Return junctions and connections, their roads resolved by id."""
+        numbers = np.array(self._numbers, np.int64).reshape(-1, 3)
+        links = np.array(self._links, np.int64).reshape(-1, 2)
+        junctions = JunctionTable(
+            id=tuple(self.ids),
+            name=tuple(name for name, _ in self._names),
+            type=tuple(kind for _, kind in self._names),
+            start=np.array(self._start, np.int64),
+            priorities=tuple(self._priorities),
+            controllers=tuple(self._controllers),
+            line=np.array(self._lines, np.int64),
+        )
+        connections = ConnectionTable(
+            junction=numbers[:, 0].copy(),
+            id=tuple(item[0] for item in self._texts),
+            incoming_id=tuple(item[1] for item in self._texts),
+            connecting_id=tuple(item[2] for item in self._texts),
+            incoming=np.array([roads.get(item[1], ABSENT) for item in self._texts], np.int64),
+            connecting=np.array([roads.get(item[2], ABSENT) for item in self._texts], np.int64),
+            contact=numbers[:, 1].copy(),
+            link_start=np.array(self._link_start, np.int64),
+            link_from=links[:, 0].copy(),
+            link_to=links[:, 1].copy(),
+            line=numbers[:, 2].copy(),
+        )
+        return junctions, connections
+
+
+def read_controller(values: Values, node: Node) -> Controller:
+    """Read a ``<controller>`` of the file."""
+    signals = []
+    for child in node.children:
+        if child.tag == "control":
+            signals.append(values.text(child, "signalId"))
+        else:
+            values.other(child, node)
+    return Controller(values.text(node, "id"), node.get("name"), tuple(signals), node.line)

@@ -1,0 +1,175 @@
+"""Lane sections and lanes."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.reader.records import Records
+from osm2xodr.opendrive.reader.values import NAN, Values
+from osm2xodr.opendrive.tables import ABSENT, LaneTable, Misfit, SectionTable
+
+_CUBIC: Final = ("sOffset", "a", "b", "c", "d")
+_SIDES: Final = ("left", "center", "right")
+_UNREAD: Final = frozenset({"material", "access", "rule", "visibility"})
+
+
+class LaneReader:
+    """Reads the ``<laneSection>`` elements of road after road.
+
+    Parameters
+    ----------
+    values
+        Reads attributes.
+    """
+
+    def __init__(self, values: Values) -> None:
+        self._values = values
+        self._section_s: list[float] = []
+        self._section_lines: list[int] = []
+        self._section_start = [0]
+        self._lane_start = [0]
+        self._rows: list[int] = []
+        self._speeds: list[float] = []
+        self._heights: list[float] = []
+        self._texts: list[tuple[str, str, str, str]] = []
+        self._width = Records("width", 5)
+        self._border = Records("border", 5)
+
+    def road(self, nodes: list[Node]) -> None:
+        """Read the sections of a road."""
+        sections = [(self._values.number(node, "s"), node) for node in nodes]
+        for k in range(1, len(sections)):
+            if sections[k][0] < sections[k - 1][0]:
+                self._values.tell("unsorted-records", sections[k][1], "<laneSection> stands after one of a greater s")
+                sections.sort(key=lambda item: (item[0] != item[0], item[0]))
+                break
+        for s, node in sections:
+            self._section_s.append(s)
+            self._section_lines.append(node.line)
+            self._section(node)
+        self._section_start.append(len(self._section_s))
+
+    def _section(self, node: Node) -> None:
+        """Read the lanes of a section."""
+        values = self._values
+        lanes: list[tuple[int, Node]] = []
+        for side in node.children:
+            if side.tag not in _SIDES:
+                values.other(side, node)
+                continue
+            for lane in side.children:
+                if lane.tag != "lane":
+                    values.other(lane, side)
+                    continue
+                number = values.lane_id(lane)
+                self._check_side(number, lane, side.tag)
+                lanes.append((number, lane))
+        ids = [number for number, _ in lanes]
+        if 0 not in ids:
+            values.tell("missing-element", node, "<laneSection> has no centre lane")
+        if any(b > a for a, b in zip(ids, ids[1:])):  # noqa: B905, RUF007 - pairs, and fast
+            values.tell("unsorted-records", node, "the lanes do not stand from left to right; they are read in order")
+            lanes.sort(key=lambda item: -item[0])
+        for number, lane in lanes:
+            self._lane(number, lane)
+        self._lane_start.append(len(self._texts))
+
+    def _check_side(self, number: int, lane: Node, side: str) -> None:
+        """See that a lane stands on the side that its id says."""
+        right = number > 0 if side == "left" else number < 0 if side == "right" else number == 0
+        if not right and number != ABSENT:
+            self._values.tell("misplaced-element", lane, f"lane {number} stands in <{side}>")
+
+    def _lane(self, number: int, node: Node) -> None:
+        """Read a lane."""
+        values = self._values
+        links = (ABSENT, ABSENT, False)
+        speed, mark, color, height = NAN, None, "", None
+        for child in node.children:
+            tag = child.tag
+            if tag == "width":
+                self._width.add(values.row(child, _CUBIC), child.line)
+            elif tag == "link":
+                links = self._links(child)
+            elif tag == "roadMark":
+                if mark is None:
+                    mark, color = values.text(child, "type"), child.get("color")
+            elif tag == "border":
+                self._border.add(values.row(child, _CUBIC), child.line)
+            elif tag == "speed":
+                speed = values.speed(child) if speed != speed else speed
+            elif tag == "height":
+                if height is None:
+                    height = values.row(child, ("inner", "outer"))
+            else:
+                values.other(child, node, _UNREAD)
+        self._width.close()
+        self._border.close()
+        self._rows.extend((number, links[0], links[1], links[2], node.line))
+        self._heights.extend(height or (0.0, 0.0))
+        self._speeds.append(speed)
+        self._texts.append((values.text(node, "type"), mark or "", color, node.get("direction")))
+
+    def _links(self, node: Node) -> tuple[int, int, bool]:
+        """Return a lane's first predecessor and successor, and whether there are more."""
+        before, after, more = ABSENT, ABSENT, False
+        for child in node.children:
+            if child.tag == "predecessor":
+                if before == ABSENT:
+                    before = self._values.lane_id(child)
+                else:
+                    more = True
+            elif child.tag == "successor":
+                if after == ABSENT:
+                    after = self._values.lane_id(child)
+                else:
+                    more = True
+            else:
+                self._values.other(child, node)
+        return before, after, more
+
+    def tables(self, lengths: FloatArray) -> tuple[SectionTable, LaneTable, dict[str, IntArray], list[Misfit]]:
+        """Return sections, lanes, the lines of their records, and notes on the order of those.
+
+        Parameters
+        ----------
+        lengths : (roads,)
+            m.
+        """
+        start = np.array(self._section_start, np.int64)
+        road = np.repeat(np.arange(len(start) - 1), np.diff(start))
+        s = np.array(self._section_s, np.float64)
+        end = lengths[road]
+        followed = np.flatnonzero(road[1:] == road[:-1])
+        end[followed] = s[followed + 1]
+        sections = SectionTable(start, road, s, end, np.array(self._section_lines, np.int64))
+        lane_start = np.array(self._lane_start, np.int64)
+        section = np.repeat(np.arange(len(s)), np.diff(lane_start))
+        numbers = np.array(self._rows, np.int64).reshape(-1, 5)
+        width, width_lines = self._width.profile()
+        border, border_lines = self._border.profile()
+        kinds, marks, colors, directions = zip(*self._texts, strict=True) if self._texts else ((), (), (), ())
+        lanes = LaneTable(
+            start=lane_start,
+            section=section,
+            id=numbers[:, 0].copy(),
+            type=kinds,
+            predecessor=numbers[:, 1].copy(),
+            successor=numbers[:, 2].copy(),
+            more_links=numbers[:, 3] != 0,
+            width=width,
+            border=border,
+            height=np.array(self._heights, np.float64).reshape(-1, 2),
+            speed=np.array(self._speeds, np.float64),
+            mark=marks,
+            mark_color=colors,
+            line=numbers[:, 4].copy(),
+            direction=directions,
+        )
+        roads = road[section]
+        misfits = self._width.misfits(roads) + self._border.misfits(roads)
+        return sections, lanes, {"width": width_lines, "border": border_lines}, misfits

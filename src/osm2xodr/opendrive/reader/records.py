@@ -1,0 +1,107 @@
+"""Rows of numbers that belong to owners, gathered one by one and made tables at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from osm2xodr.model import CubicProfile, FloatArray, IntArray
+from osm2xodr.opendrive.tables import Misfit
+
+_Item = TypeVar("_Item")
+
+
+class Records:
+    """Rows of numbers, the first of them s, of owners one after another.
+
+    Parameters
+    ----------
+    element
+        Name of the element that makes a row.
+    width
+        Numbers per row.
+    """
+
+    def __init__(self, element: str, width: int) -> None:
+        self.element = element
+        self._width = width
+        self._flat: list[float] = []
+        self._lines: list[int] = []
+        self._start = [0]
+
+    def add(self, values: Iterable[float], line: int) -> None:
+        """Add a row to the present owner."""
+        self._flat.extend(values)
+        self._lines.append(line)
+
+    def close(self) -> None:
+        """Go on to the next owner."""
+        self._start.append(len(self._lines))
+
+    @property
+    def present(self) -> int:
+        """Number of rows of the present owner."""
+        return len(self._lines) - self._start[-1]
+
+    @property
+    def start(self) -> IntArray:
+        """Index of each owner's first row, (owners + 1,)."""
+        return np.array(self._start, np.int64)
+
+    @property
+    def owner(self) -> IntArray:
+        """Index of each row's owner, (rows,)."""
+        start = self.start
+        return np.repeat(np.arange(len(start) - 1), np.diff(start))
+
+    def table(self) -> tuple[FloatArray, IntArray, IntArray]:
+        """Return all rows (rows, width) in ascending s per owner, their lines, and where each stood before."""
+        rows = np.array(self._flat, np.float64).reshape(-1, self._width)
+        lines = np.array(self._lines, np.int64)
+        order = np.arange(len(rows))
+        if len(self.unsorted(rows[:, 0])):
+            order = np.lexsort((rows[:, 0], self.owner))
+        return rows[order], lines[order], order
+
+    def unsorted(self, s: FloatArray) -> IntArray:
+        """Return the rows that lie before the row above them, of the same owner."""
+        back = np.diff(s) < 0
+        owner = self.owner
+        return 1 + np.flatnonzero(back & (owner[1:] == owner[:-1]))
+
+    def misfits(self, roads: IntArray | None = None) -> list[Misfit]:
+        """Return notes on rows out of order.
+
+        Parameters
+        ----------
+        roads : (owners,)
+            Index of each owner's road; by default the owners are the roads.
+        """
+        rows = np.array(self._flat, np.float64).reshape(-1, self._width)
+        owner = self.owner if roads is None else roads[self.owner]
+        return [
+            Misfit(
+                "unsorted-records",
+                self._lines[row],
+                int(owner[row]),
+                f"<{self.element}> at {rows[row, 0]:g} follows one at {rows[row - 1, 0]:g}; they are read in order",
+            )
+            for row in self.unsorted(rows[:, 0]).tolist()
+        ]
+
+    def profile(self) -> tuple[CubicProfile, IntArray]:
+        """Return rows of s, a, b, c, d as a table, and their lines."""
+        rows, lines, _ = self.table()
+        return CubicProfile(self.start, *columns(rows)), lines
+
+
+def columns(rows: FloatArray) -> list[FloatArray]:
+    """Return the columns of a table, each on its own."""
+    return [np.ascontiguousarray(column) for column in rows.T]
+
+
+def in_order(items: Sequence[_Item], order: IntArray) -> tuple[_Item, ...]:
+    """Return items in another order."""
+    return tuple(items[k] for k in order.tolist())

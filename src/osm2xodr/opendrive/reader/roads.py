@@ -1,0 +1,264 @@
+"""Roads, but for their lanes and what stands beside them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.model import CubicProfile, FloatArray, IntArray
+from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.reader.records import Records, columns, in_order
+from osm2xodr.opendrive.reader.values import NAN, Values
+from osm2xodr.opendrive.tables import ABSENT, GeometryTable, LinkKind, Misfit, RoadTable, Shape, TypeTable
+
+_CUBIC: Final = ("s", "a", "b", "c", "d")
+_GEOMETRY: Final = ("s", "x", "y", "hdg", "length")
+_PARAMETERS: Final = 8
+_SHAPES: Final[dict[str, tuple[Shape, tuple[str, ...]]]] = {
+    "line": (Shape.LINE, ()),
+    "arc": (Shape.ARC, ("curvature",)),
+    "spiral": (Shape.SPIRAL, ("curvStart", "curvEnd")),
+    "poly3": (Shape.POLY3, ("a", "b", "c", "d")),
+    "paramPoly3": (Shape.PARAM_POLY3, ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")),
+}
+_LINK_KINDS: Final = {"road": LinkKind.ROAD, "junction": LinkKind.JUNCTION}
+# What a shape of no or few parameters leaves of its row.
+_NOTHING: Final = {count: [NAN] * (_PARAMETERS - count) for count in range(_PARAMETERS + 1)}
+
+# (kind, id, contact) of a link.
+_Link = tuple[int, str, int]
+_NO_LINK: Final[_Link] = (LinkKind.NONE, "", -1)
+
+
+class RoadReader:
+    """Reads attributes, links, types, plan views and profiles of road after road.
+
+    Parameters
+    ----------
+    values
+        Reads attributes.
+    """
+
+    def __init__(self, values: Values) -> None:
+        self._values = values
+        self.ids: list[str] = []
+        self._names: list[str] = []
+        self._junctions: list[str] = []
+        self._left_hand: list[bool] = []
+        self._lengths: list[float] = []
+        self._lines: list[int] = []
+        self._links: list[tuple[_Link, _Link]] = []
+        self._link_nodes: list[Node | None] = []
+        self._types = Records("type", 2)
+        self._type_words: list[str] = []
+        self._plan = Records("geometry", 7 + _PARAMETERS)
+        self._elevation = Records("elevation", 5)
+        self._superelevation = Records("superelevation", 5)
+        self._lane_offset = Records("laneOffset", 5)
+        self._shapes: list[int] = []
+
+    def begin(self, node: Node) -> None:
+        """Read a road's attributes and begin its records."""
+        values = self._values
+        self.ids.append(values.text(node, "id"))
+        self._names.append(node.get("name"))
+        self._junctions.append(values.text(node, "junction"))
+        self._lengths.append(values.number(node, "length"))
+        self._lines.append(node.line)
+        rule = node.get("rule")
+        if rule not in ("", "RHT", "LHT"):
+            values.tell("bad-value", node, f"rule={rule!r} of <road> is neither RHT nor LHT")
+        self._left_hand.append(rule == "LHT")
+        self._shapes.append(0)
+
+    def end(self, node: Node, link: Node | None) -> None:
+        """End a road's records, and read its links."""
+        if not self._plan.present:
+            self._values.tell("missing-element", node, "<road> has no <planView> with a <geometry>")
+        self._links.append(self._link(link))
+        self._link_nodes.append(link)
+        for records in (self._types, self._plan, self._elevation, self._superelevation, self._lane_offset):
+            records.close()
+
+    def type(self, node: Node) -> None:
+        """Read a ``<type>``."""
+        speed = NAN
+        for child in node.children:
+            if child.tag == "speed":
+                speed = self._values.speed(child)
+            else:
+                self._values.other(child, node)
+        self._types.add((self._values.number(node, "s"), speed), node.line)
+        self._type_words.append(self._values.text(node, "type"))
+
+    def plan_view(self, node: Node) -> None:
+        """Read a ``<planView>``."""
+        for child in node.children:
+            if child.tag == "geometry":
+                row = self._values.row(child, _GEOMETRY)
+                row.extend(self._shape(child))
+                self._plan.add(row, child.line)
+            else:
+                self._values.other(child, node)
+
+    def _shape(self, node: Node) -> list[float]:
+        """Return kind, whether normalized, and parameters of a ``<geometry>``."""
+        values = self._values
+        found: list[float] | None = None
+        for child in node.children:
+            shape = _SHAPES.get(child.tag)
+            if shape is None:
+                values.other(child, node)
+            elif found is not None:
+                values.tell("repeated-element", child, "<geometry> has more than one shape; the first is taken")
+            else:
+                kind, names = shape
+                found = [kind, self._normalized(child)] if kind is Shape.PARAM_POLY3 else [kind, 0.0]
+                if names:
+                    found.extend(values.row(child, names))
+                found.extend(_NOTHING[len(names)])
+        if found is None:
+            values.tell("missing-shape", node, "<geometry> has no shape")
+            return [Shape.UNKNOWN, 0.0, *_NOTHING[0]]
+        return found
+
+    def _normalized(self, node: Node) -> float:
+        """Whether the parameter of a ``<paramPoly3>`` runs from 0 to 1; it does where nothing is said."""
+        word = node.get("pRange")
+        if word not in ("arcLength", "normalized"):
+            if word:
+                text = f"pRange={word!r} of <paramPoly3> is neither arcLength nor normalized"
+                self._values.tell("bad-value", node, text)
+            else:
+                self._values.text(node, "pRange")
+        return 0.0 if word == "arcLength" else 1.0
+
+    def elevation_profile(self, node: Node) -> None:
+        """Read an ``<elevationProfile>``."""
+        for child in node.children:
+            if child.tag == "elevation":
+                self._elevation.add(self._values.row(child, _CUBIC), child.line)
+            else:
+                self._values.other(child, node)
+
+    def lateral_profile(self, node: Node) -> None:
+        """Read a ``<lateralProfile>``."""
+        for child in node.children:
+            if child.tag == "superelevation":
+                self._superelevation.add(self._values.row(child, _CUBIC), child.line)
+            elif child.tag == "shape":
+                self._shapes[-1] += 1
+            else:
+                self._values.other(child, node, frozenset({"crossfall", "crossSectionSurface"}))
+
+    def lane_offset(self, node: Node) -> None:
+        """Read a ``<laneOffset>``."""
+        self._lane_offset.add(self._values.row(node, _CUBIC), node.line)
+
+    def _link(self, node: Node | None) -> tuple[_Link, _Link]:
+        """Return a road's predecessor and successor."""
+        if node is None or not node.children:
+            return _NO_LINK, _NO_LINK
+        before: Node | None = None
+        after: Node | None = None
+        for child in node.children:
+            if child.tag == "predecessor":
+                before = self._values.only(child, node, before)
+            elif child.tag == "successor":
+                after = self._values.only(child, node, after)
+            else:
+                self._values.other(child, node, frozenset({"neighbor"}))
+        return self._side(before), self._side(after)
+
+    def _side(self, node: Node | None) -> _Link:
+        """Read a ``<predecessor>`` or ``<successor>`` of a road."""
+        if node is None:
+            return _NO_LINK
+        word = self._values.text(node, "elementType")
+        kind = _LINK_KINDS.get(word, LinkKind.UNKNOWN)
+        if word and kind is LinkKind.UNKNOWN:
+            text = f"elementType={word!r} of <{node.tag}> is neither road nor junction"
+            self._values.tell("bad-value", node, text)
+        return kind, self._values.text(node, "elementId"), self._values.contact(node)
+
+    # ------------------------------------------------------------ tables
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Lengths of the roads as written, (roads,), m."""
+        return np.array(self._lengths, np.float64)
+
+    def roads(self, junctions: dict[str, int]) -> RoadTable:
+        """Return the table of roads, links resolved."""
+        index = first_of(self.ids)
+        where: dict[int, dict[str, int]] = {LinkKind.ROAD: index, LinkKind.JUNCTION: junctions}
+        target = [[where.get(kind, {}).get(name, ABSENT) for kind, name, _ in pair] for pair in self._links]
+        own = [-1 if name in ("-1", "") else junctions.get(name, ABSENT) for name in self._junctions]
+        return RoadTable(
+            id=tuple(self.ids),
+            name=tuple(self._names),
+            length=self.lengths,
+            junction=np.array(own, np.int64),
+            junction_id=tuple(self._junctions),
+            left_hand=np.array(self._left_hand, np.bool_),
+            link_kind=_pairs([[kind for kind, _, _ in pair] for pair in self._links]),
+            link=_pairs(target),
+            link_id=tuple((before[1], after[1]) for before, after in self._links),
+            contact=_pairs([[contact for _, _, contact in pair] for pair in self._links]),
+            line=np.array(self._lines, np.int64),
+        )
+
+    def types(self) -> tuple[TypeTable, IntArray]:
+        """Return the table of types, and their lines."""
+        rows, lines, order = self._types.table()
+        s, speed = columns(rows)
+        return TypeTable(self._types.start, s, speed, in_order(self._type_words, order)), lines
+
+    def plan(self) -> GeometryTable:
+        """Return the plan views."""
+        rows, lines, _ = self._plan.table()
+        parts = columns(rows)
+        return GeometryTable(
+            self._plan.start,
+            s=parts[0],
+            x=parts[1],
+            y=parts[2],
+            hdg=parts[3],
+            length=parts[4],
+            shape=parts[5].astype(np.int64),
+            parameters=rows[:, 7:].copy(),
+            normalized=parts[6] != 0,
+            line=lines,
+        )
+
+    def profiles(self) -> tuple[dict[str, CubicProfile], dict[str, IntArray]]:
+        """Return elevation, superelevation and lane offset, and the lines of their records."""
+        found = {
+            "elevation": self._elevation.profile(),
+            "superelevation": self._superelevation.profile(),
+            "lane_offset": self._lane_offset.profile(),
+        }
+        return {name: pair[0] for name, pair in found.items()}, {name: pair[1] for name, pair in found.items()}
+
+    def shapes(self) -> IntArray:
+        """Return how many ``<shape>`` records each road has, (roads,)."""
+        return np.array(self._shapes, np.int64)
+
+    def misfits(self) -> list[Misfit]:
+        """Return notes on records out of order."""
+        records = (self._types, self._plan, self._elevation, self._superelevation, self._lane_offset)
+        return [item for record in records for item in record.misfits()]
+
+
+def first_of(ids: list[str]) -> dict[str, int]:
+    """Return the first index of each id."""
+    index: dict[str, int] = {}
+    for k, name in enumerate(ids):
+        index.setdefault(name, k)
+    return index
+
+
+def _pairs(rows: list[list[int]]) -> IntArray:
+    """Return pairs as an array, (n, 2)."""
+    return np.array(rows, np.int64).reshape(-1, 2)

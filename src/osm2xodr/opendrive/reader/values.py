@@ -1,0 +1,140 @@
+"""Attributes as numbers, and the notes on those that are none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from osm2xodr.opendrive.reader.nodes import Node
+from osm2xodr.opendrive.tables import ABSENT, End, Misfit
+
+NAN: Final = math.nan
+
+# No length, coefficient or curvature of a road is as large as this; what is would overflow when it is multiplied.
+_TOO_LARGE: Final = 1e12
+
+# m/s per unit; OpenDRIVE takes m/s where no unit is given.
+_UNITS: Final = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
+
+# Elements that may stand anywhere.
+_ANYWHERE: Final = frozenset({"userData", "include", "dataQuality"})
+
+# Readers take the last child of these for what it is not.
+_NO_USER_DATA: Final = frozenset({"geometry", "elevationProfile"})
+
+
+class Values:
+    """Reads attributes and remembers what it could not read.
+
+    Attributes
+    ----------
+    misfits
+        What was told so far.
+    road
+        Index of the road that is being read; -1 outside of roads.
+    """
+
+    def __init__(self) -> None:
+        self.misfits: list[Misfit] = []
+        self.road = -1
+
+    def tell(self, rule: str, node: Node, text: str) -> None:
+        """Remember something that does not fit."""
+        self.misfits.append(Misfit(rule, node.line, self.road, text))
+
+    def row(self, node: Node, names: Sequence[str]) -> list[float]:
+        """Return the numbers of several required attributes."""
+        attributes = node.attributes
+        try:
+            values = [float(attributes[name]) for name in names]
+        except (KeyError, ValueError):
+            return [self.number(node, name) for name in names]
+        # What is too large or not a number shows in the sum.
+        return values if sum(map(abs, values)) < _TOO_LARGE else [self.number(node, name) for name in names]
+
+    def number(self, node: Node, name: str) -> float:
+        """Return the number of a required attribute; NaN where it is missing or none."""
+        if name not in node.attributes:
+            self.tell("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
+            return NAN
+        return self.optional(node, name, NAN)
+
+    def optional(self, node: Node, name: str, default: float) -> float:
+        """Return the number of an attribute, or a default where there is none."""
+        text = node.attributes.get(name)
+        if text is None:
+            return default
+        try:
+            value = float(text)
+        except ValueError:
+            value = NAN
+        if not abs(value) < _TOO_LARGE:
+            self.tell("bad-number", node, f"{name}={text!r} of <{node.tag}> is no number that can be used")
+            return NAN
+        return value
+
+    def lane_id(self, node: Node, name: str = "id") -> int:
+        """Return a lane id; `ABSENT` where it is missing or no whole number."""
+        text = node.attributes.get(name)
+        if text is None:
+            self.tell("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
+            return ABSENT
+        try:
+            value = int(text)
+        except ValueError:
+            value = ABSENT
+        if not -(2**62) < value < 2**62:
+            self.tell("bad-number", node, f"{name}={text!r} of <{node.tag}> is no lane id")
+            return ABSENT
+        return value
+
+    def text(self, node: Node, name: str) -> str:
+        """Return a required attribute; empty where it is missing."""
+        text = node.attributes.get(name)
+        if text is None:
+            self.tell("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
+            return ""
+        return text
+
+    def contact(self, node: Node) -> int:
+        """Return the `End` that ``contactPoint`` names."""
+        text = node.get("contactPoint")
+        if text == "start":
+            return End.START
+        if text == "end":
+            return End.END
+        if text:
+            self.tell("bad-value", node, f"contactPoint={text!r} of <{node.tag}> is neither start nor end")
+        return End.UNSAID
+
+    def speed(self, node: Node) -> float:
+        """Return the speed limit of a ``<speed>``, m/s; infinity for no limit, NaN where none is known."""
+        text, unit = self.text(node, "max"), node.get("unit")
+        if text == "no limit":
+            return math.inf
+        if text in ("undefined", ""):
+            return NAN
+        if unit and unit not in _UNITS:
+            self.tell("bad-value", node, f"unit={unit!r} of <speed> is none of {', '.join(_UNITS)}")
+            return NAN
+        return self.optional(node, "max", NAN) * _UNITS.get(unit, 1.0)
+
+    def other(self, node: Node, parent: Node, known: frozenset[str] = frozenset()) -> None:
+        """Judge an element that is not read."""
+        tag = node.tag
+        if tag in known:
+            return
+        if tag == "include":
+            self.tell("include", node, f"<include> of {node.get('file')!r} is not followed: what it holds is missing")
+        elif tag == "userData" and parent.tag in _NO_USER_DATA:
+            self.tell("misplaced-user-data", node, f"<userData> stands in <{parent.tag}>, which readers take amiss")
+        elif tag not in _ANYWHERE:
+            self.tell("unknown-element", node, f"<{tag}> has no place in <{parent.tag}>")
+
+    def only(self, node: Node, parent: Node, found: Node | None) -> Node:
+        """Return the first of elements of which there may be one."""
+        if found is None:
+            return node
+        self.tell("repeated-element", node, f"<{parent.tag}> has more than one <{node.tag}>; the first is taken")
+        return found

@@ -1,0 +1,51 @@
+"""The space of a road network that was read: from road coordinates to inertial ones and back.
+
+Everything is evaluated over arrays: `road` is an index into `OpenDrive.roads`, `s` and `t` are road coordinates, all
+of one shape (n,). What cannot be known, since the file is damaged there, comes out as NaN.
+
+Positions beyond a road's ends extrapolate its first or last record. `before` asks for the limit from the left where
+records change, as at the end of a lane section whose successor brings a step of the lane offset.
+"""
+
+from __future__ import annotations
+
+from osm2xodr.opendrive.space.curves import curvature, pose, record_lengths
+from osm2xodr.opendrive.space.finder import Places, RoadFinder, places_on
+from osm2xodr.opendrive.space.georeference import Frame, frame_of
+from osm2xodr.opendrive.space.lanes import lane_at, lane_borders, section_at
+from osm2xodr.opendrive.space.profiles import (
+    cubic,
+    elevation,
+    grade,
+    lane_offset,
+    rolled,
+    superelevation,
+    surface_points,
+)
+from osm2xodr.opendrive.space.ribbons import Ribbons, lane_ribbons
+from osm2xodr.opendrive.space.sampling import Stations, sample_roads
+
+__all__ = [
+    "Frame",
+    "Places",
+    "Ribbons",
+    "RoadFinder",
+    "Stations",
+    "cubic",
+    "curvature",
+    "elevation",
+    "frame_of",
+    "grade",
+    "lane_at",
+    "lane_borders",
+    "lane_offset",
+    "lane_ribbons",
+    "places_on",
+    "pose",
+    "record_lengths",
+    "rolled",
+    "sample_roads",
+    "section_at",
+    "superelevation",
+    "surface_points",
+]

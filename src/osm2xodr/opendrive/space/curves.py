@@ -1,0 +1,242 @@
+"""Reference lines: plan views of all shapes as functions of s."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from scipy.special import roots_legendre
+
+from osm2xodr.curves import arc_step, find_record
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive.tables import GeometryTable, OpenDrive, Shape
+
+# Records this close behind a place count as not yet begun when the limit from the left is asked for, m.
+LEFT: Final = 1e-9
+
+# Gauss-Legendre: a panel that turns by 2 rad is integrated to the last digit by so many points.
+_POINTS: Final = 12
+_PANEL_TURN: Final = 2.0
+# Only damaged files have spirals that turn more often than so many panels allow.
+_MOST_PANELS: Final = 256
+# Of polynomials: panels per record, and rounds of Newton's method inside of one.
+_PANELS: Final = 8
+_PANEL_POINTS: Final = 6
+_ROUNDS: Final = 8
+# An error of arc length that is none, m: Newton's method has squared it by the time it stops.
+_ENOUGH: Final = 1e-6
+_TINY: Final = 1e-12
+
+_NODES, _WEIGHTS = roots_legendre(_POINTS)
+_PANEL_NODES, _PANEL_WEIGHTS = roots_legendre(_PANEL_POINTS)
+
+_Triple = tuple[FloatArray, FloatArray, FloatArray]
+_Quadruple = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+
+
+def pose(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> _Triple:
+    """Return x, y (m) and heading (rad, not wrapped) of reference lines at s."""
+    x, y, hdg, _ = pose_and_curvature(file, road, s, before=before)
+    return x, y, hdg
+
+
+def curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> FloatArray:
+    """Return the curvature of reference lines at s, 1/m, positive to the left."""
+    return pose_and_curvature(file, road, s, before=before)[3]
+
+
+def pose_and_curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> _Quadruple:
+    """Return what `pose` and `curvature` do, at the price of one."""
+    plan = file.plan_view
+    if not len(plan.s):
+        nothing = np.full(len(s), np.nan)
+        return nothing, nothing.copy(), nothing.copy(), nothing.copy()
+    k = _record(plan, road, s, before)
+    # Damaged records may overflow: then the pose is unknown.
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        u, v, turn, bend = _local(plan, k, s - plan.s[k])
+    cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
+    out = (plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn, bend)
+    gone = plan.start[road + 1] == plan.start[road]
+    for values in out:
+        values[gone | ~np.isfinite(values)] = np.nan
+    return out
+
+
+def record_lengths(file: OpenDrive) -> FloatArray:
+    """Return the arc length of every plan-view record, (records,), m.
+
+    It is the length as written, but for ParamPoly3, whose parameters say where the curve ends.
+    """
+    plan = file.plan_view
+    out = plan.length.copy()
+    table = _polynomials(plan)
+    ends = plan.shape[table.record] == Shape.PARAM_POLY3
+    out[table.record[ends]] = table.arc[ends, -1]
+    return out
+
+
+def _record(plan: GeometryTable, road: IntArray, s: FloatArray, before: bool) -> IntArray:
+    """Return the records that hold at s; any record for roads that have none."""
+    k = np.zeros(len(s), np.int64)
+    has = np.flatnonzero(plan.start[road + 1] > plan.start[road])
+    if len(has):
+        k[has] = find_record(plan.start, plan.s, road[has], s[has] - LEFT if before else s[has])
+    return k
+
+
+def _local(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
+    """Return u, v, the turn and the curvature after ds of records, in the frames of their starts."""
+    shape, p = plan.shape[k], plan.parameters[k]
+    bend = np.where(shape == Shape.ARC, p[:, 0], 0.0)
+    u, v, turn = arc_step(bend, ds)
+    spiral = np.flatnonzero(shape == Shape.SPIRAL)
+    if len(spiral):
+        first, last = p[spiral, 0], p[spiral, 1]
+        length = plan.length[k[spiral]]
+        rate = np.where(length > 0, (last - first) / length, 0.0)
+        u[spiral], v[spiral], turn[spiral] = spiral_step(first, rate, ds[spiral])
+        bend[spiral] = first + rate * ds[spiral]
+    bent = np.flatnonzero((shape == Shape.POLY3) | (shape == Shape.PARAM_POLY3))
+    if len(bent):
+        u[bent], v[bent], turn[bent], bend[bent] = _polynomial_step(_polynomials(plan), k[bent], ds[bent])
+    unknown = shape == Shape.UNKNOWN
+    u[unknown] = v[unknown] = turn[unknown] = bend[unknown] = np.nan
+    return u, v, turn, bend
+
+
+def spiral_step(first: FloatArray, rate: FloatArray, ds: FloatArray) -> _Triple:
+    """Return u, v and the turn after ds of clothoids, (n,), in the frames of their starts.
+
+    The curvature is first + rate · s. The integrals of cos and sin of its turn are taken by Gauss-Legendre in as many
+    panels as the turn needs.
+    """
+    bend = np.fmax(np.abs(first), np.abs(first + rate * ds)) * np.abs(ds)
+    most = np.nan_to_num(np.fmax.reduce(bend, initial=0.0), posinf=np.inf)
+    panels = int(min(max(np.ceil(most / _PANEL_TURN), 1), _MOST_PANELS))
+    u, v = np.zeros(len(ds)), np.zeros(len(ds))
+    half = ds / (2 * panels)
+    for panel in range(panels):
+        at = (2 * panel + 1) * half[:, None] + half[:, None] * _NODES
+        turn = at * (first[:, None] + 0.5 * rate[:, None] * at)
+        u += half * (np.cos(turn) @ _WEIGHTS)
+        v += half * (np.sin(turn) @ _WEIGHTS)
+    return u, v, ds * (first + 0.5 * rate * ds)
+
+
+# ---------------------------------------------------------------- polynomials
+
+
+@dataclass(frozen=True, eq=False)
+class _Polynomials:
+    """Poly3 and ParamPoly3 records as curves u(q), v(q), with their arc lengths.
+
+    Parameters
+    ----------
+    record : (rows,)
+        Index of each row's record.
+    row : (records,)
+        Index of each record's row; 0 for other shapes.
+    u, v : (rows, 4)
+        Coefficients.
+    end : (rows,)
+        q at the end; of Poly3, a q beyond it.
+    arc : (rows, panels + 1)
+        Arc length at equal steps of q.
+    scale : (rows,)
+        Arc length per s: 1, but where a ParamPoly3's length is not as written. Its ends lie where the parameter's
+        do, as all readers take it.
+    """
+
+    record: IntArray
+    row: IntArray
+    u: FloatArray
+    v: FloatArray
+    end: FloatArray
+    arc: FloatArray
+    scale: FloatArray
+
+
+_KNOWN: WeakKeyDictionary[GeometryTable, _Polynomials] = WeakKeyDictionary()
+
+
+def _polynomials(plan: GeometryTable) -> _Polynomials:
+    """Return the polynomials of a plan view, worked out once."""
+    found = _KNOWN.get(plan)
+    if found is None:
+        found = _KNOWN[plan] = _measured(plan)
+    return found
+
+
+def _measured(plan: GeometryTable) -> _Polynomials:
+    """Find the arc lengths of all polynomials."""
+    record = np.flatnonzero((plan.shape == Shape.POLY3) | (plan.shape == Shape.PARAM_POLY3))
+    row = np.zeros(len(plan.shape), np.int64)
+    row[record] = np.arange(len(record))
+    p, length = plan.parameters[record], plan.length[record]
+    plain = plan.shape[record] == Shape.POLY3
+    u = np.where(plain[:, None], np.array([0.0, 1.0, 0.0, 0.0]), p[:, :4])
+    v = np.where(plain[:, None], p[:, :4], p[:, 4:])
+    end = np.where(plain | ~plan.normalized[record], length, 1.0)
+    arc = np.zeros((len(record), _PANELS + 1))
+    for panel in range(_PANELS):
+        low, high = end * panel / _PANELS, end * (panel + 1) / _PANELS
+        arc[:, panel + 1] = arc[:, panel] + _arc(u, v, low, high)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = np.where(plain, 1.0, np.where(length > 0, arc[:, -1] / length, 0.0))
+    return _Polynomials(record, row, u, v, end, arc, scale)
+
+
+def _polynomial_step(table: _Polynomials, record: IntArray, ds: FloatArray) -> _Quadruple:
+    """Return u, v, the turn and the curvature after ds of records, in the frames of their starts."""
+    row = table.row[record]
+    q = _parameter(table, row, ds)
+    u, v = table.u[row], table.v[row]
+    du, dv = _slope(u, q), _slope(v, q)
+    ddu, ddv = 2 * u[:, 2] + 6 * q * u[:, 3], 2 * v[:, 2] + 6 * q * v[:, 3]
+    bend = (du * ddv - dv * ddu) / np.hypot(du, dv) ** 3
+    return _value(u, q), _value(v, q), np.arctan2(dv, du), bend
+
+
+def _parameter(table: _Polynomials, row: IntArray, ds: FloatArray) -> FloatArray:
+    """Return the parameters at arc lengths of polynomials, by Newton's method from a table."""
+    goal = ds * table.scale[row]
+    panel = np.clip((table.arc[row] <= goal[:, None]).sum(1) - 1, 0, _PANELS - 1)
+    step = table.end[row] / _PANELS
+    low = panel * step
+    before, after = table.arc[row, panel], table.arc[row, panel + 1]
+    u, v = table.u[row], table.v[row]
+    q = np.where(after > before, low + step * (goal - before) / (after - before), low)
+    # Inside of the panel, unless the place lies beyond the record.
+    least = np.where((panel == 0) & (goal < before), -np.inf, low)
+    most = np.where((panel == _PANELS - 1) & (goal > after), np.inf, low + step)
+    for _ in range(_ROUNDS):
+        missing = goal - before - _arc(u, v, low, q)
+        q = np.clip(q + missing / np.maximum(np.hypot(_slope(u, q), _slope(v, q)), _TINY), least, most)
+        if not np.any(np.abs(missing) > _ENOUGH):
+            break
+    return q
+
+
+def _arc(u: FloatArray, v: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the arc length from one parameter to another."""
+    half, middle = 0.5 * (high - low), 0.5 * (high + low)
+    total = np.zeros(len(low))
+    for node, weight in zip(_PANEL_NODES.tolist(), _PANEL_WEIGHTS.tolist(), strict=True):
+        at = middle + half * node
+        total += weight * np.hypot(_slope(u, at), _slope(v, at))
+    return half * total
+
+
+def _value(c: FloatArray, q: FloatArray) -> FloatArray:
+    """Return the values of cubics with coefficients (n, 4)."""
+    out: FloatArray = c[:, 0] + q * (c[:, 1] + q * (c[:, 2] + q * c[:, 3]))
+    return out
+
+
+def _slope(c: FloatArray, q: FloatArray) -> FloatArray:
+    """Return the derivatives of cubics with coefficients (n, 4)."""
+    out: FloatArray = c[:, 1] + q * (2 * c[:, 2] + q * (3 * c[:, 3]))
+    return out

@@ -1,0 +1,137 @@
+"""Lanes across the road: where their borders are, and which lies at a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.curves import find_record, runs
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive.space.curves import LEFT
+from osm2xodr.opendrive.space.profiles import cubic, lane_offset
+from osm2xodr.opendrive.tables import ABSENT, OpenDrive
+
+
+@dataclass(frozen=True, eq=False)
+class LaneRanks:
+    """How lanes are counted from the centre outwards.
+
+    Parameters
+    ----------
+    left, right : (sections,)
+        Index of the lane next to the centre on either side, if there is one.
+    left_count, right_count : (sections,)
+        Lanes on either side.
+    rank : (lanes,)
+        1 for lanes next to the centre, and so on; 0 for centre lanes, -1 for lanes whose id is unreadable.
+    """
+
+    left: IntArray
+    right: IntArray
+    left_count: IntArray
+    right_count: IntArray
+    rank: IntArray
+
+
+def lane_ranks(file: OpenDrive) -> LaneRanks:
+    """Count the lanes of every section from the centre outwards."""
+    lanes = file.lanes
+    sections = len(lanes.start) - 1
+    known = lanes.id != ABSENT
+    left_count = np.bincount(lanes.section[lanes.id > 0], minlength=sections)
+    centres = np.bincount(lanes.section[lanes.id == 0], minlength=sections)
+    right_count = np.bincount(lanes.section[known & (lanes.id < 0)], minlength=sections)
+    left = lanes.start[:-1] + left_count - 1
+    right = lanes.start[:-1] + left_count + centres
+    row = np.arange(len(lanes.id))
+    rank = np.where(lanes.id > 0, left[lanes.section] - row + 1, row - right[lanes.section] + 1)
+    rank[lanes.id == 0] = 0
+    rank[~known] = -1
+    return LaneRanks(left, right, left_count, right_count, rank)
+
+
+def lane_borders(
+    file: OpenDrive, lanes: IntArray, s: FloatArray, *, before: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """Return t of the inner and outer borders of lanes at s of their roads, each (n,), m.
+
+    Each lane is evaluated in its own section, even where s lies beyond it. Widths add up from the lane offset
+    outwards. A lane without widths takes its ``<border>``, which counts from the lane offset, too; one without
+    either has no width. Lanes whose id is unreadable give NaN.
+
+    Parameters
+    ----------
+    file
+        The network.
+    lanes : (n,)
+        Rows of `OpenDrive.lanes`.
+    s : (n,)
+        m, from the start of the road.
+    before
+        Whether the limit from the left is meant.
+    """
+    table = file.lanes
+    section = table.section[lanes]
+    ranks = lane_ranks(file)
+    rank = ranks.rank[lanes]
+    is_left = table.id[lanes] > 0
+    ds = s - file.sections.s[section]
+    middle = lane_offset(file, file.sections.road[section], s, before=before)
+    inner, outer = middle.copy(), middle.copy()
+    for step in range(int(rank.max(initial=0))):
+        at = np.flatnonzero(rank > step)
+        lane = np.where(is_left[at], ranks.left[section[at]] - step, ranks.right[section[at]] + step)
+        width = cubic(table.width, lane, ds[at], before=before)
+        inner[at] = outer[at]
+        beyond = outer[at] + np.where(is_left[at], width, -width)
+        bare = np.flatnonzero(
+            (table.width.start[lane + 1] == table.width.start[lane])
+            & (table.border.start[lane + 1] > table.border.start[lane])
+        )
+        if len(bare):
+            beyond[bare] = middle[at[bare]] + cubic(table.border, lane[bare], ds[at[bare]], before=before)
+        outer[at] = beyond
+    inner[rank < 0] = outer[rank < 0] = np.nan
+    return inner, outer
+
+
+def section_at(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> IntArray:
+    """Return the lane sections at s of roads, (n,): rows of `OpenDrive.sections`; `ABSENT` where a road has none."""
+    start = file.sections.start
+    out = np.full(len(s), ABSENT)
+    has = np.flatnonzero(start[road + 1] > start[road])
+    if len(has):
+        out[has] = find_record(start, file.sections.s, road[has], s[has] - LEFT if before else s[has])
+    return out
+
+
+def lane_at(
+    file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray, slack: float = 0.0, *, before: bool = False
+) -> IntArray:
+    """Return the lanes at s and t of roads, (n,): rows of `OpenDrive.lanes`; `ABSENT` where there is none.
+
+    Where lanes overlap or touch there, the leftmost is returned.
+
+    Parameters
+    ----------
+    file, road, s, t
+        Where.
+    slack
+        How far beside a lane a place still counts as on it, m.
+    before
+        Whether the limit from the left is meant.
+    """
+    section = section_at(file, road, s, before=before)
+    known = np.flatnonzero(section != ABSENT)
+    first = file.lanes.start[section[known]]
+    count = file.lanes.start[section[known] + 1] - first
+    place = np.repeat(known, count)
+    lane = runs(first, count)
+    inner, outer = lane_borders(file, lane, s[place], before=before)
+    low, high = np.minimum(inner, outer) - slack, np.maximum(inner, outer) + slack
+    holds = (low <= t[place]) & (t[place] <= high) & (file.lanes.id[lane] != 0)
+    out = np.full(len(s), ABSENT)
+    # Backwards, so that the first of several stays.
+    out[place[holds][::-1]] = lane[holds][::-1]
+    return out

@@ -1,0 +1,128 @@
+"""Lanes as ribbons between borders, which neighbours share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.opendrive.space.lanes import lane_borders, lane_ranks
+from osm2xodr.opendrive.space.profiles import lane_offset, rolled
+from osm2xodr.opendrive.space.sampling import SAME, Stations
+from osm2xodr.opendrive.tables import ABSENT, OpenDrive
+
+
+@dataclass(frozen=True, eq=False)
+class Ribbons:
+    """The borders of all lanes as lines in space, and which of them bound each lane.
+
+    Sections have one border more than lanes beside the centre, from left to right; all borders of a section have a
+    point at the same stations. Sections that are shorter than a micrometre, or whose road has no stations, have none.
+
+    Parameters
+    ----------
+    start : (borders + 1,)
+        Index of each border's first point.
+    section : (borders,)
+        Row of the section that a border belongs to.
+    station : (points,)
+        Row of `Stations` beside which each point lies.
+    t, x, y, z : (points,)
+        m.
+    left, right : (lanes,)
+        Borders of each lane; `ABSENT` for centre lanes and where a section has none.
+    """
+
+    start: IntArray
+    section: IntArray
+    station: IntArray
+    t: FloatArray
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+    left: IntArray
+    right: IntArray
+
+
+def lane_ribbons(file: OpenDrive, stations: Stations) -> Ribbons:
+    """Return the borders of all lanes at stations; lane heights are left out.
+
+    Parameters
+    ----------
+    file
+        The network.
+    stations
+        Of `sample_roads` for this file.
+    """
+    first, count = _stations_of_sections(file, stations)
+    ranks = lane_ranks(file)
+    borders = np.where(count > 0, ranks.left_count + ranks.right_count + 1, 0)
+    border_start = np.concatenate([[0], np.cumsum(borders)])
+    section = np.repeat(np.arange(len(borders)), borders)
+    rank = np.arange(len(section)) - border_start[section]
+    # The lane whose outer border each one is; the centre's belongs to none.
+    lane = np.full(len(section), ABSENT)
+    on_left = rank < ranks.left_count[section]
+    on_right = rank > ranks.left_count[section]
+    lane[on_left] = file.lanes.start[section[on_left]] + rank[on_left]
+    behind = rank[on_right] - ranks.left_count[section[on_right]] - 1
+    lane[on_right] = ranks.right[section[on_right]] + behind
+    points = count[section]
+    start = np.concatenate([[0], np.cumsum(points)]).astype(np.int64)
+    border = np.repeat(np.arange(len(section)), points)
+    index = np.arange(len(border)) - start[border]
+    station = first[section[border]] + index
+    t = _border_t(file, stations, section[border], lane[border], station, index == points[border] - 1)
+    base_x, base_y, base_z = stations.x[station], stations.y[station], stations.z[station]
+    x, y, z = rolled(base_x, base_y, base_z, stations.hdg[station], stations.roll[station], t)
+    left, right = _bounds(file, border_start, count)
+    return Ribbons(start, section, station, t, x, y, z, left, right)
+
+
+def _stations_of_sections(file: OpenDrive, stations: Stations) -> tuple[IntArray, IntArray]:
+    """Return the first station of each section and how many there are, 0 where there are fewer than two."""
+    sections = file.sections
+    # One ascending key for all roads: stations of a road are finite and at least 0.
+    span = float(np.max(stations.s, initial=0.0)) + 2.0
+    keys = stations.road * span + stations.s
+    # Rounding of the keys.
+    slack = max(SAME, 4 * float(np.finfo(np.float64).eps) * span * len(stations.start))
+    low = np.clip(np.nan_to_num(sections.s, nan=-1.0), -1.0, span - 1.0)
+    high = np.clip(np.nan_to_num(sections.end, nan=-1.0), -1.0, span - 1.0)
+    begin = stations.start[sections.road]
+    end = stations.start[sections.road + 1]
+    lower: IntArray = np.searchsorted(keys, sections.road * span + low - slack).astype(np.int64)
+    upper: IntArray = np.searchsorted(keys, sections.road * span + high + slack).astype(np.int64)
+    first = np.minimum(np.maximum(lower, begin), end)
+    points = np.minimum(np.maximum(upper, begin), end) - first
+    return first, np.where(points >= 2, points, 0)
+
+
+def _border_t(
+    file: OpenDrive, stations: Stations, section: IntArray, lane: IntArray, station: IntArray, last: BoolArray
+) -> FloatArray:
+    """Return t of borders at stations: the limit from the left at the last one of their section."""
+    s = stations.s[station]
+    road = file.sections.road[section]
+    out = np.empty(len(s))
+    for before in (False, True):
+        centre = np.flatnonzero((lane == ABSENT) & (last == before))
+        out[centre] = lane_offset(file, road[centre], s[centre], before=before)
+        other = np.flatnonzero((lane != ABSENT) & (last == before))
+        _, out[other] = lane_borders(file, lane[other], s[other], before=before)
+    return out
+
+
+def _bounds(file: OpenDrive, border_start: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the borders to the left and right of each lane."""
+    lanes = file.lanes
+    ranks = lane_ranks(file)
+    section = lanes.section
+    centre = border_start[section] + ranks.left_count[section]
+    inner = np.where(lanes.id > 0, centre - ranks.rank + 1, centre + ranks.rank - 1)
+    outer = np.where(lanes.id > 0, centre - ranks.rank, centre + ranks.rank)
+    left, right = np.minimum(inner, outer), np.maximum(inner, outer)
+    gone = (ranks.rank <= 0) | (count[section] == 0)
+    left[gone] = right[gone] = ABSENT
+    return left, right

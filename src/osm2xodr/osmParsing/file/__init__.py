@@ -1,0 +1,36 @@
+"""Files of OpenStreetMap, read."""
+
+from __future__ import annotations
+
+from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
+from osm2xodr.osmParsing.file.places import element_places
+from osm2xodr.osmParsing.file.reader import (
+    RELATION_TYPES,
+    UNITS_PER_DEGREE,
+    OtherWays,
+    RawNodes,
+    RawRelation,
+    RawWay,
+    count_contents,
+    handle,
+    read_nodes,
+    read_ways,
+    readable,
+)
+
+__all__ = [
+    "RELATION_TYPES",
+    "UNITS_PER_DEGREE",
+    "OsmFile",
+    "OtherWays",
+    "RawNodes",
+    "RawRelation",
+    "RawWay",
+    "count_contents",
+    "element_places",
+    "handle",
+    "open_osm_file",
+    "read_nodes",
+    "read_ways",
+    "readable",
+]

@@ -1,0 +1,351 @@
+"""Reads ways, nodes and relations of OSM files. The only module that knows osmium.
+
+A file is read twice, so that the order of its elements does not matter: first ways and relations, then the nodes
+that are needed. Of elements that occur several times the newest version counts, the last one among equals.
+"""
+
+from __future__ import annotations
+
+import os
+from array import array
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set as AbstractSet
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import osmium
+
+from osm2xodr.errors import InputError
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.osmParsing.file.file_format import OsmFile
+
+RELATION_TYPES: Final = (
+    "restriction",
+    "restriction:motorcar",
+    "restriction:motor_vehicle",
+    "restriction:vehicle",
+    "connectivity",
+)
+# libosmium keeps positions as whole numbers; positions that are missing or impossible are outside of the Earth.
+UNITS_PER_DEGREE: Final = 1e7
+_CAUSE_MAX: Final = 200
+_MEMBER_TYPES: Final = {"n": "node", "w": "way", "r": "relation"}
+
+
+@dataclass(frozen=True, slots=True)
+class RawWay:
+    """A way as it stands in the file; `refs` are ids of nodes, `tags` those that were asked for."""
+
+    id: int
+    refs: Sequence[int]
+    tags: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class RawMember:
+    """A member of a relation; `type` is ``node``, ``way`` or ``relation``."""
+
+    type: str
+    ref: int
+    role: str
+
+
+@dataclass(frozen=True, slots=True)
+class RawRelation:
+    """A relation as it stands in the file."""
+
+    id: int
+    members: tuple[RawMember, ...]
+    tags: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawNodes:
+    """Positions of nodes that are in the file, in ascending id.
+
+    Parameters
+    ----------
+    ids, lon_deg, lat_deg : (n,)
+        Ids and positions, degrees, WGS 84.
+    tags
+        Tags of those that have some, by id, in ascending id.
+    """
+
+    ids: IntArray
+    lon_deg: FloatArray
+    lat_deg: FloatArray
+    tags: Mapping[int, Mapping[str, str]]
+
+
+@dataclass(frozen=True, slots=True)
+class OtherWays:
+    """Which ways are read besides streets.
+
+    Parameters
+    ----------
+    values
+        Values of tags by key; ways with one of them are looked at.
+    keys
+        Which of their tags are kept.
+    wanted
+        Says by these tags whether such a way is kept.
+    every
+        Keys: ways with one of them are looked at as well, whatever its value.
+    """
+
+    values: Mapping[str, AbstractSet[str]]
+    keys: AbstractSet[str]
+    wanted: Callable[[Mapping[str, str]], bool]
+    every: AbstractSet[str] = frozenset()
+
+
+def read_ways(
+    file: OsmFile, highways: frozenset[str], keys: AbstractSet[str], others: OtherWays | None = None
+) -> tuple[list[RawWay], list[RawRelation]]:
+    """Read the ways with given values of ``highway`` and the relations of `RELATION_TYPES`, in ascending id.
+
+    Parameters
+    ----------
+    file
+        Where from.
+    highways
+        Which ways.
+    keys
+        Which of their tags.
+    others
+        Which further ways; they stand among the others, and none of the given values of ``highway`` is on them.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or incomplete.
+    """
+    only_ways = _way_filter(highways, others)
+    only_ways.enable_for(osmium.osm.WAY)
+    only_relations = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
+    only_relations.enable_for(osmium.osm.RELATION)
+    ways: dict[int, tuple[int, RawWay | None]] = {}
+    relations: dict[int, tuple[int, RawRelation | None]] = {}
+    with readable(file):
+        found = osmium.FileProcessor(handle(file), osmium.osm.WAY | osmium.osm.RELATION)
+        item: Any
+        for item in found.with_filter(only_ways).with_filter(only_relations):
+            number, version = item.id, item.version
+            if item.is_way():
+                if number not in ways or version >= ways[number][0]:
+                    gone = item.deleted or ("way", number) in file.deleted
+                    if others is None or item.tags.get("highway") in highways:
+                        way: RawWay | None = _way(item, keys)
+                    else:
+                        way = _other_way(item, others)
+                    ways[number] = version, None if gone else way
+            elif number not in relations or version >= relations[number][0]:
+                gone = item.deleted or ("relation", number) in file.deleted
+                relations[number] = version, None if gone else _relation(item)
+    kept_ways = [way for _, (_, way) in sorted(ways.items()) if way is not None]
+    kept_relations = [relation for _, (_, relation) in sorted(relations.items()) if relation is not None]
+    return kept_ways, kept_relations
+
+
+def _way_filter(highways: frozenset[str], others: OtherWays | None) -> Any:
+    if others is not None and others.every:
+        return osmium.filter.KeyFilter(*sorted({"highway", *others.every, *others.values}))
+    looked_at = {("highway", value) for value in highways}
+    if others is not None:
+        looked_at |= {(key, value) for key, values in others.values.items() for value in values}
+    return osmium.filter.TagFilter(*sorted(looked_at))
+
+
+def read_refs(file: OsmFile, ways: AbstractSet[int], relations: AbstractSet[int]) -> dict[str, list[int]]:
+    """Return the ids of the nodes of some ways, and of the nodes and ways' nodes that are members of relations.
+
+    Parameters
+    ----------
+    file
+        Where from.
+    ways, relations
+        Ids.
+
+    Returns
+    -------
+    dict
+        By ``way/1`` and ``relation/2``; without what is not in the file.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or incomplete.
+    """
+    members: dict[int, tuple[list[int], list[int]]] = {}
+    with readable(file):
+        item: Any
+        if relations:
+            for item in osmium.FileProcessor(handle(file), osmium.osm.RELATION):
+                if item.id in relations:
+                    pairs = [(member.type, member.ref) for member in item.members]
+                    nodes, of_ways = ([ref for kind, ref in pairs if kind == wanted] for wanted in "nw")
+                    members[item.id] = nodes, of_ways
+        wanted_ways = set(ways).union(*(of_ways for _, of_ways in members.values()))
+        refs: dict[int, list[int]] = {}
+        if wanted_ways:
+            for item in osmium.FileProcessor(handle(file), osmium.osm.WAY):
+                if item.id in wanted_ways:
+                    refs[item.id] = [node.ref for node in item.nodes]
+    found = {f"way/{way}": refs[way] for way in ways if way in refs}
+    for relation, (nodes, of_ways) in members.items():
+        found[f"relation/{relation}"] = [*nodes, *(ref for way in of_ways for ref in refs.get(way, ()))]
+    return found
+
+
+def read_nodes(
+    file: OsmFile,
+    ids: IntArray,
+    keys: AbstractSet[str] = frozenset(),
+    more_keys: AbstractSet[str] = frozenset(),
+    also: Callable[[Mapping[str, str]], bool] | None = None,
+) -> RawNodes:
+    """Read the nodes with given ids; those without a valid position count as absent.
+
+    Parameters
+    ----------
+    file
+        Where from.
+    ids : (n,)
+        Which nodes; ascending, each once.
+    keys
+        Which of their tags; none by default.
+    more_keys
+        Tags that are read as well, of nodes that have one of `keys`.
+    also
+        Says by these tags which further nodes are read.
+
+    Raises
+    ------
+    InputError
+        The file is damaged or incomplete.
+    """
+    deleted = np.array([number for kind, number in file.deleted if kind == "node"], np.int64)
+    ids = ids[~np.isin(ids, deleted)]
+    # Positions are collected in C++. Negative ids are not kept.
+    with readable(file):
+        nodes = osmium.FileProcessor(handle(file), osmium.osm.NODE)
+        nodes.with_locations(_table_for(nodes.header))
+        if not len(ids) or ids[0] >= 0:
+            only_ways = osmium.filter.EntityFilter(osmium.osm.WAY)
+            nodes.with_filter(osmium.filter.KeyFilter(*sorted(keys)) if keys else only_ways)
+        tags, negative = _tagged(nodes, keys, more_keys)
+    if also is not None:
+        further = np.array([number for number, found in tags.items() if also(found)], np.int64)
+        ids = np.union1d(ids, further[~np.isin(further, deleted)])
+    table: Any = nodes.node_location_storage
+    present, places = array("q"), array("q")
+    for number in np.ascontiguousarray(ids).data:
+        if number < 0:
+            if number not in negative:
+                continue
+            location = negative[number]
+        else:
+            try:
+                location = table.get(number)
+            except KeyError:
+                continue
+        present.append(number)
+        places.append(location.x)
+        places.append(location.y)
+    lon_lat = np.array(places, np.int64).reshape(-1, 2) / UNITS_PER_DEGREE
+    valid = (np.abs(lon_lat) <= (180.0, 90.0)).all(axis=1)
+    kept = np.array(present, np.int64)[valid]
+    tagged = np.array(sorted(tags), np.int64)
+    known = tagged[np.isin(tagged, kept)].tolist()
+    return RawNodes(
+        kept,
+        np.ascontiguousarray(lon_lat[valid, 0]),
+        np.ascontiguousarray(lon_lat[valid, 1]),
+        {number: tags[number] for number in known},
+    )
+
+
+def _table_for(header: Any) -> str:
+    """Choose libosmium's kind of table for positions."""
+    if header.get("sorting", "") == "Type_then_ID" and not header.has_multiple_object_versions:
+        return "sparse_mem_array"
+    # Three times the size; but of nodes that occur several times the last one stays.
+    return "sparse_mem_map"
+
+
+def _tagged(
+    nodes: Any, keys: AbstractSet[str], more_keys: AbstractSet[str]
+) -> tuple[dict[int, dict[str, str]], dict[int, Any]]:
+    """Return the tags of nodes, and the positions of those with negative ids, which libosmium does not keep."""
+    tags: dict[int, dict[str, str]] = {}
+    negative: dict[int, Any] = {}
+    kept = keys | more_keys
+    for node in nodes:
+        number = node.id
+        found = {key: value for key, value in node.tags if key in kept}
+        if found and (not more_keys or not keys.isdisjoint(found)):
+            tags[number] = found
+        if number < 0:
+            negative[number] = node.location
+    return tags, negative
+
+
+def count_contents(file: OsmFile) -> tuple[int, int]:
+    """Count the nodes, and the ways that have a ``highway`` of whatever kind: for messages when nothing is found."""
+    with readable(file):
+        only_tagged = osmium.filter.KeyFilter("highway")
+        ways = sum(1 for _ in osmium.FileProcessor(handle(file), osmium.osm.WAY).with_filter(only_tagged))
+        nodes = sum(1 for _ in osmium.FileProcessor(handle(file), osmium.osm.NODE))
+    return nodes, ways
+
+
+def handle(file: OsmFile) -> Any:
+    """Return what libosmium reads a file by."""
+    # Absolute, because libosmium takes names such as "http:x" for addresses to fetch.
+    return osmium.io.File(os.path.abspath(file.path), file.format)
+
+
+@contextmanager
+def readable(file: OsmFile) -> Iterator[None]:
+    """Turn what osmium throws about a file's content into one sentence."""
+    try:
+        yield
+    except (RuntimeError, ValueError, OSError, osmium.InvalidLocationError) as error:
+        # The cause may quote the damaged content: one line of it, and only what can be printed.
+        quoted = "".join(letter if letter.isprintable() else " " for letter in str(error))
+        cause = " ".join(quoted.split())[:_CAUSE_MAX].rstrip(". ") or type(error).__name__
+        raise InputError(
+            f"{file.path} cannot be read as OSM data ({cause}); it may be damaged or incomplete, "
+            "download or export it again"
+        ) from error
+
+
+def _way(item: Any, keys: AbstractSet[str]) -> RawWay:
+    return RawWay(item.id, _refs(item), _tags(item, keys))
+
+
+def _other_way(item: Any, others: OtherWays) -> RawWay | None:
+    tags = _tags(item, others.keys)
+    if others.every.isdisjoint(tags) and not any(tags.get(key) in values for key, values in others.values.items()):
+        return None
+    return RawWay(item.id, _refs(item), tags) if others.wanted(tags) else None
+
+
+def _tags(item: Any, keys: AbstractSet[str]) -> dict[str, str]:
+    # The file's order of tags is not kept: what is made of them must not depend on it.
+    found = {key: value for key, value in item.tags if key in keys}
+    return dict(sorted(found.items()))
+
+
+def _refs(item: Any) -> Sequence[int]:
+    nodes = item.nodes
+    # Not `for node in nodes`, which goes through two more calls for each.
+    return array("q", [node.ref for node in map(nodes.__getitem__, range(len(nodes)))])
+
+
+def _relation(item: Any) -> RawRelation:
+    members = tuple(
+        RawMember(_MEMBER_TYPES.get(member.type, member.type), member.ref, member.role) for member in item.members
+    )
+    return RawRelation(item.id, members, {tag.k: tag.v for tag in item.tags})

@@ -1,0 +1,96 @@
+"""On which side of the road a place drives, from the borders of countries that come with the package."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.defaults import COUNTRY_REACH
+from osm2xodr.model import FloatArray, IntArray
+
+_METRES_PER_DEGREE: Final = 111_195.0  # of latitude, on a sphere of 6371 km
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """What is known of a place on Earth.
+
+    Parameters
+    ----------
+    country
+        ISO 3166-1 alpha-2; empty outside of all countries.
+    drives_left
+        Whether traffic drives on the left; None where no country is near.
+    """
+
+    country: str
+    drives_left: bool | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Borders:
+    """Outlines of countries: `x1, y1, x2, y2` of every edge, degrees, and the index of its place."""
+
+    codes: tuple[str, ...]
+    drives_left: tuple[bool, ...]
+    x1: FloatArray
+    y1: FloatArray
+    x2: FloatArray
+    y2: FloatArray
+    place: IntArray
+
+
+@lru_cache(maxsize=1)
+def _borders() -> _Borders:
+    packed = resources.files("osm2xodr.osmParsing.network").joinpath("data/countries.json.gz").read_bytes()
+    table = json.loads(gzip.decompress(packed))
+    unit = float(table["unit_deg"])
+    rings: list[FloatArray] = []
+    owners: list[int] = []
+    for number, place in enumerate(table["places"]):
+        for ring in place["rings"]:
+            rings.append(np.cumsum(np.asarray(ring, np.float64).reshape(-1, 2), axis=0) * unit)
+            owners.append(number)
+    x1, y1 = np.concatenate([ring[:-1] for ring in rings]).T
+    x2, y2 = np.concatenate([ring[1:] for ring in rings]).T
+    edges = np.array([len(ring) - 1 for ring in rings])
+    return _Borders(
+        tuple(place["code"] for place in table["places"]),
+        tuple(place["left"] for place in table["places"]),
+        x1,
+        y1,
+        x2,
+        y2,
+        np.repeat(np.asarray(owners, np.int64), edges),
+    )
+
+
+def find_place(lat_deg: float, lon_deg: float) -> Place:
+    """Return the country at a place (degrees, WGS 84) and the side that it drives on.
+
+    Out at sea the nearest country within `COUNTRY_REACH` tells the side, but is not named.
+    """
+    borders = _borders()
+    places = len(borders.codes)
+    crossed = (borders.y1 > lat_deg) != (borders.y2 > lat_deg)
+    x1, y1, x2, y2 = (column[crossed] for column in (borders.x1, borders.y1, borders.x2, borders.y2))
+    east_of_it = x1 + (lat_deg - y1) / (y2 - y1) * (x2 - x1) > lon_deg
+    inside = np.flatnonzero(np.bincount(borders.place[crossed][east_of_it], minlength=places) % 2)
+    if len(inside):
+        # Of places within places the smaller one is meant.
+        area = np.abs(np.bincount(borders.place, borders.x1 * borders.y2 - borders.x2 * borders.y1, places))
+        found = int(inside[np.argmin(area[inside])])
+        return Place(borders.codes[found], borders.drives_left[found])
+    east = (borders.x1 - lon_deg + 180.0) % 360.0 - 180.0
+    distance = np.hypot(east * math.cos(math.radians(lat_deg)), borders.y1 - lat_deg)
+    nearest = int(np.argmin(distance))
+    if distance[nearest] * _METRES_PER_DEGREE > COUNTRY_REACH:
+        return Place("", None)
+    return Place("", borders.drives_left[int(borders.place[nearest])])

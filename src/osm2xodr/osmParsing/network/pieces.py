@@ -1,0 +1,200 @@
+"""Ways become pieces between the nodes where streets may meet. Everything is done on flat arrays over all ways.
+
+1. Absent nodes are left out of their ways; where that would bridge a long gap, the way is cut.
+2. Nodes in a row at one place become one node.
+3. Ways are cut at the nodes that others share or that they visit twice.
+4. Pieces that only go out and come back, and those on top of others, are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.defaults import ABSENT_NODES_BRIDGED, SAME_NODE_DISTANCE, SLIP_OF_THE_HAND, TURN_ON_THE_SPOT
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.osmParsing.file import RawNodes, RawWay
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lines:
+    """Ways, or parts of them, as rows of nodes.
+
+    Parameters
+    ----------
+    node : (n,)
+        Indices into the nodes, line after line.
+    line : (n,)
+        Number of the line, ascending.
+    way : (n,)
+        Index of the way; ascending.
+    skipped : (n,)
+        Whether nodes of the way are absent right before.
+    """
+
+    node: IntArray
+    line: IntArray
+    way: IntArray
+    skipped: BoolArray
+
+    def chosen(self, keep: BoolArray) -> Lines:
+        """Return what is left of the lines if only some of their nodes are kept."""
+        return Lines(self.node[keep], self.line[keep], self.way[keep], self.skipped[keep])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """Parts of ways between nodes where streets may meet, in ascending way and place along it.
+
+    Parameters
+    ----------
+    node : (n,)
+        Indices into the nodes, line after line.
+    first, last : (m,)
+        Indices into `node` of each piece's ends.
+    way : (m,)
+        Index of the way.
+    """
+
+    node: IntArray
+    first: IntArray
+    last: IntArray
+    way: IntArray
+
+
+def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics) -> Lines:
+    """Look up the nodes of ways; absent ones, repeated ones and ways of less than two nodes are left out."""
+    lengths = np.array([len(way.refs) for way in ways], np.int64)
+    refs = np.concatenate([way.refs for way in ways])
+    way = np.repeat(np.arange(len(ways)), lengths)
+    node = np.minimum(np.searchsorted(nodes.ids, refs), max(len(nodes.ids) - 1, 0))
+    present = nodes.ids[node] == refs if len(nodes.ids) else np.zeros(len(refs), np.bool_)
+    absent = np.bincount(way[~present], minlength=len(ways))
+    for index in np.flatnonzero(absent).tolist():
+        words = f"{absent[index]} of its {lengths[index]} nodes are absent or without a position and are left out"
+        diagnostics.dropped("absent-node", f"way/{ways[index].id}", words)
+    place = np.flatnonzero(present)
+    skipped = np.diff(place, prepend=-1) > 1
+    lines = Lines(node[present], way[present], way[present], skipped)
+    lines = _without_repeats(lines)
+    single = np.bincount(lines.line, minlength=len(ways)) == 1
+    gone = (np.bincount(way, minlength=len(ways)) > 0) & (np.bincount(lines.line, minlength=len(ways)) <= 1)
+    for index in np.flatnonzero(gone | (lengths == 0)).tolist():
+        diagnostics.dropped("short-way", f"way/{ways[index].id}", "has less than two nodes and is left out")
+    return lines.chosen(~single[lines.line])
+
+
+def _without_repeats(lines: Lines) -> Lines:
+    """Leave out nodes that follow themselves."""
+    again = (lines.node[1:] == lines.node[:-1]) & (lines.line[1:] == lines.line[:-1])
+    keep = np.ones(len(lines.node), np.bool_)
+    keep[1:] = ~again
+    return lines.chosen(keep)
+
+
+def join_same_places(
+    lines: Lines, points: FloatArray, nodes: RawNodes, diagnostics: Diagnostics
+) -> tuple[Lines, dict[int, int]]:
+    """Make nodes that follow each other at one place one node, the one with the lowest id.
+
+    Returns
+    -------
+    lines : Lines
+        The lines with the nodes that stand for others.
+    same_node : dict
+        OSM ids: which node stands for which.
+    """
+    a, b = lines.node[:-1], lines.node[1:]
+    near = np.hypot(*(points[b] - points[a]).T) < SAME_NODE_DISTANCE
+    near &= lines.line[1:] == lines.line[:-1]
+    if not near.any():
+        return lines, {}
+    stands_for = np.arange(len(nodes.ids))
+    pairs = np.unique(np.sort(np.column_stack([a[near], b[near]]), axis=1), axis=0)
+    # Ascending ids come first, so each node is led to the lowest one of its group.
+    changed = True
+    while changed:
+        low = np.minimum(stands_for[pairs[:, 0]], stands_for[pairs[:, 1]])
+        before = stands_for.copy()
+        np.minimum.at(stands_for, pairs[:, 0], low)
+        np.minimum.at(stands_for, pairs[:, 1], low)
+        stands_for = stands_for[stands_for]
+        changed = bool((stands_for != before).any())
+    same: dict[int, int] = {}
+    for index in np.flatnonzero(stands_for != np.arange(len(stands_for))).tolist():
+        number, other = int(nodes.ids[index]), int(nodes.ids[stands_for[index]])
+        same[number] = other
+        diagnostics.repaired("same-place", f"node/{number}", f"lies on node {other} and is joined with it")
+    moved = Lines(stands_for[lines.node], lines.line, lines.way, lines.skipped)
+    return _without_repeats(moved), same
+
+
+def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Lines:
+    """Cut lines where absent nodes leave a gap that is too long to bridge; ends of single nodes are left out."""
+    gap = np.zeros(len(lines.node), np.bool_)
+    apart = np.hypot(*(points[lines.node[1:]] - points[lines.node[:-1]]).T) > ABSENT_NODES_BRIDGED
+    gap[1:] = lines.skipped[1:] & (lines.line[1:] == lines.line[:-1]) & apart
+    if not gap.any():
+        return lines
+    for index in np.unique(lines.way[gap]).tolist():
+        diagnostics.repaired("absent-node", f"way/{ways[index].id}", "leaves the area and comes back, cut there")
+    starts = np.ones(len(lines.node), np.bool_)
+    starts[1:] = lines.line[1:] != lines.line[:-1]
+    line = np.cumsum(starts | gap) - 1
+    cut = Lines(lines.node, line, lines.way, lines.skipped)
+    return cut.chosen(np.bincount(line)[line] > 1)
+
+
+def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Pieces:
+    """Cut lines where streets may meet, and leave out pieces on top of others.
+
+    That is at nodes that are visited more than once, and where a way turns back on the spot, which no road does.
+    """
+    count = len(lines.node)
+    if count == 0:
+        empty = np.zeros(0, np.int64)
+        return Pieces(empty, empty, empty, empty)
+    first_of_line = np.ones(count, np.bool_)
+    first_of_line[1:] = lines.line[1:] != lines.line[:-1]
+    last_of_line = np.roll(first_of_line, -1)
+    visits = np.bincount(lines.node)
+    back = np.zeros(count, np.bool_)
+    back[1:-1] = turns_back(points[lines.node[:-2]], points[lines.node[1:-1]], points[lines.node[2:]])
+    cuts = np.flatnonzero(first_of_line | last_of_line | back | (visits[lines.node] > 1))
+    within = ~last_of_line[cuts[:-1]]
+    first, last = cuts[:-1][within], cuts[1:][within]
+    # Out and back again: only the way out stays.
+    spike = (last - first == 2) & (lines.node[first] == lines.node[last])
+    last = last - spike
+    pieces = Pieces(lines.node, first, last, lines.way[first])
+    keep = _topmost(pieces)
+    for index in np.unique(pieces.way[~keep]).tolist():
+        words = "runs on top of another way over the same nodes and is left out there"
+        diagnostics.dropped("duplicate-way", f"way/{ways[index].id}", words)
+    for index in np.unique(pieces.way[spike & keep]).tolist():
+        diagnostics.repaired("spike", f"way/{ways[index].id}", "comes back over its nodes, the way back is left out")
+    return Pieces(lines.node, first[keep], last[keep], pieces.way[keep])
+
+
+def turns_back(before: FloatArray, here: FloatArray, after: FloatArray) -> BoolArray:
+    """Tell where a line turns back on the spot and goes on for longer than a slip of the mapper's hand, (n,)."""
+    arriving, leaving = here - before, after - here
+    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    turn = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
+    shorter = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
+    out: BoolArray = (turn > TURN_ON_THE_SPOT) & (shorter > SLIP_OF_THE_HAND)
+    return out
+
+
+def _topmost(pieces: Pieces) -> BoolArray:
+    """Tell which pieces stay: of those between the same two nodes the first. Longer ones share no nodes inside."""
+    keep = np.ones(len(pieces.first), np.bool_)
+    short = np.flatnonzero(pieces.last - pieces.first == 1)
+    ends = np.sort(np.column_stack([pieces.node[pieces.first[short]], pieces.node[pieces.last[short]]]), axis=1)
+    _, stays = np.unique(ends, axis=0, return_index=True)
+    keep[short] = False
+    keep[short[stays]] = True
+    return keep

@@ -1,0 +1,154 @@
+"""Puts streets and intersections together from ways, nodes and the attributes of ways."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from osm2xodr.curves import ranks
+from osm2xodr.model import FloatArray, IntArray, Intersection, Street, StreetAttributes
+from osm2xodr.osmParsing.file import RawNodes
+from osm2xodr.osmParsing.network.chains import Chain, make_chains
+from osm2xodr.osmParsing.network.pieces import Pieces
+from osm2xodr.osmParsing.roadside import street_node_tags
+from osm2xodr.osmParsing.tags import turned_round
+
+
+def make_streets(
+    pieces: Pieces,
+    nodes: RawNodes,
+    points: FloatArray,
+    attributes: Sequence[StreetAttributes],
+    directions: Sequence[int],
+    transitions: Set[int] = frozenset(),
+) -> tuple[tuple[Street, ...], tuple[Intersection, ...]]:
+    """Join pieces of ways to streets between intersections.
+
+    Parameters
+    ----------
+    pieces
+        Parts of ways.
+    nodes, points : (n, 2)
+        The nodes, and where they are: local x, y, m.
+    attributes, directions
+        Of each way, seen along it.
+    transitions
+        OSM ids of ways whose line moves from one place among the lanes to another (``placement=transition``).
+
+    Returns
+    -------
+    streets
+        In ascending lowest way id and place along that way.
+    intersections
+        In ascending node id.
+    """
+    start, end = pieces.node[pieces.first], pieces.node[pieces.last]
+    second, last_but_one = pieces.node[pieces.first + 1], pieces.node[pieces.last - 1]
+    neighbour = points[np.column_stack([second, last_but_one]).ravel()]
+    chains = make_chains(start, end, np.asarray(directions, np.int64)[pieces.way], points, neighbour)
+    row, place = _rows(chains, pieces)
+    ends = np.array([[row[a], row[b - 1]] for a, b in pairwise(place)], np.int64)
+    ring = np.array([chain.ring for chain in chains], np.bool_)
+    crossing = np.unique(ends[~ring])
+    at = np.where(ring[:, None], -1, np.searchsorted(crossing, ends))
+    street_points = np.ascontiguousarray(points[row])
+    street_nodes = nodes.ids[row]
+    streets = tuple(
+        Street(
+            id=number,
+            start=int(at[number, 0]),
+            end=int(at[number, 1]),
+            points=street_points[place[number] : place[number + 1]],
+            node_ids=street_nodes[place[number] : place[number + 1]],
+            pieces=_through_transitions(stretches, transitions) if transitions else stretches,
+        )
+        for number, stretches in enumerate(_stretches(chains, pieces, attributes))
+    )
+    return streets, _intersections(crossing, nodes, points, at)
+
+
+def tags_on_streets(row: IntArray, nodes: RawNodes, same_node: Mapping[int, int]) -> dict[int, dict[str, str]]:
+    """Return the tags of nodes (ids `row`), with those of nodes at the same place that they stand for."""
+    carried = set(row.tolist())
+    found: dict[int, dict[str, str]] = {}
+    for number, tags in nodes.tags.items():
+        place = same_node.get(number, number)
+        if place in carried:
+            found[place] = {**street_node_tags(tags), **found.get(place, {})}
+    return dict(sorted(found.items()))
+
+
+def _rows(chains: Sequence[Chain], pieces: Pieces) -> tuple[IntArray, list[int]]:
+    """Return the nodes of all chains in a row, and where in it each chain begins (and the last one ends)."""
+    piece = np.array([piece for chain in chains for piece, _ in chain.links], np.int64)
+    along = np.array([along for chain in chains for _, along in chain.links], np.bool_)
+    links = np.array([len(chain.links) for chain in chains], np.int64)
+    is_last = np.zeros(len(piece), np.int64)
+    is_last[np.cumsum(links) - 1] = 1
+    # A piece leaves its last node to the next one.
+    length = pieces.last[piece] - pieces.first[piece] + is_last
+    step = ranks(length)
+    begin = np.where(along, pieces.first[piece], pieces.last[piece])
+    row = pieces.node[np.repeat(begin, length) + np.repeat(np.where(along, 1, -1), length) * step]
+    place = np.concatenate([[0], np.cumsum(length)])[np.concatenate([[0], np.cumsum(links)])]
+    return row, place.tolist()
+
+
+def _stretches(
+    chains: Sequence[Chain], pieces: Pieces, attributes: Sequence[StreetAttributes]
+) -> list[tuple[tuple[int, StreetAttributes], ...]]:
+    """Return for each chain the attributes that hold from a node on."""
+    ways: list[int] = pieces.way.tolist()
+    lengths: list[int] = (pieces.last - pieces.first).tolist()
+    turned: dict[int, StreetAttributes] = {}
+    out: list[tuple[tuple[int, StreetAttributes], ...]] = []
+    for chain in chains:
+        stretches: list[tuple[int, StreetAttributes]] = []
+        at = 0
+        for piece, along in chain.links:
+            way = ways[piece]
+            if along:
+                seen = attributes[way]
+            elif way in turned:
+                seen = turned[way]
+            else:
+                seen = turned[way] = turned_round(attributes[way])
+            if not stretches or stretches[-1][1] is not seen:
+                stretches.append((at, seen))
+            at += lengths[piece]
+        out.append(tuple(stretches))
+    return out
+
+
+def _through_transitions(
+    stretches: tuple[tuple[int, StreetAttributes], ...], transitions: Set[int]
+) -> tuple[tuple[int, StreetAttributes], ...]:
+    """Let the carriageway's middle move in equal steps where OSM says that the line moves among the lanes.
+
+    At the end of a street nothing tells where to; there the line stays the middle.
+    """
+    out = list(stretches)
+    known = [k for k, (_, attributes) in enumerate(out) if attributes.osm_way_id not in transitions]
+    for before, after in pairwise(known):
+        first, last = out[before][1].middle_offset, out[after][1].middle_offset
+        for k in range(before + 1, after):
+            share = (k - before) / (after - before)
+            out[k] = out[k][0], replace(out[k][1], middle_offset=first + share * (last - first))
+    return tuple(out)
+
+
+def _intersections(crossing: IntArray, nodes: RawNodes, points: FloatArray, at: IntArray) -> tuple[Intersection, ...]:
+    arms: list[list[tuple[int, bool]]] = [[] for _ in range(len(crossing))]
+    for street, (start, end) in enumerate(at.tolist()):
+        if start >= 0:
+            arms[start].append((street, True))
+            arms[end].append((street, False))
+    ids = nodes.ids[crossing].tolist()
+    places = points[crossing].tolist()
+    return tuple(
+        Intersection(number, ids[number], places[number][0], places[number][1], tuple(meeting))
+        for number, meeting in enumerate(arms)
+    )

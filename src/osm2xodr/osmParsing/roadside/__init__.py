@@ -1,0 +1,19 @@
+"""What lies beside streets."""
+
+from __future__ import annotations
+
+from osm2xodr.osmParsing.roadside.parallel_footways import attach_footways
+from osm2xodr.osmParsing.roadside.reach import sample_streets
+from osm2xodr.osmParsing.roadside.tags import is_thing, node_keys, street_node_tags, way_values
+from osm2xodr.osmParsing.roadside.things import read_beside, ways_beside
+
+__all__ = [
+    "attach_footways",
+    "is_thing",
+    "node_keys",
+    "read_beside",
+    "sample_streets",
+    "street_node_tags",
+    "way_values",
+    "ways_beside",
+]

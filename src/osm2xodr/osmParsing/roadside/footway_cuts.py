@@ -1,0 +1,110 @@
+"""Cuts pieces of streets where footways beside them begin or end, so that sidewalks can begin and end there too."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import replace
+
+import numpy as np
+
+from osm2xodr.defaults import FOOTWAY_CUT_NEAR, FOOTWAY_RUN
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Street
+from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered
+from osm2xodr.osmParsing.roadside.reach import StreetSamples, with_pieces
+
+
+def cut_where_footways_end(
+    streets: tuple[Street, ...], samples: StreetSamples, matches: FootwayMatches, use: IntArray
+) -> tuple[tuple[Street, ...], StreetSamples]:
+    """Cut pieces at the nodes next to where footways begin or end for at least `FOOTWAY_RUN`.
+
+    Parameters
+    ----------
+    streets, samples
+        The streets, and points along them.
+    matches
+        Which points have footways beside them.
+    use : (n,)
+        What the footway of each match is for, as a number.
+    """
+    cuts: dict[int, set[int]] = defaultdict(set)
+    points = np.concatenate([street.points for street in streets])
+    for kind in np.unique(use).tolist():
+        for side in (LEFT, RIGHT):
+            hit = np.unique(matches.sample[(use == kind) & (matches.side == side)])
+            for piece, node in _ends(samples, points, covered(samples, hit) > 0.0):
+                cuts[piece].add(node)
+    if not cuts:
+        return streets, samples
+    counts = np.array([len(street.points) for street in streets], np.int64)
+    first = (np.cumsum(counts) - counts).tolist()
+    ids = np.concatenate([street.node_ids for street in streets])
+    out = list(streets)
+    for piece, found in sorted(cuts.items()):
+        number = int(samples.street[piece])
+        street = streets[number]
+        own = street.pieces[int(samples.index[piece])]
+        begin = own[0]
+        later = [at for at, _ in street.pieces if at > begin]
+        end = later[0] if later else len(street.points) - 1
+        taken = [begin, end]
+        # In an order that does not depend on the way's direction.
+        for at in sorted((node - first[number] for node in found), key=lambda at: int(ids[first[number] + at])):
+            if begin < at < end and min(_apart(street, at, other) for other in taken) > FOOTWAY_CUT_NEAR:
+                taken.append(at)
+        more = [(at, own[1]) for at in taken[2:]]
+        pieces = tuple(sorted((*out[number].pieces, *more), key=lambda item: item[0]))
+        out[number] = replace(out[number], pieces=pieces)
+    new = tuple(out)
+    return new, with_pieces(samples.lines, new)
+
+
+def join_like_pieces(street: Street) -> Street:
+    """Join pieces of a street that follow each other with the same attributes."""
+    kept = [street.pieces[0]]
+    for at, attributes in street.pieces[1:]:
+        if attributes != kept[-1][1]:
+            kept.append((at, attributes))
+    return replace(street, pieces=tuple(kept)) if len(kept) < len(street.pieces) else street
+
+
+def _apart(street: Street, a: int, b: int) -> float:
+    return float(np.hypot(*(street.points[a] - street.points[b])))
+
+
+def _ends(samples: StreetSamples, points: FloatArray, beside: BoolArray) -> list[tuple[int, int]]:
+    """Return pieces, and nodes (counted over all streets) next to where long runs with and without a footway meet."""
+    # Only of pieces that have any.
+    some = np.zeros(len(samples.street), np.bool_)
+    some[samples.piece[beside]] = True
+    row = np.flatnonzero(some[samples.piece])
+    if not len(row):
+        return []
+    length, piece, beside = samples.lines.length[row], samples.piece[row], beside[row]
+    begins = np.ones(len(piece), np.bool_)
+    begins[1:] = (piece[1:] != piece[:-1]) | (beside[1:] != beside[:-1])
+    run = np.cumsum(begins) - 1
+    start = np.flatnonzero(begins)
+    lengths = np.bincount(run, length)
+    of_piece = piece[start]
+    # Only pieces that have both, for long enough.
+    both = np.zeros(len(samples.street), np.int64)
+    np.bitwise_or.at(both, of_piece, np.where(lengths >= FOOTWAY_RUN, np.where(beside[start], 1, 2), 0))
+    out: list[tuple[int, int]] = []
+    long_runs = np.flatnonzero((both[of_piece] == 3) & (lengths >= FOOTWAY_RUN))
+    for a, b in zip(long_runs[:-1].tolist(), long_runs[1:].tolist(), strict=True):
+        if of_piece[a] != of_piece[b] or beside[start[a]] == beside[start[b]]:
+            continue
+        # Between the two there may be short runs of either kind.
+        at = int(start[a + 1]) if b == a + 1 else _middle(start, a, b)
+        before, after = int(row[at - 1]), int(row[at])
+        place = 0.5 * (samples.lines.points[before] + samples.lines.points[after])
+        nodes = np.arange(samples.lines.node[before], samples.lines.node[after] + 2)
+        distance = np.hypot(*(points[nodes] - place).T)
+        if distance.min() <= FOOTWAY_CUT_NEAR:
+            out.append((int(of_piece[a]), int(nodes[np.argmin(distance)])))
+    return out
+
+
+def _middle(start: IntArray, a: int, b: int) -> int:
+    return int(start[a + 1] + start[b]) // 2

@@ -1,0 +1,173 @@
+"""Which points lie near streets. Everything is done on flat arrays over all streets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr.curves import ranks
+from osm2xodr.defaults import BESIDE_SPACING, ROADSIDE_REACH
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Street, StreetAttributes
+
+# Points farther than this from streets are not looked at, m: above the reach and half of any carriageway.
+_FAR: Final = 48.0
+# Cells are numbered from the middle of so many to either side; of 15 m they reach round the Earth and back.
+_CELLS: Final = 2**30
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LineSamples:
+    """Points in the middle of equal parts of the segments of lines.
+
+    Parameters
+    ----------
+    points : (n, 2)
+        Local x, y, m.
+    along : (n, 2)
+        Unit vectors along the line.
+    length : (n,)
+        Of the parts, m.
+    node : (n,)
+        Index of the node at which the segment begins, counted over all lines.
+    """
+
+    points: FloatArray
+    along: FloatArray
+    length: FloatArray
+    node: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StreetSamples:
+    """Points along all streets.
+
+    Parameters
+    ----------
+    lines
+        The points.
+    piece : (n,)
+        Number of the piece of street that each lies on, counted over all streets.
+    street, index : (m,)
+        Of each piece: its street and its place in `Street.pieces`.
+    left, right : (m,)
+        Of each piece: t of the outer edges of what its tags tell of, left positive, m.
+    """
+
+    lines: LineSamples
+    piece: IntArray
+    street: IntArray
+    index: IntArray
+    left: FloatArray
+    right: FloatArray
+
+
+def sample_lines(points: FloatArray, counts: IntArray, spacing: float) -> LineSamples:
+    """Lay points along lines.
+
+    Parameters
+    ----------
+    points : (n, 2)
+        Local x, y of the nodes of all lines, line after line, m.
+    counts : (m,)
+        Nodes of each line.
+    spacing
+        Largest distance of points, m.
+    """
+    last = np.zeros(len(points), np.bool_)
+    last[np.cumsum(counts) - 1] = True
+    node = np.flatnonzero(~last)
+    step = points[node + 1] - points[node]
+    length = np.hypot(step[:, 0], step[:, 1])
+    node, step, length = node[length > 0.0], step[length > 0.0], length[length > 0.0]
+    parts = np.maximum(np.ceil(length / spacing), 1.0).astype(np.int64)
+    segment = np.repeat(np.arange(len(node)), parts)
+    number = ranks(parts)
+    share = (number + 0.5) / parts[segment]
+    return LineSamples(
+        points[node[segment]] + share[:, None] * step[segment],
+        (step / length[:, None])[segment],
+        (length / parts)[segment],
+        node[segment],
+    )
+
+
+def sample_streets(streets: Sequence[Street]) -> StreetSamples:
+    """Lay points along streets, `BESIDE_SPACING` apart at most."""
+    counts = np.array([len(street.points) for street in streets], np.int64)
+    lines = sample_lines(np.concatenate([street.points for street in streets]), counts, BESIDE_SPACING)
+    return with_pieces(lines, streets)
+
+
+def with_pieces(lines: LineSamples, streets: Sequence[Street]) -> StreetSamples:
+    """Tell which pieces points along streets lie on."""
+    counts = np.array([len(street.points) for street in streets], np.int64)
+    pieces = [len(street.pieces) for street in streets]
+    first = np.repeat(np.cumsum(counts) - counts, pieces)
+    begin = first + np.array([at for street in streets for at, _ in street.pieces], np.int64)
+    edges = np.array([carriageway_edges(attributes) for street in streets for _, attributes in street.pieces])
+    index = np.array([k for number in pieces for k in range(number)], np.int64)
+    return StreetSamples(
+        lines,
+        np.searchsorted(begin, lines.node, side="right") - 1,
+        np.repeat(np.arange(len(streets)), pieces),
+        index,
+        edges[:, 0],
+        edges[:, 1],
+    )
+
+
+def carriageway_edges(attributes: StreetAttributes) -> tuple[float, float]:
+    """Return t of the left and right edge of the carriageway and the margins that tags tell of, m."""
+    half = 0.5 * sum([lane.width for lane in attributes.lanes_ltr])
+    left, right = attributes.middle_offset + half, attributes.middle_offset - half
+    if attributes.margin_left:
+        left += sum(strip.width for strip in attributes.margin_left)
+    if attributes.margin_right:
+        right -= sum(strip.width for strip in attributes.margin_right)
+    return left, right
+
+
+def near_streets(samples: StreetSamples, points: FloatArray) -> BoolArray:
+    """Tell which points (n, 2) lie within `ROADSIDE_REACH` of a street's edge, (n,)."""
+    near = np.isfinite(points).all(axis=1)
+    candidates, chosen = near_each_other(points[near], samples.lines.points, _FAR)
+    near[near] = candidates
+    if not chosen.any() or not near.any():
+        return np.zeros(len(points), np.bool_)
+    tree = cKDTree(samples.lines.points[chosen], balanced_tree=False, compact_nodes=False)
+    distance, number = tree.query(points[near], distance_upper_bound=_FAR)
+    found = np.isfinite(distance)
+    piece = samples.piece[chosen][np.asarray(number, np.int64)[found]]
+    half = np.maximum(samples.left[piece], -samples.right[piece])
+    found[found] = np.asarray(distance)[found] <= ROADSIDE_REACH + half
+    near[near] = found
+    out: BoolArray = near
+    return out
+
+
+def near_each_other(a: FloatArray, b: FloatArray, reach: float) -> tuple[BoolArray, BoolArray]:
+    """Tell roughly which of two sets of points (n, 2) and (m, 2) have one of the other set within reach, m.
+
+    None is missed: those in neighbouring cells of that size are kept.
+    """
+    cells_a, cells_b = _cells(a, reach), _cells(b, reach)
+    b_near: BoolArray = np.isin(cells_b, _grown(cells_a))
+    a_near: BoolArray = np.isin(cells_a, _grown(cells_b[b_near]))
+    return a_near, b_near
+
+
+def _cells(points: FloatArray, size: float) -> IntArray:
+    at = np.floor(points / size).astype(np.int64) + _CELLS // 2
+    out: IntArray = at[:, 0] * _CELLS + at[:, 1]
+    return out
+
+
+def _grown(cells: IntArray) -> IntArray:
+    """Return cells and their neighbours, ascending."""
+    own = np.unique(cells)
+    out: IntArray = np.unique(np.concatenate([own + dx * _CELLS + dy for dx in (-1, 0, 1) for dy in (-1, 0, 1)]))
+    return out

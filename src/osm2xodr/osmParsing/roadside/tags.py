@@ -1,0 +1,234 @@
+"""What tags say about things beside streets: which ways and nodes matter, and what they are. Pure functions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Set as AbstractSet
+from types import MappingProxyType
+from typing import Final
+
+from osm2xodr.model import RoadsideKind
+
+# ---------------------------------------------------------------- nodes
+
+# Nodes with one of these are looked at, on streets and beside them.
+_NODE_KEYS: Final = frozenset(
+    {"highway", "traffic_signals", "traffic_signals:direction", "direction", "stop", "diameter", "ele"}
+)
+_SIGN_KEYS: Final = ("traffic_sign", "traffic_sign:forward", "traffic_sign:backward", "traffic_sign:both")
+_FURNITURE_NODE_KEYS: Final = frozenset(
+    {
+        *("crossing", "traffic_calming", "city_limit", "maxspeed"),
+        *_SIGN_KEYS,
+        *("barrier", "railway", "public_transport"),
+    }
+)
+# What else is kept of them.
+_NODE_DETAILS: Final = frozenset(
+    {
+        *(
+            "crossing:island",
+            "crossing:markings",
+            "crossing:signals",
+            "crossing:width",
+            "crossing_ref",
+            "crossing:kerb",
+        ),
+        *("button_operated", "tactile_paving", "kerb", "width", "height", "length", "material", "layer"),
+        *("traffic_sign:direction", "name", "side", "support", "hazard", "maxheight", "maxwidth", "maxweight"),
+        *("maxspeed:forward", "maxspeed:backward", "bus", "bus_bay", "bay", "shelter", "tram", "train", "trolleybus"),
+        *("subway", "ferry", "light_rail", "access", "motor_vehicle", "segregated"),
+    }
+)
+_LAMP_DETAILS: Final = frozenset({"lamp_mount", "lamp_type"})
+_TREE_DETAILS: Final = frozenset({"natural", "leaf_type", "leaf_cycle", "circumference", "diameter_crown"})
+# Names are kept where a sign or a stop shows them.
+_NAMED: Final = (*_SIGN_KEYS, "city_limit", "public_transport")
+
+# ---------------------------------------------------------------- ways
+
+# Ways that people walk or cycle on; stairs are no part of a street.
+FOOT_HIGHWAYS: Final = frozenset({"footway", "path", "pedestrian", "cycleway"})
+# What shows that a path is built rather than trodden (OSM wiki, Tag:highway=path).
+_BUILT_PATH: Final = frozenset({"footway", "path", "cycleway", "segregated", "crossing", "crossing:markings"})
+_BARRIERS: Final[Mapping[str, RoadsideKind]] = MappingProxyType(
+    {
+        "guard_rail": RoadsideKind.GUARD_RAIL,
+        "jersey_barrier": RoadsideKind.GUARD_RAIL,
+        "wall": RoadsideKind.WALL,
+        "retaining_wall": RoadsideKind.WALL,
+        "fence": RoadsideKind.FENCE,
+        "hedge": RoadsideKind.HEDGE,
+        "bollard": RoadsideKind.BOLLARD,
+        "kerb": RoadsideKind.KERB,
+    }
+)
+# As nodes the others are gaps in, or places of, a line that is mapped as a way.
+_BARRIER_NODES: Final = frozenset({"guard_rail", "jersey_barrier", "bollard"})
+# Modes of transport that do not stop in the street unless buses do as well.
+_RAIL_MODES: Final = ("train", "subway", "light_rail", "ferry", "tram")
+
+_FOOTWAY_DETAILS: Final = frozenset(
+    {
+        *("highway", "area", "footway", "path", "cycleway", "width", "est_width", "surface", "bicycle", "foot"),
+        *(
+            "segregated",
+            "layer",
+            "bridge",
+            "tunnel",
+            "kerb",
+            "oneway",
+            "oneway:bicycle",
+            "crossing",
+            "crossing:island",
+        ),
+        *("crossing:markings", "crossing:signals", "crossing_ref", "crossing:width", "crossing:kerb"),
+    }
+)
+_BARRIER_DETAILS: Final = frozenset(
+    {"barrier", "height", "width", "material", "fence_type", "layer", "bridge", "tunnel"}
+)
+_TRACK_DETAILS: Final = frozenset({"railway", "gauge", "layer", "bridge", "tunnel", "embedded", "service"})
+_STOP_DETAILS: Final = frozenset(
+    {
+        *("highway", "public_transport", "bus", "trolleybus", "name", "ref", "shelter", "bus_bay", "bay", "height"),
+        *("width", "layer", *_RAIL_MODES),
+    }
+)
+_SIGN_DETAILS: Final = frozenset(
+    {
+        *("highway", "traffic_sign", "traffic_sign:direction", "traffic_sign:forward", "traffic_sign:backward"),
+        *("traffic_sign:both", "hazard", "maxheight", "maxwidth", "maxweight"),
+        *("direction", "maxspeed", "maxspeed:forward", "maxspeed:backward", "name", "city_limit", "side", "support"),
+        *("stop", "height", "layer"),
+    }
+)
+_LIGHT_DETAILS: Final = frozenset(
+    {"highway", "traffic_signals", "traffic_signals:direction", "direction", "crossing", "button_operated", "layer"}
+)
+# Tags of things by their kind.
+_DETAILS: Final[Mapping[RoadsideKind, frozenset[str]]] = MappingProxyType(
+    {
+        RoadsideKind.TREE: _TREE_DETAILS | {"height"},
+        RoadsideKind.STREET_LAMP: _LAMP_DETAILS | {"highway", "height", "support", "direction"},
+        RoadsideKind.BUS_STOP: _STOP_DETAILS,
+        RoadsideKind.TRAM_TRACK: _TRACK_DETAILS,
+        RoadsideKind.TRAFFIC_SIGN: _SIGN_DETAILS,
+        RoadsideKind.TRAFFIC_SIGNALS: _LIGHT_DETAILS,
+        **{kind: _BARRIER_DETAILS for kind in _BARRIERS.values()},
+    }
+)
+# All tags of ways that anything here looks at.
+BESIDE_TAGS: Final = (
+    _FOOTWAY_DETAILS | _BARRIER_DETAILS | _TRACK_DETAILS | _STOP_DETAILS | _TREE_DETAILS | {"natural"}
+)
+
+
+def node_keys(furniture: bool, extra: AbstractSet[str]) -> tuple[frozenset[str], frozenset[str]]:
+    """Return which keys a node must have one of to be looked at, and which others are kept of it.
+
+    Parameters
+    ----------
+    furniture
+        Whether anything but turning circles, signals and heights is of use.
+    extra
+        What is read on request: ``lamps``, ``trees``.
+    """
+    if not furniture:
+        return _NODE_KEYS, frozenset()
+    keys, details = _NODE_KEYS | _FURNITURE_NODE_KEYS, _NODE_DETAILS
+    if "trees" in extra:
+        keys, details = keys | {"natural"}, details | _TREE_DETAILS
+    if "lamps" in extra:
+        details |= _LAMP_DETAILS
+    return keys, details
+
+
+def way_values(streets: AbstractSet[str], extra: AbstractSet[str]) -> dict[str, frozenset[str]]:
+    """Return which values of which keys a way must have one of to be looked at.
+
+    Parameters
+    ----------
+    streets
+        Values of ``highway`` of ways that become streets.
+    extra
+        As of `node_keys`.
+    """
+    values = {
+        "highway": FOOT_HIGHWAYS - streets,
+        "barrier": frozenset(_BARRIERS),
+        "railway": frozenset({"tram"}),
+        "public_transport": frozenset({"platform"}),
+    }
+    if "trees" in extra:
+        values["natural"] = frozenset({"tree_row"})
+    return values
+
+
+def is_footway(tags: Mapping[str, str]) -> bool:
+    """Say whether a way is one for people on foot or bicycles, and no trodden path or square."""
+    highway = tags.get("highway")
+    if highway not in FOOT_HIGHWAYS or tags.get("area") == "yes":
+        return False
+    if highway != "path":
+        return True
+    return not _BUILT_PATH.isdisjoint(tags) or "designated" in (tags.get("foot"), tags.get("bicycle"))
+
+
+def is_crossing(tags: Mapping[str, str]) -> bool:
+    """Say whether a footway crosses a street (OSM wiki, Tag:footway=crossing and the like)."""
+    return "crossing" in (tags.get("footway"), tags.get("path"), tags.get("cycleway"))
+
+
+def kind_of_way(tags: Mapping[str, str]) -> RoadsideKind | None:
+    """Return what a way beside the road is, None for what is of no use."""
+    if tags.get("railway") == "tram":
+        return RoadsideKind.TRAM_TRACK
+    if tags.get("public_transport") == "platform" and _for_buses(tags):
+        return RoadsideKind.BUS_STOP
+    if tags.get("natural") == "tree_row":
+        return RoadsideKind.TREE
+    return _BARRIERS.get(tags.get("barrier", ""))
+
+
+def kind_of_node(tags: Mapping[str, str], extra: AbstractSet[str]) -> RoadsideKind | None:
+    """Return what a node beside the road is, None for what is of no use or was not asked for."""
+    highway = tags.get("highway", "")
+    if highway == "traffic_signals":
+        return RoadsideKind.TRAFFIC_SIGNALS
+    if highway in ("stop", "give_way") or any(key in tags for key in _SIGN_KEYS):
+        return RoadsideKind.TRAFFIC_SIGN
+    if highway == "bus_stop" or (tags.get("public_transport") == "platform" and _for_buses(tags)):
+        return RoadsideKind.BUS_STOP
+    if highway == "street_lamp":
+        return RoadsideKind.STREET_LAMP if "lamps" in extra else None
+    if tags.get("natural") == "tree":
+        return RoadsideKind.TREE if "trees" in extra else None
+    barrier = tags.get("barrier", "")
+    return _BARRIERS[barrier] if barrier in _BARRIER_NODES else None
+
+
+def is_thing(tags: Mapping[str, str], extra: AbstractSet[str]) -> bool:
+    """Say whether a node is a thing wherever it does not lie on a street."""
+    return kind_of_node(tags, extra) is not None
+
+
+def _for_buses(tags: Mapping[str, str]) -> bool:
+    if "yes" in (tags.get("bus"), tags.get("trolleybus")):
+        return True
+    return tags.get("railway") is None and all(tags.get(mode, "no") == "no" for mode in _RAIL_MODES)
+
+
+def thing_tags(kind: RoadsideKind, tags: Mapping[str, str]) -> dict[str, str]:
+    """Return the tags that matter to a kind of thing."""
+    return {key: value for key, value in sorted(tags.items()) if key in _DETAILS[kind]}
+
+
+def footway_tags(tags: Mapping[str, str]) -> dict[str, str]:
+    """Return the tags that matter to a footway."""
+    return {key: value for key, value in sorted(tags.items()) if key in _FOOTWAY_DETAILS}
+
+
+def street_node_tags(tags: Mapping[str, str]) -> dict[str, str]:
+    """Return the tags of a node on a street without what is of no use there."""
+    named = tags.get("highway") == "bus_stop" or any(key in tags for key in _NAMED)
+    return {key: value for key, value in sorted(tags.items()) if key != "name" or named}

@@ -1,0 +1,143 @@
+"""Footways and things beside streets, of the ways and nodes that a file has near them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence, Set as AbstractSet
+
+import numpy as np
+
+from osm2xodr.model import FloatArray, Footway, IntArray, RoadsideKind, RoadsideThing
+from osm2xodr.osmParsing.file import OtherWays, RawNodes, RawWay
+from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_streets
+from osm2xodr.osmParsing.roadside.tags import (
+    BESIDE_TAGS,
+    footway_tags,
+    is_crossing,
+    is_footway,
+    kind_of_node,
+    kind_of_way,
+    thing_tags,
+    way_values,
+)
+
+
+def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays:
+    """Return which ways are read besides streets.
+
+    Parameters
+    ----------
+    streets
+        Values of ``highway`` of ways that are read as streets.
+    extra
+        What is read on request: ``lamps``, ``trees``.
+    """
+    values = way_values(streets, extra)
+
+    def wanted(tags: Mapping[str, str]) -> bool:
+        named = any(tags.get(key) in names for key, names in values.items())
+        return named and (is_footway(tags) or kind_of_way(tags) is not None)
+
+    return OtherWays(values, BESIDE_TAGS, wanted)
+
+
+def read_beside(
+    ways: Sequence[RawWay],
+    nodes: RawNodes,
+    points: FloatArray,
+    samples: StreetSamples,
+    carried: IntArray,
+    extra: AbstractSet[str],
+) -> tuple[tuple[Footway, ...], tuple[RoadsideThing, ...]]:
+    """Choose what lies within reach of streets.
+
+    Parameters
+    ----------
+    ways
+        Those of `ways_beside`.
+    nodes, points : (n, 2)
+        The nodes, and where they are: local x, y, m.
+    samples
+        Points along the streets.
+    carried : (m,)
+        OSM ids of the nodes on streets, ascending.
+    extra
+        What is read on request.
+
+    Returns
+    -------
+    footways
+        In ascending id.
+    things
+        In ascending kind and id, nodes before ways.
+    """
+    lengths = np.array([len(way.refs) for way in ways], np.int64)
+    refs = np.concatenate([np.zeros(0, np.int64), *[way.refs for way in ways]])
+    row = np.searchsorted(nodes.ids, refs)
+    row[row == len(nodes.ids)] = 0
+    present = (nodes.ids[row] == refs) & np.isfinite(points[row]).all(axis=1)
+    row, way = row[present], np.repeat(np.arange(len(ways)), lengths)[present]
+    alone = _things_alone(nodes, carried, extra)
+    asked = np.unique(np.concatenate([row, alone]))
+    near = np.zeros(len(nodes.ids), np.bool_)
+    near[asked] = near_streets(samples, points[asked])
+    things = [_node(int(index), nodes, points, extra) for index in alone[near[alone]].tolist()]
+    near[np.searchsorted(nodes.ids, carried)] = True
+    reached = np.zeros(len(ways), np.bool_)
+    reached[way[near[row]]] = True
+    row, way = row[reached[way]], way[reached[way]]
+    # Nodes in a row at one place are one node.
+    again = np.zeros(len(row), np.bool_)
+    again[1:] = (way[1:] == way[:-1]) & (points[row[1:]] == points[row[:-1]]).all(axis=1)
+    row, way = row[~again], way[~again]
+    ids, places = nodes.ids[row], points[row]
+    numbers, begin, count = np.unique(way, return_index=True, return_counts=True)
+    footways: list[Footway] = []
+    for number, first, size in zip(numbers.tolist(), begin.tolist(), count.tolist(), strict=True):
+        # Ways of less than two nodes are of no use.
+        if size > 1:
+            _sort_way(ways[number], ids[first : first + size], places[first : first + size], footways, things)
+    things.sort(key=_order)
+    return tuple(footways), tuple(things)
+
+
+def _order(thing: RoadsideThing) -> tuple[str, str, int]:
+    element, _, number = thing.osm_id.partition("/")
+    return thing.kind.value, element, int(number)
+
+
+def _things_alone(nodes: RawNodes, carried: IntArray, extra: AbstractSet[str]) -> IntArray:
+    """Return the indices of nodes that are things, and not on streets."""
+    ids = np.array([number for number, tags in nodes.tags.items() if kind_of_node(tags, extra)], np.int64)
+    ids = ids[~np.isin(ids, carried)]
+    return np.searchsorted(nodes.ids, ids)
+
+
+def _node(index: int, nodes: RawNodes, points: FloatArray, extra: AbstractSet[str]) -> RoadsideThing:
+    number = int(nodes.ids[index])
+    tags = nodes.tags[number]
+    kind = kind_of_node(tags, extra)
+    assert kind is not None
+    return RoadsideThing(
+        kind,
+        f"node/{number}",
+        points[index : index + 1].copy(),
+        nodes.ids[index : index + 1].copy(),
+        thing_tags(kind, tags),
+    )
+
+
+def _sort_way(
+    way: RawWay, ids: IntArray, points: FloatArray, footways: list[Footway], things: list[RoadsideThing]
+) -> None:
+    """Add a way to the footways or the things, or to both."""
+    if is_footway(way.tags):
+        footways.append(Footway(way.id, is_crossing(way.tags), points, ids, footway_tags(way.tags)))
+    kind = kind_of_way(way.tags)
+    if kind is None:
+        return
+    if kind is RoadsideKind.BUS_STOP:
+        # A platform's outline or line; what stands there stands in its middle.
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))[None, :]
+        nearest = int(np.argmin(np.hypot(*(points - middle).T)))
+        points, ids = middle, ids[nearest : nearest + 1]
+    things.append(RoadsideThing(kind, f"way/{way.id}", points, ids, thing_tags(kind, way.tags)))

@@ -1,0 +1,266 @@
+"""Lanes for bicycles and for buses that tags of the whole way name: ``cycleway``, ``busway``, ``lanes:psv``.
+
+Bicycle lanes of the carriageway are not among what ``lanes`` counts, bus lanes are (OSM wiki, Key:lanes). Both may
+be named lane by lane as well (``bicycle:lanes``, ``bus:lanes``); then those lists count and nothing is added.
+Bicycle tracks apart from the carriageway are no lanes of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from osm2xodr.defaults import LANES_PLAUSIBLE_MAX, TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
+from osm2xodr.diagnostics import Kind
+from osm2xodr.model import Direction, LaneType, Rule
+from osm2xodr.osmParsing.tags.access import NO_VALUES
+from osm2xodr.osmParsing.tags.lane_counts import SIDES, LaneGroups
+from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes
+from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, SIDE_KEYS, names_of_side
+from osm2xodr.osmParsing.tags.values import parse_count, parse_length
+
+CYCLE_TAGS: Final = (
+    "oneway:bicycle",
+    *(f"cycleway{key}{what}" for key in SIDE_KEYS for what in ("", ":oneway", ":lane", ":width", ":est_width")),
+)
+BUS_TAGS: Final = (
+    *(f"busway{key}" for key in SIDE_KEYS),
+    *(f"lanes:{user}{way}" for user in ("bus", "psv") for way in ("", ":forward", ":backward")),
+)
+BESIDE_TAGS: Final = (*CYCLE_TAGS, *BUS_TAGS)
+
+# OSM wiki, Key:cycleway: a lane of the carriageway, with traffic and against it; how it is marked.
+_LANES: Final = frozenset({"lane", "buffered_lane", "soft_lane"})
+_AGAINST: Final = frozenset({"opposite_lane"})
+# Values of keys without a side that are for the far side of a one-way road.
+_FAR_SIDE: Final = frozenset({"opposite_lane", "opposite_track"})
+_MARKED: Final = frozenset({"exclusive", "advisory", "soft_lane", "mandatory", "suggested"})
+REVERSE: Final = frozenset({"-1", "reverse"})
+_CODE: Final = "cycle-lane"
+
+
+@dataclass(frozen=True, slots=True)
+class _CycleLane:
+    """A bicycle lane: on which side of the way, which way along it, its width in m where OSM gives it."""
+
+    side: str
+    runs: Direction
+    width: float | None
+
+
+def with_beside_lanes(
+    groups: LaneGroups, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
+) -> LaneGroups:
+    """Add the lanes for bicycles, and set lanes apart for buses.
+
+    Parameters
+    ----------
+    groups
+        The lanes that counts and lists of lanes give.
+    tags
+        Of the way.
+    direction
+        1 or -1 if it is one-way along or against its order of nodes, else 0.
+    rule
+        The side that traffic drives on.
+    findings
+        What was guessed, mended or ignored is added.
+    """
+    if not any(key in tags for key in BESIDE_TAGS):
+        return groups
+    for key in BUS_TAGS:
+        if key.startswith("lanes:") and key in tags and not _count(tags, key) and tags[key] != "0":
+            findings.append((Kind.DROPPED, "bus-lane", f"{key}={tags[key]} is no number of lanes and is ignored"))
+    groups = _with_bus_lanes(groups, tags, direction, rule, findings)
+    found = [lane for side in LEFT_RIGHT if (lane := _cycle_lane(tags, side, direction, rule, findings))]
+    listed = {runs for runs, slots in _by_direction(groups) if any(slot.type is LaneType.BIKING for slot in slots)}
+    for lane in found:
+        if lane.runs not in listed:
+            groups = _with_cycle_lane(groups, lane, tags, direction, rule, findings)
+    return groups
+
+
+def near_side(runs: Direction, rule: Rule) -> str:
+    """Return on which side of its way, seen along the way, traffic of a direction has its outer edge."""
+    return "right" if (runs is Direction.FORWARD) == (rule is Rule.RIGHT_HAND) else "left"
+
+
+def _by_direction(groups: LaneGroups) -> tuple[tuple[Direction, tuple[Slot, ...]], ...]:
+    return (Direction.FORWARD, groups.forward), (Direction.BACKWARD, groups.backward)
+
+
+def _slots(groups: LaneGroups, runs: Direction) -> tuple[Slot, ...]:
+    return groups.forward if runs is Direction.FORWARD else groups.backward
+
+
+def _replaced(groups: LaneGroups, runs: Direction, slots: tuple[Slot, ...]) -> LaneGroups:
+    return replace(groups, forward=slots) if runs is Direction.FORWARD else replace(groups, backward=slots)
+
+
+# ---------------------------------------------------------------- bicycles
+
+
+def _cycle_lane(
+    tags: Mapping[str, str], side: str, direction: int, rule: Rule, findings: Findings
+) -> _CycleLane | None:
+    """Return the bicycle lane on one side of the way."""
+    own = Direction.FORWARD if near_side(Direction.FORWARD, rule) == side else Direction.BACKWARD
+    value, key = side_value(tags, "cycleway", side, direction, own)
+    marked = next((tags[f"{name}:lane"] for name in names_of_side("cycleway", side) if f"{name}:lane" in tags), "")
+    if value not in _LANES | _AGAINST and not (value is None and marked in _MARKED):
+        return None
+    width = _width(tags, side, findings)
+    if direction == 0:
+        return _CycleLane(side, _along(tags, side, own, findings), width)
+    with_traffic = Direction(direction)
+    against = Direction(-direction)
+    far = own is against
+    if value in _AGAINST or (far and key != "cycleway" and tags.get("oneway:bicycle") in NO_VALUES):
+        return _CycleLane(side, against, width)
+    return _CycleLane(side, _along(tags, side, with_traffic, findings), width)
+
+
+def side_value(
+    tags: Mapping[str, str], key: str, side: str, direction: int, own: Direction
+) -> tuple[str | None, str]:
+    """Return what is tagged for a side, and under which key.
+
+    The key without a side is for both sides of a two-way road and for the near side of a one-way road; it stands back
+    behind keys with a side. Lanes against a one-way are on its far side.
+    """
+    for name in (f"{key}:{side}", f"{key}:both"):
+        if name in tags:
+            return tags[name], name
+    value = tags.get(key)
+    if value is None or any(f"{key}:{other}" in tags for other in LEFT_RIGHT):
+        return None, key
+    if direction and (value in _FAR_SIDE) == (int(own) == direction):
+        return None, key
+    return value, key
+
+
+def _along(tags: Mapping[str, str], side: str, usual: Direction, findings: Findings) -> Direction:
+    """Return which way a bicycle lane runs, given which way it usually would."""
+    text = next((tags[f"{name}:oneway"] for name in names_of_side("cycleway", side) if f"{name}:oneway" in tags), "")
+    if text in NO_VALUES:
+        findings.append((Kind.REPAIRED, _CODE, "a bicycle lane for both directions is written with one"))
+    # ``yes`` says no more than that it has one direction.
+    return Direction.BACKWARD if text in REVERSE else usual
+
+
+def _width(tags: Mapping[str, str], side: str, findings: Findings) -> float | None:
+    for name in names_of_side("cycleway", side):
+        for what in ("width", "est_width"):
+            text = tags.get(f"{name}:{what}")
+            if text is None:
+                continue
+            width = parse_length(text)
+            if width is not None and TAGGED_LANE_WIDTH_MIN <= width <= TAGGED_LANE_WIDTH_MAX:
+                return width
+            findings.append((Kind.DROPPED, _CODE, f"{name}:{what}={text} is no width of a lane and is ignored"))
+    return None
+
+
+def _with_cycle_lane(
+    groups: LaneGroups, lane: _CycleLane, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
+) -> LaneGroups:
+    """Add one bicycle lane at the edge of the carriageway where it is."""
+    runs = lane.runs
+    outer = near_side(runs, rule) == lane.side
+    if not outer and (groups.both_ways or _slots(groups, Direction(-runs))):
+        # Beyond the lanes of the other direction OpenDRIVE has no place for it.
+        runs, outer = Direction(-runs), True
+        words = "a bicycle lane against the traffic beside it is written as running with it"
+        findings.append((Kind.REPAIRED, _CODE, words))
+    slots = _slots(groups, runs)
+    at_end = outer == (rule is Rule.RIGHT_HAND)
+    edge = slots[-1 if at_end else 0] if slots else None
+    slot = Slot(LaneType.BIKING, width=lane.width, beside=True)
+    if edge is not None and outer and not edge.turns and motor_lanes(slots) == _tagged(tags, runs, direction) + 1:
+        # Lists such as ``turn:lanes`` count the bicycle lane, ``lanes`` does not.
+        slot = replace(edge, type=LaneType.BIKING, width=edge.width or lane.width)
+        slots = slots[:-1] if at_end else slots[1:]
+    return _replaced(groups, runs, (*slots, slot) if at_end else (slot, *slots))
+
+
+def _tagged(tags: Mapping[str, str], runs: Direction, direction: int) -> int:
+    """Return how many lanes for cars a count gives for a direction, -1 where none does."""
+    if direction and direction != runs:
+        return -1
+    key = "lanes" if direction else f"lanes:{SIDES[runs.value]}"
+    return (parse_count(tags[key])[0] or -1) if key in tags else -1
+
+
+# ---------------------------------------------------------------- buses
+
+
+def _with_bus_lanes(
+    groups: LaneGroups, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
+) -> LaneGroups:
+    """Set outer lanes apart for buses where lists of lanes do not say which lanes are."""
+    for runs, slots in _by_direction(groups):
+        if not motor_lanes(slots) or any(slot.type is LaneType.BUS for slot in slots):
+            continue
+        at_near, at_far = _bus_lanes(tags, runs, direction, rule, findings)
+        # ``lanes`` counts the lanes of ``lanes:psv``; those of ``busway`` it often leaves out.
+        room = "lanes" not in tags or not any(key.startswith("lanes:") and key in tags for key in BUS_TAGS)
+        for count, at_end in ((at_near, rule is Rule.RIGHT_HAND), (at_far, rule is Rule.LEFT_HAND)):
+            if count:
+                slots = _set_apart(slots, count, at_end, room, findings)
+        groups = _replaced(groups, runs, slots)
+    return groups
+
+
+def _set_apart(slots: tuple[Slot, ...], count: int, at_end: bool, room: bool, findings: Findings) -> tuple[Slot, ...]:
+    """Give outer lanes to buses as long as one is left for cars, and add what is missing where there is room."""
+    own = list(slots if at_end else slots[::-1])
+    for place in reversed(range(len(own))):
+        cars = sum(slot.type is LaneType.DRIVING for slot in own)
+        if count and cars > 1 and own[place].type is LaneType.DRIVING:
+            own[place] = replace(own[place], type=LaneType.BUS)
+            count -= 1
+    if count and room:
+        own += [Slot(LaneType.BUS, beside=True)] * count
+        findings.append((Kind.GUESSED, "bus-lane", "a bus lane that the number of lanes has no room for is added"))
+    elif count:
+        findings.append((Kind.DROPPED, "bus-lane", "as many bus lanes as lanes, the innermost is kept open to cars"))
+    return tuple(own if at_end else own[::-1])
+
+
+def _bus_lanes(
+    tags: Mapping[str, str], runs: Direction, direction: int, rule: Rule, findings: Findings
+) -> tuple[int, int]:
+    """Return how many lanes of a direction are for buses at its near side and at its far side."""
+    for user in ("psv", "bus"):
+        own = _count(tags, f"lanes:{user}:{SIDES[runs.value]}")
+        total = _count(tags, f"lanes:{user}")
+        if own:
+            return own, 0
+        if total and direction == runs:
+            return total, 0
+        if total and not direction:
+            if total % 2 and runs is Direction.FORWARD:
+                findings.append((Kind.GUESSED, "bus-lane", "bus lanes without directions, the odd one runs forward"))
+            return (total + (runs is Direction.FORWARD)) // 2, 0
+    if direction and direction != runs:
+        return 0, 0
+    near = near_side(runs, rule)
+    far = LEFT_RIGHT[near == LEFT_RIGHT[0]]
+    at_near = side_value(tags, "busway", near, direction, runs)[0] in _LANES
+    at_far = bool(direction) and side_value(tags, "busway", far, direction, Direction(-runs))[0] in _LANES
+    return int(at_near), int(at_far)
+
+
+def _count(tags: Mapping[str, str], key: str) -> int:
+    """Read a number of lanes; 0 where there is none."""
+    count = (parse_count(tags[key])[0] or 0) if key in tags else 0
+    return count if count <= LANES_PLAUSIBLE_MAX else 0
+
+
+def contraflow_bus_lane(tags: Mapping[str, str], direction: int) -> bool:
+    """Whether tags of the whole way give a one-way road a bus lane against its direction."""
+    against = SIDES[-direction]
+    if any(tags.get(f"busway{key}") in _AGAINST for key in SIDE_KEYS):
+        return True
+    return any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))

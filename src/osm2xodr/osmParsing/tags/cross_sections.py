@@ -1,0 +1,274 @@
+"""A way's tags become its lanes from left to right, with widths, and the place of the OSM line among them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Final
+
+from osm2xodr.conventions import GENERIC, Country
+from osm2xodr.defaults import (
+    CARRIAGEWAY_WIDTH_MAX,
+    CARRIAGEWAY_WIDTH_MIN,
+    LANE_WIDTH_BICYCLE,
+    LANE_WIDTH_BUS,
+    LANE_WIDTH_MAX,
+    LANE_WIDTH_MIN,
+)
+from osm2xodr.diagnostics import Kind
+from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, Rule
+from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
+from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, lane_groups
+from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Findings, Slot
+from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
+from osm2xodr.osmParsing.tags.values import parse_length
+
+_WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
+_PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
+# All tags that this module and those below it look at for lanes, without ``highway``.
+LANE_TAGS: Final = (
+    *(*COUNT_TAGS, *USER_TAGS, *BESIDE_TAGS),
+    *(*_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *CHANGE_TAGS, *LIST_TAGS),
+)
+# All tags that they look at.
+SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
+
+_PLACEMENT: Final = re.compile(r"(left_of|middle_of|right_of):(-?\d+)")
+# Two tags that place the line within this of each other agree, m.
+_PLACEMENTS_AGREE: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class CrossSection:
+    """Lanes across a way and what lies beside them, seen along its order of nodes.
+
+    Parameters
+    ----------
+    lanes_ltr
+        From left to right.
+    middle_offset
+        t of the middle of the lanes off the OSM line, left positive, m.
+    findings
+        What was guessed, mended or ignored: kind, code, words.
+    margin_left, margin_right
+        What lies beside the lanes, from their edge outwards.
+    """
+
+    lanes_ltr: tuple[LaneSpec, ...]
+    middle_offset: float
+    findings: tuple[tuple[Kind, str, str], ...]
+    margin_left: tuple[MarginSpec, ...] = ()
+    margin_right: tuple[MarginSpec, ...] = ()
+
+
+def cross_section(
+    tags: Mapping[str, str],
+    direction: int,
+    rule: Rule,
+    default_lane_width: float | None = None,
+    closed: int = 0,
+    country: Country = GENERIC,
+) -> CrossSection:
+    """Lay out a way's lanes.
+
+    Parameters
+    ----------
+    tags
+        Of the way: ``highway`` and those of `SECTION_TAGS` that it has.
+    direction
+        1 or -1 if it is one-way along or against its order of nodes, else 0.
+    rule
+        The side that traffic drives on: which side of a two-way road its forward lanes are on.
+    default_lane_width
+        Width of lanes for cars that OSM gives none for, m; None takes one by the class of the road.
+    closed
+        1 or -1 where that direction of a two-way road is closed to cars, else 0.
+    country
+        Whose usual widths are taken.
+    """
+    findings: Findings = []
+    runs_one_way = direction or -closed
+    contraflow_bus = bool(runs_one_way) and contraflow_bus_lane(tags, runs_one_way)
+    groups = lane_groups(tags, direction, findings, closed, contraflow_bus)
+    groups = with_beside_lanes(groups, tags, runs_one_way, rule, findings)
+    # Seen along the way, lanes against it stand the other way round than their drivers see them.
+    forward = [(slot, Direction.FORWARD) for slot in groups.forward]
+    backward = [(slot, Direction.BACKWARD) for slot in reversed(groups.backward)]
+    between = [(slot, Direction.BOTH) for slot in groups.both_ways]
+    lanes = backward + between + forward if rule is Rule.RIGHT_HAND else forward + between + backward
+    margins = read_margins(tags, runs_one_way, rule, findings)
+    carriageway = _carriageway(tags, margins, [slot for slot, _ in lanes], findings)
+    usual = _usual_width(tags["highway"], groups.shared, default_lane_width, country)
+    widths = _widths([slot for slot, _ in lanes], usual, default_lane_width is not None, carriageway, findings)
+    lanes_ltr = tuple(
+        LaneSpec(slot.type, runs, width, slot.turns, slot.change)
+        for (slot, runs), width in zip(lanes, widths, strict=True)
+    )
+    beside = [slot.beside for slot, _ in lanes]
+    offset = _middle_offset(lanes_ltr, beside, tags, direction, findings)
+    if offset is None:
+        # The line is in the middle of the carriageway; cars that park there on one side push the lanes aside.
+        offset = (carriageway.parking_right - carriageway.parking_left) / 2.0
+    return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
+
+
+# ---------------------------------------------------------------- widths
+
+
+@dataclass(frozen=True, slots=True)
+class _Carriageway:
+    """The carriageway that OSM gives the width of, m: in all, and what of it is for parking on either side."""
+
+    width: float | None = None
+    parking_left: float = 0.0
+    parking_right: float = 0.0
+
+
+def _carriageway(
+    tags: Mapping[str, str], margins: Margins, slots: Sequence[Slot], findings: Findings
+) -> _Carriageway:
+    """Measure the carriageway where it is needed: for lanes without a width, or for cars that park on it.
+
+    Without a width nothing tells where on the carriageway the line is; the lanes are then laid about it. So they are
+    where parked cars would leave no room for a lane: then the width is that of the lanes alone.
+    """
+    parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
+    if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
+        return _Carriageway()
+    width = _carriageway_width(tags, findings)
+    if width is None or not parked:
+        return _Carriageway(width)
+    parking = margins.parking_left + margins.parking_right
+    if width - parking < LANE_WIDTH_MIN:
+        words = f"{width:g} m of width have no room for {parking:g} m of parking, taken to be that of the lanes alone"
+        findings.append((Kind.GUESSED, "width", words))
+        return _Carriageway(width)
+    return _Carriageway(width, margins.parking_left, margins.parking_right)
+
+
+def _widths(
+    slots: Sequence[Slot],
+    usual: float,
+    chosen: bool,
+    carriageway: _Carriageway,
+    findings: Findings,
+) -> list[float]:
+    """Return the width of each lane: its own if tagged, else its share of the carriageway, else the usual one.
+
+    That one is the user's choice, or a guess.
+    """
+    widths = [slot.width or _beside_width(slot.type, usual) for slot in slots]
+    open_lanes = [place for place, slot in enumerate(slots) if not slot.width and slot.type in MOTOR_LANES]
+    if not open_lanes:
+        return widths
+    if carriageway.width is None:
+        if not chosen:
+            findings.append((Kind.GUESSED, "lane-width", f"no width given, lanes of {usual:g} m assumed"))
+        return widths
+    taken = sum(widths) - sum(widths[place] for place in open_lanes)
+    parked = carriageway.parking_left + carriageway.parking_right
+    share = (carriageway.width - parked - taken) / len(open_lanes)
+    width = min(max(share, LANE_WIDTH_MIN), LANE_WIDTH_MAX)
+    if abs(width - share) > 1e-9:
+        less = f" less {parked:g} m of parking" if parked else ""
+        words = f"{carriageway.width:g} m of width{less} would make lanes of {share:.2f} m, {width:g} m taken"
+        findings.append((Kind.REPAIRED, "lane-width", words))
+    for place in open_lanes:
+        widths[place] = width
+    return widths
+
+
+def _usual_width(highway: str, shared: bool, default_lane_width: float | None, country: Country) -> float:
+    width = default_lane_width or country.lane_width(highway)
+    return max(width / 2.0, LANE_WIDTH_MIN) if shared else width
+
+
+def _beside_width(kind: LaneType, usual: float) -> float:
+    """Return the width of a lane by what it is for."""
+    if kind is LaneType.BUS:
+        return max(usual, LANE_WIDTH_BUS)
+    return usual if kind in MOTOR_LANES else LANE_WIDTH_BICYCLE
+
+
+def _carriageway_width(tags: Mapping[str, str], findings: Findings) -> float | None:
+    for key in _WIDTH_TAGS:
+        text = tags.get(key)
+        if text is None:
+            continue
+        width = parse_length(text)
+        if width is not None and CARRIAGEWAY_WIDTH_MIN <= width <= CARRIAGEWAY_WIDTH_MAX:
+            return width
+        findings.append((Kind.DROPPED, "width", f"{key}={text} is no width of a road and is ignored"))
+    return None
+
+
+# ---------------------------------------------------------------- placement
+
+
+def is_transition(tags: Mapping[str, str]) -> bool:
+    """Whether the line of a way moves from one place among the lanes to another."""
+    return any(tags.get(key) == "transition" for key in _PLACEMENT_TAGS)
+
+
+def _middle_offset(
+    lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Mapping[str, str], direction: int, findings: Findings
+) -> float | None:
+    """Return how far left of the OSM line the middle of the lanes is, m (OSM wiki, Key:placement).
+
+    None where no tag says so.
+    """
+    if not any(key in tags for key in _PLACEMENT_TAGS):
+        return None
+    keys: list[tuple[str, Direction]] = []
+    if direction >= 0:
+        keys.append(("placement:forward", Direction.FORWARD))
+    if direction <= 0:
+        keys.append(("placement:backward", Direction.BACKWARD))
+    if direction:
+        keys.insert(0, ("placement", Direction(direction)))
+    elif tags.get("placement", "transition") != "transition":
+        findings.append((Kind.DROPPED, "placement", "placement of a two-way road names no direction, ignored"))
+    if is_transition(tags):
+        words = "the line moves among the lanes here, it is taken to be midway between where it is before and after"
+        findings.append((Kind.NOTE, "placement", words))
+    edges = list(accumulate((lane.width for lane in lanes_ltr), initial=0.0))
+    # Edges of the lanes that ``placement`` counts: not of those that only ``cycleway`` or ``busway`` names.
+    counted = [
+        (lane.direction, edges[place], edges[place + 1]) for place, lane in enumerate(lanes_ltr) if not beside[place]
+    ]
+    found = [
+        place
+        for key, runs in keys
+        if key in tags and (place := _line_place(tags[key], counted, runs, findings)) is not None
+    ]
+    if not found:
+        return None
+    if abs(found[-1] - found[0]) > _PLACEMENTS_AGREE:
+        findings.append((Kind.REPAIRED, "placement", "placement of the two directions differs, the first is taken"))
+    return found[0] - sum(lane.width for lane in lanes_ltr) / 2.0
+
+
+def _line_place(
+    text: str, lanes_ltr: Sequence[tuple[Direction, float, float]], runs: Direction, findings: Findings
+) -> float | None:
+    """Return how far right of the carriageway's left edge the OSM line is, m; None if the value does not say."""
+    if text == "transition":
+        return None
+    # Edges of the lanes of the direction, from left to right as its drivers see them.
+    own = [(left, right) for direction, left, right in lanes_ltr if direction is runs]
+    if runs is Direction.BACKWARD:
+        own = [(right, left) for left, right in reversed(own)]
+    found = _PLACEMENT.fullmatch(text.strip())
+    if found and own:
+        side, lane_number = found[1], int(found[2])
+        if side == "left_of" and lane_number == len(own) + 1:
+            return own[-1][1]  # left of a lane that begins or has ended here
+        if side == "right_of" and lane_number == 0:
+            return own[0][0]
+        if 1 <= lane_number <= len(own):
+            left, right = own[lane_number - 1]
+            return {"left_of": left, "right_of": right, "middle_of": (left + right) / 2.0}[side]
+    findings.append((Kind.DROPPED, "placement", f"placement {text} does not fit {len(own)} lanes and is ignored"))
+    return None

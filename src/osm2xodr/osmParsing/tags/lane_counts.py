@@ -1,0 +1,249 @@
+"""How many lanes a way has each way: ``lanes`` and its kin reconciled with what the lane-by-lane lists say.
+
+Where they differ, the more specific tag is taken: lists that name lanes one by one before the counts of a direction,
+those before ``lanes``, which older tagging keeps without turn lanes. What is decided is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from osm2xodr.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
+from osm2xodr.diagnostics import Kind
+from osm2xodr.model import LaneType
+from osm2xodr.osmParsing.tags.access import NO_VALUES
+from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes, read_change, read_slots, read_turns
+from osm2xodr.osmParsing.tags.values import parse_count
+
+COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
+# Tags that open one direction of a road to buses or bicycles only, or close it to bicycles.
+_USERS: Final = ("bus", "psv", "bicycle")
+USER_TAGS: Final = (
+    "oneway:bus",
+    "oneway:psv",
+    *(f"{user}:{way}" for user in _USERS for way in ("forward", "backward")),
+)
+_OPEN: Final = frozenset({"yes", "designated", "permissive", "official"})
+# How OSM names the directions along (1) and against (-1) a way.
+SIDES: Final = {1: "forward", -1: "backward"}
+_CODE: Final = "lane-count"
+
+
+@dataclass(frozen=True, slots=True)
+class LaneGroups:
+    """The lanes of a way by direction, each group from left to right as its drivers see it.
+
+    Parameters
+    ----------
+    forward, backward
+        Along and against the way's order of nodes.
+    both_ways
+        Between them, seen along the way.
+    shared
+        Whether both directions share a single lane's width.
+    """
+
+    forward: tuple[Slot, ...] = ()
+    backward: tuple[Slot, ...] = ()
+    both_ways: tuple[Slot, ...] = ()
+    shared: bool = False
+
+
+def lane_groups(
+    tags: Mapping[str, str], direction: int, findings: Findings, closed: int = 0, contraflow_bus: bool = False
+) -> LaneGroups:
+    """Reconcile all that a way's tags say about the number and use of its lanes.
+
+    Parameters
+    ----------
+    tags
+        Of the way, ``highway`` among them.
+    direction
+        1 or -1 if it is one-way along or against its order of nodes, else 0.
+    findings
+        What was guessed, mended or ignored is added.
+    closed
+        1 or -1 where that direction of a two-way road is closed to cars, else 0.
+    contraflow_bus
+        Whether a one-way road is known to have a bus lane against its direction.
+    """
+    if direction:
+        return _oneway_groups(tags, direction, contraflow_bus, findings)
+    if not closed:
+        return _twoway_groups(tags, findings)
+    if not _count(tags, f"lanes:{SIDES[closed]}", []) and _count(tags, "lanes", []) < 2:
+        # One lane's width, where cars run one way.
+        return _oneway_groups(tags, -closed, contraflow_bus, findings)
+    groups = _twoway_groups(tags, findings)
+    if closed > 0:
+        return replace(groups, forward=_closed_to_cars(groups.forward, tags, closed))
+    return replace(groups, backward=_closed_to_cars(groups.backward, tags, closed))
+
+
+def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: int) -> tuple[Slot, ...]:
+    """Return the lanes of a direction without cars: they are for buses if those may use them, else for bicycles."""
+    side = SIDES[closed]
+    kind = LaneType.BIKING
+    if any(tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv")):
+        kind = LaneType.BUS
+    elif tags.get(f"bicycle:{side}") in NO_VALUES:
+        kind = LaneType.NONE
+    return tuple(replace(slot, type=kind) if slot.type is LaneType.DRIVING else slot for slot in slots)
+
+
+def _oneway_groups(tags: Mapping[str, str], direction: int, contraflow_bus: bool, findings: Findings) -> LaneGroups:
+    side, other = SIDES[direction], SIDES[-direction]
+    along, against = _count(tags, f"lanes:{side}", findings), _count(tags, f"lanes:{other}", findings)
+    tagged = _count(tags, "lanes", findings) or along
+    contraflow = _contraflow_slots(tags, other, against, contraflow_bus, findings)
+    if contraflow:
+        if "lanes" in tags:
+            tagged = along or max(tagged - len(contraflow), 1)
+        words = "a lane against the direction of a one-way road is kept for buses, but leads through no junction"
+        findings.append((Kind.NOTE, "contraflow", words))
+    elif 0 < against < tagged:
+        tagged = along or tagged - against
+        findings.append((Kind.DROPPED, "contraflow", "lanes against the direction of a one-way road are left out"))
+    slots = _oneway_slots(tags, side, tagged, findings)
+    return LaneGroups(slots, contraflow) if direction > 0 else LaneGroups(contraflow, slots)
+
+
+def _contraflow_slots(
+    tags: Mapping[str, str], side: str, tagged: int, known: bool, findings: Findings
+) -> tuple[Slot, ...]:
+    """Return the lanes for buses against the direction of a one-way road."""
+    listed = read_slots(tags, (f":{side}",), tagged, findings)
+    buses = tuple(slot for slot in listed if slot.type is LaneType.BUS)
+    if buses:
+        return buses
+    opened = any(
+        tags.get(f"oneway:{user}") in NO_VALUES or tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv")
+    )
+    if known or (opened and tagged):
+        return (Slot(LaneType.BUS),) * max(tagged, 1)
+    return ()
+
+
+def _oneway_slots(tags: Mapping[str, str], side: str, tagged: int, findings: Findings) -> tuple[Slot, ...]:
+    ways = ("", f":{side}")
+    slots = read_slots(tags, ways, tagged, findings)
+    if not tagged and not motor_lanes(slots):
+        tagged = ONEWAY_LANES.get(tags["highway"], 1)
+        findings.append((Kind.GUESSED, _CODE, f"no lanes given, {_lanes(tagged)} assumed"))
+    turn = next((tags[f"turn{way}"] for way in ways if f"turn{way}" in tags), "")
+    change = next((tags[f"change{way}"] for way in reversed(ways) if f"change{way}" in tags), "")
+    return _with_change(_with_turns(_fit(slots, tagged, findings), turn, findings), change, findings)
+
+
+def _twoway_groups(tags: Mapping[str, str], findings: Findings) -> LaneGroups:
+    total = _count(tags, "lanes", findings)
+    if any(f"{name}:lanes" in tags for name in ("turn", "width", "change")):
+        findings.append((Kind.DROPPED, "lane-lists", "lists of lanes of a two-way road name no direction, ignored"))
+    slots: list[tuple[Slot, ...]] = []
+    for way in ("forward", "both_ways", "backward"):
+        tagged = _count(tags, f"lanes:{way}", findings)
+        if way == "both_ways":
+            tagged = tagged or _count(tags, "lanes:reversible", findings)
+        slots.append(_fit(read_slots(tags, (f":{way}",), tagged, findings), tagged, findings))
+    forward, between, backward = (motor_lanes(group) for group in slots)
+    shared = total == 1 and not between and forward <= 1 and backward <= 1
+    if shared:
+        findings.append((Kind.GUESSED, _CODE, "one lane for both directions, made two narrow ones"))
+        forward = backward = 1
+    else:
+        forward, between, backward = _split(total, forward, between, backward, findings)
+    return LaneGroups(
+        _whole_way(_fit(slots[0], forward, findings), tags, "forward", findings),
+        _whole_way(_fit(slots[2], backward, findings), tags, "backward", findings),
+        _whole_way(_fit(slots[1], between, findings), tags, "both_ways", findings) if between else (),
+        shared,
+    )
+
+
+def _whole_way(slots: tuple[Slot, ...], tags: Mapping[str, str], way: str, findings: Findings) -> tuple[Slot, ...]:
+    """Give the lanes of one direction of a two-way road what is tagged for all of them."""
+    if way != "both_ways":
+        slots = _with_turns(slots, tags.get(f"turn:{way}", ""), findings)
+    return _with_change(slots, tags.get(f"change:{way}", tags.get("change", "")), findings)
+
+
+def _split(total: int, forward: int, between: int, backward: int, findings: Findings) -> tuple[int, int, int]:
+    """Share the lanes of a two-way road out to forward, both ways and backward; 0 stands for unknown."""
+    if not total:
+        if not forward and not backward:
+            findings.append((Kind.GUESSED, _CODE, "no lanes given, one each way assumed"))
+        elif not forward or not backward:
+            findings.append((Kind.GUESSED, _CODE, "lanes given for one direction, one the other way assumed"))
+        return forward or 1, between, backward or 1
+    if between and forward and backward and total == forward + backward:
+        findings.append((Kind.DROPPED, _CODE, f"lanes={total} leaves no room for lanes for both directions"))
+        between = 0
+    rest = total - between
+    if not forward and not backward:
+        if rest % 2 and rest > 1:
+            findings.append((Kind.GUESSED, _CODE, f"{total} lanes without directions, the odd one runs forward"))
+        forward, backward = max((rest + 1) // 2, 1), max(rest // 2, 1)
+    elif not forward or not backward:
+        forward = forward or max(rest - backward, 1)
+        backward = backward or max(rest - forward, 1)
+    elif rest == forward + backward + 1 and not between and forward == backward:
+        between = 1
+        findings.append((Kind.GUESSED, _CODE, f"{total} lanes, the one without a direction is for both"))
+    named = forward + between + backward
+    if named != total:
+        findings.append((Kind.REPAIRED, _CODE, f"lanes={total} but the directions have {named}, which is taken"))
+    return forward, between, backward
+
+
+def _fit(slots: tuple[Slot, ...], tagged: int, findings: Findings) -> tuple[Slot, ...]:
+    """Bring the lanes of the lists and the number of lanes together; 0 stands for unknown."""
+    motor = motor_lanes(slots)
+    if motor == tagged or not tagged:
+        return slots
+    if motor > tagged:
+        # Short turn lanes are often named in the lists but not counted.
+        findings.append((Kind.REPAIRED, _CODE, f"{_lanes(tagged)} tagged, the {motor} named one by one are taken"))
+        return slots
+    if 0 < motor < tagged <= len(slots):
+        findings.append((Kind.REPAIRED, _CODE, f"{_lanes(tagged)} tagged, but only {motor} of them for cars"))
+        return slots
+    if slots:
+        findings.append((Kind.DROPPED, "lane-lists", f"lists name {_lanes(len(slots))} of {tagged}, ignored"))
+    return (Slot(),) * tagged
+
+
+def _with_turns(slots: tuple[Slot, ...], turn: str, findings: Findings) -> tuple[Slot, ...]:
+    """Give lanes without arrows of their own those of ``turn``, which is for all of them."""
+    if not turn or "|" in turn or any(slot.turns for slot in slots):
+        return slots
+    turns = read_turns(turn, findings)
+    return tuple(replace(slot, turns=turns) for slot in slots)
+
+
+def _with_change(slots: tuple[Slot, ...], change: str, findings: Findings) -> tuple[Slot, ...]:
+    """Give lanes that no list says it of the ``change`` that is for all of them."""
+    if not change or any(slot.change for slot in slots):
+        return slots
+    said = read_change(change, findings)
+    return tuple(replace(slot, change=said) for slot in slots) if said else slots
+
+
+def _count(tags: Mapping[str, str], key: str, findings: Findings) -> int:
+    """Read a number of lanes; 0 where there is none."""
+    text = tags.get(key)
+    if text is None:
+        return 0
+    count, exact = parse_count(text)
+    if count is None or count > LANES_PLAUSIBLE_MAX:
+        if text != "0":
+            findings.append((Kind.DROPPED, _CODE, f"{key}={text} is no number of lanes and is ignored"))
+        return 0
+    if not exact:
+        findings.append((Kind.GUESSED, _CODE, f"{key}={text} taken for {count}"))
+    return count
+
+
+def _lanes(count: int) -> str:
+    return "1 lane" if count == 1 else f"{count} lanes"

@@ -1,0 +1,240 @@
+"""What OSM says lane by lane (``turn:lanes``, ``width:lanes``, ``access:lanes`` …) for one direction of a street.
+
+Values are separated by bars and stand from left to right as the drivers of that direction see them, wherever traffic
+keeps (OSM wiki, Lanes). They count all lanes, those for bicycles among them, while ``lanes`` counts only those that
+are wide enough for cars.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from osm2xodr.defaults import (
+    LANE_WIDTH_MAX,
+    LANES_PLAUSIBLE_MAX,
+    NARROW_LANE,
+    TAGGED_LANE_WIDTH_MAX,
+    TAGGED_LANE_WIDTH_MIN,
+)
+from osm2xodr.diagnostics import Kind
+from osm2xodr.model import LaneType
+from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES
+from osm2xodr.osmParsing.tags.values import parse_length
+
+# What is found about a way's lanes: kind, code, words. The way is added by who knows it.
+Findings = list[tuple[Kind, str, str]]
+
+MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
+DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")
+
+# Lists that say for whom lanes are, and lists that only count them.
+_USER_LISTS: Final = (*CAR_KEYS, "bus", "psv", "taxi", "bicycle", "cycleway")
+_OTHER_LISTS: Final = ("turn", "width", "change")
+LIST_TAGS: Final = tuple(f"{name}:lanes{way}" for name in (*_OTHER_LISTS, *_USER_LISTS) for way in DIRECTIONS)
+TURN_TAGS: Final = tuple(f"turn{way}" for way in DIRECTIONS)
+CHANGE_TAGS: Final = tuple(f"change{way}" for way in DIRECTIONS)
+
+_ALLOWED: Final = frozenset({"yes", "designated", "permissive", "official", "only"})
+# Values of car keys that keep a lane for buses and for bicycles.
+_FOR_BUSES: Final = frozenset({"psv", "bus"})
+_FOR_BICYCLES: Final = frozenset({"bicycle", "bicycles", "cyclist"})
+# Values of ``cycleway:lanes`` that keep a lane for bicycles.
+_CYCLE_LANES: Final = frozenset({"lane", "exclusive", "advisory"})
+
+# OSM wiki, Key:change.
+_CHANGES: Final = frozenset({"yes", "no", "not_left", "not_right", "only_left", "only_right"})
+# OSM wiki, Key:turn.
+_TURNS: Final = frozenset(
+    {
+        "left",
+        "slight_left",
+        "sharp_left",
+        "through",
+        "right",
+        "slight_right",
+        "sharp_right",
+        "reverse",
+        "merge_to_left",
+        "merge_to_right",
+        "slide_left",
+        "slide_right",
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One lane.
+
+    Parameters
+    ----------
+    type, turns
+        What it is for, and its arrows.
+    width
+        m, where OSM gives it.
+    beside
+        Whether it stands beside those that are named lane by lane and that ``placement`` counts.
+    change
+        Whether its drivers may leave it, in OSM's words; empty where OSM says nothing.
+    """
+
+    type: LaneType = LaneType.DRIVING
+    turns: frozenset[str] = frozenset()
+    width: float | None = None
+    beside: bool = False
+    change: str = ""
+
+
+def motor_lanes(slots: Sequence[Slot]) -> int:
+    """Count the lanes that ``lanes`` counts."""
+    return sum(slot.type in MOTOR_LANES for slot in slots)
+
+
+def read_turns(text: str, findings: Findings) -> frozenset[str]:
+    """Read the arrows of one lane; empty for ``none``."""
+    turns = frozenset(part.strip() for part in text.split(";")) - {"", "none"}
+    for unknown in sorted(turns - _TURNS):
+        findings.append((Kind.DROPPED, "turn", f"{unknown!r} is no way to turn and is ignored"))
+    return turns & _TURNS
+
+
+def read_change(text: str, findings: Findings) -> str:
+    """Read whether lanes may be changed from one lane; empty where the value does not say."""
+    if not text or text in _CHANGES:
+        return text
+    if text != "none":
+        findings.append((Kind.DROPPED, "change", f"{text!r} says nothing about changing lanes and is ignored"))
+    return ""
+
+
+def read_slots(
+    tags: Mapping[str, str], directions: Sequence[str], tagged: int, findings: Findings
+) -> tuple[Slot, ...]:
+    """Read all lists of one direction.
+
+    Parameters
+    ----------
+    tags
+        Of the way.
+    directions
+        Which of `DIRECTIONS` the lists may be for, the first that is there counts.
+    tagged
+        The number of lanes for cars that OSM gives elsewhere, 0 if it does not; decides between readings.
+    findings
+        What could not be used is added.
+
+    Returns
+    -------
+    tuple of Slot
+        The lanes from left to right as their drivers see them; empty where there is no list.
+    """
+    lists = _lists(tags, directions, findings)
+    if not lists:
+        return ()
+    count = _slot_count(lists, tagged)
+    types = _types({name: lists[name] for name in _USER_LISTS if len(lists.get(name, ())) == count}, count, tagged)
+    slots = [Slot(kind) for kind in types]
+    for name, values in lists.items():
+        places = _places(len(values), types)
+        if not places:
+            text = "|".join(values)
+            findings.append((Kind.DROPPED, "lane-lists", f"{name}:lanes={text} does not fit {count} lanes, ignored"))
+        elif name == "turn":
+            for place, value in zip(places, values, strict=True):
+                slots[place] = replace(slots[place], turns=read_turns(value, findings))
+        elif name == "change":
+            for place, value in zip(places, values, strict=True):
+                slots[place] = replace(slots[place], change=read_change(value, findings))
+        elif name == "width":
+            for place, value in zip(places, values, strict=True):
+                slots[place] = replace(slots[place], width=_width(value, findings))
+    if set(lists) == {"width"}:
+        _mark_narrow(slots, tagged, findings)
+    return tuple(slots)
+
+
+def _mark_narrow(slots: list[Slot], tagged: int, findings: Findings) -> None:
+    """Of more widths than lanes for cars take the smallest for bicycle lanes, if they are too small for cars."""
+    surplus = len(slots) - tagged
+    narrow = sorted(range(len(slots)), key=lambda place: slots[place].width or LANE_WIDTH_MAX)[: max(surplus, 0)]
+    if 0 < surplus < len(slots) and all((slots[place].width or LANE_WIDTH_MAX) < NARROW_LANE for place in narrow):
+        for place in narrow:
+            slots[place] = replace(slots[place], type=LaneType.BIKING)
+        findings.append((Kind.GUESSED, "lane-lists", "more widths than lanes, the narrow ones are for bicycles"))
+
+
+def _lists(tags: Mapping[str, str], directions: Sequence[str], findings: Findings) -> dict[str, list[str]]:
+    lists: dict[str, list[str]] = {}
+    for name in (*_OTHER_LISTS, *_USER_LISTS):
+        for direction in directions:
+            value = tags.get(f"{name}:lanes{direction}")
+            if value is None and name == "turn" and "|" in tags.get(f"turn{direction}", ""):
+                value = tags[f"turn{direction}"]  # a common slip
+            if value is not None:
+                values = [part.strip() for part in value.split("|")]
+                if len(values) <= LANES_PLAUSIBLE_MAX:
+                    lists[name] = values
+                else:
+                    words = f"{name}:lanes{direction} names {len(values)} lanes, more than any road has, ignored"
+                    findings.append((Kind.DROPPED, "lane-lists", words))
+                break
+    return lists
+
+
+def _slot_count(lists: Mapping[str, Sequence[str]], tagged: int) -> int:
+    """Return how many lanes the lists speak of: the most usual length, those that name users weighing more."""
+    deciding = [len(lists[name]) for name in _USER_LISTS if name in lists]
+    lengths = Counter(deciding or [len(values) for values in lists.values()])
+    return max(lengths, key=lambda length: (lengths[length], length == tagged, length))
+
+
+def _types(users: Mapping[str, Sequence[str]], count: int, tagged: int) -> list[LaneType]:
+    types = [_type({name: values[place] for name, values in users.items()}) for place in range(count)]
+    if LaneType.BIKING in types and count == tagged and not any(name in users for name in CAR_KEYS):
+        # Bicycles are named for a lane, but nothing keeps cars out, and `lanes` counts it.
+        return [LaneType.DRIVING if kind is LaneType.BIKING else kind for kind in types]
+    return types
+
+
+def _type(users: Mapping[str, str]) -> LaneType:
+    """Tell what one lane is for from what the lists say about it."""
+    car = next((users[name] for name in CAR_KEYS if users.get(name)), "")
+    buses = users.get("bus") or users.get("psv") or ""
+    taxis = users.get("taxi", "")
+    bicycles = "designated" if users.get("cycleway") in _CYCLE_LANES else users.get("bicycle", "")
+    if not car:
+        for value, kind in ((buses, LaneType.BUS), (taxis, LaneType.TAXI), (bicycles, LaneType.BIKING)):
+            if value == "designated":
+                return kind
+        return LaneType.DRIVING
+    if car in _FOR_BUSES:
+        return LaneType.BUS
+    if car in _FOR_BICYCLES:
+        return LaneType.BIKING
+    if car not in CLOSED_VALUES:
+        return LaneType.DRIVING
+    for value, kind in ((buses, LaneType.BUS), (taxis, LaneType.TAXI), (bicycles, LaneType.BIKING)):
+        if value in _ALLOWED:
+            return kind
+    return LaneType.NONE
+
+
+def _places(length: int, types: Sequence[LaneType]) -> list[int]:
+    """Return the lanes that a list of a length is about: all of them or just those for cars; empty if neither."""
+    if length == len(types):
+        return list(range(length))
+    motor = [place for place, kind in enumerate(types) if kind in MOTOR_LANES]
+    return motor if length == len(motor) else []
+
+
+def _width(text: str, findings: Findings) -> float | None:
+    if not text:
+        return None
+    width = parse_length(text)
+    if width is None or not TAGGED_LANE_WIDTH_MIN <= width <= TAGGED_LANE_WIDTH_MAX:
+        findings.append((Kind.DROPPED, "lane-width", f"{text!r} in width:lanes is no width of a lane and is ignored"))
+        return None
+    return width

@@ -1,0 +1,114 @@
+"""What tags say about the sides of a way: ``key=both``, ``key:left=yes``, ``key:both:width=2`` and their like.
+
+The key that names a side goes before ``key:both``, and that before the key alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from osm2xodr.defaults import MARGIN_WIDTH_MAX, MARGIN_WIDTH_MIN
+from osm2xodr.diagnostics import Kind
+from osm2xodr.osmParsing.tags.lane_lists import Findings
+from osm2xodr.osmParsing.tags.values import parse_length
+
+Tags = Mapping[str, str]
+
+LEFT_RIGHT: Final = ("left", "right")
+SIDE_KEYS: Final = ("", ":both", ":left", ":right")
+
+# What a side can have; ``APART`` is what OSM maps as a way or an area of its own.
+YES: Final = "yes"
+NO: Final = "no"
+APART: Final = "separate"
+# Words for them; both spellings of "no" are in use.
+_WORDS: Final = {"yes": YES, "no": NO, "none": NO, "separate": APART}
+
+
+def keys_of_sides(key: str, *endings: str) -> tuple[str, ...]:
+    """Return all ways of writing a key with its sides, each with every ending (``""`` for none)."""
+    return tuple(f"{key}{side}{ending}" for side in SIDE_KEYS for ending in endings)
+
+
+def names_of_side(key: str, side: str, ending: str = "") -> tuple[str, str, str]:
+    """Return the keys that may speak of one side, the most specific first."""
+    return f"{key}:{side}{ending}", f"{key}:both{ending}", f"{key}{ending}"
+
+
+def sides_of(tags: Tags, key: str, code: str, findings: Findings, yes: Sequence[str] = LEFT_RIGHT) -> dict[str, str]:
+    """Read what the two sides of a way have.
+
+    Parameters
+    ----------
+    tags
+        Of the way.
+    key
+        E.g. ``sidewalk``.
+    code
+        Of the findings.
+    findings
+        What is not known or contradicts itself is added.
+    yes
+        The sides that the key alone means by ``yes``.
+
+    Returns
+    -------
+    dict of str to str
+        ``YES``, ``NO`` or ``APART`` of ``left`` and ``right``; without a side that no tag speaks of.
+    """
+    said: dict[str, list[str]] = {side: [] for side in LEFT_RIGHT}
+    for end, about in ((":left", ("left",)), (":right", ("right",)), (":both", LEFT_RIGHT), ("", LEFT_RIGHT)):
+        name = f"{key}{end}"
+        value = tags.get(name)
+        if value is None:
+            continue
+        read = _read(value, about, yes if not end else about)
+        if read is None:
+            findings.append((Kind.DROPPED, code, f"{name}={value} is not known or contradicts itself and is ignored"))
+            continue
+        if not end and value == "yes":
+            where = "both sides" if len(yes) > 1 else f"the {yes[0]}"
+            findings.append((Kind.GUESSED, code, f"{name}=yes names no side, taken to mean {where}"))
+        for side, state in read.items():
+            said[side].append(state)
+    if any({YES, NO} <= set(states) for states in said.values()):
+        words = f"tags of {key} contradict each other, the one that names a side more closely is taken"
+        findings.append((Kind.REPAIRED, code, words))
+    return {side: states[0] for side, states in said.items() if states}
+
+
+def _read(value: str, about: Sequence[str], yes: Sequence[str]) -> dict[str, str] | None:
+    """Return what one value says of the sides that its key is about; None where it is not known."""
+    rest = NO
+    named: set[str] = set()
+    for part in value.split(";"):
+        word = part.strip().lower()
+        if word in {"yes", "both"} and (word == "both" or len(about) == 1 or set(yes) == set(about)):
+            named.update(about)
+        elif word == "yes":
+            named.update(yes)
+        elif word in about:
+            named.add(word)
+        elif word in _WORDS:
+            rest = _WORDS[word]
+        else:
+            return None
+    if named and rest is NO and any(part.strip().lower() in {"no", "none"} for part in value.split(";")):
+        return None
+    return {side: YES if side in named else rest for side in about}
+
+
+def width_of_side(tags: Tags, names: Sequence[str], code: str, findings: Findings) -> float | None:
+    """Read the first of some keys that gives the width of a strip, m; None where none does."""
+    for name in names:
+        text = tags.get(name)
+        if text is None:
+            continue
+        width = parse_length(text)
+        if width is not None and MARGIN_WIDTH_MIN <= width <= MARGIN_WIDTH_MAX:
+            return width
+        said = (Kind.DROPPED, code, f"{name}={text} is no width of a strip beside a road and is ignored")
+        if said not in findings:
+            findings.append(said)
+    return None

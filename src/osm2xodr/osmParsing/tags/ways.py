@@ -1,0 +1,235 @@
+"""The tags of ways become the attributes of streets. Pure functions; what they find goes to the diagnostics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Final
+
+from osm2xodr.conventions import GENERIC, Country
+from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
+from osm2xodr.osmParsing.file import RawWay
+from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, closed_direction, is_in_turn, is_roundabout, oneway
+from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
+from osm2xodr.osmParsing.tags.lane_lists import Findings
+from osm2xodr.osmParsing.tags.legal_speeds import EVIDENCE_TAGS, legal_speed, speed_guess
+from osm2xodr.osmParsing.tags.margins import seen_backwards
+from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours
+from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, structure_of, structure_tags
+from osm2xodr.osmParsing.tags.values import parse_grade, parse_speed
+from osm2xodr.osmParsing.tags.way_marks import (
+    MARK_TAGS,
+    divider_seen_backwards,
+    has_tram,
+    lanes_marked,
+    no_overtaking,
+    other_way,
+    speed_is_signed,
+)
+
+# Tags that stand in for ``maxspeed`` where it is absent (OSM wiki, Key:source:maxspeed), the surest first.
+_IMPLIED_SPEED: Final = ("maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic")
+# Kinds of roads whose limit does not follow from the zone that they lie in.
+_OUT_OF_ZONE: Final = frozenset({"motorway", "motorway_link", "living_street", "pedestrian", "track"})
+# What holds at times only is not kept.
+_AT_TIMES: Final = tuple(
+    f"{key}:conditional"
+    for key in ("maxspeed", "oneway", "lanes", "access", "vehicle", "motor_vehicle", "motorcar", "overtaking")
+)
+# OSM wiki, Key:priority_road: signed as one, or known to be one.
+_PRIORITY: Final = frozenset({"designated", "yes_unposted", "yes"})
+_OTHER_TAGS: Final = (
+    *("highway", "name", "ref", "incline", "driving_side", "priority_road"),
+    *("maxspeed", "maxspeed:forward", "maxspeed:backward"),
+)
+WAY_TAGS: Final = frozenset(
+    (
+        *(*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_AT_TIMES),
+        *(*SECTION_TAGS, *MARK_TAGS, *EVIDENCE_TAGS, *STRUCTURE_TAGS),
+    )
+)
+
+_SECTION_TAGS: Final = frozenset(SECTION_TAGS)
+
+
+def way_attributes(
+    ways: Sequence[RawWay],
+    rule: Rule,
+    default_lane_width: float | None,
+    diagnostics: Diagnostics,
+    country: Country = GENERIC,
+) -> tuple[list[StreetAttributes], list[int]]:
+    """Read the tags of ways.
+
+    Parameters
+    ----------
+    ways
+        What to read.
+    rule
+        The side that traffic drives on.
+    default_lane_width
+        Width of lanes that OSM gives none for, m; None takes one by the class of the road.
+    diagnostics
+        Gets what is guessed, mended or ignored.
+    country
+        Whose limits and usual widths hold where OSM has none.
+
+    Returns
+    -------
+    attributes : list of StreetAttributes
+        Of each way, seen along its order of nodes.
+    directions : list of int
+        1 or -1 where it is one-way for cars along or against its order of nodes, else 0.
+    """
+    # Most ways of a city have one of a few sets of tags about lanes and what lies beside them.
+    known: dict[tuple[object, ...], CrossSection] = {}
+    attributes: list[StreetAttributes] = []
+    directions: list[int] = []
+    neighbours = lanes_of_neighbours(ways)
+    for index, way in enumerate(ways):
+        tags = way.tags
+        direction, certain = oneway(tags)
+        closed, closing_tag = (closed_direction(tags) if direction == 0 else None) or (0, "")
+        lane_tags = {key: value for key, value in tags.items() if key in _SECTION_TAGS}
+        if index in neighbours:
+            lane_tags["lanes"] = str(neighbours[index])
+        key = (tags["highway"], direction, closed, *lane_tags.items())
+        section = known.get(key)
+        if section is None:
+            lane_tags["highway"] = tags["highway"]
+            section = cross_section(lane_tags, direction, rule, default_lane_width, closed, country)
+            known[key] = section
+        findings = list(section.findings)
+        if not certain:
+            findings.append(_unsure_direction(tags, direction))
+        if index in neighbours:
+            words = f"no lanes given, lanes={neighbours[index]} as on the same street on both sides"
+            findings.append((Kind.GUESSED, "lane-count", words))
+        if closed:
+            words = f"{closing_tag} closes one direction to cars, for them it is one-way"
+            findings.append((Kind.NOTE, "oneway", words))
+        findings += [
+            (Kind.DROPPED, "conditional", f"{item}={tags[item]} holds at times only and is not kept")
+            for item in _AT_TIMES
+            if item in tags
+        ]
+        attributes.append(_attributes(way, section, direction or -closed, country, findings))
+        directions.append(direction or -closed)
+        if findings:
+            osm_id = f"way/{way.id}"
+            for kind, code, words in findings:
+                diagnostics.add(kind, code, osm_id, words)
+    return attributes, directions
+
+
+def without_margins(attributes: StreetAttributes) -> StreetAttributes:
+    """Return a way's attributes with nothing beside its carriageway."""
+    if not attributes.margin_left and not attributes.margin_right:
+        return attributes
+    return replace(attributes, margin_left=(), margin_right=())
+
+
+def turned_round(attributes: StreetAttributes) -> StreetAttributes:
+    """Return a way's attributes as they are seen against the direction that they are given for."""
+    return replace(
+        attributes,
+        reversed=not attributes.reversed,
+        lanes_ltr=_mirrored(attributes.lanes_ltr),
+        middle_offset=-attributes.middle_offset if attributes.middle_offset else 0.0,
+        speed_forward=attributes.speed_backward,
+        speed_backward=attributes.speed_forward,
+        grade=-attributes.grade if attributes.grade else attributes.grade,
+        margin_left=seen_backwards(attributes.margin_right),
+        margin_right=seen_backwards(attributes.margin_left),
+        no_overtaking=other_way(attributes.no_overtaking),
+        divider=divider_seen_backwards(attributes.divider),
+    )
+
+
+@lru_cache(maxsize=4096)
+def _mirrored(lanes_ltr: tuple[LaneSpec, ...]) -> tuple[LaneSpec, ...]:
+    return tuple(replace(lane, direction=Direction(-lane.direction)) for lane in reversed(lanes_ltr))
+
+
+def _unsure_direction(tags: Mapping[str, str], direction: int) -> tuple[Kind, str, str]:
+    taken = "two-way" if direction == 0 else "one-way along its nodes"
+    if is_in_turn(tags):
+        return Kind.GUESSED, "oneway", f"oneway={tags['oneway']} has no fixed direction, taken as {taken}"
+    return Kind.DROPPED, "oneway", f"oneway={tags['oneway']} is not known and is ignored, taken as {taken}"
+
+
+def _attributes(
+    way: RawWay, section: CrossSection, direction: int, country: Country, findings: Findings
+) -> StreetAttributes:
+    tags = way.tags
+    both = _speed(tags, "maxspeed", findings) if "maxspeed" in tags else _implied_speed(tags)
+    forward = _speed(tags, "maxspeed:forward", findings)
+    backward = _speed(tags, "maxspeed:backward", findings)
+    if both is None and forward is None and backward is None:
+        both = legal_speed(tags, country)
+        if both is not None:
+            findings.append((Kind.GUESSED, "speed", speed_guess(both, country)))
+    structure = structure_of(tags)
+    return StreetAttributes(
+        osm_way_id=way.id,
+        reversed=False,
+        highway=tags["highway"],
+        name=tags.get("name", ""),
+        ref=tags.get("ref", ""),
+        lanes_ltr=section.lanes_ltr,
+        middle_offset=section.middle_offset,
+        speed_forward=both if forward is None else forward,
+        speed_backward=both if backward is None else backward,
+        structure=structure,
+        layer=layer_of(tags, structure, findings),
+        grade=_grade(tags, findings),
+        roundabout=is_roundabout(tags),
+        priority_road=tags.get("priority_road") in _PRIORITY,
+        margin_left=section.margin_left,
+        margin_right=section.margin_right,
+        speed_signed=speed_is_signed(tags),
+        no_overtaking=no_overtaking(tags, direction, findings),
+        marked=lanes_marked(tags, findings),
+        divider=tags.get("divider", ""),
+        surface=tags.get("surface", ""),
+        traffic_sign=tags.get("traffic_sign", ""),
+        tram=has_tram(tags),
+        structure_tags=structure_tags(tags),
+    )
+
+
+_speed_of = lru_cache(maxsize=1024)(parse_speed)
+
+
+def _speed(tags: Mapping[str, str], key: str, findings: Findings) -> float | None:
+    text = tags.get(key)
+    if text is None:
+        return None
+    speed = _speed_of(text)
+    if speed is None:
+        findings.append((Kind.DROPPED, "speed", f"{key}={text} names no fixed speed and is ignored"))
+    return speed
+
+
+def _implied_speed(tags: Mapping[str, str]) -> float | None:
+    """Return what the law says for the zone or kind of road that is tagged, as ``source:maxspeed=DE:urban``."""
+    for key in _IMPLIED_SPEED:
+        # Other values tell where the limit was read, not which one it is.
+        if ":" not in tags.get(key, "") or (key == "zone:traffic" and tags["highway"] in _OUT_OF_ZONE):
+            continue
+        speed = _speed_of(tags[key])
+        if speed is not None:
+            return speed
+    return None
+
+
+def _grade(tags: Mapping[str, str], findings: Findings) -> float | None:
+    text = tags.get("incline")
+    if text is None or text in {"up", "down", "yes", "no"}:
+        return None
+    grade = parse_grade(text)
+    if grade is None:
+        findings.append((Kind.DROPPED, "incline", f"incline={text} is no grade of a road and is ignored"))
+    return grade

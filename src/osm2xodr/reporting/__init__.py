@@ -1,0 +1,28 @@
+"""What is said about a conversion: figures, a summary, a report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.reporting.conversion import Conversion as Conversion
+    from osm2xodr.reporting.delivery import deliver as deliver, report_text as report_text
+    from osm2xodr.reporting.report import (
+        REPORT_FORMAT as REPORT_FORMAT,
+        Progress as Progress,
+        details as details,
+        summary as summary,
+    )
+    from osm2xodr.reporting.statistics import summarize as summarize
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "conversion": ("Conversion",),
+        "delivery": ("deliver", "report_text"),
+        "report": ("Progress", "REPORT_FORMAT", "details", "summary"),
+        "statistics": ("summarize",),
+    },
+)

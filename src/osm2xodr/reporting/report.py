@@ -1,0 +1,201 @@
+"""What the converter says about a conversion: to people on standard error, to programs as JSON.
+
+Imports nothing heavy: the command line reads it before it knows what to do.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, TextIO
+
+from osm2xodr.diagnostics import Diagnostics, Kind
+
+if TYPE_CHECKING:
+    from osm2xodr.model import BorderEnd, ElevationReport
+    from osm2xodr.reporting.statistics import Statistics
+    from osm2xodr.surface import DemSummary
+
+# The layout of the JSON report; goes up when a field changes its meaning or goes.
+REPORT_FORMAT = 1
+
+_KINDS = (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE)
+
+
+class Progress:
+    """Says on a stream which stage runs.
+
+    Parameters
+    ----------
+    stream
+        Where to.
+    live
+        Rewrite one line as the work goes on, for terminals.
+    verbose
+        Leave one line per stage, with its duration.
+    """
+
+    def __init__(self, stream: TextIO, *, live: bool, verbose: bool) -> None:
+        self._stream = stream
+        self._live = live
+        self._verbose = verbose
+        self._stage = ""
+        self._began = 0.0
+
+    def stage(self, name: str) -> None:
+        """Begin a stage, and end the one before."""
+        self.done()
+        self._stage, self._began = name, time.monotonic()
+        if self._live:
+            self._stream.write(f"\r\x1b[K{name} …")
+            self._stream.flush()
+
+    def done(self) -> None:
+        """End the stage that runs, if any."""
+        if self._stage and self._live:
+            self._stream.write("\r\x1b[K")
+        if self._stage and self._verbose:
+            self._stream.write(f"{time.monotonic() - self._began:7.2f} s  {self._stage}\n")
+        self._stream.flush()
+        self._stage = ""
+
+
+def summary(
+    statistics: Statistics, diagnostics: Diagnostics, *, has_heights: bool, elevation: ElevationReport | None = None
+) -> list[str]:
+    """Return lines that sum up a conversion: the network, its heights, then what was guessed, dropped and repaired.
+
+    Parameters
+    ----------
+    statistics, diagnostics
+        The conversion.
+    has_heights
+        Whether there is an elevation model.
+    elevation
+        How the heights came out; None where the world is level.
+    """
+    roads, through = _counted(statistics.roads, "road"), _counted(statistics.connecting_roads, "connecting road")
+    kilometres = f"{statistics.road_length / 1000.0:,.1f} km"
+    lines = [f"  {roads} of {kilometres}, {through} in {_counted(statistics.junctions, 'junction')}"]
+    if has_heights:
+        coverage = ""
+        if statistics.dem_coverage is not None:
+            coverage = f"; the elevation model covers {_percent(statistics.dem_coverage)} of the roads"
+        lines.append(f"  heights from {statistics.lowest:,.1f} to {statistics.highest:,.1f} m{coverage}")
+    else:
+        lines.append("  flat at height 0: there is no elevation model")
+    if elevation is not None:
+        lines += _heights(elevation)
+    first: dict[tuple[Kind, str], tuple[str, str]] = {}
+    for item in diagnostics:
+        first.setdefault((item.kind, item.code), (item.message, item.osm_id))
+    counts = diagnostics.counts()
+    for kind in _KINDS:
+        for key, count in sorted(counts.items(), key=lambda entry: (-entry[1], entry[0][1])):
+            if key[0] is kind:
+                lines.append(f"  {kind.value:<9}{count:>8,}  {key[1]}: {_example(*first[key], count)}")
+    return lines
+
+
+def _heights(elevation: ElevationReport) -> list[str]:
+    """Return a line about how far roads are off the ground, and one about bridges and tunnels if there are any."""
+    errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
+    lines = [f"  roads on the ground less the elevation model: {errors}"]
+    kinds = [item.kind for item in elevation.structures]
+    if kinds:
+        found = " and ".join(_counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
+        lines.append(f"  {found}; {_counted(len(elevation.tight), 'crossing')} with less clearance than usual")
+    return lines
+
+
+def details(diagnostics: Diagnostics) -> list[str]:
+    """Return one line for each diagnostic."""
+    return [f"  {item.kind.value}: {item.code}: {_example(item.message, item.osm_id, 1)}" for item in diagnostics]
+
+
+def report(
+    inputs: Mapping[str, Any],
+    elevation_models: Sequence[DemSummary],
+    statistics: Statistics,
+    elevation: ElevationReport | None,
+    diagnostics: Diagnostics,
+    output: Mapping[str, Any],
+    border_ends: Sequence[BorderEnd] | None = None,
+) -> bytes:
+    """Return the JSON report: all that is to be known about a conversion.
+
+    Parameters
+    ----------
+    inputs
+        Files and options, by name.
+    elevation_models
+        What was read of them.
+    statistics, elevation, diagnostics
+        The conversion; no elevation report where the world is level.
+    output
+        What was written.
+    border_ends
+        Where roads were cut off; None for an area by itself.
+
+    Returns
+    -------
+    bytes
+        UTF-8, with a newline at its end. The same input gives the same bytes.
+    """
+    counts = [
+        {"kind": kind.value, "code": code, "count": count} for (kind, code), count in diagnostics.counts().items()
+    ]
+    found = [
+        {"kind": item.kind.value, "code": item.code, "osm_id": item.osm_id or None, "message": item.message}
+        for item in diagnostics
+    ]
+    document = {
+        "format": REPORT_FORMAT,
+        "input": dict(inputs),
+        "elevation_models": [dataclasses.asdict(item) for item in elevation_models],
+        "output": dict(output),
+        "statistics": dataclasses.asdict(statistics),
+        "elevation": None if elevation is None else dataclasses.asdict(elevation),
+        **({} if border_ends is None else {"border_ends": [dataclasses.asdict(item) for item in border_ends]}),
+        "counts": counts,
+        "diagnostics": found,
+    }
+    text = json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False)
+    # Names from damaged files may hold halves of characters, which UTF-8 cannot.
+    return text.encode("utf-8", "replace") + b"\n"
+
+
+def _plain(value: Any) -> Any:
+    """Put what JSON can hold: text for paths, null for numbers that are not finite."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, PurePath) else value
+
+
+def _counted(count: int, what: str) -> str:
+    """Say how many there are."""
+    return f"{count:,} {what}{'' if count == 1 else 's'}"
+
+
+def _percent(share: float) -> str:
+    """Write a share, never rounded up to all or down to nothing."""
+    if share in (0.0, 1.0):
+        return f"{100 * share:.0f} %"
+    return f"{min(max(100.0 * share, 0.1), 99.9):.1f} %"
+
+
+def _example(message: str, osm_id: str, count: int) -> str:
+    """Tell the first of several."""
+    text = message.rstrip(".")
+    where = osm_id if osm_id and osm_id not in text else ""
+    others = f"and {count - 1:,} more" if count > 1 else ""
+    both = ", ".join(part for part in (where, others) if part)
+    return f"{text} ({both})" if both else text

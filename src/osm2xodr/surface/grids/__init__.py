@@ -1,0 +1,48 @@
+"""One elevation model: read, and judged."""
+
+from __future__ import annotations
+
+from osm2xodr.surface.grids.grid import GridFrame
+from osm2xodr.surface.grids.interpolation import (
+    Cells,
+    Interpolator,
+    all_corners,
+    empty_cells,
+    make_interpolator,
+    nearest_known,
+)
+from osm2xodr.surface.grids.noise import estimate_sigma, quantum_of, usual_sigma
+from osm2xodr.surface.grids.outliers import find_outliers
+from osm2xodr.surface.grids.raster_file import DemSource, describe_dem, read_heights
+from osm2xodr.surface.grids.surface_type import looks_covered
+from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
+from osm2xodr.surface.grids.vertical_datum import convert_heights, parse_datum
+from osm2xodr.surface.grids.voids import fill_voids, rim_of
+from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
+
+__all__ = [
+    "Cells",
+    "DemSource",
+    "GridFrame",
+    "Interpolator",
+    "PolynomialTrend",
+    "all_corners",
+    "convert_heights",
+    "describe_dem",
+    "empty_cells",
+    "estimate_sigma",
+    "fill_voids",
+    "find_outliers",
+    "fit_polynomial",
+    "is_virtual",
+    "looks_covered",
+    "make_interpolator",
+    "nearest_known",
+    "parse_datum",
+    "quantum_of",
+    "read_heights",
+    "rim_of",
+    "term_count",
+    "usual_sigma",
+    "virtual_sources",
+]

@@ -1,0 +1,197 @@
+"""Heights from one vertical datum to another: on request only, and only if it can be done as well as is known."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pyproj import CRS, Transformer, network
+from pyproj.crs.crs import CompoundCRS
+from pyproj.exceptions import CRSError, ProjError
+from pyproj.transformer import TransformerGroup
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
+from osm2xodr.model import FloatArray
+from osm2xodr.surface.grids.grid import GridFrame
+from osm2xodr.surface.grids.interpolation import Cells
+from osm2xodr.surface.grids.voids import between
+
+# The word for heights above the ellipsoid instead of a code.
+ELLIPSOID = "ellipsoid"
+_WGS84 = 4326
+_STRIP = 256
+
+
+def parse_datum(text: str) -> CRS:
+    """Return the CRS of heights that a user names.
+
+    Parameters
+    ----------
+    text
+        ``ellipsoid`` (WGS 84), or what PROJ takes for a vertical, compound or three-dimensional CRS, such as
+        ``EPSG:3855`` (EGM2008) or ``EPSG:5773`` (EGM96).
+
+    Raises
+    ------
+    InputError
+        It is none of these.
+    """
+    remedy = f"give '{ELLIPSOID}' or the code of a vertical reference system, such as EPSG:3855 (EGM2008)"
+    if text.strip().casefold() == ELLIPSOID:
+        return CRS.from_epsg(_WGS84).to_3d()
+    try:
+        crs = CRS.from_user_input(text.strip())
+    except CRSError:
+        raise InputError(f"the vertical datum '{text}' is not known; {remedy}") from None
+    heights = heights_of(crs)
+    if heights is None:
+        raise InputError(f"'{text}' ({crs.name}) has no heights; {remedy}")
+    return heights
+
+
+def heights_of(crs: CRS) -> CRS | None:
+    """Return what a CRS says about heights: a vertical CRS, a geographic one with ellipsoidal heights, or None."""
+    if crs.is_vertical and not crs.is_compound:
+        return crs
+    for part in crs.sub_crs_list if crs.is_compound else ():
+        if part.is_vertical:
+            return part
+    geodetic = crs.geodetic_crs
+    return geodetic.to_3d() if geodetic is not None and len(crs.axis_info) == 3 and not crs.is_geocentric else None
+
+
+def convert_heights(
+    path: Path, z: Cells, frame: GridFrame, source: CRS, target: CRS, diagnostics: Diagnostics
+) -> Cells:
+    """Return heights in another vertical datum.
+
+    The difference between two datums is found at points about `defaults.DATUM_SPACING` apart and interpolated, as
+    geoids change by centimetres over kilometres.
+
+    Parameters
+    ----------
+    path
+        Of the elevation model, for messages.
+    z : (rows, cols)
+        Heights, m; NaN in voids.
+    frame
+        Where the cells are.
+    source, target
+        As of `parse_datum`.
+    diagnostics
+        Receives what was done.
+
+    Raises
+    ------
+    InputError
+        There is no transformation, or it needs a grid that is not installed or does not reach the cells.
+    """
+    if source.equals(target, ignore_axis_order=True) or _label(source) == _label(target):
+        return z
+    stride = max(1, int(defaults.DATUM_SPACING / max(frame.steps())))
+    rows, cols = (-(-size // stride) + 1 for size in z.shape)
+    col, row = np.meshgrid(np.arange(cols) * float(stride), np.arange(rows) * float(stride))
+    known = np.isfinite(z)
+    height = float(np.median(z[known])) if known.any() else 0.0
+    shift, how = _shift(path, frame, col.reshape(-1), row.reshape(-1), height, source, target)
+    lattice = shift.reshape(rows, cols)
+    out = z.copy()
+    for first in range(0, len(z), _STRIP):
+        strip = slice(first, min(first + _STRIP, len(z)))
+        out[strip] += between(lattice, stride, strip, z.shape[1])
+    diagnostics.note(
+        "vertical-datum",
+        "",
+        f"{path}: heights were taken from {_label(source)} to {_label(target)} ({how}); that moved them by "
+        f"{shift.min():.2f} to {shift.max():.2f} m.",
+    )
+    return out
+
+
+def _shift(
+    path: Path, frame: GridFrame, col: FloatArray, row: FloatArray, height: float, source: CRS, target: CRS
+) -> tuple[FloatArray, str]:
+    """Return by how much heights (m) grow at col, row, m, and the name of the transformation."""
+    geodetic = frame.crs.geodetic_crs
+    if geodetic is None:
+        raise InputError(
+            f"{path}: the raster's coordinate reference system has no datum, so that heights cannot be turned into "
+            "another vertical datum; leave --vertical-datum out"
+        )
+    # Heights in a vertical CRS belong to the raster's own positions, ellipsoidal ones to those on their ellipsoid.
+    base = geodetic.to_2d() if source.is_vertical else source.to_2d()
+    a, b, c, d, e, f = frame.affine
+    px, py = a * (col + 0.5) + b * (row + 0.5) + c, d * (col + 0.5) + e * (row + 0.5) + f
+    lon, lat = Transformer.from_crs(frame.crs, base, always_xy=True).transform(px, py)
+    begin, end = _with_heights(base, source), _with_heights(CRS.from_epsg(_WGS84), target)
+    unit, new_unit = (crs.axis_info[-1].unit_conversion_factor for crs in (begin, end))
+    with _offline():
+        try:
+            transformer = Transformer.from_crs(begin, end, always_xy=True, allow_ballpark=False, only_best=True)
+            heights = transformer.transform(lon, lat, np.full(len(lon), height / unit), errcheck=True)[2]
+            how = transformer.get_last_used_operation().description
+        except ProjError:
+            raise _refusal(path, begin, end, source, target) from None
+        if not np.isfinite(heights).all():
+            raise _refusal(path, begin, end, source, target)
+    return np.asarray(heights, np.float64) * new_unit - height, how
+
+
+def _with_heights(base: CRS, heights: CRS) -> CRS:
+    """Return a geographic CRS with heights, above its ellipsoid or in a vertical CRS."""
+    if heights.is_vertical:
+        return CompoundCRS(f"{base.name} + {heights.name}", [base, heights])
+    return base.to_3d()
+
+
+def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> InputError:
+    """Say why heights cannot be taken from one datum to another."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            group = TransformerGroup(begin, end, always_xy=True, allow_ballpark=False)
+        except ProjError:
+            group = None
+    lacking = [
+        [grid.short_name for grid in operation.grids if not grid.available]
+        for operation in (group.unavailable_operations if group is not None else ())
+        if all(grid.available or grid.url for grid in operation.grids)
+    ]
+    what = f"{path}: heights cannot be turned from {_label(source)} into {_label(target)}"
+    if lacking:
+        grids = min(lacking, key=len)
+        commands = " and ".join(f"'projsync --file {name}'" for name in grids)
+        return InputError(
+            f"{what}: PROJ lacks the grid {', '.join(grids)}, or it does not reach there; get it with {commands}, or "
+            "leave --vertical-datum out"
+        )
+    return InputError(
+        f"{what}: PROJ knows no transformation that holds there; give another --vertical-datum, or leave it out"
+    )
+
+
+def _label(crs: CRS) -> str:
+    """Return the code and name of a datum."""
+    if not crs.is_vertical:
+        return f"heights above the ellipsoid of {crs.name}"
+    code = crs.to_json_dict().get("id")
+    return f"{crs.name} ({code['authority']}:{code['code']})" if code else crs.name
+
+
+@contextmanager
+def _offline() -> Iterator[None]:
+    """Keep PROJ off the network whatever its settings say: a grid that is absent is to be said, not fetched."""
+    # The module passes these two on without saying so to type checkers.
+    switch: Any = network
+    was = switch.is_network_enabled()
+    switch.set_network_enabled(False)
+    try:
+        yield
+    finally:
+        switch.set_network_enabled(was)

@@ -1,0 +1,49 @@
+"""What the operating system is needed for: files, processes, memory, streams."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from osm2xodr.system.lazy import lazy_exports as lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.system.files import (
+        STANDARD_OUTPUT as STANDARD_OUTPUT,
+        ByteSink as ByteSink,
+        check_target as check_target,
+        label as label,
+        settle as settle,
+        silence_standard_output as silence_standard_output,
+        stream_to as stream_to,
+    )
+    from osm2xodr.system.limits import (
+        LEAST_MEMORY as LEAST_MEMORY,
+        limited as limited,
+        parse_duration as parse_duration,
+        parse_memory as parse_memory,
+    )
+    from osm2xodr.system.memory import release_memory as release_memory
+    from osm2xodr.system.parallel import Task as Task, available_jobs as available_jobs, map_parallel as map_parallel
+    from osm2xodr.system.streams import (
+        occupy_closed_streams as occupy_closed_streams,
+        patient_standard_error as patient_standard_error,
+    )
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "files": (
+            "ByteSink",
+            "STANDARD_OUTPUT",
+            "check_target",
+            "label",
+            "settle",
+            "silence_standard_output",
+            "stream_to",
+        ),
+        "limits": ("LEAST_MEMORY", "limited", "parse_duration", "parse_memory"),
+        "memory": ("release_memory",),
+        "parallel": ("Task", "available_jobs", "map_parallel"),
+        "streams": ("occupy_closed_streams", "patient_standard_error"),
+    },
+)

@@ -1,0 +1,26 @@
+"""Faces of packages that load what they name only when it is used: much of it takes long to load."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+
+
+def lazy_exports(package: str, modules: Mapping[str, tuple[str, ...]]) -> Callable[[str], object]:
+    """Make the function ``__getattr__`` (PEP 562) of a package.
+
+    Parameters
+    ----------
+    package
+        Its name.
+    modules
+        The names that it exports, by the module below it that has them.
+    """
+    homes = {name: f"{package}.{module}" for module, names in modules.items() for name in names}
+
+    def load(name: str) -> object:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(importlib.import_module(homes[name]), name)
+
+    return load

@@ -1,0 +1,192 @@
+"""Roads against the ways of OpenStreetMap: which ways lie on a carriageway, and which way each road is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from osm2xodr.defaults import COVER_ANGLE, COVER_SLACK, COVER_SPACING, COVER_WAY_LENGTH
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.opendrive import Frame, OpenDrive, Places, RoadFinder, pose
+from osm2xodr.osmParsing import (
+    ACCESS_TAGS,
+    ParseOptions,
+    RawNodes,
+    RawWay,
+    left_out,
+    open_osm_file,
+    read_nodes,
+    read_ways,
+)
+
+_TAGS = frozenset({*ACCESS_TAGS, "highway", "name", "ref", "bridge", "tunnel"})
+_NO = frozenset({"no", ""})
+
+
+@dataclass(frozen=True)
+class WayCover:
+    """How much of a way lies on a carriageway.
+
+    Parameters
+    ----------
+    way, highway, name
+        OSM id and tags.
+    structure
+        ``bridge``, ``tunnel`` or empty.
+    length, covered
+        m.
+    x, y
+        The middle of what is not covered, or else of the way, m.
+    """
+
+    way: int
+    highway: str
+    name: str
+    structure: str
+    length: float
+    covered: float
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class WayOnRoad:
+    """A stretch of a road that follows a way: index of the road, of the `WayCover`, and from s to s, m."""
+
+    road: int
+    way: int
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Points along ways at even distances: the way's row, x, y, direction (rad) and the length they stand for, m."""
+
+    way: IntArray
+    x: FloatArray
+    y: FloatArray
+    direction: FloatArray
+    weight: FloatArray
+
+
+def compare_with_osm(path: Path, file: OpenDrive, frame: Frame) -> tuple[list[WayCover], list[WayOnRoad]]:
+    """Lay the ways for cars that ``convert`` takes by default beside the roads of a file.
+
+    Raises
+    ------
+    InputError
+        The file of OSM cannot be read.
+    """
+    options = ParseOptions()
+    source = open_osm_file(path)
+    found, _ = read_ways(source, options.ways.highways, _TAGS)
+    ways = [way for way in found if left_out(way.tags, options.ways, options.include_private) is None]
+    nodes = read_nodes(source, np.unique(np.fromiter((ref for way in ways for ref in way.refs), np.int64)))
+    points = _points(ways, nodes, frame)
+    places = RoadFinder(file).find(points.x, points.y)
+    covered = np.zeros(len(points.x), np.bool_)
+    covered[places.point[places.distance <= COVER_SLACK]] = True
+    return _covers(ways, points, covered), _on_roads(file, points, places, len(ways))
+
+
+def structure_of(tags: dict[str, str]) -> str:
+    """Return whether a way is a bridge or a tunnel; neither: empty."""
+    for kind in ("bridge", "tunnel"):
+        if tags.get(kind, "no") not in _NO:
+            return kind
+    return ""
+
+
+def _points(ways: list[RawWay], nodes: RawNodes, frame: Frame) -> _Points:
+    """Cut ways into pieces of even length and return their middles."""
+    x, y = frame.to_inertial(nodes.lon_deg, nodes.lat_deg)
+    columns: list[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]] = []
+    for row, way in enumerate(ways):
+        refs = np.asarray(way.refs, np.int64)
+        at = np.searchsorted(nodes.ids, refs)
+        there = at < len(nodes.ids)
+        there[there] = nodes.ids[at[there]] == refs[there]
+        px, py = x[at[there]], y[at[there]]
+        usable = np.isfinite(px) & np.isfinite(py)
+        px, py = px[usable], py[usable]
+        length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(px), np.diff(py)))))
+        if len(px) < 2 or length[-1] <= 0.0:
+            continue
+        pieces = max(1, int(np.ceil(length[-1] / COVER_SPACING)))
+        middle = (np.arange(pieces) + 0.5) * length[-1] / pieces
+        segment = np.clip(np.searchsorted(length, middle, "right") - 1, 0, len(px) - 2)
+        columns.append(
+            (
+                np.full(pieces, row),
+                np.interp(middle, length, px),
+                np.interp(middle, length, py),
+                np.arctan2(np.diff(py)[segment], np.diff(px)[segment]),
+                np.full(pieces, length[-1] / pieces),
+            )
+        )
+    if not columns:
+        none = np.zeros(0)
+        return _Points(np.zeros(0, np.int64), none, none, none, none)
+    way_rows, at_x, at_y, direction, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return _Points(way_rows.astype(np.int64), at_x, at_y, direction, weight)
+
+
+def _covers(ways: list[RawWay], points: _Points, covered: BoolArray) -> list[WayCover]:
+    """Sum up by way."""
+    out = []
+    for row, rows in enumerate(
+        np.split(np.arange(len(points.way)), np.searchsorted(points.way, range(1, len(ways))))
+    ):
+        if not len(rows):
+            continue
+        way = ways[row]
+        missing = rows[~covered[rows]]
+        shown = missing if len(missing) else rows
+        middle = shown[len(shown) // 2]
+        out.append(
+            WayCover(
+                way.id,
+                way.tags["highway"],
+                way.tags.get("name", way.tags.get("ref", "")),
+                structure_of(dict(way.tags)),
+                float(points.weight[rows].sum()),
+                float(points.weight[rows][covered[rows]].sum()),
+                float(points.x[middle]),
+                float(points.y[middle]),
+            )
+        )
+    return out
+
+
+def _on_roads(file: OpenDrive, points: _Points, places: Places, ways: int) -> list[WayOnRoad]:
+    """Say which stretches of roads outside of junctions follow which ways, in order of roads and s.
+
+    A way follows a road where its points lie on the lanes, and where both have one direction; levels are not told
+    apart, so that a road may follow a way that lies above or below it as well.
+    """
+    rows = np.flatnonzero((places.distance <= COVER_SLACK) & (file.roads.junction[places.road] == -1))
+    heading = pose(file, places.road[rows], places.s[rows])[2]
+    along = np.abs(np.cos(heading - points.direction[places.point[rows]]))
+    rows = rows[along >= np.cos(COVER_ANGLE)]
+    if not len(rows):
+        return []
+    road, way, s = places.road[rows], points.way[places.point[rows]], places.s[rows]
+    half = 0.5 * points.weight[places.point[rows]]
+    # Rows of WayCover: ways without a length have none.
+    kept_ways = np.full(ways, -1)
+    present = np.unique(points.way)
+    kept_ways[present] = np.arange(len(present))
+    order = np.lexsort((s, way, road))
+    road, way, s, half = road[order], way[order], s[order], half[order]
+    first = np.flatnonzero((np.diff(road, prepend=-1) != 0) | (np.diff(way, prepend=-1) != 0))
+    last = np.append(first[1:], len(road)) - 1
+    out = []
+    for a, b in zip(first.tolist(), last.tolist(), strict=True):
+        length = float(file.roads.length[road[a]])
+        begin, end = max(0.0, float(s[a] - half[a])), min(length, float(s[b] + half[b]))
+        if float(2.0 * half[a : b + 1].sum()) >= min(COVER_WAY_LENGTH, 0.5 * length):
+            out.append(WayOnRoad(int(road[a]), int(kept_ways[way[a]]), begin, end))
+    return sorted(out, key=lambda item: (item.road, item.begin, item.end, item.way))

@@ -1,0 +1,315 @@
+"""The page's data: a document of texts and small tables, and arrays of whole numbers, for the page's data.js."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from osm2xodr import defaults
+from osm2xodr.defaults import COVER_WAY_LENGTH
+from osm2xodr.model import IntArray
+from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
+from osm2xodr.viewing import colours
+from osm2xodr.viewing.furniture import junction_places, placed_objects, placed_signals, structures_of
+from osm2xodr.viewing.marks import border_marks
+from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes
+from osm2xodr.viewing.page.coverage import WayCover, WayOnRoad
+from osm2xodr.viewing.page.ground import Terrain
+from osm2xodr.viewing.page.packing import UNKNOWN, quantised
+from osm2xodr.viewing.scene import Scene
+
+Packed = npt.NDArray[np.int32]
+
+# Degree of the polynomial that stands for the projection on the page, and points along each side that it fits.
+_ORDER = 4
+_FIT_POINTS = 15
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A file and all that is known about it.
+
+    Parameters
+    ----------
+    file, scene, frame
+        The file, what is drawn of it, and where it lies on Earth, if that is known.
+    terrain
+        The ground, with an elevation model.
+    covers, on_roads
+        OSM's ways, and which roads follow them; None without a file of OSM.
+    structures
+        Bridges and tunnels of each road: kind, from s to s (m) and name.
+    """
+
+    file: OpenDrive
+    scene: Scene
+    frame: Frame | None
+    terrain: Terrain | None
+    covers: list[WayCover] | None
+    on_roads: list[WayOnRoad] | None
+    structures: dict[int, list[tuple[str, float, float, str]]]
+
+
+def make_subject(
+    file: OpenDrive,
+    scene: Scene,
+    frame: Frame | None,
+    terrain: Terrain | None,
+    cover: tuple[list[WayCover], list[WayOnRoad]] | None,
+) -> Subject:
+    """Put together what is known; bridges and tunnels are the file's own, or else those of OSM."""
+    structures = structures_of(file)
+    covers, on_roads = (None, None) if cover is None else cover
+    if not structures and covers is not None and on_roads is not None:
+        for item in on_roads:
+            kind = covers[item.way].structure
+            if kind:
+                place = (kind, item.begin, item.end, f"way/{covers[item.way].way}")
+                structures.setdefault(item.road, []).append(place)
+    _add_connecting(file, structures)
+    return Subject(file, scene, frame, terrain, covers, on_roads, structures)
+
+
+def _add_connecting(file: OpenDrive, structures: dict[int, list[tuple[str, float, float, str]]]) -> None:
+    """Add connecting roads from a bridge to a bridge, or from a tunnel to a tunnel: no file names them."""
+    roads = file.roads
+    found: dict[int, list[tuple[str, float, float, str]]] = {}
+    for road in np.flatnonzero((roads.junction != -1) & (roads.link_kind == LinkKind.ROAD).all(axis=1)).tolist():
+        if road in structures:
+            continue
+        arms = zip(roads.link[road].tolist(), roads.contact[road].tolist(), strict=True)
+        kinds = {_kind_at(file, structures, arm, contact) for arm, contact in arms}
+        if len(kinds) == 1 and "" not in kinds:
+            found[road] = [(kinds.pop(), 0.0, float(roads.length[road]), "")]
+    structures.update(found)
+
+
+def _kind_at(
+    file: OpenDrive, structures: dict[int, list[tuple[str, float, float, str]]], road: int, contact: int
+) -> str:
+    """Return the kind of structure that stands at an end of a road; empty without one."""
+    for kind, begin, end, _ in structures.get(road, ()):
+        s = float(file.roads.length[road]) if contact == End.END else 0.0
+        if begin - COVER_WAY_LENGTH <= s <= end + COVER_WAY_LENGTH:
+            return kind
+    return ""
+
+
+def origin_of(scene: Scene) -> tuple[float, float]:
+    """Return what is taken off x and y on the page: whole metres, so that coordinates are small."""
+    if not len(scene.x):
+        return 0.0, 0.0
+    return (
+        float(np.rint((scene.x.min() + scene.x.max()) / 2.0)),
+        float(np.rint((scene.y.min() + scene.y.max()) / 2.0)),
+    )
+
+
+def page_arrays(subject: Subject) -> dict[str, Packed]:
+    """Return the arrays: cm, 1e-5 rad, 0.01 %, 0.1 km/h."""
+    file, scene = subject.file, subject.scene
+    x0, y0 = origin_of(scene)
+    lanes = file.lanes
+    arrays: dict[str, Packed] = {
+        "strip_road": _whole(scene.strip_road),
+        "strip_class": _whole(strip_classes(file, scene)[1]),
+        "station_start": _whole(scene.station_start),
+        "lane_start": _whole(scene.lane_start),
+        "s": quantised(scene.s, 0.01),
+        "x": quantised(scene.x - x0, 0.01),
+        "y": quantised(scene.y - y0, 0.01),
+        "z": quantised(scene.z, 0.01),
+        "heading": quantised(np.mod(scene.heading + np.pi, 2.0 * np.pi) - np.pi, 1e-5),
+        "roll": quantised(scene.roll, 1e-5),
+        "grade": quantised(scene.grade, 1e-4),
+        "ground": quantised(scene.ground, 0.01),
+        "border": quantised(scene.border, 0.01),
+        "lane_id": _whole(lanes.id[scene.lane]),
+        "lane_type": _whole(lane_types(file, scene)[1]),
+        "lane_speed": quantised(lane_speeds(file, scene), 0.1),
+        "lane_predecessor": _whole(lanes.predecessor[scene.lane]),
+        "lane_successor": _whole(lanes.successor[scene.lane]),
+        "mark": _whole(border_marks(file, scene)[1]),
+        "road_length": quantised(file.roads.length, 0.01),
+        "road_junction": _whole(file.roads.junction),
+        "link_kind": _whole(file.roads.link_kind.ravel()),
+        "link": _whole(file.roads.link.ravel()),
+        "contact": _whole(file.roads.contact.ravel()),
+    }
+    if subject.terrain is not None:
+        arrays["terrain"] = quantised(subject.terrain.z.ravel(), 0.1)
+    return arrays
+
+
+def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
+    """Return the document, but for what other modules add: headline, accuracy, coverage, findings, log."""
+    file, scene = subject.file, subject.scene
+    x0, y0 = origin_of(scene)
+    jx, jy = junction_places(file, scene)
+    terrain = subject.terrain
+    return {
+        "origin": [x0, y0],
+        "bounds": _bounds(scene, x0, y0),
+        "geographic": _geographic(subject, x0, y0),
+        "modes": [_mode(mode) for mode in modes],
+        "unknown_colour": colours.UNKNOWN_COLOUR,
+        "severities": dict(colours.SEVERITIES),
+        "lane_types": list(lane_types(file, scene)[0]),
+        "marks": border_marks(file, scene)[0],
+        "has_ground": bool(np.isfinite(scene.ground).any()),
+        "road": {
+            "id": list(file.roads.id),
+            "name": list(file.roads.name),
+            "classes": _road_classes(file),
+            "left_hand": [int(value) for value in file.roads.left_hand],
+        },
+        "junctions": {
+            "id": list(file.junctions.id),
+            "name": list(file.junctions.name),
+            "x": [rounded(value - x0) for value in jx],
+            "y": [rounded(value - y0) for value in jy],
+        },
+        "signals": [
+            [
+                signal.item.road,
+                rounded(signal.x - x0),
+                rounded(signal.y - y0),
+                int(signal.is_light),
+                signal.item.attributes.get("id", ""),
+                signal.item.attributes.get("type", ""),
+            ]
+            for signal in placed_signals(file)
+        ],
+        "objects": [
+            [
+                item.item.road,
+                item.item.attributes.get("type", ""),
+                item.item.attributes.get("name", ""),
+                item.item.attributes.get("id", ""),
+                [rounded(value) for x, y in item.corners for value in (x - x0, y - y0)],
+            ]
+            for item in placed_objects(file)
+        ],
+        "structures": {
+            road: [[kind, rounded(begin), rounded(end), name] for kind, begin, end, name in items]
+            for road, items in sorted(subject.structures.items())
+        },
+        "user": _user_data(file),
+        "ways": _ways(subject),
+        "limits": _limits(subject),
+        "terrain": None
+        if terrain is None
+        else {
+            "x": rounded(terrain.x - x0),
+            "y": rounded(terrain.y - y0),
+            "dx": terrain.dx,
+            "dy": terrain.dy,
+            "nx": terrain.z.shape[1],
+            "ny": terrain.z.shape[0],
+        },
+    }
+
+
+def rounded(value: float | None, digits: int = 2) -> float | None:
+    """Return a number with few digits; None where it is unknown."""
+    return None if value is None or not math.isfinite(value) else round(float(value), digits)
+
+
+def _whole(values: IntArray) -> Packed:
+    """Return whole numbers of 32 bits; what is absent becomes `UNKNOWN`."""
+    return np.where(np.asarray(values) == ABSENT, UNKNOWN, values).astype(np.int64).astype(np.int32)
+
+
+def _bounds(scene: Scene, x0: float, y0: float) -> list[float]:
+    """Return west, south, east, north."""
+    if not len(scene.x):
+        return [-100.0, -100.0, 100.0, 100.0]
+    corners = (scene.x.min() - x0, scene.y.min() - y0, scene.x.max() - x0, scene.y.max() - y0)
+    return [round(float(value), 2) for value in corners]
+
+
+def _geographic(subject: Subject, x0: float, y0: float) -> dict[str, Any] | None:
+    """Return polynomials that take x, y on the page to longitude and latitude; None where that is unknown."""
+    scene = subject.scene
+    if subject.frame is None or not len(scene.x):
+        return None
+    half = max(float(np.ptp(scene.x)), float(np.ptp(scene.y)), 1000.0) / 2.0
+    u, v = (item.ravel() for item in np.meshgrid(*[np.linspace(-1.1, 1.1, _FIT_POINTS)] * 2))
+    lon, lat = subject.frame.to_geographic(x0 + half * u, y0 + half * v)
+    if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
+        return None
+    terms = np.stack([u**i * v**j for i in range(_ORDER + 1) for j in range(_ORDER + 1 - i)], axis=1)
+    fits = [np.linalg.lstsq(terms, values, rcond=None)[0] for values in (lon, lat)]
+    return {
+        "x": 0.0,
+        "y": 0.0,
+        "scale": half,
+        "order": _ORDER,
+        "lon": [round(float(value), 12) for value in fits[0]],
+        "lat": [round(float(value), 12) for value in fits[1]],
+    }
+
+
+def _mode(mode: Mode) -> dict[str, Any]:
+    """Return a mode as the page reads it."""
+    out: dict[str, Any] = {"key": mode.key, "label": mode.label, "title": mode.title}
+    scale = mode.scale
+    if isinstance(scale, Categories):
+        rows = zip(scale.names, scale.colours, scale.labels, scale.present, strict=True)
+        return {**out, "kind": "category", "entries": [list(row) for row in rows]}
+    ramp = {"stops": list(scale.stops), "low": scale.low, "high": scale.high, "digits": mode.digits}
+    return {**out, "kind": "ramp", "unit": scale.unit, **ramp}
+
+
+def _road_classes(file: OpenDrive) -> list[str]:
+    """Return the types of each road in order, each once."""
+    start, names = file.types.start.tolist(), file.types.type
+    return [", ".join(dict.fromkeys(names[start[k] : start[k + 1]])) for k in range(len(file.roads.id))]
+
+
+def _user_data(file: OpenDrive) -> dict[int, list[list[str]]]:
+    """Return userData by road."""
+    out: dict[int, list[list[str]]] = {}
+    for (road, code), value in file.provenance.items():
+        if road >= 0:
+            out.setdefault(road, []).append([code, value])
+    return out
+
+
+def _ways(subject: Subject) -> dict[int, list[list[Any]]]:
+    """Return the ways that each road follows."""
+    out: dict[int, list[list[Any]]] = {}
+    for item in subject.on_roads or ():
+        way = (subject.covers or [])[item.way]
+        row = [way.way, rounded(item.begin, 0), rounded(item.end, 0), way.highway, way.name]
+        out.setdefault(item.road, []).append(row)
+    return out
+
+
+def _limits(subject: Subject) -> dict[int, float]:
+    """Return the usual limit of the grade of roads whose class in OSM is known, rise per metre."""
+    longest: dict[int, Counter[str]] = {}
+    for item in subject.on_roads or ():
+        highway = (subject.covers or [])[item.way].highway
+        longest.setdefault(item.road, Counter())[highway] += int(100.0 * (item.end - item.begin)) + 1
+    return {
+        road: defaults.GRADE_LIMIT.get(counts.most_common(1)[0][0], defaults.GRADE_LIMIT_OTHER)
+        for road, counts in sorted(longest.items())
+    }
+
+
+def on_structure(subject: Subject) -> npt.NDArray[np.bool_]:
+    """Return which stations lie on bridges or in tunnels, as far as the file or OSM says."""
+    scene = subject.scene
+    out = np.zeros(len(scene.s), np.bool_)
+    first = np.searchsorted(scene.station_road, np.arange(len(subject.file.roads.id) + 1))
+    for road, items in subject.structures.items():
+        rows = slice(int(first[road]), int(first[road + 1]))
+        for _, begin, end, _ in items:
+            out[rows] |= (scene.s[rows] >= begin) & (scene.s[rows] <= end)
+    return out

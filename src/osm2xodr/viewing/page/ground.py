@@ -1,0 +1,151 @@
+"""Heights of elevation models beneath roads, and how far the roads are off them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from osm2xodr.defaults import REPORT_TERRAIN_CELLS, REPORT_TERRAIN_MARGIN
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.opendrive import Frame
+from osm2xodr.projection import make_frame, to_local
+from osm2xodr.surface import SurfaceOptions, read_surface
+from osm2xodr.viewing.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Terrain:
+    """The ground as a grid.
+
+    Parameters
+    ----------
+    x, y
+        Of the south-western point, m.
+    dx, dy
+        Distance of columns and rows, m.
+    z : (rows, columns)
+        Heights, m, from south to north; NaN where nothing is measured.
+    """
+
+    x: float
+    y: float
+    dx: float
+    dy: float
+    z: FloatArray
+
+
+@dataclass(frozen=True)
+class HeightErrors:
+    """Height of roads above the ground along some of them.
+
+    Parameters
+    ----------
+    label
+        Which.
+    length
+        Length that is measured, m.
+    mean, rms, p95, largest
+        m: p95 and largest of the magnitude; NaN where nothing is measured.
+    """
+
+    label: str
+    length: float
+    mean: float
+    rms: float
+    p95: float
+    largest: float
+
+
+def read_ground(
+    paths: Sequence[Path], scene: Scene, frame: Frame, diagnostics: Diagnostics
+) -> tuple[FloatArray, Terrain]:
+    """Return the height of the ground at the stations, (stations,), NaN where it is not measured, and around them.
+
+    Heights count as the file's do: what the header's offset adds is taken off.
+
+    Raises
+    ------
+    InputError
+        An elevation model cannot be used.
+    CoverageError
+        None has heights at the roads.
+    """
+    columns, rows, corner, steps = _grid(scene)
+    grid_x, grid_y = np.meshgrid(corner[0] + steps[0] * np.arange(columns), corner[1] + steps[1] * np.arange(rows))
+    x = np.concatenate((scene.x, grid_x.ravel()))
+    y = np.concatenate((scene.y, grid_y.ravel()))
+    lon, lat = frame.to_geographic(x, y)
+    roads = slice(0, len(scene.x))
+    # Elevation models are read in a frame of osm2xodr's own, whatever the projection of the file.
+    local = make_frame(float(np.mean(lat[roads])), float(np.mean(lon[roads])))
+    east, north = to_local(local, lon, lat)
+    # Heights as they are: whether they stand on roofs matters to whoever makes roads of them.
+    options = SurfaceOptions(allow_partial=True, dem_type="dtm")
+    surface = read_surface(paths, local, east, north, options, diagnostics)
+    z, measured = surface.heights(east, north)
+    z = np.where(measured, z, np.nan) - frame.offset[2]
+    terrain = Terrain(corner[0], corner[1], steps[0], steps[1], z[len(scene.x) :].reshape(rows, columns))
+    return z[roads], terrain
+
+
+def _grid(scene: Scene) -> tuple[int, int, tuple[float, float], tuple[float, float]]:
+    """Return columns, rows, south-western point and distances of a grid around the roads."""
+    west, east = float(np.min(scene.x)), float(np.max(scene.x))
+    south, north = float(np.min(scene.y)), float(np.max(scene.y))
+    margin = max(REPORT_TERRAIN_MARGIN, 0.03 * max(east - west, north - south))
+    width, height = east - west + 2.0 * margin, north - south + 2.0 * margin
+    step = float(np.sqrt(width * height / REPORT_TERRAIN_CELLS))
+    columns, rows = max(2, int(width / step) + 1), max(2, int(height / step) + 1)
+    return columns, rows, (west - margin, south - margin), (width / (columns - 1), height / (rows - 1))
+
+
+def station_lengths(scene: Scene) -> FloatArray:
+    """Return the length that each station stands for, (stations,), m: half of the way to its neighbours."""
+    gap = np.diff(scene.s)
+    gap[np.diff(scene.station_strip) != 0] = 0.0
+    out = np.zeros(len(scene.s))
+    out[:-1] += 0.5 * gap
+    out[1:] += 0.5 * gap
+    return out
+
+
+def height_errors(scene: Scene, groups: Sequence[tuple[str, BoolArray]]) -> list[HeightErrors]:
+    """Sum up height above the ground for groups of stations; groups without a measured one are left out."""
+    error = scene.z - scene.ground
+    weight = station_lengths(scene)
+    out = []
+    for label, rows in groups:
+        kept = rows & np.isfinite(error) & (weight > 0.0)
+        if kept.any():
+            out.append(_summary(label, error[kept], weight[kept]))
+    return out
+
+
+def _summary(label: str, error: FloatArray, weight: FloatArray) -> HeightErrors:
+    """Sum up errors, each by the length it stands for."""
+    size = np.abs(error)
+    order = np.argsort(size, kind="stable")
+    reached = np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())
+    return HeightErrors(
+        label,
+        float(weight.sum()),
+        float(np.average(error, weights=weight)),
+        float(np.sqrt(np.average(error**2, weights=weight))),
+        float(size[order][min(int(reached), len(order) - 1)]),
+        float(size.max()),
+    )
+
+
+def worst_stations(value: FloatArray, scene: Scene, rows: BoolArray, most: int) -> IntArray:
+    """Return the station with the largest magnitude of each road, the largest first, at most so many."""
+    at = np.flatnonzero(rows & np.isfinite(value))
+    road = scene.station_road[at]
+    order = np.lexsort((at, -np.abs(value[at]), road))
+    first = np.diff(road[order], prepend=-1) != 0
+    best = at[order][first]
+    ranked: IntArray = best[np.lexsort((best, -np.abs(value[best])))][:most]
+    return ranked

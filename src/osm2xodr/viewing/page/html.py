@@ -1,0 +1,225 @@
+"""The report: one page of HTML that needs nothing else, neither a network nor other files."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import re
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from osm2xodr import __version__, defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
+from osm2xodr.opendrive import OpenDrive, frame_of, read_xodr
+from osm2xodr.viewing.modes import make_modes
+from osm2xodr.viewing.options import ReportOptions
+from osm2xodr.viewing.page import tables
+from osm2xodr.viewing.page.coverage import compare_with_osm
+from osm2xodr.viewing.page.data import Subject, make_subject, page_arrays, page_info
+from osm2xodr.viewing.page.ground import read_ground
+from osm2xodr.viewing.page.packing import as_json, compressed, pack_arrays
+from osm2xodr.viewing.strips import make_scene
+
+if TYPE_CHECKING:
+    from osm2xodr.checking import CheckResult
+
+_SCRIPTS = ("data.js", "colours.js", "tiles.js", "map.js", "profile.js", "panel.js", "view3d.js", "main.js")
+_LICENCES = ("leaflet.LICENSE", "uplot.LICENSE", "three.LICENSE")
+_THREE = {"core": "three.core.js", "module": "three.module.js", "controls": "three.orbit_controls.js"}
+# Images that only marks and switches would need which the page does not have.
+_IMAGE = re.compile(r"url\((?!#)[^)]*\)")
+_SOURCE_MAP = re.compile(r"^//# sourceMappingURL=.*$", re.MULTILINE)
+
+
+def make_report(
+    source: Path | OpenDrive, options: ReportOptions, diagnostics: Diagnostics, result: CheckResult | None = None
+) -> bytes:
+    """Return the report about a file of OpenDRIVE as HTML, UTF-8; the same input gives the same bytes.
+
+    Parameters
+    ----------
+    source
+        The file, or what was read of it.
+    options
+        What it is made of.
+    diagnostics
+        Receives what was found about the elevation models.
+    result
+        What the check found, if it was done before.
+
+    Raises
+    ------
+    InputError
+        The file is not OpenDRIVE, the area or an elevation model cannot be read, or the file does not say where it
+        lies although it is to be compared.
+    CoverageError
+        No elevation model has heights at the roads.
+    """
+    file = read_xodr(source) if isinstance(source, Path) else source
+    subject = _subject(file, options, diagnostics)
+    if result is None and options.check:
+        result = _checked(file)
+    modes = make_modes(file, subject.scene, has_findings=result is not None)
+    contents, arrays = pack_arrays(page_arrays(subject))
+    rows, sentence = tables.findings(subject, result)
+    errors = tables.accuracy(subject, [path.name for path in options.dem])
+    cover = tables.coverage(subject)
+    headline = _headline(subject, options, diagnostics)
+    headline["figures"] += tables.verdict(errors, cover, result)
+    info = {
+        **headline,
+        **page_info(subject, modes),
+        "first_mode": _first_mode(subject),
+        "contents": contents,
+        "findings": rows,
+        "checked": sentence,
+        "finding_count": 0 if result is None else sum(count.findings for count in result.counts),
+        "accuracy": errors,
+        "coverage": cover,
+        "log": tables.log(subject, options.log),
+    }
+    return fill_page(info["title"], as_json(info), arrays)
+
+
+def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) -> Subject:
+    """Read all that the report is about."""
+    scene = make_scene(file, defaults.VIEW_TOLERANCE, defaults.VIEW_STEP)
+    frame, reason = frame_of(file.header)
+    terrain = cover = None
+    if options.osm is not None or options.dem:
+        if frame is None:
+            raise InputError(
+                f"{file.path}: {reason}; leave --osm and --dem out, or give a file that says where it lies"
+            )
+        if not len(scene.s):
+            raise InputError(f"{file.path} has no road that can be drawn; there is nothing to compare")
+    if options.dem and frame is not None:
+        ground, terrain = read_ground(options.dem, scene, frame, diagnostics)
+        scene = scene.with_ground(ground)
+    if options.osm is not None and frame is not None:
+        cover = compare_with_osm(options.osm, file, frame)
+    return make_subject(file, scene, frame, terrain, cover)
+
+
+def _checked(file: OpenDrive) -> CheckResult:
+    """Check the file."""
+    from osm2xodr.checking import CheckOptions, check_drive
+
+    return check_drive(file, CheckOptions(most=defaults.REPORT_FINDINGS))
+
+
+def _first_mode(subject: Subject) -> str:
+    """Return what roads are coloured by at first: their height, unless all are as high."""
+    known = subject.scene.z[np.isfinite(subject.scene.z)]
+    return "height" if len(known) and float(np.ptp(known)) > 1.0 else "type"
+
+
+def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics) -> dict[str, Any]:
+    """Return headline, figures and what stands about the file in its header."""
+    file, scene = subject.file, subject.scene
+    header = file.header
+    outside = file.roads.junction == -1
+    length = np.where(np.isfinite(file.roads.length), file.roads.length, 0.0)
+    name = header.attributes.get("name", "")
+    revision = ".".join(str(part) for part in header.revision if part >= 0) or "of no stated version"
+    figures = [
+        ["roads", f"{int(outside.sum()):,}"],
+        ["km of roads", f"{length[outside].sum() / 1000.0:,.2f}"],
+        ["junctions", f"{len(file.junctions.id):,}"],
+        ["connecting roads", f"{int((~outside).sum()):,}"],
+        ["km through junctions", f"{length[~outside].sum() / 1000.0:,.2f}"],
+        ["lanes drawn", f"{len(scene.lane):,}"],
+    ]
+    known = scene.z[np.isfinite(scene.z)]
+    if len(known):
+        figures += [["lowest", f"{known.min():,.1f} m"], ["highest", f"{known.max():,.1f} m"]]
+    about = [["file", file.path.name], ["OpenDRIVE", revision]]
+    about += [
+        [key, header.attributes[key]] for key in ("name", "vendor", "date", "version") if header.attributes.get(key)
+    ]
+    about += [["geoReference", header.geo_reference or "none"]]
+    about += [[code, value] for (road, code), value in file.provenance.items() if road == -1]
+    about += [["report by", f"osm2xodr {__version__}"]]
+    undrawn = len(file.roads.id) - len(np.unique(scene.strip_road))
+    notes = (
+        [f"{undrawn:,} roads cannot be drawn: they have no plan view, no lanes, or unreadable numbers."]
+        if undrawn
+        else []
+    )
+    if len(file.misfits):
+        notes.append(
+            f"The reader could not take in {len(file.misfits):,} places of the file; osm2xodr check lists them."
+        )
+    notes += [item.message for item in diagnostics]
+    return {
+        "title": options.title or name or file.path.name,
+        "subtitle": f"{file.path.name} · OpenDRIVE {revision} · {length.sum() / 1000.0:,.1f} km",
+        "figures": figures,
+        "about": about,
+        "notes": notes,
+    }
+
+
+def fill_page(title: str, info: bytes, arrays: bytes) -> bytes:
+    """Put texts, libraries and data into the template."""
+    script = '(() => {\n"use strict";\n' + "\n".join(_part(f"template/{name}") for name in _SCRIPTS) + "\n})();\n"
+    scripts = {
+        "leaflet": _library("leaflet.js"),
+        "uplot": _library("uplot.js"),
+        "script": script,
+    }
+    style = "\n".join(
+        (_IMAGE.sub("none", _part("vendor/leaflet.css")), _part("vendor/uplot.css"), _part("template/page.css"))
+    )
+    parts = {
+        **scripts,
+        "style": style,
+        "policy": _policy(list(scripts.values()), style),
+        "title": html.escape(title),
+        # Two hyphens would end the comment.
+        "licences": "\n\n".join(_part(f"vendor/{name}").strip() for name in _LICENCES).replace("--", "- -"),
+        "info": compressed(info),
+        "arrays": compressed(arrays),
+        "three": _three(),
+    }
+    page = re.sub(r"@([a-z0-9]+)@", lambda match: parts[match.group(1)], _part("template/page.html"))
+    return page.encode("utf-8", "replace")
+
+
+def _policy(scripts: list[str], style: str) -> str:
+    """Return a content security policy: these scripts and styles and nothing else; no network at all.
+
+    The view in 3D unpacks its library into addresses of the kind ``blob:``, which only the page itself can make.
+    """
+    hashes = " ".join(_hash(script) for script in scripts)
+    return (
+        f"default-src 'none'; script-src {hashes} blob:; style-src {_hash(style)}; img-src data: blob:;"
+        " base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hash(text: str) -> str:
+    """Return what a policy calls a text by."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}'"
+
+
+@cache
+def _three() -> str:
+    """Return the library of the view in 3D, compressed; it is the same on all pages."""
+    return compressed(as_json({key: _library(name) for key, name in _THREE.items()}))
+
+
+def _library(name: str) -> str:
+    """Return the text of a library, without the address of what it was made of."""
+    return _SOURCE_MAP.sub("", _part(f"vendor/{name}"))
+
+
+def _part(name: str) -> str:
+    """Return a file of the package."""
+    return files("osm2xodr.viewing.page").joinpath(*name.split("/")).read_text(encoding="utf-8")

@@ -1,0 +1,262 @@
+"""A picture of a road network: what is in it and where; `svg` and `png` draw it.
+
+PNG is drawn by Pillow: a wheel of a few megabytes that loads in a twentieth of a second, where matplotlib brings ten
+packages and takes a second; what it lacks, smooth edges, comes from drawing larger and averaging.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr import defaults
+from osm2xodr.errors import InputError
+from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive import OpenDrive, frame_of
+from osm2xodr.viewing.colours import Ramp, nice_step
+from osm2xodr.viewing.marks import border_marks
+from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
+from osm2xodr.viewing.options import PictureOptions
+from osm2xodr.viewing.picture.details import FURNISHED, MARKED, furniture_shapes, mark_lines
+from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
+from osm2xodr.viewing.scene import Scene
+from osm2xodr.viewing.strips import make_scene
+
+# Height of the legend's band below the map, and of a line of its text, in thousandths of the width, at least pixels.
+_BAND, _BAND_LEAST = 0.045, 44
+# Lanes are outlined from so many pixels per metre on.
+_OUTLINED = 1.5
+# What lies so much higher than something is above it, m.
+_CLEARANCE = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What is drawn, in pixels from the top left.
+
+    Parameters
+    ----------
+    width, height
+        Of the whole; the map takes all but the band of the legend.
+    map_height
+        Of the map.
+    scale
+        Pixels per metre.
+    shapes
+        Roads, the lowest first, with the edges of those outside of junctions unless they would be too fine; seen from
+        near also their marks, then objects and signals.
+    mode
+        What the colours mean.
+    bar
+        Length of the scale bar, m.
+    title
+        Name of the file.
+    """
+
+    width: int
+    height: int
+    map_height: int
+    scale: float
+    shapes: list[Shape]
+    mode: Mode
+    bar: float
+    title: str
+
+    @property
+    def band(self) -> int:
+        """Height of the legend's band, pixels."""
+        return self.height - self.map_height
+
+    @property
+    def outline(self) -> float:
+        """Width of a line around areas in their own colour, pixels: roads are seen from afar, and seams are not."""
+        return float(np.clip(1.6 - 5.0 * self.scale, 0.4, 1.4))
+
+
+def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
+    """Lay out the picture of a file.
+
+    Raises
+    ------
+    InputError
+        Nothing of the file can be drawn, nothing of it is in the box, or it has no speeds to show.
+    """
+    scene = make_scene(file, defaults.VIEW_TOLERANCE, defaults.VIEW_STEP)
+    if not len(scene.s):
+        raise InputError(f"{file.path} has no road that can be drawn: it has none with a plan view and lanes")
+    x, y, _ = scene.border_places()
+    west, south, east, north = options.box or _around(x, y)
+    scale = options.width / (east - west)
+    map_height = max(1, round((north - south) * scale))
+    if options.width * map_height > defaults.RENDER_PIXELS_MOST:
+        raise InputError(
+            f"the picture would have {options.width:,} x {map_height:,} pixels;"
+            " give a smaller --width or a flatter box"
+        )
+    strips = _seen(scene, x, y, (west, south, east, north))
+    if not len(strips):
+        raise InputError(
+            f"{file.path} has no road within --bbox; its roads lie at x and y within {_in_words(_around(x, y))}"
+        )
+    scene = scene.only(strips)
+    mode = next((mode for mode in make_modes(file, scene, has_findings=False) if mode.key == options.colour), None)
+    if mode is None:
+        raise InputError(f"{file.path} states no speeds{' there' if options.box else ''}; choose another --color")
+    x, y, _ = scene.border_places()
+    layers = _layers(file, scene, mode, np.stack(((x - west) * scale, (north - y) * scale), axis=1), scale)
+    if scale >= FURNISHED:
+        roads = frozenset(scene.strip_road.tolist())
+        furniture = furniture_shapes(file, roads, lambda x, y: ((x - west) * scale, (north - y) * scale), scale)
+        _add_furniture(layers, furniture, scene, x, y)
+    band = max(_BAND_LEAST, round(_BAND * options.width))
+    return Picture(
+        options.width,
+        map_height + band,
+        map_height,
+        scale,
+        [shape for layer in layers for shape in layer],
+        mode,
+        nice_step(0.16 * options.width / scale),
+        file.header.attributes.get("name", "") or file.path.name,
+    )
+
+
+def _around(x: FloatArray, y: FloatArray) -> tuple[float, float, float, float]:
+    """Return the box around everything, with a margin."""
+    known = np.isfinite(x) & np.isfinite(y)
+    west, east, south, north = x[known].min(), x[known].max(), y[known].min(), y[known].max()
+    margin = defaults.RENDER_MARGIN * max(east - west, north - south, 20.0)
+    return float(west - margin), float(south - margin), float(east + margin), float(north + margin)
+
+
+def _in_words(box: tuple[float, float, float, float]) -> str:
+    """Write a box as the option takes it."""
+    return ",".join(f"{math.floor(value) if k < 2 else math.ceil(value)}" for k, value in enumerate(box))
+
+
+def _seen(scene: Scene, x: FloatArray, y: FloatArray, box: tuple[float, float, float, float]) -> IntArray:
+    """Return the strips that reach into a box, the lowest first."""
+    start = scene.border_start[:-1]
+    west, east = np.fmin.reduceat(x, start), np.fmax.reduceat(x, start)
+    south, north = np.fmin.reduceat(y, start), np.fmax.reduceat(y, start)
+    seen = (east >= box[0]) & (west <= box[2]) & (north >= box[1]) & (south <= box[3])
+    lanes = np.diff(scene.lane_start) > 0
+    height = _heights(scene)
+    rows = np.flatnonzero(seen & lanes)
+    ordered: IntArray = rows[np.lexsort((rows, height[rows]))]
+    return ordered
+
+
+def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale: float) -> list[list[Shape]]:
+    """Return for each strip its bands of one colour each, its edges and its marks."""
+    lane_colour, station_colour = _colours(file, scene, mode)
+    kinds, kind_of = border_marks(file, scene) if scale >= MARKED else ([], np.zeros(0, np.int64))
+    layers: list[list[Shape]] = []
+    begin = scene.border_start
+    for strip in range(len(scene.strip_road)):
+        grid = places[begin[strip] : begin[strip + 1]].reshape(int(scene.strip_stations[strip]), -1, 2)
+        first, lane = int(scene.station_start[strip]), int(scene.lane_start[strip])
+        rows = _rows(scene.s[first : first + len(grid)], 1.0 / scale)
+        grid = grid[rows]
+        shapes: list[Shape] = []
+        layers.append(shapes)
+        if lane_colour is not None:
+            shades = lane_colour[lane : int(scene.lane_start[strip + 1])]
+            for a, b in _runs(shades):
+                shapes.append(Polygon(_band(grid, 0, len(grid) - 1, a, b), shades[a]))
+        elif station_colour is not None:
+            shades = [station_colour[first + row] for row in rows[:-1]]
+            for a, b in _runs(shades):
+                shapes.append(Polygon(_band(grid, a, b, 0, grid.shape[1] - 1), shades[a]))
+        if scale >= _OUTLINED and file.roads.junction[scene.strip_road[strip]] == -1:
+            shapes += [Line(grid[:, 0]), Line(grid[:, -1])]
+        if kinds:
+            borders = lane + strip
+            shapes += mark_lines(grid, [kinds[k] for k in kind_of[borders : borders + grid.shape[1]]], scale)
+    return layers
+
+
+def _add_furniture(
+    layers: list[list[Shape]],
+    furniture: Iterable[tuple[tuple[float, float, float], list[Shape]]],
+    scene: Scene,
+    x: FloatArray,
+    y: FloatArray,
+) -> None:
+    """Put furniture on top of all strips but those of bridges above it; x, y are the places of the borders."""
+    start = scene.border_start[:-1]
+    west, east = np.fmin.reduceat(x, start), np.fmax.reduceat(x, start)
+    south, north = np.fmin.reduceat(y, start), np.fmax.reduceat(y, start)
+    height = _heights(scene)
+    for (at_x, at_y, at_z), shapes in furniture:
+        over = (west <= at_x) & (at_x <= east) & (south <= at_y) & (at_y <= north) & (height > at_z + _CLEARANCE)
+        bridges = np.flatnonzero(over)
+        layers[max(int(bridges[0]) - 1, 0) if len(bridges) else -1].extend(shapes)
+
+
+def _heights(scene: Scene) -> FloatArray:
+    """Return the mean height of each strip, m."""
+    mean: FloatArray = np.add.reduceat(np.nan_to_num(scene.z), scene.station_start[:-1]) / scene.strip_stations
+    return np.nan_to_num(mean)
+
+
+def _colours(file: OpenDrive, scene: Scene, mode: Mode) -> tuple[list[str] | None, list[str] | None]:
+    """Return colours of lanes, or else of stations."""
+    scale = mode.scale
+    if isinstance(scale, Categories):
+        return [scale.colours[k] for k in lane_types(file, scene)[1].tolist()], None
+    if mode.key == "speed":
+        return _shades(scale, lane_speeds(file, scene)), None
+    value = scene.z if mode.key == "height" else 100.0 * np.abs(scene.grade)
+    return None, _shades(scale, value)
+
+
+def _shades(ramp: Ramp, values: FloatArray) -> list[str]:
+    """Return colours of values in 64 steps, so that neighbours join to one area."""
+    step = (ramp.high - ramp.low) / 63.0
+    stepped = np.where(np.isfinite(values), ramp.low + step * np.rint((values - ramp.low) / step), np.nan)
+    return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in ramp.colours(stepped).tolist()]
+
+
+def _rows(s: FloatArray, pixel: float) -> list[int]:
+    """Return the stations that are at least a pixel apart, and both ends."""
+    rows = [0]
+    for k in range(1, len(s) - 1):
+        if s[k] - s[rows[-1]] > pixel:
+            rows.append(k)
+    return [*rows, len(s) - 1]
+
+
+def _runs(shades: list[str]) -> list[tuple[int, int]]:
+    """Return from where to where neighbours have one colour."""
+    ends = [k for k in range(1, len(shades)) if shades[k] != shades[k - 1]]
+    return list(zip([0, *ends], [*ends, len(shades)], strict=True))
+
+
+def _band(grid: FloatArray, top: int, bottom: int, left: int, right: int) -> FloatArray:
+    """Return the outline of a part of a strip's grid."""
+    return np.concatenate((grid[top : bottom + 1, left], grid[top : bottom + 1, right][::-1]))
+
+
+def box_of_degrees(file: OpenDrive, box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Return the box in x and y of a file, m, around one of west, south, east, north in degrees, WGS 84.
+
+    Raises
+    ------
+    InputError
+        The file does not say where it lies, or the box is beyond its projection.
+    """
+    frame, reason = frame_of(file.header)
+    if frame is None:
+        raise InputError(f"{file.path}: {reason}; give --bbox-xy in metres instead of --bbox")
+    west, south, east, north = box
+    share = np.linspace(0.0, 1.0, 9)
+    lon = np.concatenate((west + share * (east - west), west + share * (east - west), np.repeat((west, east), 9)))
+    lat = np.concatenate((np.repeat((south, north), 9), np.tile(south + share * (north - south), 2)))
+    x, y = frame.to_inertial(lon, lat)
+    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+        raise InputError(f"{file.path}: --bbox lies beyond the projection of the file; give one nearer to its roads")
+    return float(x.min()), float(y.min()), float(x.max()), float(y.max())

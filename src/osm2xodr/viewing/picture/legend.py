@@ -1,0 +1,113 @@
+"""The band below a picture: its title, what the colours mean, a scale bar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from osm2xodr.viewing.colours import Ramp
+from osm2xodr.viewing.modes import Categories
+from osm2xodr.viewing.picture.contents import Picture
+from osm2xodr.viewing.picture.shapes import INK, PAPER, SOFT, Polygon
+
+# Width of a letter as a share of its size, on the wide side, so that texts do not run into each other.
+_LETTER = 0.6
+_STEPS = 64
+
+
+@dataclass(frozen=True)
+class Text:
+    """Words at x, y (of their base line, pixels); anchor is ``start``, ``middle`` or ``end``."""
+
+    text: str
+    x: float
+    y: float
+    size: float
+    anchor: str = "start"
+    colour: str = INK
+    bold: bool = False
+
+
+def legend(picture: Picture) -> list[Text | Polygon]:
+    """Return what stands in the band, in the order in which it is drawn."""
+    top, band, width = picture.map_height, picture.band, picture.width
+    size = max(11.0, 0.27 * band)
+    edge = 0.35 * band
+    items: list[Text | Polygon] = [
+        _box(0, top, width, band, "#ffffff"),
+        _box(0, top, width, max(1.0, 0.02 * band), SOFT),
+    ]
+    bar = picture.bar * picture.scale
+    base = top + 0.72 * band
+    right = width - edge
+    items += [
+        _box(right - bar, base - 0.1 * band, bar, 0.1 * band, INK),
+        _box(right - bar / 2, base - 0.075 * band, bar / 2 - 0.025 * band, 0.05 * band, PAPER),
+        Text(_length(picture.bar), right, top + 0.45 * band, size, "end"),
+        Text("N", right - bar - 1.6 * size, top + 0.78 * band, size, "middle", bold=True),
+        _north(right - bar - 1.6 * size, top + 0.14 * band, 0.36 * band),
+    ]
+    room = right - bar - 2.6 * size - edge
+    title = Text(picture.mode.title, edge, top + 0.6 * band, size, bold=True)
+    items.append(title)
+    begin = edge + _LETTER * size * (len(title.text) + 2)
+    scale = picture.mode.scale
+    if isinstance(scale, Ramp):
+        return items + _ramp(scale, picture.mode.digits, begin, min(room - begin, 22 * size), top, band, size)
+    return items + _kinds(scale, begin, room, top, band, size)
+
+
+def _ramp(
+    scale: Ramp, digits: int, left: float, width: float, top: float, band: float, size: float
+) -> list[Text | Polygon]:
+    """Return a strip of colours with numbers below it."""
+    if width < 4 * size:
+        return []
+    shades = scale.colours(np.linspace(scale.low, scale.high, _STEPS)).tolist()
+    step = width / _STEPS
+    items: list[Text | Polygon] = [
+        # Each a little too wide, so that no gap shows; the next one covers it.
+        _box(
+            left + k * step,
+            top + 0.2 * band,
+            step * (1.0 if k == _STEPS - 1 else 1.5),
+            0.25 * band,
+            f"#{r:02x}{g:02x}{b:02x}",
+        )
+        for k, (r, g, b) in enumerate(shades)
+    ]
+    for share, anchor in ((0.0, "start"), (0.5, "middle"), (1.0, "end")):
+        value = scale.low + share * (scale.high - scale.low)
+        items.append(Text(f"{value:.{digits}f}", left + share * width, top + 0.84 * band, size, anchor, SOFT))
+    return items
+
+
+def _kinds(
+    scale: Categories, left: float, right: float, top: float, band: float, size: float
+) -> list[Text | Polygon]:
+    """Return a box and a word for each kind, as many as there is room for."""
+    items: list[Text | Polygon] = []
+    for shade, label, present in zip(scale.colours, scale.labels, scale.present, strict=True):
+        width = 1.6 * size + _LETTER * size * (len(label) + 2)
+        if present and left + width < right:
+            items.append(_box(left, top + 0.6 * band - 0.75 * size, 1.2 * size, 0.8 * size, shade))
+            items.append(Text(label, left + 1.6 * size, top + 0.6 * band, size))
+            left += width
+    return items
+
+
+def _north(x: float, y: float, height: float) -> Polygon:
+    """Return an arrow to the north with its tip at x, y."""
+    half = 0.3 * height
+    return Polygon(np.array(((x, y), (x + half, y + height), (x, y + 0.75 * height), (x - half, y + height))), INK)
+
+
+def _box(x: float, y: float, width: float, height: float, colour: str) -> Polygon:
+    """Return a box."""
+    return Polygon(np.array(((x, y), (x + width, y), (x + width, y + height), (x, y + height))), colour)
+
+
+def _length(metres: float) -> str:
+    """Write a length."""
+    return f"{metres / 1000:g} km" if metres >= 1000 else f"{metres:g} m"

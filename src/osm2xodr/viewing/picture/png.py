@@ -1,0 +1,63 @@
+"""Draws a picture as PNG, by Pillow: larger than wanted, then averaged, which makes edges smooth."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from osm2xodr.defaults import RENDER_SAMPLES, RENDER_SAMPLES_MOST
+from osm2xodr.model import FloatArray
+from osm2xodr.viewing.picture.contents import Picture
+from osm2xodr.viewing.picture.legend import Text, legend
+from osm2xodr.viewing.picture.shapes import PAPER, Polygon
+
+_ANCHORS = {"start": "ls", "middle": "ms", "end": "rs"}
+
+
+def draw_png(picture: Picture) -> bytes:
+    """Return the picture as PNG; the same picture gives the same bytes."""
+    n = RENDER_SAMPLES
+    while n > 1 and n * n * picture.width * picture.map_height > RENDER_SAMPLES_MOST:
+        n -= 1
+    large = Image.new("RGB", (n * picture.width, n * picture.map_height), PAPER)
+    pen = ImageDraw.Draw(large)
+    outline = max(1, round(picture.outline * n))
+    for shape in picture.shapes:
+        corners = _corners(shape.corners, n)
+        if len(corners) < 2:
+            continue
+        if isinstance(shape, Polygon):
+            # A polygon's own outline grows to its inside only.
+            pen.polygon(corners, fill=shape.colour)
+            if shape.outlined:
+                pen.line([*corners, corners[0]], fill=shape.colour, width=outline)
+        else:
+            pen.line(corners, fill=shape.colour, width=max(1, round(shape.width * n)))
+    whole = Image.new("RGB", (picture.width, picture.height), PAPER)
+    whole.paste(large.reduce(n), (0, 0))
+    _draw_legend(whole, picture)
+    stream = io.BytesIO()
+    whole.save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def _draw_legend(image: Image.Image, picture: Picture) -> None:
+    """Draw the band below the map."""
+    pen = ImageDraw.Draw(image)
+    for item in legend(picture):
+        if isinstance(item, Text):
+            font = ImageFont.load_default(item.size)
+            # The font that comes with Pillow has no bold letters: they are drawn twice, half a pixel apart.
+            for shift in (0.0, 0.5) if item.bold else (0.0,):
+                place = (item.x + shift, item.y)
+                pen.text(place, item.text, fill=item.colour, font=font, anchor=_ANCHORS[item.anchor])
+        else:
+            pen.polygon(_corners(item.corners, 1), fill=item.colour)
+
+
+def _corners(points: FloatArray, samples: int) -> list[tuple[float, float]]:
+    """Return points that are known, in samples."""
+    known = points[np.isfinite(points).all(axis=1)]
+    return [(x, y) for x, y in (samples * known).tolist()]

@@ -1,0 +1,56 @@
+"""What becomes of outcomes that workers hold."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from typing import Any
+
+from osm2xodr.batch.workers import dask_cluster as running
+from osm2xodr.batch.workers.area_process import AreaJob, Outcome
+
+
+class LostOnce:
+    """A task whose outcome is lost with its worker before anybody fetches it, and found again."""
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+        self.status = "finished"
+        self.asked = 0
+
+    def add_done_callback(self, then: Callable[[Any], None]) -> None:
+        self.asked += 1
+        then(self)
+        self.status = "lost" if self.asked == 1 else "finished"
+
+    def result(self) -> Outcome:
+        assert self.status == "finished"
+        return Outcome("", 1.0)
+
+    def exception(self) -> None:
+        return None
+
+    def release(self) -> None:
+        self.status = "released"
+
+
+class Client:
+    status = "running"
+
+    def __init__(self) -> None:
+        self.futures: list[LostOnce] = []
+
+    def submit(self, function: object, job: AreaJob, *, key: str, priority: int, pure: bool) -> LostOnce:
+        self.futures.append(LostOnce(key))
+        return self.futures[-1]
+
+    def run(self, function: object, batch: str, *, on_error: str) -> None:
+        pass
+
+
+def test_an_outcome_that_is_lost_with_its_worker_is_waited_for_again() -> None:
+    client, jobs = Client(), [AreaJob("", name, ()) for name in ("a", "b")]
+    with contextlib.ExitStack() as stack:
+        found = list(running._outcomes(client, jobs, "batch", stack))
+    assert found == [(job, Outcome("", 1.0)) for job in jobs]
+    assert [(future.asked, future.status) for future in client.futures] == [(2, "released"), (2, "released")]

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from osm2xodr.curves.cubics import cubic_slope, cubic_value, part_of_cubics, part_of_profile, profile_of
+from osm2xodr.model import Cubic, CubicProfile, FloatArray
+
+coefficient = st.floats(min_value=-1.0, max_value=1.0)
+cubics = st.builds(Cubic, st.just(0.0), coefficient, coefficient, coefficient, coefficient)
+# Records of 0.05 to 20 m, end to end.
+lengths_of_records = st.lists(st.floats(min_value=0.05, max_value=20.0), min_size=1, max_size=6)
+shares = st.floats(min_value=0.0, max_value=1.0)
+
+
+@st.composite
+def curves(draw: st.DrawFn) -> tuple[list[Cubic], float]:
+    """Draw piecewise cubics, and where they end."""
+    length = draw(lengths_of_records)
+    starts = np.concatenate([[0.0], np.cumsum(length)])
+    pieces = [draw(cubics) for _ in length]
+    whole = [Cubic(s, p.a, p.b, p.c, p.d) for s, p in zip(starts.tolist(), pieces, strict=False)]
+    return whole, float(starts[-1])
+
+
+def evaluated(profile: CubicProfile, curve: int, s: FloatArray) -> FloatArray:
+    """Return value and slope, (2, n)."""
+    which = np.full(len(s), curve, np.int64)
+    return np.stack([cubic_value(profile, which, s), cubic_slope(profile, which, s)])
+
+
+@given(st.lists(curves(), min_size=1, max_size=3), st.data())
+def test_parts_say_what_the_whole_says(several: list[tuple[list[Cubic], float]], data: st.DataObject) -> None:
+    whole = profile_of([[], *(cubic for cubic, _ in several)])
+    curve, begin, end = [0], [0.0], [10.0]
+    for k, (_, length) in enumerate(several, start=1):
+        cuts = sorted(data.draw(st.lists(shares, max_size=3)))
+        places = [0.0, *(length * cut for cut in cuts), length]
+        # Pieces are never shorter.
+        ends = [(a, b) for a, b in pairwise(places) if b - a > 1e-3]
+        curve += [k] * len(ends)
+        begin += [a for a, _ in ends]
+        end += [b for _, b in ends]
+    parts = part_of_profile(whole, np.array(curve), np.array(begin), np.array(end))
+    assert parts.start[1] == 0
+    for row, (k, a, b) in enumerate(zip(curve, begin, end, strict=True)):
+        own = parts.s[parts.start[row] : parts.start[row + 1]]
+        if k:
+            assert own[0] == 0.0
+        assert (np.diff(own) > 0.0).all()
+        assert (own < b - a).all()
+        # Clear of the borders of records, where a value may jump in these curves.
+        s = np.linspace(a, b, 23)[1:-1]
+        borders = whole.s[whole.start[k] : whole.start[k + 1]]
+        s = s[(np.abs(s[:, None] - borders[None, :]) > 1e-5).all(axis=1)]
+        assert evaluated(parts, row, s - a) == pytest.approx(evaluated(whole, k, s), rel=1e-9, abs=1e-9)
+
+
+@given(curves(), shares, shares)
+def test_parts_of_widths_say_what_the_whole_says(curve: tuple[list[Cubic], float], one: float, other: float) -> None:
+    whole, length = curve
+    begin, end = min(one, other) * length, max(one, other) * length
+    if end - begin < 1e-3:
+        return
+    part = part_of_cubics(whole, begin, end)
+    tables = profile_of([whole]), profile_of([part])
+    assert part[0].s == 0.0
+    s = np.linspace(begin, end, 23)[1:-1]
+    s = s[(np.abs(s[:, None] - tables[0].s[None, :]) > 1e-5).all(axis=1)]
+    assert evaluated(tables[1], 0, s - begin) == pytest.approx(evaluated(tables[0], 0, s), rel=1e-9, abs=1e-9)
+
+
+def test_what_is_not_cut_keeps_its_numbers() -> None:
+    whole = profile_of([[Cubic(0.0, 0.1, 0.2, 0.3, 0.4), Cubic(7.0, 1 / 3)], [Cubic(0.0, 5.0)]])
+    same = part_of_profile(whole, np.arange(2), np.zeros(2), np.array([9.0, 4.0]))
+    for name in CubicProfile.__dataclass_fields__:
+        assert getattr(same, name).tolist() == getattr(whole, name).tolist()
+
+
+def test_a_cut_within_rounding_of_a_record_leaves_nothing_of_it() -> None:
+    whole = profile_of([[Cubic(0.0, 1.0), Cubic(7.0, 2.0), Cubic(12.0, 3.0)]])
+    curve = np.zeros(2, np.int64)
+    for cut in (7.0 - 1e-9, 7.0, 7.0 + 1e-9):
+        parts = part_of_profile(whole, curve, np.array([0.0, cut]), np.array([cut, 20.0]))
+        assert parts.start.tolist() == [0, 1, 3]
+        assert parts.a.tolist() == [1.0, 2.0, 3.0]
+        assert parts.s.tolist() == [0.0, 0.0, 12.0 - cut]
+
+
+def test_nothing_before_the_first_record_but_the_first_record() -> None:
+    assert part_of_cubics([Cubic(0.0, 1.0, 0.5), Cubic(4.0, 3.0)], -2.0, 3.0) == (Cubic(0.0, 0.0, 0.5),)
+    assert part_of_cubics((), 1.0, 3.0) == ()

@@ -1,0 +1,224 @@
+"""Barriers, kerbs, tram tracks, lamps, trees and bus stops beside roads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from object_cases import has_corners, road_of_way, said, side, thing, world_of
+from street_cases import Case
+
+from osm2xodr.furniture.objects.placing import place_objects
+from osm2xodr.furniture.world.tag_values import length_of
+from osm2xodr.furniture.world.world import World
+from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing, Rule, StreetNetwork
+
+EITHER = pytest.mark.parametrize("rule", list(Rule))
+# The frame's origin is the middle of the nodes.
+STREET = {"w": (-100.0, 0.0), "a": (0.0, 0.0), "e": (100.0, 0.0)}
+ROAD = Case(STREET, {1: ("w a e", "lanes=2 width=7")})
+NEAR = 0.02
+
+
+def with_things(*things: RoadsideThing) -> Callable[[StreetNetwork], StreetNetwork]:
+    return lambda network: replace(network, roadside=things)
+
+
+def placed(world: World) -> tuple[RoadObject, ...]:
+    return place_objects(world, (), ())
+
+
+def s_of(x: float) -> float:
+    """Return s of the road at x, m."""
+    return x + 100.0
+
+
+@EITHER
+def test_a_fence_beside_the_road_becomes_a_repeated_object(rule: Rule) -> None:
+    fence = thing(RoadsideKind.FENCE, [(-40.0, 6.0), (30.0, 6.0)], rule, height="1.8")
+    world = world_of(ROAD, rule, network=with_things(fence))
+    (item,) = placed(world)
+    t = 6.0 * side(rule)
+    assert (item.type, item.subtype, item.name, item.osm_id) == ("railing", "fence", "fence", "way/77")
+    assert item.road == road_of_way(world, 1)
+    assert (item.s, item.t) == pytest.approx((s_of(-40.0), t), abs=NEAR)
+    repeat = item.repeat
+    assert repeat is not None
+    assert (repeat.s, repeat.length) == pytest.approx((item.s, 70.0), abs=NEAR)
+    assert (repeat.t_start, repeat.t_end) == pytest.approx((t, t), abs=NEAR)
+    assert (repeat.distance, repeat.width, repeat.height) == (0.0, 0.1, 1.8)
+
+
+@EITHER
+def test_a_line_with_a_corner_becomes_as_many_pieces_as_it_has(rule: Rule) -> None:
+    wall = thing(RoadsideKind.WALL, [(40.0, 6.0), (0.0, 6.0), (-20.0, 9.0), (-50.0, 9.0)], rule)
+    world = world_of(ROAD, rule, network=with_things(wall))
+    found = placed(world)
+    ends = [
+        (item.repeat.s, item.repeat.s + item.repeat.length, item.repeat.t_start, item.repeat.t_end)
+        for item in found
+        if item.repeat is not None
+    ]
+    hand = side(rule)
+    np.testing.assert_allclose(
+        ends,
+        [
+            (s_of(-50.0), s_of(-20.0), 9.0 * hand, 9.0 * hand),
+            (s_of(-20.0), s_of(0.0), 9.0 * hand, 6.0 * hand),
+            (s_of(0.0), s_of(40.0), 6.0 * hand, 6.0 * hand),
+        ],
+        atol=0.05,
+    )
+
+
+@EITHER
+def test_what_is_drawn_on_the_edge_goes_beside_the_carriageway(rule: Rule) -> None:
+    rail = thing(RoadsideKind.GUARD_RAIL, [(-40.0, 2.9), (30.0, 2.9)], rule)
+    (item,) = placed(world_of(ROAD, rule, network=with_things(rail)))
+    # Edge at 3.5 m, gap of 0.1 m, half of 0.3 m.
+    assert item.t == pytest.approx(3.75 * side(rule))
+
+
+def test_what_lies_on_the_carriageway_or_across_is_left_out() -> None:
+    on = thing(RoadsideKind.FENCE, [(-40.0, 1.0), (30.0, 1.0)])
+    across = thing(RoadsideKind.FENCE, [(20.0, 4.0), (20.0, 12.0)])
+    far = thing(RoadsideKind.HEDGE, [(-40.0, 14.0), (30.0, 14.0)])
+    world = world_of(ROAD, network=with_things(on, across, far))
+    assert placed(world) == ()
+    assert said(world)["roadside-left-out"] == [
+        "2 ways with a fence are left out: no part runs beside a carriageway within 10 m",
+        "1 ways with a hedge are left out: no part runs beside a carriageway within 10 m",
+    ]
+
+
+def test_a_line_that_crosses_the_road_is_cut_there() -> None:
+    wall = thing(RoadsideKind.WALL, [(-40.0, 8.0), (-10.0, 6.0), (10.0, -6.0), (40.0, -8.0)])
+    found = placed(world_of(ROAD, network=with_things(wall)))
+    assert len(found) >= 2
+    for item in found:
+        assert item.repeat is not None
+        for t in (item.repeat.t_start, item.repeat.t_end):
+            assert abs(t) >= 3.5 + 0.15
+
+
+@EITHER
+def test_bollards_in_a_row_are_round_and_apart(rule: Rule) -> None:
+    row = thing(RoadsideKind.BOLLARD, [(0.0, -4.5), (12.0, -4.5)], rule)
+    (item,) = placed(world_of(ROAD, rule, network=with_things(row)))
+    assert (item.type, item.radius, item.length, item.width) == ("pole", 0.1, 0.0, 0.0)
+    assert item.repeat is not None
+    assert (item.repeat.distance, item.height) == (1.5, 0.9)
+
+
+@pytest.mark.parametrize(("kerb", "height"), [("raised", 0.12), ("lowered", 0.03), ("flush", 0.0), ("", 0.12)])
+def test_kerbs_are_as_high_as_tagged(kerb: str, height: float) -> None:
+    line = thing(RoadsideKind.KERB, [(-40.0, 3.6), (30.0, 3.6)], kerb=kerb)
+    (item,) = placed(world_of(ROAD, network=with_things(line)))
+    assert (item.type, item.subtype, item.height) == ("none", "kerb", height)
+
+
+@EITHER
+def test_lamps_and_trees_stand_there_on_request(rule: Rule) -> None:
+    things = (
+        thing(RoadsideKind.STREET_LAMP, [(10.0, 4.2)], rule, height="8 m"),
+        thing(RoadsideKind.TREE, [(20.0, -3.0)], rule),
+        thing(RoadsideKind.TREE, [(30.0, 0.5)], rule),
+        thing(RoadsideKind.BOLLARD, [(40.0, 5.0)], rule),
+    )
+    assert [item.type for item in placed(world_of(ROAD, rule, network=with_things(*things)))] == ["pole"]
+    world = world_of(ROAD, rule, network=with_things(*things), extra=frozenset({"lamps", "trees"}))
+    lamp, tree, bollard = placed(world)
+    hand = side(rule)
+    assert (lamp.type, lamp.height, lamp.radius) == ("streetLamp", 8.0, 0.1)
+    assert (lamp.s, lamp.t) == pytest.approx((s_of(10.0), 4.2 * hand), abs=NEAR)
+    # Its trunk of 0.6 m is moved to the edge.
+    assert tree.type == "tree"
+    assert tree.t == pytest.approx(-3.9 * hand)
+    assert bollard.t == pytest.approx(5.0 * hand, abs=NEAR)
+    assert said(world)["roadside-left-out"] == ["1 times a tree: they would stand on the carriageway"]
+
+
+@EITHER
+def test_tram_tracks_lie_where_their_way_runs(rule: Rule) -> None:
+    track = thing(RoadsideKind.TRAM_TRACK, [(-50.0, 1.5), (50.0, 1.5)], rule, gauge="1000")
+    found = placed(world_of(ROAD, rule, network=with_things(track)))
+    assert [(item.type, item.subtype, item.name) for item in found] == [("patch", "tramTrack", "tram track")] * 2
+    assert sorted(round(item.t * side(rule), 1) for item in found) == [1.0, 2.0]
+    assert all(item.repeat is not None and item.repeat.length == pytest.approx(100.0, abs=NEAR) for item in found)
+
+
+@EITHER
+def test_what_lies_above_a_tunnel_is_no_part_of_it(rule: Rule) -> None:
+    """The street goes under from x = 0 on: the track on the ground above it ends there."""
+    under = Case(STREET, {1: ("w a", "lanes=2 width=7"), 2: ("a e", "lanes=2 width=7 tunnel=yes layer=-1")})
+    track = thing(RoadsideKind.TRAM_TRACK, [(-50.0, 1.5), (50.0, 1.5)], rule)
+    found = placed(world_of(under, rule, network=with_things(track)))
+    portal = s_of(STREET["a"][0])
+    assert len(found) == 2
+    for item in found:
+        assert item.repeat is not None
+        assert item.repeat.s == pytest.approx(s_of(-50.0), abs=NEAR)
+        assert portal - 5.0 < item.repeat.s + item.repeat.length <= portal + 1e-6
+
+
+def test_tracks_beside_the_carriageway_are_no_part_of_it() -> None:
+    track = thing(RoadsideKind.TRAM_TRACK, [(-50.0, 6.0), (50.0, 6.0)])
+    assert placed(world_of(ROAD, network=with_things(track))) == ()
+
+
+@EITHER
+def test_streets_with_tracks_have_them_in_their_inner_lanes(rule: Rule) -> None:
+    world = world_of(Case(STREET, {1: ("w a e", "lanes=2 width=7 embedded_rails=tram")}), rule)
+    found = placed(world)
+    assert sorted(round(item.t, 4) for item in found) == [-2.4675, -1.0325, 1.0325, 2.4675]
+    assert {item.osm_id for item in found} == {"way/1"}
+    assert all(
+        item.repeat is not None and item.repeat.length == pytest.approx(world.lanes.length(item.road))
+        for item in found
+    )
+
+
+@EITHER
+def test_a_bus_stop_beside_the_road_stands_at_the_kerb(rule: Rule) -> None:
+    stop = thing(RoadsideKind.BUS_STOP, [(10.0, -6.0)], rule, name="Markt", bus_bay="yes")
+    bay, post = placed(world_of(ROAD, rule, network=with_things(stop)))
+    hand = side(rule)
+    assert (post.type, post.subtype, post.name, post.orientation) == ("pole", "busStop", "bus stop Markt", "+")
+    assert (post.s, post.t) == pytest.approx((s_of(10.0), -4.0 * hand), abs=NEAR)
+    assert (bay.type, bay.subtype, bay.length, bay.width) == ("patch", "busBay", 44.0, 3.0)
+    outer = [(bay.s - 22.0, -3.5), (bay.s - 10.0, -6.5), (bay.s + 10.0, -6.5), (bay.s + 22.0, -3.5)]
+    assert has_corners(replace(bay, outline=bay.outline[:4]), [(s, t * hand) for s, t in outer])
+    assert {round(bay.t + v, 3) for _, v, _, _ in bay.outline[4:]} == {-3.5 * hand}
+
+
+@EITHER
+@pytest.mark.parametrize(
+    ("tags", "way", "along", "guessed"),
+    [
+        ("direction=forward", "", True, False),
+        ("direction=backward", "", False, False),
+        ("", "oneway=yes", True, False),
+        ("", "", True, True),
+    ],
+)
+def test_a_bus_stop_on_the_street_stands_on_the_side_of_its_traffic(
+    rule: Rule, tags: str, way: str, along: bool, guessed: bool
+) -> None:
+    case = Case(STREET, {1: ("w a e", way)}, node_tags={"a": f"highway=bus_stop {tags}"})
+    world = world_of(case, rule)
+    (post,) = placed(world)
+    left, right = world.lanes.carriageway(post.road, post.s)
+    on_right = along == (rule is Rule.RIGHT_HAND)
+    assert post.t == pytest.approx(right - 0.5 if on_right else left + 0.5)
+    assert (post.orientation, post.osm_id) == ("+" if along else "-", "node/1002")
+    assert ("bus-stop-side" in said(world)) is guessed
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1.5", 1.5), ("1,5 m", 1.5), ("80 cm", 0.8), ("10'", 3.048), ("0", None), ("high", None), ("99", None)],
+)
+def test_lengths_in_tags(text: str, value: float | None) -> None:
+    assert length_of({"height": text}, "height", 60.0) == (None if value is None else pytest.approx(value))

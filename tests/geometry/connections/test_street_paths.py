@@ -1,0 +1,62 @@
+"""Connecting roads that keep to the streets inside their junction, and what OSM's ways through it measure."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from street_cases import Case, Stages
+
+from osm2xodr.geometry.connections.street_paths import StreetPaths, street_paths
+
+
+def paths_of(stages: Stages) -> tuple[StreetPaths, dict[tuple[int, int], int]]:
+    """Return the paths of all movements, and their numbers by (from way, to way)."""
+    numbers = {
+        (stages.way(item.entry), stages.way(item.exit)): number for number, item in enumerate(stages.movements)
+    }
+    return street_paths(
+        stages.movements, stages.ends, stages.layout.trim, lambda street, along: (-1.5, -1.5)
+    ), numbers
+
+
+OFFSET = Case(
+    {"w": (-80.0, 0.0), "a": (-4.0, 0.0), "b": (4.0, 0.0), "e": (80.0, 0.0), "s": (-4.0, -80.0), "n": (4.0, 80.0)},
+    {1: ("w a", ""), 2: ("b e", ""), 3: ("s a", ""), 4: ("b n", ""), 5: ("a b", "")},
+)
+
+
+def test_paths_run_along_the_streets_that_they_pass() -> None:
+    stages = OFFSET.stages()
+    paths, numbers = paths_of(stages)
+    trim = {(stages.way(end), end % 2): float(stages.layout.trim[end]) for end in range(len(stages.layout.trim))}
+    straight, left, back = numbers[(1, 2)], numbers[(3, 1)], numbers[(4, 3)]
+    legs = np.diff(paths.start)
+    assert (legs[straight], legs[left], legs[back]) == (3, 2, 3)
+    assert paths.length[straight] == pytest.approx(trim[(1, 1)] + 8.0 + trim[(2, 0)], abs=0.03)
+    assert paths.length[left] == pytest.approx(trim[(3, 1)] + trim[(1, 1)], abs=0.03)
+    assert paths.sharpest[straight] == pytest.approx(0.0, abs=0.01)
+    assert paths.sharpest[left] == pytest.approx(math.pi / 2, abs=0.01)
+    assert paths.chainage[paths.start[:-1]].tolist() == [0.0] * len(numbers)
+    assert (paths.inner_right[left], paths.inner_left[left]) == (-math.inf, math.inf)
+    assert (paths.inner_right[straight], paths.inner_left[straight]) == (-1.5, -1.5)
+    assert not paths.on_ring.any()
+
+
+def test_legs_meet_at_the_nodes() -> None:
+    stages = OFFSET.stages()
+    paths, numbers = paths_of(stages)
+    first = int(paths.start[numbers[(4, 3)]])
+    sizes = np.abs(paths.s_to - paths.s_from)[first : first + 3]
+    assert paths.chainage[first : first + 3] == pytest.approx([0.0, sizes[0], sizes[0] + sizes[1]])
+    # Against the inner street from its end to its start.
+    assert paths.s_from[first + 1] == pytest.approx(8.0, abs=0.03)
+    assert paths.s_to[first + 1] == 0.0
+
+
+def test_no_movements_have_no_paths() -> None:
+    stages = Case({"a": (0.0, 0.0), "b": (50.0, 0.0)}, {1: ("a b", "")}).stages()
+    paths, _ = paths_of(stages)
+    assert paths.start.tolist() == [0]
+    assert len(paths.length) == len(paths.curve) == 0

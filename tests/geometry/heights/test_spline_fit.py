@@ -1,0 +1,105 @@
+"""Few cubics through samples of short curves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from osm2xodr.curves.cubics import cubic_slope, cubic_value
+from osm2xodr.geometry.heights.spline_fit import fit_records
+from osm2xodr.model import CubicProfile, FloatArray
+
+
+def fit(length: float, value: FloatArray, slope: tuple[float, float], tolerance: float = 0.01) -> CubicProfile:
+    """Fit one curve."""
+    start = np.array([0, len(value)])
+    return fit_records(start, np.array([length]), value, np.array([slope]), np.array([tolerance]))
+
+
+def test_a_cubic_is_one_record() -> None:
+    s = np.linspace(0.0, 12.0, 9)
+    profile = fit(12.0, 700.0 + 0.05 * s - 2e-3 * s**2 + 1e-4 * s**3, (0.05, 0.05 - 0.048 + 0.0432))
+    assert [profile.s[0], profile.a[0], profile.b[0], profile.c[0], profile.d[0]] == pytest.approx(
+        [0.0, 700.0, 0.05, -2e-3, 1e-4], abs=1e-12
+    )
+    assert len(profile.s) == 1
+
+
+def test_a_bump_is_two_records() -> None:
+    # Two cubics from 0 with slope 0 up to 0.1 half-way and down again.
+    u = np.linspace(0.0, 1.0, 9)
+    w = 1 - np.abs(2 * u - 1)
+    profile = fit(16.0, 0.1 * (3 * w**2 - 2 * w**3), (0.0, 0.0))
+    assert profile.s.tolist() == [0.0, 8.0]
+    assert profile.a.tolist() == pytest.approx([0.0, 0.1], abs=1e-9)
+    assert profile.b.tolist() == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+def test_tolerance_is_that_of_the_curve() -> None:
+    u = np.linspace(0.0, 1.0, 17)
+    value = np.tile(0.1 * np.sin(2 * np.pi * u) ** 2, 2)
+    start = np.array([0, 17, 34])
+    profile = fit_records(start, np.full(2, 20.0), value, np.zeros((2, 2)), np.array([0.2, 0.01]))
+    assert profile.start.tolist()[1] == 1
+    assert profile.start.tolist()[2] > 3
+    curve, s = np.repeat([0, 1], 17), np.tile(20.0 * u, 2)
+    error = np.abs(cubic_value(profile, curve, s) - value).reshape(2, -1).max(axis=1)
+    assert error[0] == pytest.approx(0.1, abs=1e-9)
+    assert error[1] <= 0.01
+
+
+def test_what_fits_nowhere_has_a_knot_at_every_other_sample() -> None:
+    profile = fit(40.0, np.array([0.0, 1.0, -1.0] * 6 + [0.0]), (0.0, 0.0), 1e-6)
+    assert profile.s.tolist() == pytest.approx(np.linspace(0.0, 40.0, 10)[:-1].round(3).tolist(), abs=1e-9)
+
+
+def test_what_would_be_too_steep_has_a_knot_at_each_sample() -> None:
+    # A step of 0.5 m within 2 m: few cubics rise more steeply.
+    value = np.array([0.0] * 6 + [0.25] + [0.5] * 6)
+    start, length = np.array([0, 13]), np.array([24.0])
+    s = np.linspace(0.0, 24.0, 481)
+    steep = {}
+    for limit in (1.0, 0.16):
+        profile = fit_records(start, length, value, np.zeros((1, 2)), np.array([0.2]), np.array([limit]))
+        steep[limit] = len(profile.s), np.abs(cubic_slope(profile, np.zeros(481, np.int64), s)).max()
+    assert steep[1.0][0] < 6
+    assert steep[1.0][1] < 0.25
+    none = fit_records(start, length, value, np.zeros((1, 2)), np.array([0.2]), np.array([0.01]))
+    assert len(none.s) == 12
+    assert np.abs(cubic_slope(none, np.zeros(481, np.int64), s)).max() == pytest.approx(0.1458, abs=1e-3)
+
+
+def test_no_curves() -> None:
+    none = np.zeros(0)
+    assert fit_records(np.array([0]), none, none, np.zeros((0, 2)), none).start.tolist() == [0]
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.lists(st.integers(1, 9), min_size=1, max_size=6), st.integers(0, 10_000), st.floats(0.0, 0.3))
+def test_ends_are_exact_and_cubics_join(quarters: list[int], seed: int, size: float) -> None:
+    rng = np.random.default_rng(seed)
+    counts = 4 * np.array(quarters) + 1
+    start = np.r_[0, np.cumsum(counts)]
+    length = rng.uniform(0.1, 80.0, len(counts))
+    value = 500.0 + size * rng.standard_normal(int(start[-1]))
+    slope = rng.uniform(-0.2, 0.2, (len(counts), 2))
+    profile = fit_records(start, length, value, slope, np.full(len(counts), 0.01))
+    every = np.arange(len(counts))
+    assert cubic_value(profile, every, np.zeros(len(counts))) == pytest.approx(value[start[:-1]], abs=1e-9)
+    assert cubic_value(profile, every, length) == pytest.approx(value[start[1:] - 1], abs=1e-9)
+    assert cubic_slope(profile, every, np.zeros(len(counts))) == pytest.approx(slope[:, 0], abs=1e-9)
+    assert cubic_slope(profile, every, length) == pytest.approx(slope[:, 1], abs=1e-9)
+    owner = np.repeat(every, np.diff(profile.start))
+    inner = np.flatnonzero(np.diff(owner) == 0)
+    h = profile.s[inner + 1] - profile.s[inner]
+    ahead = profile.a[inner] + h * (profile.b[inner] + h * (profile.c[inner] + h * profile.d[inner]))
+    steep = profile.b[inner] + h * (2 * profile.c[inner] + 3 * h * profile.d[inner])
+    assert ahead == pytest.approx(profile.a[inner + 1], abs=1e-9)
+    assert steep == pytest.approx(profile.b[inner + 1], abs=1e-9)
+
+
+def test_a_curve_of_no_length_to_speak_of_stays_finite() -> None:
+    profile = fit(1e-6, np.array([1.0, 1.5, 0.5, 1.5, 1.0]), (0.0, 0.0), 1e-9)
+    assert np.isfinite(profile.c).all()
+    assert (np.diff(profile.s) > 0).all()

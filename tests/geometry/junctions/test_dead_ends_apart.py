@@ -1,0 +1,73 @@
+"""Where an area is cut at a node where carriageways part or merge, the lesser road begins where it is apart."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from road_measures import RoadMeasures, assert_sound
+from street_cases import Case
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.junctions.road_parts import dead_ends_apart, without_idle_junctions
+from osm2xodr.model import Rule
+
+EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+MAIN, RAMP = "highway=motorway oneway=yes lanes=2", "highway=motorway_link oneway=yes"
+
+
+def parting(degrees: float, main: str = MAIN, ramp: str = RAMP) -> Case:
+    """Make two roads that leave one node, 300 m long."""
+    x, y = 300 * math.cos(math.radians(degrees)), 300 * math.sin(math.radians(degrees))
+    return Case({"o": (0.0, 0.0), "e": (300.0, 0.0), "n": (x, y)}, {1: ("o e", main), 2: ("o n", ramp)})
+
+
+def lengths(case: Case, rule: Rule) -> dict[int, float]:
+    """Return the length of each way's road, m."""
+    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
+    assert_sound(roads)
+    measures = RoadMeasures(roads)
+    return {road.osm_way_ids[0]: measures.length(road) for road in roads.roads if road.junction is None}
+
+
+@EITHER
+@pytest.mark.parametrize("degrees", [-10.0, 8.0, 14.0])
+def test_a_ramp_begins_beside_its_motorway(degrees: float, rule: Rule) -> None:
+    found = lengths(parting(degrees), rule)
+    assert found[1] == pytest.approx(300.0, abs=0.01)
+    # Lanes of 3.5 m, two and one, and 0.3 m between: from where the ramp's inner edge is beside the motorway.
+    half, angle = 3.5 + 0.3, math.radians(abs(degrees))
+    apart = (half + 1.75 * math.cos(angle)) / math.sin(angle)
+    assert 300.0 - found[2] == pytest.approx(apart, abs=3.0)
+
+
+@EITHER
+def test_nobody_turns_back_into_a_ramp(rule: Rule) -> None:
+    """The road ends where the area does, so that only a turn on the spot would lead from it into the ramp."""
+    case = parting(5.0, "highway=trunk", "highway=trunk_link oneway=yes")
+    case = case if rule is Rule.RIGHT_HAND else case.mirrored()
+    assert case.stages(rule).movements == []
+    found = lengths(parting(5.0, "highway=trunk", "highway=trunk_link oneway=yes"), rule)
+    assert found[1] == pytest.approx(300.0, abs=0.01)
+    assert 220.0 < found[2] < 260.0
+
+
+def test_slow_streets_do_turn_back() -> None:
+    stages = parting(15.0, "highway=tertiary", "highway=residential oneway=yes").stages()
+    assert [(stages.way(item.entry), stages.way(item.exit)) for item in stages.movements] == [(1, 2)]
+
+
+@EITHER
+def test_dead_ends_that_part_widely_keep_their_length(rule: Rule) -> None:
+    found = lengths(parting(80.0), rule)
+    assert (found[1], found[2]) == pytest.approx((300.0, 300.0), abs=0.01)
+
+
+def test_what_is_cut_back_is_told() -> None:
+    stages = parting(10.0).stages()
+    diagnostics = Diagnostics()
+    layout = without_idle_junctions(stages.layout, stages.movements)
+    assert not layout.trim.any()
+    after = dead_ends_apart(stages.network, stages.ends, stages.layout, layout, diagnostics)
+    assert (after.trim > 0).sum() == 1
+    assert [(item.code, item.osm_id) for item in diagnostics] == [("lies-on-another", "way/2")]

@@ -1,0 +1,150 @@
+"""Loops at turning circles and at dead ends: where there are any, how large, and drivable."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from road_measures import RoadMeasures, assert_smooth, assert_sound, records, smallest_radius_of
+from street_cases import Case, built_links
+
+from osm2xodr import defaults
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import RoadOptions
+from osm2xodr.geometry.junctions.road_parts import without_idle_junctions
+from osm2xodr.geometry.junctions.turnarounds import add_turnarounds
+from osm2xodr.geometry.plan_view.streets import fit_streets
+from osm2xodr.model import Road, RoadMap, Rule
+
+EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+_LINE = {"w": (-80.0, 0.0), "o": (0.0, 0.0)}
+
+
+def _built(case: Case, rule: Rule, *, turnarounds: bool = False) -> RoadMap:
+    return (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule, turnarounds=turnarounds)
+
+
+def _loops(roads: RoadMap) -> list[tuple[int, Road]]:
+    return [(k, road) for k, road in enumerate(roads.roads) if road.junction is not None]
+
+
+def _codes(case: Case, options: RoadOptions | None = None) -> list[tuple[str, str]]:
+    """Return what is told when turnarounds are added to a case."""
+    stages, diagnostics = case.stages(), Diagnostics()
+    fitted = fit_streets(stages.network, Diagnostics())
+    layout = without_idle_junctions(stages.layout, stages.movements)
+    add_turnarounds(stages.network, fitted, stages.ends, layout, options or RoadOptions(), diagnostics)
+    return [(item.code, item.osm_id) for item in diagnostics]
+
+
+@EITHER
+@pytest.mark.parametrize(
+    ("tags", "diameter"),
+    [
+        ("highway=turning_circle", defaults.TURNING_CIRCLE_DIAMETER),
+        ("highway=turning_circle diameter=20", 20.0),
+        ("highway=turning_loop diameter=80'", 80 * 0.3048),
+        ("highway=mini_roundabout diameter=wide", defaults.TURNING_CIRCLE_DIAMETER),
+    ],
+)
+def test_a_turning_circle_is_driven_round_its_node(tags: str, diameter: float, rule: Rule) -> None:
+    roads = _built(Case(_LINE, {1: ("w o", "width=6 lanes=2")}, node_tags={"o": tags}), rule)
+    assert_sound(roads)
+    ((k, loop),) = _loops(roads)
+    assert_smooth(roads.plan_view, k, 1e-6, 1e-6)
+    radius = diameter / 2 - 1.5
+    out, round_, back = records(roads.plan_view, k)
+    assert 1 / abs(round_[3]) == pytest.approx(radius, abs=1e-6)
+    # Right-hand traffic goes round counter-clockwise.
+    assert (round_[3] > 0) == (rule is Rule.RIGHT_HAND)
+    assert out[3] * round_[3] < 0
+    assert back[3] == pytest.approx(out[3])
+    measures = RoadMeasures(roads)
+    middle = round_[0] + round_[2] / 2
+    (street,) = (road for road in roads.roads if road.junction is None)
+    start = measures.pose(street, 0.0)
+    assert measures.pose(loop, middle).gap(start) == pytest.approx(80.0 + radius, abs=0.05)
+    assert measures.pose(loop, middle).turn(start) == pytest.approx(math.pi / 2, abs=1e-3)
+
+
+@EITHER
+def test_lanes_go_round_one_middle_side_by_side(rule: Rule) -> None:
+    case = Case(_LINE, {1: ("w o", "lanes=4 width=12")}, node_tags={"o": "highway=turning_loop diameter=30"})
+    roads = _built(case, rule)
+    assert_sound(roads)
+    radii = sorted(1 / abs(records(roads.plan_view, k)[1][3]) for k, _ in _loops(roads))
+    assert radii == pytest.approx([15.0 - 1.5 - 3.0, 15.0 - 1.5], abs=1e-6)
+    assert min(smallest_radius_of(roads.plan_view, k) for k, _ in _loops(roads)) >= defaults.CONNECTING_RADIUS
+
+
+@EITHER
+def test_dead_ends_stay_unless_asked_for(rule: Rule) -> None:
+    case = Case(
+        {**_LINE, "n": (0.0, 90.0), "e": (90.0, 0.0)}, {1: ("w o", ""), 2: ("o n", ""), 3: ("o e", "oneway=yes")}
+    )
+    plain = _built(case, rule)
+    assert len(plain.junctions) == 1
+    closed = _built(case, rule, turnarounds=True)
+    assert_sound(closed)
+    assert len(closed.junctions) == 3
+    side = -1 if rule is Rule.RIGHT_HAND else 1
+    back = [link for link in built_links(closed) if link[0] == link[2]]
+    assert back == [(1, -side, 1, side), (2, side, 2, -side)]
+    for k, road in _loops(closed):
+        if road.predecessor == road.successor:
+            radius = 1 / abs(records(closed.plan_view, k)[1][3])
+            assert defaults.CONNECTING_RADIUS <= radius <= defaults.TURNAROUND_DIAMETER / 2
+
+
+def test_a_loop_is_smaller_where_a_street_is_near() -> None:
+    def radius(aside: float) -> float:
+        nodes = {**_LINE, "a": (-60.0, aside), "b": (60.0, aside)}
+        tags = {"o": "highway=turning_circle diameter=20"}
+        roads = Case(nodes, {1: ("w o", ""), 2: ("a b", "")}, node_tags=tags).build()
+        ((k, _),) = _loops(roads)
+        return 1 / abs(records(roads.plan_view, k)[1][3])
+
+    assert radius(60.0) == pytest.approx(8.5, abs=0.1)
+    assert 3.0 <= radius(11.0) < 8.0
+
+
+def test_where_there_is_no_room_the_dead_end_stays_and_that_is_told() -> None:
+    nodes = {**_LINE, "a": (-60.0, 6.5), "b": (60.0, 6.5)}
+    near = Case(nodes, {1: ("w o", ""), 2: ("a b", "")}, node_tags={"o": "highway=turning_circle"})
+    assert near.build().junctions == ()
+    assert _codes(near) == [("no-room-to-turn", "node/1002")]
+    short = Case({"w": (-4.0, 0.0), "o": (0.0, 0.0)}, {1: ("w o", "")}, node_tags={"o": "highway=turning_circle"})
+    assert short.build().junctions == ()
+    assert _codes(short) == [("no-room-to-turn", "node/1002")]
+    above = Case(nodes, {1: ("w o", ""), 2: ("a b", "bridge=yes layer=1")}, node_tags={"o": "highway=turning_circle"})
+    assert len(above.build().junctions) == 1
+
+
+def test_two_loops_do_not_share_their_ground() -> None:
+    nodes = {**_LINE, "e": (80.0, 0.0), "p": (10.0, 0.0)}
+    tags = {"o": "highway=turning_circle", "p": "highway=turning_circle"}
+    case = Case(nodes, {1: ("w o", ""), 2: ("p e", "")}, node_tags=tags)
+    roads = case.build()
+    places = [pose for k, _ in _loops(roads) for _, pose, _, _ in records(roads.plan_view, k)[1:2]]
+    assert len(places) + len(_codes(case)) == 2
+
+
+def test_no_u_turn_forbids_a_loop() -> None:
+    rules = (("no_u_turn", 1, "o", 1),)
+    case = Case(_LINE, {1: ("w o", "")}, rules, {"o": "highway=turning_circle"})
+    assert case.build().junctions == ()
+
+
+def test_a_loop_is_no_longer_than_its_circle_and_the_way_there() -> None:
+    roads = Case(_LINE, {1: ("w o", "")}, node_tags={"o": "highway=turning_circle"}).build()
+    ((_, loop),) = _loops(roads)
+    assert RoadMeasures(roads).length(loop) < 2 * math.pi * defaults.TURNING_CIRCLE_DIAMETER / 2
+
+
+@pytest.mark.parametrize(("length", "loops"), [(14.0, 1), (60.0, 2)])
+def test_a_short_street_has_no_room_for_loops_at_both_ends(length: float, loops: int) -> None:
+    case = Case({"a": (0.0, 0.0), "b": (length, 0.0)}, {1: ("a b", "highway=living_street")})
+    roads = case.build(turnarounds=True)
+    assert len(roads.junctions) == loops
+    assert all(road.lane_sections for road in roads.roads)
+    assert all(records(roads.plan_view, k) for k in range(len(roads.roads)))

@@ -1,0 +1,231 @@
+"""Lane sections along a road: where they begin, how lanes open and end, what links them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from road_measures import assert_sound, lane_edges, profile_value, width_at
+from street_cases import Case
+
+from osm2xodr import defaults
+from osm2xodr.geometry.lanes.cross_sections import cross_section
+from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_lanes, smooth_step, stretches, tapered
+from osm2xodr.model import Direction, LaneSpec, LaneType, RoadMap, Rule, StreetAttributes, Structure
+
+
+def row(*tags: str, length: float = 200.0) -> Case:
+    """Make ways 1, 2 … from west to east in a row, one for each set of tags."""
+    nodes = {f"p{k}": (k * length, 0.0) for k in range(len(tags) + 1)}
+    return Case(nodes, {k + 1: (f"p{k} p{k + 1}", text) for k, text in enumerate(tags)})
+
+
+def links_in(roads: RoadMap) -> list[dict[int, int | None]]:
+    """Return the successors of the lanes of each section but the last of the only road."""
+    (road,) = roads.roads
+    return [{lane.id: lane.successor for lane in item.lanes if lane.id} for item in road.lane_sections[:-1]]
+
+
+def built(case: Case, rule: Rule) -> RoadMap:
+    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
+    assert_sound(roads)
+    return roads
+
+
+EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+ROWS = [
+    ("oneway=yes lanes=3", "oneway=yes lanes=2", {-1: -1, -2: -2, -3: None}),
+    ("oneway=yes lanes=3 turn:lanes=merge_to_right|none|none", "oneway=yes lanes=2", {-1: None, -2: -1, -3: -2}),
+    ("oneway=yes lanes=3 turn:lanes=none|none|merge_to_left", "oneway=yes lanes=2", {-1: -1, -2: -2, -3: None}),
+    ("oneway=yes lanes=1", "oneway=yes lanes=2", {-1: -1}),
+    ("oneway=yes lanes=1", "oneway=yes lanes=2 turn:lanes=left|through", {-1: -2}),
+    ("oneway=yes lanes=1", "oneway=yes lanes=2 turn:lanes=through|right", {-1: -1}),
+    ("oneway=yes lanes=1", "oneway=yes lanes=2 placement=middle_of:1", {-1: -1}),
+    ("lanes=2", "lanes=3 lanes:forward=2 lanes:backward=1", {1: 1, -1: -1}),
+    ("lanes=2", "lanes=3 lanes:forward=1 lanes:backward=2", {1: 1, -1: -1}),
+    ("lanes=2", "lanes=3 lanes:forward=1 lanes:backward=1 lanes:both_ways=1", {1: 1, -1: -2}),
+    ("lanes=2 highway=primary", "lanes=2 highway=residential", {1: 1, -1: -1}),
+]
+
+
+@EITHER
+@pytest.mark.parametrize(("one", "other", "expected"), ROWS)
+def test_lanes_go_on_where_a_way_follows_another(
+    one: str, other: str, expected: dict[int, int | None], rule: Rule
+) -> None:
+    roads = built(row(one, other), rule)
+    wanted = expected
+    if rule is Rule.LEFT_HAND:
+        wanted = {-lane: None if to is None else -to for lane, to in expected.items()}
+    assert links_in(roads) == [wanted]
+
+
+@EITHER
+def test_a_lane_that_comes_in_the_middle_and_goes_again(rule: Rule) -> None:
+    roads = built(row("lanes=2", "lanes=3 lanes:forward=2 lanes:backward=1", "lanes=2"), rule)
+    (road,) = roads.roads
+    assert len(road.lane_sections) == 3
+    new = -2 if rule is Rule.RIGHT_HAND else 2
+    (lane,) = (item for item in road.lane_sections[1].lanes if item.id == new)
+    assert (lane.predecessor, lane.successor) == (None, None)
+    assert width_at(lane.widths, 0.0) == 0.0
+    assert width_at(lane.widths, 100.0) == pytest.approx(3.0)
+    assert width_at(lane.widths, 200.0) == pytest.approx(0.0, abs=1e-6)
+    # It opens over the length of a taper, half of it after half of the taper.
+    assert width_at(lane.widths, defaults.TAPER_LENGTH / 2) == pytest.approx(1.5, abs=1e-6)
+    assert width_at(lane.widths, defaults.TAPER_LENGTH) == pytest.approx(3.0, abs=1e-6)
+
+
+@EITHER
+@pytest.mark.parametrize("lengths", [4.0, 8.0, 31.0])
+def test_short_sections_have_tapers_that_fit(lengths: float, rule: Rule) -> None:
+    tags = ("lanes=2", "lanes=4", "lanes=2", "lanes=3 lanes:forward=1 lanes:backward=2", "oneway=yes lanes=1")
+    roads = built(row(*tags, length=lengths), rule)
+    assert len(roads.roads) == 1
+
+
+def test_pieces_shorter_than_a_section_join_their_neighbours() -> None:
+    case = Case(
+        {"a": (0.0, 0.0), "b": (100.0, 0.0), "c": (102.0, 0.0), "d": (150.0, 0.0)},
+        {1: ("a b", "lanes=2"), 2: ("b c", "lanes=4"), 3: ("c d", "lanes=2")},
+    )
+    roads = case.build()
+    assert_sound(roads)
+    (road,) = roads.roads
+    assert all(sum(1 for lane in item.lanes if lane.id) == 2 for item in road.lane_sections)
+
+
+def test_placement_holds_the_lane_that_it_names_in_place() -> None:
+    """The line of the way stays in the middle of its first lane when a second one comes at its right."""
+    roads = built(row("oneway=yes lanes=1", "oneway=yes lanes=2 placement=middle_of:1"), Rule.RIGHT_HAND)
+    (road,) = roads.roads
+    for s in (10.0, 205.0, 215.0, 260.0, 395.0):
+        k = 0 if s < road.lane_sections[1].s else 1
+        item = road.lane_sections[k]
+        inner, outer = lane_edges(item, s - item.s, profile_value(roads.lane_offset, 0, s))[-1]
+        assert (inner, outer) == pytest.approx((1.5, -1.5), abs=1e-6)
+
+
+def test_lanes_that_go_on_stay_where_placement_holds_them() -> None:
+    """A pocket on the left opens and ends; the middle of the carriageway moves, the other lanes do not."""
+    through = "oneway=yes lanes=2 placement=right_of:1"
+    pocket = "oneway=yes lanes=3 placement=right_of:2 turn:lanes=left|through|through"
+    roads = built(row(through, pocket, through), Rule.RIGHT_HAND)
+    (road,) = roads.roads
+    assert [len(section.lanes) for section in road.lane_sections] == [3, 4, 3]
+    for section, end in zip(road.lane_sections, (200.0, 400.0, 600.0), strict=True):
+        for k in range(41):
+            s = section.s + k * (end - section.s) / 40
+            edges = lane_edges(section, s - section.s, profile_value(roads.lane_offset, 0, s))
+            inner, outer = edges[min(edges)]
+            assert (inner, outer) == pytest.approx((0.0, -3.0), abs=1e-6)
+
+
+def test_a_smooth_step_has_no_slope_at_its_ends() -> None:
+    cubic = smooth_step(5.0, 20.0, 1.0, 4.0)
+
+    def value(ds: float) -> float:
+        return cubic.a + ds * (cubic.b + ds * (cubic.c + ds * cubic.d))
+
+    def slope(ds: float) -> float:
+        return cubic.b + ds * (2 * cubic.c + 3 * ds * cubic.d)
+
+    assert (cubic.s, value(0.0)) == (5.0, 1.0)
+    assert [value(10.0), value(20.0)] == pytest.approx([2.5, 4.0], abs=1e-12)
+    assert [slope(0.0), slope(20.0)] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert slope(10.0) == pytest.approx(1.5 * 3.0 / 20.0, abs=1e-12)
+
+
+def test_tapers_only_where_something_changes() -> None:
+    assert [cubic.s for cubic in tapered(100.0, 30.0, 3.0, 3.0, 3.0)] == [0.0]
+    assert [cubic.s for cubic in tapered(100.0, 30.0, 0.0, 3.0, 3.0)] == [0.0, 30.0]
+    assert [cubic.s for cubic in tapered(100.0, 30.0, 3.0, 3.0, 0.0)] == [0.0, 70.0]
+    assert [cubic.s for cubic in tapered(100.0, 30.0, 0.0, 3.0, 0.0)] == [0.0, 30.0, 70.0]
+    assert width_at(tapered(100.0, 30.0, 0.0, 3.0, 1.0), 100.0) == pytest.approx(1.0, abs=1e-12)
+
+
+def attributes(lanes: int = 1, *, speed: float | None = None, highway: str = "secondary") -> StreetAttributes:
+    specs = (LaneSpec(LaneType.DRIVING, Direction.BACKWARD, 3.0),) + (
+        LaneSpec(LaneType.DRIVING, Direction.FORWARD, 3.0),
+    ) * lanes
+    return StreetAttributes(1, False, highway, "", "", specs, 0.0, speed, speed, Structure.GROUND, 0, None, False)
+
+
+def layout(*pieces: tuple[float, StreetAttributes], begin: float = 0.0, end: float = 100.0) -> LaneLayout:
+    rule = Rule.RIGHT_HAND
+    cut = stretches([(s, item, cross_section(item, rule)) for s, item in pieces], begin, end)
+    return lay_out_lanes(cut, rule)
+
+
+def test_pieces_are_cut_to_the_road() -> None:
+    found = layout((0.0, attributes(1)), (40.0, attributes(2)), (70.0, attributes(1)), begin=10.0, end=60.0)
+    assert [item.s for item in found.sections] == [0.0, 30.0]
+    found = layout((0.0, attributes(1)), (40.0, attributes(2)), begin=45.0, end=60.0)
+    assert [item.s for item in found.sections] == [0.0]
+    assert len(found.sections[0].lanes) == 4
+
+
+def test_equal_lanes_with_another_speed_have_a_type_of_their_own() -> None:
+    found = layout((0.0, attributes(speed=10.0)), (50.0, attributes(speed=20.0)), (80.0, attributes(speed=20.0)))
+    assert [(item.s, item.type, item.speed) for item in found.types] == [(0.0, "town", 10.0), (50.0, "rural", 20.0)]
+    assert [item.s for item in found.offset] == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("highway", "speed", "expected"),
+    [
+        ("motorway", math.inf, "motorway"),
+        ("motorway_link", None, "motorway"),
+        ("living_street", 2.0, "lowSpeed"),
+        ("trunk", None, "rural"),
+        ("trunk", 50 / 3.6, "townExpressway"),
+        ("primary", 100 / 3.6, "rural"),
+        ("primary", 50 / 3.6, "town"),
+        ("residential", None, "town"),
+        ("track", None, "rural"),
+    ],
+)
+def test_road_types(highway: str, speed: float | None, expected: str) -> None:
+    found = layout((0.0, attributes(speed=speed, highway=highway)))
+    assert [(item.s, item.type, item.speed) for item in found.types] == [(0.0, expected, speed)]
+
+
+def test_marks_between_lanes_and_at_the_edges() -> None:
+    (item,) = layout((0.0, attributes(2))).sections
+    marks = {lane.id: lane.road_mark.type for lane in item.lanes if lane.road_mark is not None}
+    assert marks == {1: "solid", 0: "solid", -1: "broken", -2: "solid"}
+    (item,) = layout((0.0, attributes(1, highway="residential"))).sections
+    assert {lane.road_mark.type for lane in item.lanes if lane.road_mark is not None} == {"none"}
+
+
+def test_what_a_junction_leaves_of_other_lanes_is_no_pocket() -> None:
+    before, after = attributes(1), attributes(2)
+    assert [item.s for item in layout((0.0, before), (20.5, after), begin=20.0).sections] == [0.0]
+    # A metre and more grows to the length of a taper.
+    longest = defaults.SHORTEST_LANE_SECTION
+    assert [item.s for item in layout((0.0, before), (25.0, after), begin=20.0).sections] == [0.0, longest]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "expected"),
+    [
+        # Too little for two: the longer one stays alone.
+        ((10.0, 8.76), (1,)),
+        ((13.0, 8.0), (1,)),
+        ((8.0, 30.0), (1, 2)),
+        # In the middle, half of what there is can be spared: by the end that lacks less first.
+        ((4.0, 20.0, 8.0), (2, 3)),
+        ((8.0, 30.0, 8.0), (1, 2, 3)),
+    ],
+)
+def test_short_stretches_are_mended_alike_whichever_way_the_road_is_drawn(
+    lengths: tuple[float, ...], expected: tuple[int, ...]
+) -> None:
+    for order in (1, -1):
+        kinds = [cross_section(attributes(k), Rule.RIGHT_HAND) for k in range(1, len(lengths) + 1)][::order]
+        starts = [0.0]
+        for length in lengths[::order]:
+            starts.append(starts[-1] + length)
+        pieces = [(s, attributes(), section) for s, section in zip(starts, kinds, strict=False)]
+        found = [len(item.section.right) for item in stretches(pieces, 0.0, starts[-1])][::order]
+        assert found == list(expected)

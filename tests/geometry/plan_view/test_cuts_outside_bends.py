@@ -1,0 +1,67 @@
+"""Where roads end at tight bends: before them or beyond them, never within."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from street_cases import Case, Stages
+
+from osm2xodr import defaults
+from osm2xodr.geometry.plan_view.cuts_outside_bends import beyond_bends
+
+# A T whose stem turns off squarely 20 m from the node.
+BENT = Case(
+    {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "c": (0.0, -20.0), "d": (60.0, -20.0)},
+    {1: ("w o", ""), 2: ("o e", ""), 3: ("o c d", "highway=service width=5")},
+)
+
+
+def bend(stages: Stages, end: int) -> tuple[float, float]:
+    """Return where the arc of the end's street begins and ends, m from the node."""
+    plan = stages.ends.plan_view
+    records = range(int(plan.start[end // 2]), int(plan.start[end // 2 + 1]))
+    (arc,) = (k for k in records if plan.curvature[k] != 0)
+    return float(plan.s[arc]), float(plan.s[arc] + plan.length[arc])
+
+
+def ended(trim: float, least: float) -> tuple[float, float, float]:
+    """Return where the road ends, and where the bend begins and ends, for a trim of the stem."""
+    stages = BENT.stages()
+    ends = stages.ends
+    end = stages.end(3, 1)
+    trims = np.zeros(len(ends.length))
+    trims[end] = trim
+    at_least = np.zeros(len(trims))
+    at_least[end] = least
+    junction = np.where(np.arange(len(trims)) == end, 0, -1)
+    found = beyond_bends(replace(ends), junction, trims, at_least)
+    return float(found[end]), *bend(stages, end)
+
+
+def test_an_end_in_a_bend_moves_beyond_it() -> None:
+    begin, over = ended(0.0, 0.0)[1:]
+    assert ended((begin + over) / 2, (begin + over) / 2)[0] == pytest.approx(over)
+
+
+def test_an_end_moves_back_before_a_bend_where_its_junction_needs_no_more() -> None:
+    begin = ended(0.0, 0.0)[1]
+    widened = begin - 2.0
+    assert begin - 3.0 - 0.1 < ended(widened, 5.0)[0] <= begin - 3.0
+    # Not where that is more than turns need, nor where the junction does.
+    assert ended(begin + 1.0, 5.0)[0] > begin + 1.0
+    assert ended(widened, widened)[0] > widened
+
+
+def test_an_end_far_from_bends_stays() -> None:
+    begin = ended(0.0, 0.0)[1]
+    assert defaults.BEND_IN_JUNCTION > 3.0
+    assert ended(begin - 3.5, 2.0)[0] == begin - 3.5
+
+
+@pytest.mark.parametrize("off", [-1e-12, 0.0, 1e-12])
+def test_an_end_where_a_bend_is_over_stays(off: float) -> None:
+    """Whichever side of the bend's end rounding puts it on, even though there would be room before the bend."""
+    over = ended(0.0, 0.0)[2]
+    assert ended(over + off, 0.0)[0] == pytest.approx(over, abs=1e-9)

@@ -1,0 +1,236 @@
+import bz2
+import gzip
+import os
+from array import array
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import osmium
+import pytest
+from osm_builder import document
+
+from osm2xodr.errors import InputError
+from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
+from osm2xodr.osmParsing.file.reader import RawMember, RawWay, count_contents, read_nodes, read_ways
+
+ROADS = frozenset({"residential", "primary"})
+KEYS = frozenset({"highway", "name", "lanes"})
+NODE_KEYS = frozenset({"highway", "a"})
+BIG = 9_000_000_000_000_000_000
+ELEMENTS = [
+    '<node id="1" lat="50.1" lon="10.1"/>',
+    (
+        f'<node id="{BIG}" lat="50.2" lon="-10.2"><tag k="highway" v="crossing"/><tag k="a" v="b"/>'
+        '<tag k="c" v="d"/></node>'
+    ),
+    '<node id="-3" lat="-50.3" lon="10.3"><tag k="highway" v="stop"/></node>',
+    '<node id="4" lat="91" lon="10"/>',
+    '<node id="5" visible="false"/>',
+    (
+        f'<way id="20"><nd ref="1"/><nd ref="{BIG}"/><nd ref="99"/><nd ref="-3"/>'
+        '<tag k="highway" v="primary"/><tag k="name" v="A &amp; B"/><tag k="surface" v="asphalt"/></way>'
+    ),
+    '<way id="-10"><nd ref="4"/><nd ref="5"/><nd ref="1"/><tag k="highway" v="residential"/></way>',
+    '<way id="30"><nd ref="1"/><tag k="highway" v="footway"/></way>',
+    '<way id="31"><nd ref="1"/><tag k="building" v="residential"/></way>',
+    (
+        '<relation id="7"><member type="way" ref="20" role="from"/><member type="node" ref="1" role="via"/>'
+        '<member type="way" ref="-10" role="to"/><tag k="type" v="restriction"/>'
+        '<tag k="restriction" v="no_left_turn"/></relation>'
+    ),
+    '<relation id="8"><tag k="type" v="route"/></relation>',
+]
+
+
+def opened(folder: Path, elements: list[str], pack: Callable[[bytes], bytes] = bytes) -> OsmFile:
+    path = folder / "area.osm"
+    path.write_bytes(pack(document(elements).encode()))
+    return open_osm_file(path)
+
+
+def as_pbf(folder: Path, elements: list[str]) -> OsmFile:
+    source = opened(folder, elements)
+    target = folder / "area.osm.pbf"
+    with osmium.SimpleWriter(str(target)) as writer:
+        for item in osmium.FileProcessor(osmium.io.File(str(source.path), "osm")):
+            writer.add(item)
+    return open_osm_file(target)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda folder: opened(folder, ELEMENTS),
+        lambda folder: opened(folder, ELEMENTS[::-1]),
+        lambda folder: opened(folder, ELEMENTS, gzip.compress),
+        lambda folder: opened(folder, ELEMENTS, bz2.compress),
+        lambda folder: as_pbf(folder, ELEMENTS),
+    ],
+    ids=["xml", "reversed", "gz", "bz2", "pbf"],
+)
+def test_every_format_holds_the_same(tmp_path: Path, make: Callable[[Path], OsmFile]) -> None:
+    file = make(tmp_path)
+    ways, relations = read_ways(file, ROADS, KEYS)
+    assert ways == [
+        RawWay(-10, array("q", [4, 5, 1]), {"highway": "residential"}),
+        RawWay(20, array("q", [1, BIG, 99, -3]), {"highway": "primary", "name": "A & B"}),
+    ]
+    assert [relation.id for relation in relations] == [7]
+    assert relations[0].members == (
+        RawMember("way", 20, "from"),
+        RawMember("node", 1, "via"),
+        RawMember("way", -10, "to"),
+    )
+    assert relations[0].tags == {"type": "restriction", "restriction": "no_left_turn"}
+    nodes = read_nodes(file, np.array([-3, 1, 4, 5, 99, BIG]), NODE_KEYS)
+    assert nodes.ids.tolist() == [-3, 1, BIG]
+    assert nodes.lon_deg.tolist() == [10.3, 10.1, -10.2]
+    assert nodes.lat_deg.tolist() == [-50.3, 50.1, 50.2]
+    assert nodes.tags == {-3: {"highway": "stop"}, BIG: {"highway": "crossing", "a": "b"}}
+
+
+def test_nodes_are_found_in_any_order_without_negative_ids(tmp_path: Path) -> None:
+    elements = [f'<node id="{number}" lat="{number}" lon="1"/>' for number in (7, 3, 9, 1)]
+    nodes = read_nodes(opened(tmp_path, elements), np.array([1, 2, 3, 9]), NODE_KEYS)
+    assert nodes.ids.tolist() == [1, 3, 9]
+    assert nodes.lat_deg.tolist() == [1.0, 3.0, 9.0]
+
+
+@pytest.mark.parametrize("negative", [False, True])
+def test_nodes_without_tags(tmp_path: Path, negative: bool) -> None:
+    nodes = read_nodes(opened(tmp_path, ELEMENTS), np.array([-3] * negative + [1, BIG]))
+    assert nodes.ids.tolist() == [-3] * negative + [1, BIG]
+    assert nodes.tags == {}
+
+
+def test_tables_for_sorted_files_hold_the_same(tmp_path: Path) -> None:
+    elements = [f'<node id="{number}" lat="{number}" lon="1"/>' for number in (1, 3, 7, 9)]
+    source = opened(tmp_path, elements)
+    header = osmium.io.Header()
+    header.set("sorting", "Type_then_ID")
+    target = tmp_path / "sorted.osm.pbf"
+    with osmium.SimpleWriter(str(target), header=header) as writer:
+        for item in osmium.FileProcessor(osmium.io.File(str(source.path), "osm")):
+            writer.add(item)
+    assert osmium.io.Reader(str(target)).header().get("sorting") == "Type_then_ID"
+    nodes = read_nodes(open_osm_file(target), np.array([1, 2, 3, 9]), NODE_KEYS)
+    assert nodes.ids.tolist() == [1, 3, 9]
+    assert nodes.lat_deg.tolist() == [1.0, 3.0, 9.0]
+
+
+def test_the_newest_version_counts(tmp_path: Path) -> None:
+    def way(version: str, name: str) -> str:
+        tags = f'<tag k="highway" v="primary"/><tag k="name" v="{name}"/>'
+        return f'<way id="5"{version}><nd ref="1"/><nd ref="2"/>{tags}</way>'
+
+    def name(*elements: str) -> str:
+        ways, _ = read_ways(opened(tmp_path, list(elements)), ROADS, KEYS)
+        assert len(ways) == 1
+        return ways[0].tags["name"]
+
+    assert name(way(' version="2"', "new"), way(' version="1"', "old")) == "new"
+    assert name(way("", "first"), way("", "second")) == "second"
+    elements = ['<node id="1" lat="1" lon="1"/>', '<node id="1" lat="2" lon="1"/>']
+    assert read_nodes(opened(tmp_path, elements), np.array([1]), NODE_KEYS).lat_deg.tolist() == [2.0]
+
+
+def test_deleted_elements_are_not_there(tmp_path: Path) -> None:
+    file = opened(
+        tmp_path,
+        [
+            '<node id="1" lat="1" lon="1" action="delete"/>',
+            '<node id="2" lat="1" lon="1"/>',
+            '<node id="-3" lat="1" lon="1" action="delete"/>',
+            '<way id="5" action="delete"><nd ref="1"/><tag k="highway" v="primary"/></way>',
+            '<way id="6" visible="false"><nd ref="1"/><tag k="highway" v="primary"/></way>',
+            '<way id="7"><nd ref="1"/><tag k="highway" v="primary"/></way>',
+            '<relation id="8" action="delete"><tag k="type" v="restriction"/></relation>',
+        ],
+    )
+    ways, relations = read_ways(file, ROADS, KEYS)
+    assert [way.id for way in ways] == [7]
+    assert relations == []
+    assert read_nodes(file, np.array([-3, 1, 2]), NODE_KEYS).ids.tolist() == [2]
+
+
+def test_counts_for_messages(tmp_path: Path) -> None:
+    assert count_contents(opened(tmp_path, ELEMENTS)) == (5, 3)
+
+
+def test_names_that_look_like_addresses_are_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = Path("http:area.osm")
+    path.write_text(document(ELEMENTS))
+    assert len(read_ways(open_osm_file(path), ROADS, KEYS)[0]) == 2
+
+
+def read_all(path: Path) -> None:
+    file = open_osm_file(path)
+    read_ways(file, ROADS, KEYS)
+    read_nodes(file, np.array([1]), NODE_KEYS)
+
+
+@pytest.mark.parametrize(
+    ("text", "cause"),
+    [
+        (document(ELEMENTS)[:-60], "XML parsing error at line"),
+        (document(['<node id="1" lat="north" lon="1"/>']), "coordinate"),
+        (document(['<node id="92233720368547758070" lat="1" lon="1"/>']), "illegal id"),
+        (document([f'<node id="1" lat="1" lon="1"><tag k="name" v="{"x" * 70000}"/></node>']), "too long"),
+        ('<osm><node id="1" lat="1" lon="1"/></osm>', "without version"),
+        (document(['<node id="1" lat="1" lon="1"><tag k="name" v="&undefined;"/></node>']), "undefined entity"),
+    ],
+)
+def test_damaged_xml(tmp_path: Path, text: str, cause: str) -> None:
+    path = tmp_path / "area.osm"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_all(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path} cannot be read as OSM data (")
+    assert cause in message
+    assert "\n" not in message
+
+
+def test_truncated_pbf(tmp_path: Path) -> None:
+    path = as_pbf(tmp_path, ELEMENTS).path
+    whole = path.read_bytes()
+    for size in (len(whole) - 1, len(whole) // 2):
+        path.write_bytes(whole[:size])
+        with pytest.raises(InputError, match="download or export it again"):
+            read_ways(open_osm_file(path), ROADS, KEYS)
+
+
+def test_noise_with_the_head_of_a_pbf(tmp_path: Path) -> None:
+    path = as_pbf(tmp_path, ELEMENTS).path
+    path.write_bytes(path.read_bytes()[:40] + os.urandom(4000))
+    with pytest.raises(InputError, match=r"cannot be read as OSM data \("):
+        read_ways(open_osm_file(path), ROADS, KEYS)
+
+
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])
+def test_archives_that_end_too_early(tmp_path: Path, pack: Callable[[bytes], bytes]) -> None:
+    elements = [f'<node id="{number}" lat="1" lon="{number % 7}"/>' for number in range(1, 20000)]
+    whole = pack(document(elements).encode())
+    path = tmp_path / "area.osm.x"
+    path.write_bytes(whole[: len(whole) * 2 // 3])
+    with pytest.raises(InputError, match="damaged or incomplete"):
+        read_nodes(open_osm_file(path), np.array([1]), NODE_KEYS)
+
+
+def test_causes_are_one_printable_line(tmp_path: Path) -> None:
+    path = as_pbf(tmp_path, ELEMENTS).path
+    whole = path.read_bytes()
+    # The name of a feature that is required, which libosmium quotes.
+    with osmium.SimpleWriter(osmium.io.File(str(tmp_path / "raw.osm.pbf"), "pbf,pbf_compression=none")) as writer:
+        for item in osmium.FileProcessor(str(path)):
+            writer.add(item)
+    raw = (tmp_path / "raw.osm.pbf").read_bytes()
+    assert raw != whole
+    assert b"OsmSchema-V0.6" in raw
+    path.write_bytes(raw.replace(b"OsmSchema-V0.6", b"Osm\n\x1b\x07ema-V0.6"))
+    with pytest.raises(InputError) as caught:
+        read_ways(open_osm_file(path), ROADS, KEYS)
+    assert "required feature not supported: Osm ema-V0.6" in str(caught.value)
+    assert str(caught.value).isprintable()

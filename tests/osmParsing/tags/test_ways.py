@@ -1,0 +1,103 @@
+"""What single tags of a way become, beside its lanes."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from lane_notation import notation
+from osm_builder import tags_of
+
+from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.model import Rule, StreetAttributes
+from osm2xodr.osmParsing.file.reader import RawWay
+from osm2xodr.osmParsing.tags.ways import way_attributes
+
+
+def read(tags: str) -> tuple[StreetAttributes, int, list[tuple[Kind, str, str]]]:
+    diagnostics = Diagnostics()
+    values = tags_of(f"highway=residential lanes=2 width=6 {tags}")
+    ((attributes,), (direction,)) = way_attributes([RawWay(1, [1, 2], values)], Rule.RIGHT_HAND, None, diagnostics)
+    return attributes, direction, [(item.kind, item.code, item.message) for item in diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("tags", "kmh"),
+    [
+        ("source:maxspeed=DE:urban", 50.0),
+        ("maxspeed:type=RO:rural", 90.0),
+        ("maxspeed:type=AT:zone:30", 30.0),
+        ("zone:maxspeed=DE:30", 30.0),
+        ("source:maxspeed=DE:zone30", 30.0),
+        ("zone:traffic=DE:rural", 100.0),
+        ("maxspeed:type=GB:nsl_single", 60 * 1.609344),
+        # The number itself counts before the law, the kind of limit before the zone.
+        ("maxspeed=70 source:maxspeed=DE:urban", 70.0),
+        ("maxspeed:type=DE:rural source:maxspeed=DE:urban", 100.0),
+        ("source:maxspeed=sign zone:traffic=DE:urban", 50.0),
+        # Not what it is, only where it was read.
+        ("source:maxspeed=sign", None),
+        ("source:maxspeed=survey", None),
+        ("source:maxspeed=https://example.org", None),
+        ("maxspeed:type=sign", None),
+        # A zone says nothing about streets with walking speed or motorways in it.
+        ("highway=living_street zone:traffic=DE:urban", None),
+        ("highway=motorway zone:traffic=DE:rural", None),
+        ("highway=motorway source:maxspeed=DE:motorway", math.inf),
+    ],
+)
+def test_limits_that_the_law_sets(tags: str, kmh: float | None) -> None:
+    attributes, _, said = read(tags)
+    for speed in (attributes.speed_forward, attributes.speed_backward):
+        assert speed == (None if kmh is None else pytest.approx(kmh / 3.6))
+    assert [item for item in said if item[1] == "speed"] == []
+
+
+def test_a_limit_of_one_direction_goes_before_the_law() -> None:
+    attributes, _, _ = read("source:maxspeed=DE:urban maxspeed:forward=30")
+    assert [attributes.speed_forward, attributes.speed_backward] == pytest.approx([30 / 3.6, 50 / 3.6])
+
+
+@pytest.mark.parametrize(
+    ("tags", "expected"),
+    [
+        ("", False),
+        ("priority_road=designated", True),
+        ("priority_road=yes_unposted", True),
+        ("priority_road=end", False),
+        ("priority_road=no", False),
+    ],
+)
+def test_priority_roads(tags: str, expected: bool) -> None:
+    assert read(tags)[0].priority_road is expected
+
+
+@pytest.mark.parametrize(
+    "tag", ["maxspeed:conditional=30@(22:00-06:00)", "oneway:conditional=yes@(Mo)", "access:conditional=no@(Su)"]
+)
+def test_what_holds_at_times_only_is_told(tag: str) -> None:
+    attributes, direction, said = read(tag)
+    assert said == [(Kind.DROPPED, "conditional", f"{tag} holds at times only and is not kept")]
+    assert (attributes.speed_forward, direction) == (None, 0)
+
+
+@pytest.mark.parametrize(
+    ("tags", "direction", "lanes"),
+    [
+        ("lanes=1 motor_vehicle:backward=no", 1, "^"),
+        ("lanes=1 motor_vehicle:forward=no", -1, "v"),
+        ("lanes=2 motorcar:backward=no", 1, "cv ^"),
+        ("lanes=2 vehicle:backward=no bus:backward=yes", 1, "bv ^"),
+        ("lanes=2 motor_vehicle:backward=destination", 0, "v ^"),
+        # One-ways need no closing.
+        ("lanes=2 oneway=yes motor_vehicle:backward=no", 1, "^ ^"),
+    ],
+)
+def test_a_direction_that_is_closed_to_cars(tags: str, direction: int, lanes: str) -> None:
+    attributes, runs, said = read(tags)
+    assert runs == direction
+    assert notation(attributes.lanes_ltr) == lanes
+    told = [words for kind, code, words in said if (kind, code) == (Kind.NOTE, "oneway")]
+    closed = direction and "oneway=yes" not in tags
+    key = next(item for item in tags.split() if "ward=" in item and "bus" not in item)
+    assert told == ([f"{key} closes one direction to cars, for them it is one-way"] if closed else [])

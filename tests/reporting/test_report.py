@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import io
+import json
+import math
+from pathlib import Path
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model.elevation_report import ElevationReport, LayerCrossing, StructureRecord
+from osm2xodr.reporting.report import Progress, details, report, summary
+from osm2xodr.reporting.statistics import Statistics
+
+FIGURES = Statistics(1200, 1, 0, 143_210.0, 12.0, -3.21, 1912.77, 0.9996)
+
+
+def some() -> Diagnostics:
+    found = Diagnostics()
+    found.note("late", "", "a note")
+    for way in range(1500):
+        found.guessed("lane-count", f"way/{way}", "no lanes given, 2 taken.")
+    found.dropped("bad-node", "node/7", "node/7 has no position")
+    found.guessed("lane-width", "way/3", "no width given")
+    found.guessed("lane-width", "way/4", "no width given")
+    return found
+
+
+def test_summary() -> None:
+    assert summary(FIGURES, some(), has_heights=True) == [
+        "  1,200 roads of 143.2 km, 1 connecting road in 0 junctions",
+        "  heights from -3.2 to 1,912.8 m; the elevation model covers 99.9 % of the roads",
+        "  guessed     1,500  lane-count: no lanes given, 2 taken (way/0, and 1,499 more)",
+        "  guessed         2  lane-width: no width given (way/3, and 1 more)",
+        "  dropped         1  bad-node: node/7 has no position",
+        "  note            1  late: a note",
+    ]
+
+
+def test_summary_of_a_flat_world() -> None:
+    lines = summary(FIGURES, Diagnostics(), has_heights=False)
+    assert lines[1:] == ["  flat at height 0: there is no elevation model"]
+
+
+def test_summary_of_heights() -> None:
+    bridge = StructureRecord("bridge", (1,), (2,), 30.0, 6.0, 4.0, 3, 0.02, 0.1)
+    tunnel = StructureRecord("tunnel", (4,), (5,), 90.0, -9.0, None, None, 0.03, 0.1)
+    tight = LayerCrossing(2, 7, 1, 3, 4.0, 5.2)
+    found = ElevationReport(0.99, 0.021, 1.5, 3.0, (), (), (bridge, bridge, tunnel), (tight,))
+    lines = summary(FIGURES, Diagnostics(), has_heights=True, elevation=found)
+    assert lines[2:] == [
+        "  roads on the ground less the elevation model: mean +0.02 m, rms 1.50 m, 95 % within 3.00 m",
+        "  2 bridges and 1 tunnel; 1 crossing with less clearance than usual",
+    ]
+    document = json.loads(report({}, [], FIGURES, found, Diagnostics(), {}).decode())
+    assert document["elevation"]["structures"][2]["clearance"] is None
+    assert document["elevation"]["tight"] == [
+        {"upper": 2, "lower": 7, "upper_way": 1, "lower_way": 3, "clearance": 4.0, "wanted": 5.2}
+    ]
+
+
+def test_details() -> None:
+    lines = details(some())
+    assert len(lines) == 1504
+    assert lines[0] == "  note: late: a note"
+    assert lines[1] == "  guessed: lane-count: no lanes given, 2 taken (way/0)"
+
+
+def test_report_is_json_whatever_it_holds() -> None:
+    found = Diagnostics()
+    found.repaired("name", "way/1", "a name with half a character \udc80 and ü")
+    figures = Statistics(1, 0, 0, 1.0, 0.0, math.nan, math.inf, None, {"k": math.nan})
+    document = json.loads(
+        report({"area": Path("a.osm")}, [], figures, None, found, {"file": "b.xodr"}).decode("utf-8")
+    )
+    assert document["statistics"]["lowest"] is None
+    assert document["statistics"]["further"] == {"k": None}
+    assert document["elevation"] is None
+    assert document["input"] == {"area": "a.osm"}
+    assert document["output"] == {"file": "b.xodr"}
+    assert document["counts"] == [{"kind": "repaired", "code": "name", "count": 1}]
+    assert document["diagnostics"] == [
+        {"kind": "repaired", "code": "name", "osm_id": "way/1", "message": "a name with half a character ? and ü"}
+    ]
+
+
+def test_progress() -> None:
+    quiet, live, verbose = io.StringIO(), io.StringIO(), io.StringIO()
+    for stream, is_live, is_verbose in ((quiet, False, False), (live, True, False), (verbose, False, True)):
+        progress = Progress(stream, live=is_live, verbose=is_verbose)
+        progress.stage("one")
+        progress.stage("two")
+        progress.done()
+        progress.done()
+    assert quiet.getvalue() == ""
+    assert live.getvalue() == "\r\x1b[Kone …\r\x1b[K\r\x1b[Ktwo …\r\x1b[K"
+    lines = verbose.getvalue().splitlines()
+    assert [line.split(" s  ")[1] for line in lines] == ["one", "two"]
+    assert all(float(line.split(" s  ")[0]) >= 0.0 for line in lines)

@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from osm2xodr.model import FloatArray
+from osm2xodr.surface.grids.surface_type import looks_covered, named_cover
+
+
+@pytest.mark.parametrize(
+    ("name", "covered"),
+    [
+        ("Copernicus_DSM_COG_10_N49_00_E011_00_DEM.tif", True),
+        ("ALPSMLC30_N049E011_DSM.tif", True),
+        ("ASTGTMV003_N49E011_dem.tif", True),
+        ("dom1_32_678_5403.tif", True),
+        ("LITTO3D_MNS_1M.asc", True),
+        ("dgm1_32_678_5403.tif", False),
+        ("RGEALTI_MNT_5M.asc", False),
+        ("USGS_13_n46w123.tif", False),
+        ("swissalti3d_2019_2.tif", False),
+        ("N49E011_FABDEM_V1-2.tif", False),
+        ("N49E011.hgt", None),
+        ("dem.tif", None),
+        ("random.tif", None),
+        ("dsm_minus_dtm.tif", None),
+    ],
+)
+def test_names_of_products(name: str, covered: bool | None) -> None:
+    assert named_cover(name) is covered
+
+
+def test_descriptions() -> None:
+    assert named_cover("a.tif", ["", "Digital Surface Model 2020"]) is True
+    assert named_cover("a.tif", ["bare-earth heights from laser"]) is False
+    assert named_cover("a_dtm.tif", ["made from a digital surface model"]) is None
+
+
+def ground(cells: int, cell: float) -> FloatArray:
+    row, col = np.mgrid[:cells, :cells] * cell
+    z: FloatArray = 300 + 0.03 * col + 15 * np.sin(col / 300) * np.cos(row / 200) + 4 * np.sin(row / 60)
+    return z
+
+
+def objects(cells: int, cell: float, share: float, seed: int = 2) -> FloatArray:
+    """Houses and trees of 3 to 12 m over a share of the ground, some 15 m wide."""
+    field = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(cells, cells)), max(7.0 / cell, 0.5))
+    least = np.quantile(field, 1.0 - share)
+    z: FloatArray = np.where(field > least, 3 + np.clip(9 * (field - least) / field.std(), 0, 9), 0.0)
+    return z
+
+
+@pytest.mark.parametrize(("cell", "noise"), [(1.0, 0.1), (2.0, 0.15), (5.0, 0.4)])
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.6])
+def test_fine_models_show_walls(cell: float, noise: float, share: float) -> None:
+    z = ground(400, cell) + np.random.default_rng(1).normal(0, noise, (400, 400))
+    assert not looks_covered(z, (cell, cell))
+    assert looks_covered(z + objects(400, cell, share), (cell, cell))
+
+
+@pytest.mark.parametrize("cell", [20.0, 30.0])
+def test_coarse_models_show_blobs(cell: float) -> None:
+    rng = np.random.default_rng(4)
+    noise = ndimage.gaussian_filter(rng.normal(0, 1, (200, 200)), 1.0)
+    z = ground(200, cell) + 1.5 * noise / noise.std()
+    assert not looks_covered(z, (cell, cell))
+    assert not looks_covered(np.round(z), (cell, cell))
+    blobs = z + objects(200, 7.0, 0.1)
+    assert looks_covered(blobs, (cell, cell))
+    # Turned upside down the same blobs are pits, which are on no surface model.
+    assert not looks_covered(-blobs, (cell, cell))
+
+
+def test_mountains_are_no_canopy() -> None:
+    row, col = np.mgrid[:600, :600]
+    # Slopes of 45 degrees with ledges of rock 3 m high.
+    steep = np.floor((row + 0.3 * col) / 3.0) * 3.0
+    assert not looks_covered(steep.astype(np.float64), (1.0, 1.0))
+    # A wall of 20 m through gentle ground.
+    assert not looks_covered(ground(600, 1.0) + 20.0 * (col > 310), (1.0, 1.0))
+
+
+def test_too_little_to_tell() -> None:
+    z = np.zeros((12, 12))
+    z[::2, ::2] = 10.0
+    assert not looks_covered(z, (1.0, 1.0))
+    assert not looks_covered(z, (30.0, 30.0))
+    assert not looks_covered(np.full((100, 100), np.nan), (1.0, 1.0))
+    assert not looks_covered(np.zeros((2, 3)), (30.0, 30.0))

@@ -1,0 +1,192 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+import pyproj.network
+import pytest
+from affine import Affine
+from dem_factory import around, centres, in_crs, read, scatter, write_raster
+
+from osm2xodr.diagnostics import Kind
+from osm2xodr.errors import InputError
+from osm2xodr.projection import make_frame
+from osm2xodr.surface import SurfaceOptions
+from osm2xodr.surface.grids.vertical_datum import heights_of, parse_datum
+
+BELGIUM = make_frame(50.8, 4.5)
+SOCHI = make_frame(44.8, 37.5)
+
+
+def level(path: Path, crs: str, heights: str = "", **profile: object) -> Path:
+    """Write ground at 100 units in Belgium."""
+    transform, rows, cols = around(BELGIUM, crs, 20.0)
+    return write_raster(path, np.full((rows, cols), 100.0), transform, crs + heights, **profile)
+
+
+@pytest.fixture
+def made_geoid(tmp_path: Path) -> Iterator[None]:
+    """Give PROJ a geoid of our own under the name of EGM96's grid: 40 m at 50 N, 4 E, 2 m up north and 1.5 m east."""
+    folder = tmp_path / "proj"
+    folder.mkdir()
+    lat, lon = np.arange(51.5, 49.9, -0.25), np.arange(3.5, 6.1, 0.25)
+    grid = np.add.outer(2.0 * (lat - 50.0), 40.0 + 1.5 * (lon - 4.0)).astype(np.float32)
+    write_raster(
+        folder / "us_nga_egm96_15.tif", grid, Affine(0.25, 0, 3.375, 0, -0.25, 51.625), "EPSG:4979",
+        tags={"TYPE": "VERTICAL_OFFSET_GEOGRAPHIC_TO_VERTICAL", "AREA_OR_POINT": "Point"},
+    )  # fmt: skip
+    before = pyproj.datadir.get_data_dir()
+    pyproj.datadir.append_data_dir(str(folder))
+    yield
+    pyproj.datadir.set_data_dir(before)
+
+
+def test_ellipsoidal_heights_from_a_geoid(tmp_path: Path, made_geoid: None) -> None:
+    x, y = scatter()
+    lon, lat = in_crs(BELGIUM, 4326, x, y)
+    expected = 100.0 + 40.0 + 2.0 * (lat - 50.0) + 1.5 * (lon - 4.0)
+    plain = level(tmp_path / "plain.tif", "EPSG:32631")
+    surface, diagnostics = read(plain, BELGIUM, x, y, vertical_datum="ellipsoid", dem_vertical_datum="EPSG:5773")
+    assert np.abs(surface.heights(x, y)[0] - expected).max() < 1e-4
+    said = [item for item in diagnostics if item.code == "vertical-datum"]
+    assert [item.kind for item in said] == [Kind.NOTE]
+    assert "from EGM96 height (EPSG:5773) to heights above the ellipsoid of WGS 84" in said[0].message
+    assert "moved them by 42.29 to 42.41 m" in said[0].message
+    # The file's own datum does as well, and so does the way back.
+    own = level(tmp_path / "own.tif", "EPSG:32631", "+5773")
+    surface, _ = read(own, BELGIUM, x, y, vertical_datum="EPSG:4979")
+    assert np.abs(surface.heights(x, y)[0] - expected).max() < 1e-4
+    surface, _ = read(plain, BELGIUM, x, y, vertical_datum="EPSG:5773", dem_vertical_datum="ellipsoid")
+    assert np.abs(surface.heights(x, y)[0] - (200.0 - expected)).max() < 1e-4
+
+
+def test_models_in_two_datums_meet_without_a_step(tmp_path: Path, made_geoid: None) -> None:
+    transform, rows, cols = around(BELGIUM, "EPSG:32631", 20.0)
+    sea = write_raster(tmp_path / "sea.tif", np.full((rows, cols // 2), 100.0), transform, "EPSG:32631+5773")
+    transform, rows, cols = around(BELGIUM, "EPSG:4326", 1 / 3600)
+    lon, lat = centres(transform, rows, cols)
+    above = 100.0 + 40.0 + 2.0 * (lat - 50.0) + 1.5 * (lon - 4.0)
+    ellipsoid = write_raster(tmp_path / "ellipsoid.tif", above, transform, "EPSG:4979")
+    x, y = np.linspace(-900.0, 900.0, 1000), np.zeros(1000)
+    apart, diagnostics = read([sea, ellipsoid], BELGIUM, x, y)
+    assert np.ptp(apart.heights(x, y)[0]) > 42.0
+    assert "dem-datums" in [item.code for item in diagnostics]
+    together, _ = read([sea, ellipsoid], BELGIUM, x, y, vertical_datum="EPSG:5773")
+    assert np.abs(together.heights(x, y)[0] - 100.0).max() < 1e-3
+
+
+def test_transformations_without_a_grid(tmp_path: Path) -> None:
+    x, y = scatter()
+    # EPSG's Ostend height to EVRF2000 height: -2.311 m and a slope of a few hundredths of an arc second.
+    path = level(tmp_path / "a.tif", "EPSG:3812", "+5710")
+    surface, _ = read(path, BELGIUM, x, y, vertical_datum="EPSG:5730")
+    assert np.abs(surface.heights(x, y)[0] - (100.0 - 2.311)).max() < 2e-3
+    # Baltic 1977 height to Black Sea height: 0.4 m, from feet too.
+    transform, rows, cols = around(SOCHI, "EPSG:32637", 20.0)
+    feet = write_raster(tmp_path / "b.tif", np.full((rows, cols), 100.0), transform, "EPSG:32637", units="ft")
+    surface, _ = read(feet, SOCHI, x, y, vertical_datum="EPSG:5735", dem_vertical_datum="EPSG:5705")
+    assert np.abs(surface.heights(x, y)[0] - (30.48 + 0.4)).max() < 1e-6
+
+
+def test_voids_stay_voids(tmp_path: Path, made_geoid: None) -> None:
+    transform, rows, cols = around(BELGIUM, "EPSG:32631", 20.0)
+    cells = np.full((rows, cols), 100.0, np.float32)
+    cells[30:40, 30:40] = np.nan
+    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32631+5773")
+    surface, _ = read(path, BELGIUM, *scatter(), vertical_datum="ellipsoid")
+    assert surface.dems[0].voids == 100
+    assert surface.heights(*scatter())[0] == pytest.approx(142.35, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "grid"),
+    [
+        ("EPSG:5773", "EPSG:3855", "us_nga_egm96_15.tif"),
+        ("EPSG:3855", "ellipsoid", "us_nga_egm08_25.tif"),
+        ("EPSG:5710", "ellipsoid", "be_ign_hBG18.tif"),
+    ],
+)
+def test_a_grid_that_is_absent_is_an_error(tmp_path: Path, source: str, target: str, grid: str) -> None:
+    path = level(tmp_path / "a.tif", "EPSG:31370")
+    with pytest.raises(InputError) as caught:
+        read(path, BELGIUM, *scatter(), vertical_datum=target, dem_vertical_datum=source)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: heights cannot be turned from ")
+    assert grid in message
+    assert f"projsync --file {grid}" in message
+    assert message.count("\n") == 0
+
+
+def test_a_grid_that_does_not_reach_is_an_error(tmp_path: Path, made_geoid: None) -> None:
+    transform, rows, cols = around(SOCHI, "EPSG:32637", 20.0)
+    path = write_raster(tmp_path / "a.tif", np.full((rows, cols), 100.0), transform, "EPSG:32637")
+    with pytest.raises(InputError, match="heights cannot be turned from EGM96 height"):
+        read(path, SOCHI, *scatter(), vertical_datum="ellipsoid", dem_vertical_datum="EPSG:5773")
+
+
+def test_no_transformation_at_all(tmp_path: Path) -> None:
+    path = level(tmp_path / "a.tif", "EPSG:31370")
+    with pytest.raises(InputError, match="PROJ knows no transformation that holds there"):
+        read(path, BELGIUM, *scatter(), vertical_datum="EPSG:5706", dem_vertical_datum="EPSG:5705")
+
+
+def test_the_network_is_left_as_it_was(tmp_path: Path) -> None:
+    network: Any = pyproj.network
+    network.set_network_enabled(True)
+    try:
+        with pytest.raises(InputError):
+            read(
+                level(tmp_path / "a.tif", "EPSG:31370"), BELGIUM, *scatter(),
+                vertical_datum="EPSG:3855", dem_vertical_datum="EPSG:5773",
+            )  # fmt: skip
+        assert network.is_network_enabled()
+    finally:
+        network.set_network_enabled(False)
+
+
+def test_a_model_without_datum(tmp_path: Path) -> None:
+    path = level(tmp_path / "a.tif", "EPSG:31370")
+    with pytest.raises(InputError, match=r"does not say from which datum .* --dem-vertical-datum"):
+        read(path, BELGIUM, *scatter(), vertical_datum="EPSG:5730")
+
+
+def test_several_datums_are_said(tmp_path: Path) -> None:
+    one = level(tmp_path / "a.tif", "EPSG:31370", "+5710")
+    two = level(tmp_path / "b.tif", "EPSG:32631", "+5773")
+    _, diagnostics = read([one, two], BELGIUM, *scatter())
+    said = [item.message for item in diagnostics if item.code == "dem-datums"]
+    assert len(said) == 1
+    assert said[0] == (
+        f"{one}, {two}: heights count from several datums (EGM96 height, Ostend height) and were taken as they are; "
+        "--vertical-datum turns them into one."
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("sea level", "is not known"),
+        ("EPSG:4326", "has no heights"),
+        ("EPSG:32632", "has no heights"),
+        ("", "not kn"),
+    ],
+)
+def test_what_is_no_datum(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        parse_datum(text)
+
+
+def test_datums() -> None:
+    assert parse_datum(" Ellipsoid ") == pyproj.CRS("EPSG:4979")
+    assert parse_datum("EPSG:4326+3855") == pyproj.CRS("EPSG:3855")
+    assert heights_of(pyproj.CRS("EPSG:7415")) == pyproj.CRS("EPSG:5709")
+    assert heights_of(pyproj.CRS("EPSG:4937")) == pyproj.CRS("EPSG:4937")
+    assert heights_of(pyproj.CRS("EPSG:32632")) is None
+
+
+def test_a_source_alone_is_of_no_use() -> None:
+    with pytest.raises(InputError, match="give --vertical-datum too"):
+        SurfaceOptions(dem_vertical_datum="EPSG:5773")

@@ -1,0 +1,95 @@
+"""Work in copies of the process: order, errors, death and interruption."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from osm2xodr.errors import Osm2xodrError
+from osm2xodr.system.parallel import Task, available_jobs, can_fork, map_parallel
+
+needs_fork = pytest.mark.skipif(not can_fork(), reason="this system cannot copy processes")
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3, 20])
+def test_values_come_in_the_order_of_the_items(jobs: int) -> None:
+    assert map_parallel(lambda item: item * item, range(11), jobs) == [k * k for k in range(11)]
+
+
+def test_nothing_to_do_is_no_work() -> None:
+    assert map_parallel(lambda item: item, [], 4) == []
+
+
+@needs_fork
+def test_items_are_shared_between_this_process_and_its_copies() -> None:
+    processes = map_parallel(lambda item: os.getpid(), range(4), 2)
+    assert processes[0] == processes[2] == os.getpid()
+    assert processes[1] == processes[3] != os.getpid()
+
+
+@needs_fork
+def test_copies_see_arrays_of_the_parent_and_hand_back_their_own() -> None:
+    shared = np.arange(1e6)
+    sums = map_parallel(lambda k: shared[k::4] * 2, range(4), 2)
+    assert [part.sum() for part in sums] == [float(shared[k::4].sum() * 2) for k in range(4)]
+    assert shared[1] == 1
+
+
+def fail(item: int) -> int:
+    if item == 3:
+        raise ValueError(f"item {item} is wrong")
+    return item
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_error_reaches_the_caller(jobs: int) -> None:
+    with pytest.raises(ValueError, match="item 3 is wrong"):
+        map_parallel(fail, range(5), jobs)
+    assert not multiprocessing.active_children()
+
+
+@needs_fork
+def test_an_error_of_this_process_stops_its_copies() -> None:
+    def work(item: int) -> None:
+        if item == 0:
+            raise KeyboardInterrupt
+        time.sleep(60)
+
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        map_parallel(work, range(2), 2)
+    assert time.monotonic() - began < 30
+    assert not multiprocessing.active_children()
+
+
+@needs_fork
+def test_a_copy_that_is_killed_is_told_with_a_remedy() -> None:
+    def die() -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    with pytest.raises(Osm2xodrError, match=r"killed \(exit status -9\).*--jobs 1"):
+        Task(die, apart=True).result()
+
+
+@needs_fork
+def test_a_task_that_is_cancelled_ends() -> None:
+    task = Task(lambda: time.sleep(60), apart=True)
+    task.cancel()
+    assert not multiprocessing.active_children()
+
+
+def test_a_task_in_this_process_runs_when_it_is_asked() -> None:
+    seen: list[int] = []
+    task = Task(lambda: seen.append(1), apart=False)
+    assert seen == []
+    task.result()
+    assert seen == [1]
+
+
+def test_at_least_one_process_can_run() -> None:
+    assert 1 <= available_jobs() <= (os.cpu_count() or 1)

@@ -1,0 +1,136 @@
+"""Pictures: what is drawn where, in which colour, and the same every time."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lxml import etree
+from PIL import Image
+from viewed_file import HOSTILE, viewed_file
+from xodr_text import document, road
+
+from osm2xodr.errors import InputError
+from osm2xodr.model import IntArray
+from osm2xodr.opendrive.space import frame_of
+from osm2xodr.opendrive.tables import OpenDrive
+from osm2xodr.viewing import PictureOptions, write_picture
+from osm2xodr.viewing.colours import Ramp
+from osm2xodr.viewing.picture.contents import Picture, box_of_degrees, make_picture
+from osm2xodr.viewing.picture.png import draw_png
+from osm2xodr.viewing.picture.shapes import Polygon
+from osm2xodr.viewing.picture.svg import draw_svg
+
+# 800 pixels for 160 m: five per metre.
+BOX = (0.0, -40.0, 160.0, 40.0)
+OPTIONS = PictureOptions(BOX, 800)
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> OpenDrive:
+    return viewed_file(tmp_path)
+
+
+def image_of(file: OpenDrive, options: PictureOptions) -> IntArray:
+    return np.asarray(Image.open(io.BytesIO(draw_png(make_picture(file, options)))).convert("RGB"), np.int64)
+
+
+def at(image: IntArray, x: float, y: float) -> tuple[int, ...]:
+    """Return the colour at x, y of the file, m."""
+    return tuple(image[round((40.0 - y) * 5.0), round(x * 5.0)].tolist())
+
+
+def test_lanes_lie_where_they_should(file: OpenDrive) -> None:
+    image = image_of(file, OPTIONS)
+    assert image.shape[:2] == (444, 800)
+    assert at(image, 50.0, 4.5) == (0xD9, 0xC7, 0xA3)
+    assert at(image, 50.0, 1.5) == at(image, 50.0, -2.0) == (0x5D, 0x6B, 0x7A)
+    assert at(image, 50.0, 8.0) == at(image, 50.0, -6.0) == (0xF6, 0xF7, 0xF5)
+    # The bend has left the axis by 2 m after 20 m of 100 m radius.
+    assert at(image, 159.5, 2.0) == (0x5D, 0x6B, 0x7A)
+
+
+def test_svg_holds_the_same_areas(file: OpenDrive) -> None:
+    picture = make_picture(file, OPTIONS)
+    tree = etree.fromstring(draw_svg(picture))
+    assert (tree.get("width"), tree.get("height")) == ("800", "444")
+    assert tree.findtext(f"{SVG}title") == HOSTILE
+    assert {node.tag.removeprefix(SVG) for node in tree.iter()} == {
+        "svg",
+        "title",
+        "clipPath",
+        "rect",
+        "g",
+        "path",
+        "polygon",
+        "text",
+    }
+    fills = [node.get("fill") for node in tree.iter(f"{SVG}path") if node.get("fill") != "none"]
+    areas = [shape for shape in picture.shapes if isinstance(shape, Polygon)]
+    assert fills == [area.colour for area in areas]
+    first = next(tree.iter(f"{SVG}path")).get("d")
+    assert first is not None
+    start, steps = first.removeprefix("M").rstrip("Z").split("l")
+    numbers = np.array([float(word) for word in steps.split()]).reshape(-1, 2)
+    corners = np.concatenate(([[float(word) for word in start.split()]], numbers)).cumsum(axis=0)
+    np.testing.assert_allclose(corners, areas[0].corners, atol=0.051)
+
+
+def test_grades_are_coloured_and_explained(file: OpenDrive) -> None:
+    picture = make_picture(file, replace(OPTIONS, colour="grade"))
+    street = next(shape for shape in picture.shapes if isinstance(shape, Polygon) and shape.corners[0, 0] < 1.0)
+    ramp = picture.mode.scale
+    assert isinstance(ramp, Ramp)
+    # The street rises by 5 %; colours are those of 64 steps.
+    step = (ramp.high - ramp.low) / 63.0
+    shades = ramp.colours(np.linspace(5.0 - step, 5.0 + step, 50)).tolist()
+    assert street.colour in {f"#{r:02x}{g:02x}{b:02x}" for r, g, b in shades}
+    words = re.findall(r">([^<]+)</text>", draw_svg(picture).decode())
+    assert words[:2] == ["20 m", "N"]
+    assert "Grade, %" in words
+    assert f"{ramp.high:.0f}" in words
+
+
+@pytest.mark.parametrize("draw", [draw_svg, draw_png])
+def test_the_same_file_gives_the_same_bytes(tmp_path: Path, draw: Callable[[Picture], bytes]) -> None:
+    pictures = [make_picture(viewed_file(tmp_path), OPTIONS) for _ in range(2)]
+    assert draw(pictures[0]) == draw(pictures[1])
+
+
+def test_everything_is_shown_unless_a_box_is_given(file: OpenDrive) -> None:
+    picture = make_picture(file, PictureOptions(width=500))
+    corners = np.concatenate([shape.corners for shape in picture.shapes])
+    margin = 0.03 * 500 / 1.06
+    assert corners[:, 0].min() == pytest.approx(margin, abs=0.2)
+    assert corners[:, 0].max() == pytest.approx(500 - margin, abs=0.2)
+    assert corners[:, 1].min() > 10.0
+    assert corners[:, 1].max() < picture.map_height - 10.0
+
+
+def test_a_box_in_degrees_is_the_same_place(file: OpenDrive) -> None:
+    frame, _ = frame_of(file.header)
+    assert frame is not None
+    lon, lat = frame.to_geographic(np.array([10.0, 90.0]), np.array([-20.0, 30.0]))
+    found = box_of_degrees(file, (lon[0], lat[0], lon[1], lat[1]))
+    assert found == pytest.approx((10.0, -20.0, 90.0, 30.0), abs=0.01)
+
+
+def test_what_cannot_be_drawn_is_said(file: OpenDrive, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no road within --bbox; its roads lie at x and y within -7,-13,"):
+        make_picture(file, PictureOptions((1000.0, 1000.0, 1100.0, 1100.0)))
+    with pytest.raises(InputError, match="pixels; give a smaller --width or a flatter box"):
+        make_picture(file, PictureOptions((0.0, -1e6, 10.0, 1e6), 1600))
+    (tmp_path / "bare").mkdir()
+    (tmp_path / "bare" / "map.xodr").write_text(document(road("1", lanes="")), encoding="utf-8")
+    with pytest.raises(InputError, match="has no road that can be drawn"):
+        write_picture(tmp_path / "bare" / "map.xodr", tmp_path / "x.svg", OPTIONS, "svg")
+    (tmp_path / "bare" / "map.xodr").write_text(document(road("1")), encoding="utf-8")
+    with pytest.raises(InputError, match="states no speeds"):
+        write_picture(tmp_path / "bare" / "map.xodr", tmp_path / "x.svg", replace(OPTIONS, colour="speed"), "svg")
+    assert not (tmp_path / "x.svg").exists()

@@ -1,0 +1,109 @@
+"""What the documents say is so."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+from lxml import etree
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SAMPLE = ROOT / "data" / "samples" / "andorra_ordino"
+
+
+def block_after(text: str) -> str:
+    """Return the first code block of the README after a text."""
+    found = re.search(r"```\w*\n(.*?)```", README[README.index(text) :], re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def test_the_help_in_the_readme_is_that_of_the_program() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "osm2xodr", "convert", "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "COLUMNS": "100"},
+    )
+    # Versions of click break lines differently.
+    assert block_after("## Options").split() == done.stdout.split()
+
+
+def test_the_run_in_the_readme_works(tmp_path: Path) -> None:
+    command = shlex.split(block_after("## One run"))
+    assert command[0] == "osm2xodr"
+    files = {"area.osm": str(SAMPLE / "area.osm"), "dem.tif": str(SAMPLE / "dem.tif")}
+    arguments = [files.get(item, item) for item in command[1:]]
+    done = subprocess.run(
+        [sys.executable, "-m", "osm2xodr", *arguments], cwd=tmp_path, check=False, stderr=subprocess.PIPE
+    )
+    assert done.returncode == 0, done.stderr.decode()
+    assert len(etree.parse(tmp_path / "area.xodr").findall("road")) > 300
+
+
+def test_the_python_in_the_readme_works(tmp_path: Path) -> None:
+    for name in ("area.osm", "dem.tif"):
+        (tmp_path / name).symlink_to(SAMPLE / name)
+    subprocess.run([sys.executable, "-W", "error", "-c", block_after("## From Python")], cwd=tmp_path, check=True)
+    header = etree.parse(tmp_path / "area.xodr").find("header")
+    assert header is not None
+    assert header.get("name") == "My area"
+
+
+def test_the_readme_lists_what_is_written(tmp_path: Path) -> None:
+    """Every element of a written file stands in the README's table, but for the folders that hold them."""
+    target = tmp_path / "area.xodr"
+    command = [sys.executable, "-m", "osm2xodr", "convert", str(SAMPLE / "area.osm"), "-q", "-o", str(target)]
+    subprocess.run([*command, "--dem", str(SAMPLE / "dem.tif")], check=True)
+    table = README[README.index("## What is written") : README.index("Not written:")]
+    named = {word for text in re.findall(r"`([^`]+)`", table) for word in text.split()}
+    folders = {
+        "OpenDRIVE",
+        "signals",
+        "objects",
+        "link",
+        "predecessor",
+        "successor",
+        "geometry",
+        "elevation",
+        "lanes",
+    }
+    written = {element.tag for element in etree.parse(target).iter() if isinstance(element.tag, str)}
+    assert written - named - folders - {"left", "center", "right"} == set()
+
+
+def test_links_between_documents_lead_somewhere() -> None:
+    for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md"):
+        for name in re.findall(r"`((?:[\w.-]+/)*[\w-]+\.(?:md|py|toml))`", path.read_text(encoding="utf-8")):
+            found = [ROOT / name, ROOT / "src" / "osm2xodr" / name]
+            assert any(item.exists() for item in found), f"{path.name} names {name}"
+
+
+def test_the_changelog_knows_this_version() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## {importlib.metadata.version('osm2xodr')}" in text
+
+
+def test_the_licence_is_the_gpl_in_full() -> None:
+    text = (ROOT / "LICENSE").read_text(encoding="utf-8")
+    assert "GNU GENERAL PUBLIC LICENSE" in text
+    assert "Version 3, 29 June 2007" in text
+    assert "END OF TERMS AND CONDITIONS" in text
+    assert importlib.metadata.metadata("osm2xodr")["License-Expression"] == "GPL-3.0-or-later"
+
+
+def test_every_sample_says_where_it_comes_from() -> None:
+    samples = [path for path in (ROOT / "data" / "samples").iterdir() if path.is_dir()]
+    assert samples != []
+    for sample in samples:
+        text = (sample / "SOURCES.md").read_text(encoding="utf-8")
+        for path in sample.iterdir():
+            assert path.name == "SOURCES.md" or f"`{path.name}`" in text
+        assert "OpenStreetMap contributors" in text

@@ -1,0 +1,36 @@
+"""Time grows with the network and no faster."""
+
+from __future__ import annotations
+
+import time
+from io import BytesIO
+from pathlib import Path
+
+from replicate import Area, replicate
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.xodrWriter import WriteOptions, write_xodr
+
+SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino"
+TIMES = 8
+
+
+def seconds_and_roads(area: Area) -> tuple[float, int]:
+    """Return the processor time of a conversion, s, and how many roads it made."""
+    assert area.dem is not None
+    diagnostics = Diagnostics()
+    began = time.process_time()
+    road_map = convert(ConvertOptions(area.osm, (area.dem,)), diagnostics).road_map
+    write_xodr(road_map, BytesIO(), WriteOptions(), diagnostics)
+    return time.process_time() - began, len(road_map.roads)
+
+
+def test_a_network_of_eight_times_the_size_takes_no_more_time_per_road(tmp_path: Path) -> None:
+    sample = Area("sample", SAMPLE / "area.osm", SAMPLE / "dem.tif")
+    one, eight = (replicate(sample, copies, tmp_path) for copies in (1, TIMES))
+    seconds_and_roads(one)  # the first run also loads what is loaded once
+    small, small_roads = min(seconds_and_roads(one) for _ in range(2))
+    large, large_roads = min(seconds_and_roads(eight) for _ in range(2))
+    assert large_roads == TIMES * small_roads
+    assert large / large_roads <= 1.5 * small / small_roads

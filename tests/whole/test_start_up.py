@@ -1,0 +1,52 @@
+"""What is imported when: most of the time of a small conversion goes into imports."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from small_area import write_area, write_dem
+
+# Readers and projections, and parts of SciPy that take a tenth of a second and more with all that they import.
+READERS = {"osmium", "rasterio", "pyproj"}
+HEAVY = {"scipy.interpolate", "scipy.optimize", "scipy.stats", "scipy.signal", "scipy.integrate", "lxml"}
+# Chains of the standard library that nothing of a conversion needs, unless these libraries do.
+NEEDLESS = {"importlib.metadata", "email", "http", "ssl", "uuid", "xml.sax", "unittest", "asyncio", "pydoc"}
+LIBRARIES = "import numpy, scipy.sparse, scipy.sparse.linalg, scipy.spatial, scipy.fft, scipy.ndimage"
+
+
+def loaded(code: str) -> set[str]:
+    """Return the modules that are loaded when a program ends."""
+    code = f"{code}\nimport sys\nprint('LOADED', *sorted(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.partition("LOADED ")[2].split())
+
+
+def converted(*arguments: object) -> set[str]:
+    words = ["convert", *map(str, arguments), "--overwrite", "-q"]
+    return loaded(f"from osm2xodr.cli import main\nassert main({words!r}) == 0")
+
+
+def test_the_pipeline_loads_no_reader() -> None:
+    found = loaded("import osm2xodr.pipeline, osm2xodr.xodrWriter.document")
+    assert {"numpy", "scipy.sparse", "osm2xodr.geometry.roads"} <= found
+    assert found & (READERS | HEAVY) == set()
+    assert (found & NEEDLESS) - loaded(LIBRARIES) == set()
+    assert {name for name in found if name.startswith("osm2xodr.surface.")} <= {
+        "osm2xodr.surface.flat",
+        "osm2xodr.surface.options",
+        "osm2xodr.surface.street_points",
+    }
+
+
+@pytest.mark.parametrize("with_dem", [False, True])
+def test_a_conversion_loads_what_it_needs(tmp_path: Path, with_dem: bool) -> None:
+    area = write_area(tmp_path)
+    dem = ["--dem", write_dem(tmp_path)] if with_dem else []
+    found = converted(area, *dem, "-o", tmp_path / "area.xodr")
+    assert found & READERS == {"osmium", "pyproj", *(["rasterio"] if with_dem else [])}
+    # The surface's splines are SciPy's.
+    assert with_dem or found & HEAVY == set()
+    assert ("osm2xodr.surface.grids.raster_file" in found) is with_dem
