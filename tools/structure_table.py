@@ -12,8 +12,8 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import defaults
 from osm2xodr.model.elevation_report import StructureRecord
 from osm2xodr.pipeline import ConvertOptions, convert
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from osm2xodr import defaults
+from osm2xodr.batch import defaults
 from osm2xodr.batch.areas import (
     _number,
     check_name,

@@ -10,7 +10,8 @@ from importlib import resources
 import pytest
 
 from osm2xodr.conventions.countries import GENERIC, KMH, MPH, MarkStyle, countries, find_country
-from osm2xodr.defaults import LANE_WIDTH, LANE_WIDTH_MAX, LANE_WIDTH_MIN, LANE_WIDTH_OTHER, SPEED_PLAUSIBLE_MAX_KMH
+from osm2xodr.conventions.defaults import LANE_WIDTH, LANE_WIDTH_OTHER
+from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN, SPEED_PLAUSIBLE_MAX_KMH
 from osm2xodr.osmParsing.tags.values import parse_speed
 
 TABLE = json.loads(resources.files("osm2xodr.conventions").joinpath("countries.json").read_text(encoding="utf-8"))

@@ -359,7 +359,7 @@ def test_only_the_window_is_read(tmp_path: Path) -> None:
 
 
 def test_large_windows_are_averaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("osm2xodr.defaults.DEM_CELLS_MAX", 5000)
+    monkeypatch.setattr("osm2xodr.surface.defaults.DEM_CELLS_MAX", 5000)
     transform, rows, cols = around(BAVARIA, "EPSG:32632", 10.0)
     px, py = centres(transform, rows, cols)
     heights = 0.1 * (px - px.mean()) - 0.2 * (py - py.mean())

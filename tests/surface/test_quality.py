@@ -166,7 +166,7 @@ def in_crs_degrees(px: float, py: float) -> tuple[float, float]:
 
 
 def test_outliers_of_averaged_models_leave_no_fringe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("osm2xodr.defaults.DEM_CELLS_MAX", 5000)
+    monkeypatch.setattr("osm2xodr.surface.defaults.DEM_CELLS_MAX", 5000)
     transform, rows, cols = around(BAVARIA, "EPSG:32632", 10.0)
     cells = np.full((rows, cols), 600.0, np.float32) + np.random.default_rng(1).normal(0, 0.5, (rows, cols))
     row, col = np.mgrid[:rows, :cols]

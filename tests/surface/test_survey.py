@@ -49,7 +49,7 @@ def test_a_box(tmp_path: Path) -> None:
 
 
 def test_patches_of_a_large_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("osm2xodr.defaults.COMPARISON_CELLS", 9 * 20 * 20)
+    monkeypatch.setattr("osm2xodr.surface.defaults.COMPARISON_CELLS", 9 * 20 * 20)
     model = compare_surfaces([parabolic(tmp_path / "a.tif", 10.0)], WHOLE, Diagnostics()).models[0]
     assert [patch.z.shape for patch in model.grid.patches] == [(20, 20)] * 9
     assert model.cells == 3600

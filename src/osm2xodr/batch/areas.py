@@ -13,12 +13,20 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.batch import defaults
 from osm2xodr.batch.model import Area
 from osm2xodr.batch.partition_file import PARTITION_FORMAT
 from osm2xodr.errors import InputError
 from osm2xodr.model import LocalFrame, Outline
 from osm2xodr.projection import make_frame, to_geographic, to_local
+
+# Side of the smallest tiles, m, below which most roads are cut several times, and the greatest number of tiles.
+# Choices.
+_BATCH_TILE_MIN: Final = 200.0
+_BATCH_TILES_MAX: Final = 100_000
+# Origins of the frames of tiles are rounded to this, degrees, so that tiles keep names and ids when the map's bounds
+# move a little from one extract to the next; a choice.
+_BATCH_ORIGIN_STEP_DEG: Final = 0.1
 
 RingDeg = tuple[tuple[float, float], ...]
 
@@ -115,8 +123,8 @@ def parse_length(text: str) -> float:
     if match is None:
         raise ValueError(f"{text!r} is no length; give one such as 5km or 800m")
     length = float(match[1]) * (1000.0 if match[2].lower() == "km" else 1.0)
-    if length < defaults.BATCH_TILE_MIN:
-        raise ValueError(f"tiles of {text} are too small; give at least {defaults.BATCH_TILE_MIN:g}m")
+    if length < _BATCH_TILE_MIN:
+        raise ValueError(f"tiles of {text} are too small; give at least {_BATCH_TILE_MIN:g}m")
     return length
 
 
@@ -141,7 +149,7 @@ def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Are
     west, south, east, north = bounds
     if east - west > _SPAN_MAX_DEG:
         raise InputError(f"{area.osm} reaches too far round the world for tiles; cut out a country first")
-    step = defaults.BATCH_ORIGIN_STEP_DEG
+    step = _BATCH_ORIGIN_STEP_DEG
     frame = make_frame(round((south + north) / 2.0 / step) * step, round((west + east) / 2.0 / step) * step)
     # The edges of the bounds are curves in the frame.
     share = np.linspace(0.0, 1.0, 33)
@@ -152,7 +160,7 @@ def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Are
     columns, rows = (range(math.floor(v.min() / side), math.floor(v.max() / side) + 1) for v in (x, y))
     count = len(columns) * len(rows)
     most = max(abs(k) for k in (columns[0], columns[-1], rows[0], rows[-1]))
-    if count > defaults.BATCH_TILES_MAX or most >= _TILE_ZERO:
+    if count > _BATCH_TILES_MAX or most >= _TILE_ZERO:
         raise InputError(
             f"{area.osm} is too large for tiles of {side:g} m: there would be {count:,}; give larger ones"
         )

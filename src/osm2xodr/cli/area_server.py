@@ -20,9 +20,13 @@ import threading
 import time
 from typing import Final, NoReturn
 
-from osm2xodr import defaults
 from osm2xodr.batch import EMPTY
 from osm2xodr.errors import EmptyAreaError
+
+# How long a conversion that is to stop has for its temporary files, s, before it is killed.
+_BATCH_STOP_GRACE: Final = 3.0
+# A process that has not been given an area for so long ends, s; a choice.
+_BATCH_IDLE: Final = 60.0
 
 _PRELOADED: Final = (
     "osm2xodr.cli",
@@ -63,7 +67,7 @@ def _next_line() -> bytes:
     """Return what is asked for next; nothing when it is time to end."""
     line = b""
     while not line.endswith(b"\n"):
-        if not select.select([0], [], [], defaults.BATCH_IDLE)[0]:
+        if not select.select([0], [], [], _BATCH_IDLE)[0]:
             return b""
         more = os.read(0, 1 << 16)
         if not more:
@@ -114,7 +118,7 @@ def _listen(said: int, copy: int) -> tuple[bytes, bool]:
 def _stop(copy: int) -> None:
     """End a copy: give it time to clean up, and kill it if that takes too long."""
     os.kill(copy, signal.SIGTERM)
-    end = time.monotonic() + defaults.BATCH_STOP_GRACE
+    end = time.monotonic() + _BATCH_STOP_GRACE
     while time.monotonic() < end:
         if os.waitpid(copy, os.WNOHANG)[0]:
             return
@@ -151,7 +155,7 @@ def _end_with(server: int) -> None:
     while os.getppid() == server:
         time.sleep(_LOOK)
     os.kill(os.getpid(), signal.SIGTERM)
-    time.sleep(defaults.BATCH_STOP_GRACE)
+    time.sleep(_BATCH_STOP_GRACE)
     os._exit(1)
 
 

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from osm2xodr import __version__, defaults
+from osm2xodr import __version__
+from osm2xodr.cli import defaults
 from osm2xodr.cli.convert_options import Arguments, area_name, convert_options, report_inputs
 from osm2xodr.cli.options import Session, check_targets, limit_options, output_option, overwrite_option
 from osm2xodr.conventions import DEFAULT_TARGET, TARGETS
+from osm2xodr.defaults import CHECK_FINDINGS, POLYNOMIAL_ORDER, REPORT_FINDINGS, SURFACE_METHOD
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import EXTRA_OBJECTS
 from osm2xodr.reporting import Progress, deliver, details, report_text, summary
@@ -82,7 +84,7 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
 @click.option(
     "--surface",
     type=click.Choice(SURFACE_METHODS),
-    default=defaults.SURFACE_METHOD,
+    default=SURFACE_METHOD,
     show_default=True,
     help="How heights between the cells of the elevation model are found.",
 )
@@ -90,7 +92,7 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     "--polynomial-order",
     type=click.IntRange(2, 5),
     metavar="2-5",
-    default=defaults.POLYNOMIAL_ORDER,
+    default=POLYNOMIAL_ORDER,
     show_default=True,
     help="Degree of the trend that fills gaps of the elevation model.",
 )
@@ -258,10 +260,10 @@ def _look_at(arguments: Arguments, log: bytes) -> int:
 
     # Both need what was written and what is wrong with it, which take longer than all else: they share it.
     file = read_xodr(arguments.output)
-    result = check_drive(file, CheckOptions(most=defaults.REPORT_FINDINGS))
+    result = check_drive(file, CheckOptions(most=REPORT_FINDINGS))
     status = 0
     if arguments.check:
-        listed = result.worst(defaults.CHECK_FINDINGS)
+        listed = result.worst(CHECK_FINDINGS)
         for line in [listed.headline()] if arguments.quiet else listed.lines(Severity.WARNING):
             click.echo(line, err=True)
         status = int(result.failed())

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from osm2xodr import __version__, defaults
+from osm2xodr import __version__
+from osm2xodr.cli import defaults
 from osm2xodr.conventions import TARGETS
 from osm2xodr.errors import InputError
 from osm2xodr.furniture import FurnitureOptions, parse_objects_option

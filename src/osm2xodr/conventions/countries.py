@@ -15,7 +15,7 @@ from importlib import resources
 from types import MappingProxyType
 from typing import Any, Final
 
-from osm2xodr.defaults import (
+from osm2xodr.conventions.defaults import (
     EDGE_MARK_WIDTH,
     EDGE_MARK_WIDTH_FAST,
     LANE_WIDTH,
@@ -24,8 +24,8 @@ from osm2xodr.defaults import (
     MARK_WIDTH_WIDE,
     SPECIAL_MARK_WIDTH,
     SPECIAL_MARK_WIDTH_FAST,
-    WALKING_SPEED_KMH,
 )
+from osm2xodr.defaults import WALKING_SPEED_KMH
 
 KMH: Final = "km/h"
 MPH: Final = "mph"

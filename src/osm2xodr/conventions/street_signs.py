@@ -14,8 +14,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.conventions import defaults
+from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.model import Direction, Street, StreetNetwork
+
+# Share of a junction's entries that must have a signal for the junction to be one with signals; a choice.
+_SIGNALLED_SHARE: Final = 0.5
 
 
 class Sign(str, Enum):
@@ -98,7 +102,7 @@ class Signs:
         if any(self.nodes.get(node) is Sign.SIGNALS for node in nodes):
             return True
         count = sum(self.before_end.get(end) is Sign.SIGNALS for end in entries)
-        return count > 0 and count >= defaults.SIGNALLED_SHARE * len(entries)
+        return count > 0 and count >= _SIGNALLED_SHARE * len(entries)
 
 
 def light_of(tags: Mapping[str, str]) -> Light | None:
@@ -147,7 +151,7 @@ def read_signs(network: StreetNetwork) -> Signs:
         tags = network.node_tags[node]
         distance = _distances(street, place)
         crossing = light_of(tags) is Light.CROSSING
-        reach = defaults.SIGNALLED_CROSSING_REACH if crossing else defaults.SIGN_REACH
+        reach = SIGNALLED_CROSSING_REACH if crossing else SIGN_REACH
         for end in _meant(street, place, tags, distance, crossing):
             if distance[end] <= reach:
                 key = 2 * street.id + end

@@ -10,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from osm2xodr.defaults import EXPORT_THINNEST
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import (
@@ -27,6 +26,9 @@ from osm2xodr.opendrive import (
     surface_points,
 )
 from osm2xodr.system import ByteSink
+
+# Lanes that are nowhere wider than this are left out of maps, m: less than any road mark.
+_EXPORT_THINNEST: Final = 0.01
 
 LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
 
@@ -139,7 +141,7 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
         left = slice(start[ribbons.left[k]], start[ribbons.left[k] + 1])
         right = slice(start[ribbons.right[k]], start[ribbons.right[k] + 1])
         width = ribbons.t[left] - ribbons.t[right]
-        if not np.nanmax(np.abs(width), initial=0.0) > EXPORT_THINNEST:
+        if not np.nanmax(np.abs(width), initial=0.0) > _EXPORT_THINNEST:
             continue
         # Counter-clockwise: along the right border, and back along the left one.
         ring = list(filter(None, [*texts[right], *reversed(texts[left])]))

@@ -8,10 +8,14 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import runs
-from osm2xodr.defaults import EXPORT_EXACT, EXPORT_ORIGIN_GRID
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, rolled, sample_roads
+
+# Up to here coordinates of meshes stay those of the file, m: single precision (24 bits) knows them to 1 mm at least.
+# Beyond, they count from a round place, m. Choices.
+_EXPORT_EXACT: Final = 16_384.0
+_EXPORT_ORIGIN_GRID: Final = 1000.0
 
 # Points closer together than this across the road are one, m.
 _SAME: Final = 1e-6
@@ -158,8 +162,8 @@ def _compact(vertices: FloatArray, faces: dict[str, IntArray]) -> RoadMesh:
     kept = vertices[used]
     low, high = kept.min(0), kept.max(0)
     origin = np.where(
-        np.maximum(np.abs(low), np.abs(high)) > EXPORT_EXACT,
-        np.round(0.5 * (low + high) / EXPORT_ORIGIN_GRID) * EXPORT_ORIGIN_GRID,
+        np.maximum(np.abs(low), np.abs(high)) > _EXPORT_EXACT,
+        np.round(0.5 * (low + high) / _EXPORT_ORIGIN_GRID) * _EXPORT_ORIGIN_GRID,
         0.0,
     )
     x, y, z = origin.tolist()

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import defaults
 from osm2xodr.model import FloatArray, IntArray, PlanView, Street, StreetNetwork
 
 # A number, and its unit if it is not metres; what else there may be (two values, a range, a datum) is no height.

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from osm2xodr.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.model import LocalFrame, Rule
+from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
 
 _MAJOR: Final = frozenset(
     f"{name}{link}" for name in ("motorway", "trunk", "primary", "secondary", "tertiary") for link in ("", "_link")

@@ -6,12 +6,13 @@ from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from osm2xodr import projection
 from osm2xodr.conventions import find_country
-from osm2xodr.defaults import FRAME_REACH, LATITUDE_MAX_DEG, LONGITUDE_SPAN_MAX_DEG
+from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
@@ -31,6 +32,11 @@ from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.roadside import attach_footways, is_thing, node_keys, read_beside, sample_streets
 from osm2xodr.osmParsing.selection import nothing_to_drive_on, read_chosen_ways, tell_unused_nodes
 from osm2xodr.osmParsing.tags import is_transition, oneway, way_attributes, with_urban_speeds, without_margins
+
+# How far from the origin the local frame is true to 1 part in 8 000, m: (x / 6371 km)² / 2 of a transverse Mercator.
+_FRAME_REACH: Final = 100e3
+# How far an area may reach in longitude, degrees: PROJ's transverse Mercator ends 80 degrees from its meridian.
+_LONGITUDE_SPAN_MAX_DEG: Final = 160.0
 
 
 def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
@@ -96,11 +102,11 @@ def _local(
             f"{path} reaches to latitude {max(south, north, key=abs):.2f}, but the local projection is of use up to "
             f"{LATITUDE_MAX_DEG:g} degrees; choose an area off the poles"
         )
-    if east - west > LONGITUDE_SPAN_MAX_DEG:
+    if east - west > _LONGITUDE_SPAN_MAX_DEG:
         far = int(nodes.ids[_farthest(nodes, carried)])
         raise InputError(
             f"{path} reaches over {east - west:.0f} degrees of longitude, but the local projection is of use over "
-            f"{LONGITUDE_SPAN_MAX_DEG:g}; choose a smaller area, without node/{far}"
+            f"{_LONGITUDE_SPAN_MAX_DEG:g}; choose a smaller area, without node/{far}"
         )
     lon = (west + east) / 2.0
     middle = lon - 360.0 if lon > 180.0 else lon
@@ -112,7 +118,7 @@ def _local(
             f"{path} reaches to the other side of the Earth from the origin at {frame.lat_0_deg:g}, "
             f"{frame.lon_0_deg:g}; give an origin near it"
         )
-    if reach > FRAME_REACH:
+    if reach > _FRAME_REACH:
         diagnostics.note(
             "extent", "", f"roads lie up to {reach / 1e3:.0f} km from the origin, where lengths are no longer exact"
         )

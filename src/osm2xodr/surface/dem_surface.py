@@ -86,7 +86,7 @@ class DemSurface:
         """Return z (n,), m, at local x, y (n,), m, and where it is measured.
 
         Measured is what lies within the cells of an elevation model with a height in every cell that takes part.
-        Elsewhere, and farther than the margin (`defaults.DEM_MARGIN`) from the points the surface was made for, z is
+        Elsewhere, and farther than the margin (`_DEM_MARGIN`) from the points the surface was made for, z is
         continued without a step from the nearest measured heights along the trend.
         """
         z, source = self.layers.sample(x, y)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from pyproj import CRS, Transformer
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
@@ -31,6 +31,25 @@ from osm2xodr.surface.grids import (
     usual_sigma,
 )
 from osm2xodr.surface.sampling import Layer, Trend
+
+# What is read around the roads, m and cells: room for lane edges and for the fitted curves, which leave the OSM line
+# by a few metres; eight cells dampen the end effect of a bicubic spline to 3e-5 of itself (0.27 per cell).
+_DEM_MARGIN: Final = 50.0
+_DEM_MARGIN_CELLS: Final = 8
+# More cells than these are not read, even to be averaged: a minute's work, 32 km of cells of 1 m either way. Files of
+# a few hundred bytes can claim them.
+_DEM_CELLS_READ: Final = 2**30
+# Over which length the step between two elevation models fades, m and cells of the coarser one, whichever is longer
+# (3 m of step over 100 m: 4.5 % of grade at most); and over which length the guess beyond the last measured cell
+# falls back to the trend, m. Choices.
+_SEAM_RAMP: Final = 100.0
+_SEAM_RAMP_CELLS: Final = 4
+_EDGE_RAMP: Final = 1000.0
+# Cells in a row, along and across, that it takes to tell; if the roads need fewer, more are read around them.
+_COVER_CELLS: Final = 200
+# Two elevation models on one common grid are one model unless they differ by more than this share of their standard
+# error where they meet.
+_DEM_SAME_SHARE: Final = 0.5
 
 # Cells of all layers that the trend is fitted to: a polynomial of 21 terms at most needs no more.
 _TREND_CELLS = 20_000
@@ -133,7 +152,7 @@ def _plan(source: DemSource, cells: GridFrame, col: FloatArray, row: FloatArray)
     low = np.maximum([np.floor(col.min()), np.floor(row.min())], 0.0).astype(np.int64)
     high = np.minimum([np.ceil(col.max()), np.ceil(row.max())], [cells.cols - 1, cells.rows - 1]).astype(np.int64)
     core = cells.window(int(low[0]), int(low[1]), int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
-    margin = np.maximum(defaults.DEM_MARGIN_CELLS, np.ceil(defaults.DEM_MARGIN / np.array(core.steps())))
+    margin = np.maximum(_DEM_MARGIN_CELLS, np.ceil(_DEM_MARGIN / np.array(core.steps())))
     first = np.maximum(low - margin.astype(np.int64), 0)
     end = np.minimum(high + margin.astype(np.int64) + 1, [cells.cols, cells.rows])
     return _Plan(source, cells, first, end, col, row, core.cell_size())
@@ -148,7 +167,7 @@ def _blocks(plans: Sequence[_Plan], cells_max: int) -> dict[int, int]:
     """Return how many cells to join in either direction, by the id of the plan: none coarser than need be."""
     finest = min((plan.cell_size for plan in plans), default=1.0)
     for plan in plans:
-        if _count(plan, 1) > defaults.DEM_CELLS_READ:
+        if _count(plan, 1) > _DEM_CELLS_READ:
             raise InputError(
                 f"{plan.source.path}: around the roads lie {_count(plan, 1):,} cells of {plan.cell_size:.2g} m, more"
                 " than can be read; resample it with gdalwarp -tr, or choose a smaller area"
@@ -234,10 +253,10 @@ def make_layers(windows: Sequence[DemWindow], cells_max: int, dem_type: str, dia
         waiting = [window for window in waiting if not any(window is other for other in taken)]
     layers = []
     for index, (frame, z, quantum, covered) in enumerate(grids):
-        ramp = defaults.EDGE_RAMP
+        ramp = _EDGE_RAMP
         if index + 1 < len(grids):
             coarse = max(frame.cell_size(), grids[index + 1][0].cell_size())
-            ramp = max(defaults.SEAM_RAMP, defaults.SEAM_RAMP_CELLS * coarse)
+            ramp = max(_SEAM_RAMP, _SEAM_RAMP_CELLS * coarse)
         layers.append(Layer(frame, z, estimate_sigma(z, frame.steps(), quantum), ramp, covered))
     return layers
 
@@ -258,7 +277,7 @@ def _is_covered(windows: Sequence[DemWindow], frame: GridFrame, z: Cells, diagno
 
 def _enough_to_tell(window: DemWindow, z: Cells) -> Cells:
     """Return a layer's heights, or those of more cells around its first window if they are few."""
-    wanted = defaults.COVER_CELLS
+    wanted = _COVER_CELLS
     source, frame = window.source, window.frame
     whole = GridFrame(source.crs, frame.to_crs, source.affine, source.rows, source.cols)
     place = frame.offset_in(whole)
@@ -318,7 +337,7 @@ def _join(
     taken = []
     for window, place in members:
         col, row = place[0] - first_col, place[1] - first_row
-        if _agrees(z, col, row, window.z, defaults.DEM_SAME_SHARE * usual_sigma(anchor.frame.cell_size())):
+        if _agrees(z, col, row, window.z, _DEM_SAME_SHARE * usual_sigma(anchor.frame.cell_size())):
             part = z[row : row + window.frame.rows, col : col + window.frame.cols]
             part[...] = np.where(np.isfinite(part), part, window.z)
             taken.append((window, place))

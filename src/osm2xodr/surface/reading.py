@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.projection import to_geographic
+from osm2xodr.surface import defaults
 from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, qualities_of
 from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum
 from osm2xodr.surface.mosaic import (
@@ -26,6 +27,10 @@ from osm2xodr.surface.mosaic import (
 )
 from osm2xodr.surface.options import SurfaceOptions
 from osm2xodr.surface.sampling import LayeredSurface
+
+# Least share of the roads that an elevation model must cover unless the user allows less (a choice: what is guessed
+# should not outweigh what is known).
+_DEM_COVERAGE_MIN: Final = 0.5
 
 
 def read(
@@ -161,7 +166,7 @@ def _checked_coverage(
     names = _names(paths)
     if coverage == 0.0:
         raise CoverageError(f"{names}: no road has a measured height; give an elevation model that covers the roads")
-    if coverage < defaults.DEM_COVERAGE_MIN and not options.allow_partial:
+    if coverage < _DEM_COVERAGE_MIN and not options.allow_partial:
         raise CoverageError(
             f"{names}: only {_percent(coverage)} of the roads have a measured height; give elevation models that "
             "cover the roads, or allow the rest to be guessed with --allow-partial"

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import ranks
-from osm2xodr.defaults import COVERAGE_STEP
 from osm2xodr.model import FloatArray, Street
 
+# Distance between the points at which roads are held against an elevation model, m: below the cells of the coarsest
+# ones in use (90 m).
+_COVERAGE_STEP: Final = 50.0
 
-def points_along(streets: Sequence[Street], step: float = COVERAGE_STEP) -> tuple[FloatArray, FloatArray]:
+
+def points_along(streets: Sequence[Street], step: float = _COVERAGE_STEP) -> tuple[FloatArray, FloatArray]:
     """Return local x, y (n,) of points evenly spaced along all streets, the ends of each among them.
 
     Parameters

@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 from pyproj import Transformer
 
-from osm2xodr import defaults
+from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
 from osm2xodr.projection import WGS84, make_frame, transformer_to
+from osm2xodr.surface import defaults
 from osm2xodr.surface.comparison import GridComparison, Patch, compare_grid
 from osm2xodr.surface.grids import (
     DemSource,
@@ -179,7 +180,7 @@ def _frame(source: DemSource, first_col: int, first_row: int, cols: int, rows: i
     a, b, c, d, e, f = source.affine
     u, v = first_col + 0.5 * cols, first_row + 0.5 * rows
     lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
-    limit = defaults.LATITUDE_MAX_DEG
+    limit = LATITUDE_MAX_DEG
     local = make_frame(float(np.clip(lat, -limit, limit)), float(lon))
     whole = GridFrame(source.crs, transformer_to(local, source.crs), source.affine, source.rows, source.cols)
     return whole.window(first_col, first_row, cols, rows)

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from osm2xodr.defaults import NO_LIMIT_KMH
 from osm2xodr.xodrWriter.formatting import number
+
+# Written as the limit of a lane that has none on a road that has one: ``lane/speed@max`` knows no "no limit".
+# A choice: beyond what road vehicles reach.
+_NO_LIMIT_KMH: Final = 400
 
 _KMH: Final = 3.6  # km/h per m/s
 _MPH: Final = 1.0 / 0.44704  # international miles per hour per m/s
@@ -33,4 +36,4 @@ def road_speed_attributes(speed: float) -> str:
 
 def lane_speed_attributes(speed: float) -> str:
     """Return the attributes of ``lane/speed``, but for its ``sOffset``, for a speed in m/s; infinity is no limit."""
-    return f'max="{NO_LIMIT_KMH}" unit="km/h"' if math.isinf(speed) else _attributes(speed)
+    return f'max="{_NO_LIMIT_KMH}" unit="km/h"' if math.isinf(speed) else _attributes(speed)

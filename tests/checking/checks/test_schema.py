@@ -8,8 +8,7 @@ import pytest
 from real_readers import SCHEMA, need
 from t_junction import sound_map
 
-from osm2xodr import defaults
-from osm2xodr.checking import CheckOptions, check_file
+from osm2xodr.checking import CheckOptions, check_file, defaults
 from osm2xodr.checking.checks import schema
 from osm2xodr.errors import InputError
 

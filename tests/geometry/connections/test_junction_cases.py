@@ -9,7 +9,8 @@ from junction_cases import CASES, Expected
 from road_measures import RoadMeasures, assert_sound, smallest_radius_of
 from street_cases import Case, built_links, mirrored_links
 
-from osm2xodr import defaults
+from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.geometry import defaults
 from osm2xodr.model import Rule
 
 # Where a two-way street forks into one-way ones, the way back round the gore has no more room than this, m.
@@ -45,7 +46,7 @@ def test_turns_have_room(name: str, rule: Rule) -> None:
         assert measures.length(road) >= (defaults.SHORTEST_ROAD if road.junction is None else 0.5) - 1e-6
         if road.junction is not None:
             radius = smallest_radius_of(roads.plan_view, k)
-            assert radius >= TIGHTEST.get(name, defaults.CONNECTING_RADIUS) - 1e-6
+            assert radius >= TIGHTEST.get(name, CONNECTING_RADIUS) - 1e-6
             # No fold: the inner edge still has a radius.
             widest = max(abs(a - b) for a, b in measures.edges(road, 0, 0.0).values())
             assert radius > widest / 2

@@ -9,7 +9,8 @@ import pytest
 from road_measures import RoadMeasures, assert_sound, smallest_radius_of
 from street_cases import Case
 
-from osm2xodr import defaults
+from osm2xodr.defaults import CONNECTING_RADIUS, MOST_SWING_BACK
+from osm2xodr.geometry import defaults
 from osm2xodr.model import RoadMap, Rule
 
 # Two carriageways, 4.6 m apart, and a street that crosses them, where one may turn back.
@@ -46,9 +47,9 @@ def test_a_turn_back_has_the_radius_that_cars_drive(rule: Rule) -> None:
     roads = case.build(rule)
     assert_sound(roads)
     k = turn_back(roads)
-    assert smallest_radius_of(roads.plan_view, k) == pytest.approx(defaults.CONNECTING_RADIUS)
-    turned = RoadMeasures(roads).length(roads.roads[k]) / defaults.CONNECTING_RADIUS
-    assert math.pi < turned < math.pi + defaults.MOST_SWING_BACK
+    assert smallest_radius_of(roads.plan_view, k) == pytest.approx(CONNECTING_RADIUS)
+    turned = RoadMeasures(roads).length(roads.roads[k]) / CONNECTING_RADIUS
+    assert math.pi < turned < math.pi + MOST_SWING_BACK
 
 
 @pytest.mark.parametrize("rule", list(Rule))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from elevation_helpers import Ground, Height, solve, straight
 
-from osm2xodr import defaults
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.canopy import bare_runs, keep_ground
 from osm2xodr.geometry.heights.solver import LEAST_FACTOR, Robust
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from osm2xodr import defaults
+from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.arm_trims import footprints
 from osm2xodr.geometry.plan_view.ends import StreetEnds
 from osm2xodr.model import PlanView

@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr import defaults
+from osm2xodr.geometry.defaults import SHORTEST_ROAD
+from osm2xodr.geometry.junctions import defaults
+from osm2xodr.geometry.plan_view.defaults import KERB_RADIUS_OTHER
 
 
 def two_ts(apart: float, tags: str = "", between: str = "") -> Case:
@@ -34,7 +36,7 @@ def test_a_crossing_gives_every_arm_half_the_other_street_and_a_kerb() -> None:
     ways = {1: ("w o", "width=7"), 2: ("o e", "width=7"), 3: ("s o", "width=5"), 4: ("o n", "width=5")}
     stages = Case(nodes, ways).stages()
     found = trims(stages)
-    clear = 0.3 + defaults.ARM_CLEARANCE + defaults.KERB_RADIUS_OTHER
+    clear = 0.3 + defaults.ARM_CLEARANCE + KERB_RADIUS_OTHER
     assert (found[(1, 1)], found[(2, 0)]) == pytest.approx((2.5 + clear, 2.5 + clear), abs=0.05)
     assert (found[(3, 1)], found[(4, 0)]) == pytest.approx((3.5 + clear, 3.5 + clear), abs=0.05)
     assert (found[(1, 0)], found[(2, 1)], found[(3, 0)], found[(4, 1)]) == (0.0, 0.0, 0.0, 0.0)
@@ -95,7 +97,7 @@ def test_what_is_left_between_two_junctions_is_shared() -> None:
     """Bare needs come first: kerbs give way until a road of 2 m is left."""
     stages = two_ts(11.5).stages()
     found = trims(stages)
-    assert found[(5, 0)] + found[(5, 1)] == pytest.approx(11.5 - 2 * defaults.SHORTEST_ROAD, abs=0.01)
+    assert found[(5, 0)] + found[(5, 1)] == pytest.approx(11.5 - 2 * SHORTEST_ROAD, abs=0.01)
     assert min(found[(5, 0)], found[(5, 1)]) >= 3.7
     assert not stages.layout.squeezed.any()
     far = trims(two_ts(60.0).stages())
@@ -142,4 +144,4 @@ def test_a_short_dead_end_keeps_a_road_that_readers_do_not_pass_over() -> None:
     stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()
     end = stages.end(3, 1)
     left = float(stages.ends.length[end]) - trims(stages)[(3, end % 2)]
-    assert defaults.SHORTEST_ROAD <= left < defaults.SHORTEST_ROAD + 0.1
+    assert SHORTEST_ROAD <= left < SHORTEST_ROAD + 0.1

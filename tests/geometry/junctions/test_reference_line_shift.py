@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr import defaults
 from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.reference_line_shift import lines_outside_bends, offset_curves
 from osm2xodr.geometry.junctions.road_parts import RoadParts, cut_roads

@@ -8,9 +8,10 @@ import pytest
 from road_measures import RoadMeasures, assert_smooth, assert_sound, records, smallest_radius_of
 from street_cases import Case, built_links
 
-from osm2xodr import defaults
+from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
+from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.road_parts import without_idle_junctions
 from osm2xodr.geometry.junctions.turnarounds import add_turnarounds
 from osm2xodr.geometry.plan_view.streets import fit_streets
@@ -74,7 +75,7 @@ def test_lanes_go_round_one_middle_side_by_side(rule: Rule) -> None:
     assert_sound(roads)
     radii = sorted(1 / abs(records(roads.plan_view, k)[1][3]) for k, _ in _loops(roads))
     assert radii == pytest.approx([15.0 - 1.5 - 3.0, 15.0 - 1.5], abs=1e-6)
-    assert min(smallest_radius_of(roads.plan_view, k) for k, _ in _loops(roads)) >= defaults.CONNECTING_RADIUS
+    assert min(smallest_radius_of(roads.plan_view, k) for k, _ in _loops(roads)) >= CONNECTING_RADIUS
 
 
 @EITHER
@@ -93,7 +94,7 @@ def test_dead_ends_stay_unless_asked_for(rule: Rule) -> None:
     for k, road in _loops(closed):
         if road.predecessor == road.successor:
             radius = 1 / abs(records(closed.plan_view, k)[1][3])
-            assert defaults.CONNECTING_RADIUS <= radius <= defaults.TURNAROUND_DIAMETER / 2
+            assert CONNECTING_RADIUS <= radius <= defaults.TURNAROUND_DIAMETER / 2
 
 
 def test_a_loop_is_smaller_where_a_street_is_near() -> None:

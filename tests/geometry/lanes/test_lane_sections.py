@@ -8,7 +8,7 @@ import pytest
 from road_measures import assert_sound, lane_edges, profile_value, width_at
 from street_cases import Case
 
-from osm2xodr import defaults
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import cross_section
 from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_lanes, smooth_step, stretches, tapered
 from osm2xodr.model import Direction, LaneSpec, LaneType, RoadMap, Rule, StreetAttributes, Structure

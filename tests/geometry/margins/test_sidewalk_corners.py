@@ -13,8 +13,8 @@ from margin_cases import BOTH, PARKING, TRACK, VERGE, WALK, Strips, built
 from road_measures import RoadMeasures, assert_sound, curve_length, pose_at, width_at
 from street_cases import Case
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.model import BoolArray, FloatArray, Lane, LaneType, MarginSpec, Road, RoadMap, Rule
 from osm2xodr.surface import FlatSurface
 

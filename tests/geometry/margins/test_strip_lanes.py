@@ -13,9 +13,10 @@ from margin_cases import BOTH, PARKING, TRACK, VERGE, WALK, Strips, built
 from road_measures import assert_sound, lane_edges, width_at
 from street_cases import Case
 
-from osm2xodr import defaults
 from osm2xodr.curves.plan_views import lengths
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import PARALLEL_SPACING
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strip_columns import columns_of
 from osm2xodr.geometry.margins.strip_lanes import window
 from osm2xodr.geometry.margins.strips import MarginStretch, settled
@@ -193,7 +194,7 @@ def test_strips_end_beside_a_carriageway_that_runs_along() -> None:
     assert_sound(roads)
     (section,) = sections_of(roads)
     lanes = by_id(section)
-    around = defaults.MARGIN_CLEARANCE + defaults.PARALLEL_SPACING
+    around = defaults.MARGIN_CLEARANCE + PARALLEL_SPACING
     taper = defaults.MARGIN_TAPER_LENGTH
     places = (100.0, 150.0 - around - taper, 150.0, 200.0, 250.0, 250.0 + around + taper, 300.0)
     assert [width_at(lanes[-2].widths, s) for s in places] == [2.0, 2.0, 0.0, 0.0, 0.0, 2.0, 2.0]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr import defaults
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.plan_view.cuts_outside_bends import beyond_bends
 
 # A T whose stem turns off squarely 20 m from the node.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from street_cases import Case
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.plan_view.parallel_carriageways import fit_side_by_side
 from osm2xodr.geometry.plan_view.streets import fit_streets
 

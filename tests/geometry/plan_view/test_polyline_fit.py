@@ -11,8 +11,8 @@ import pytest
 from hypothesis import assume, example, given, settings, strategies as st
 from road_measures import assert_smooth, curve_length, pose_at, records
 
-from osm2xodr import defaults
 from osm2xodr.curves.plan_views import cut_curves, snap_cuts
+from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.polyline_fit import FittedPolylines, fit_polylines
 from osm2xodr.model import PlanView
 

@@ -9,8 +9,8 @@ import pytest
 from road_measures import Pose, RoadMeasures, assert_smooth, assert_sound, curve_length, pose_at, records
 from street_cases import Case
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets
 from osm2xodr.model import Rule, StreetNetwork
 

@@ -10,9 +10,10 @@ import pytest
 from road_measures import assert_smooth, curve_length, pose_at
 from street_cases import Case
 
-from osm2xodr import defaults
 from osm2xodr.curves.plan_views import smallest_radius
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import INNER_EDGE_RADIUS
+from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets
 from osm2xodr.model import FloatArray, Rule
 
@@ -80,7 +81,7 @@ def test_the_inner_edge_keeps_its_radius(name: str, rule: Rule) -> None:
     nodes, most = FOLDED[name]
     fitted, line, diagnostics = street(nodes, "highway=residential", rule)
     (radius,) = smallest_radius(fitted.plan_view)
-    assert radius == pytest.approx(RESIDENTIAL_HALF + defaults.INNER_EDGE_RADIUS, abs=1e-9)
+    assert radius == pytest.approx(RESIDENTIAL_HALF + INNER_EDGE_RADIUS, abs=1e-9)
     assert_smooth(fitted.plan_view, 0, close=1e-6, turn=1e-6)
     assert fitted.plan_view.length.min() > 0.02
     assert farthest(fitted, line) < most
@@ -100,7 +101,7 @@ def test_the_ends_stay_where_they_are(rule: Rule) -> None:
 def test_wide_bends_stay_as_they_are() -> None:
     """A quarter that is cut by 2 m has a radius of 4.8 m and more."""
     fitted, _, _ = street(bent((0, 40), (90, 40)), "highway=residential", Rule.RIGHT_HAND)
-    assert smallest_radius(fitted.plan_view)[0] > RESIDENTIAL_HALF + defaults.INNER_EDGE_RADIUS + 1e-3
+    assert smallest_radius(fitted.plan_view)[0] > RESIDENTIAL_HALF + INNER_EDGE_RADIUS + 1e-3
     assert len(fitted.plan_view.s) == 3
 
 
@@ -108,7 +109,7 @@ def test_a_wider_carriageway_gets_a_wider_bend() -> None:
     nodes = bent((0, 40), (-59, 3.0), (-50, 40))
     for tags, half in (("highway=residential lanes=1 oneway=yes width=3", 1.5), ("highway=residential", 2.75)):
         fitted, _, _ = street(nodes, tags, Rule.RIGHT_HAND)
-        assert smallest_radius(fitted.plan_view)[0] >= half + defaults.INNER_EDGE_RADIUS - 1e-9
+        assert smallest_radius(fitted.plan_view)[0] >= half + INNER_EDGE_RADIUS - 1e-9
 
 
 def test_what_lies_along_the_street_moves_with_it() -> None:

@@ -15,9 +15,10 @@ from lane_notation import (
 )
 from osm_builder import tags_of
 
-from osm2xodr.defaults import LANE_WIDTH, LANE_WIDTH_BICYCLE, LANE_WIDTH_MAX, LANE_WIDTH_MIN
+from osm2xodr.conventions.defaults import LANE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
+from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.cross_sections import cross_section
 
 LEFT = Rule.LEFT_HAND

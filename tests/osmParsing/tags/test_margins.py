@@ -13,20 +13,20 @@ from hypothesis import assume, given, settings, strategies as st
 from lane_notation import turned_key
 from osm_builder import tags_of
 
-from osm2xodr.defaults import (
+from osm2xodr.defaults import KERB_HEIGHT
+from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
+from osm2xodr.osmParsing.defaults import (
     CYCLE_TRACK_GAP,
     CYCLE_TRACK_GAP_PARKING,
     CYCLE_TRACK_WIDTH,
     CYCLE_TRACK_WIDTH_BOTH,
-    KERB_HEIGHT,
     PARKING_WIDTH,
     SHOULDER_WIDTH,
     SHOULDER_WIDTH_OTHER,
     SIDEWALK_WIDTH,
     VERGE_WIDTH,
 )
-from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.file.reader import RawWay
 from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, seen_backwards

@@ -1,9 +1,9 @@
 import pytest
 from osm_builder import tags_of
 
-from osm2xodr.defaults import LANES_FROM_NEIGHBOURS_STEPS
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule
+from osm2xodr.osmParsing.defaults import LANES_FROM_NEIGHBOURS_STEPS
 from osm2xodr.osmParsing.file.reader import RawWay
 from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours
 from osm2xodr.osmParsing.tags.ways import way_attributes

@@ -24,8 +24,16 @@ from osm2xodr.batch.cutting.streets import (
 )
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.curves import distance, ranks, runs
-from osm2xodr.defaults import BORDER_REACH, CONTEXT_BESIDE, CONTEXT_REACH
 from osm2xodr.model import FloatArray, IntArray, LocalFrame, freeze_arrays
+
+# What comes this near to the border is cut out whole for both areas, m: roads lie some metres off OSM's lines.
+_BORDER_REACH: Final = 300.0
+# Around the ends of streets that come this near to a border, what lies within this belongs to the cut as well, m:
+# junctions farther off do not shape each other (twice the longest connecting road through a large junction).
+_CONTEXT_REACH: Final = 200.0
+# So far from the middle of these streets, m, is all that lies beside them: sidewalks tell of built-up areas and their
+# speed limits over the whole length of a street (half of the widest carriageway, `ROADSIDE_REACH`, and some room).
+_CONTEXT_BESIDE: Final = 50.0
 
 # How far beyond the corners of what is looked for ways are looked at, m: more than straight lines in the local frame
 # and those of longitude and latitude differ by between two of `_SAMPLES` points of its sides.
@@ -138,7 +146,7 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
         What becomes a street.
     """
     source = plan.source
-    reach = BORDER_REACH + CONTEXT_REACH if request.context else 0.0
+    reach = _BORDER_REACH + _CONTEXT_REACH if request.context else 0.0
     bounds, box = _boxes(request, reach)
     candidates = find_in_boxes(plan.way_cells, box)
     near = _Near(plan, request, candidates, reach)
@@ -147,13 +155,13 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
     at = _local(source, request.frame, things)
     things = things[distance(request.outline, at[:, 0], at[:, 1], reach) <= reach]
     if request.context:
-        found = _find_streets(plan, near.segments(BORDER_REACH), driven)
+        found = _find_streets(plan, near.segments(_BORDER_REACH), driven)
         beside = _points_along(plan, request.frame, found.segments)
         # What is near the area is kept anyway.
         off = distance(request.outline, beside[:, 0], beside[:, 1], reach)
-        beside = beside[off > reach - CONTEXT_BESIDE - _SPACING]
-        at_ends = _around(plan, request.frame, _local(source, request.frame, found.ends), CONTEXT_REACH)
-        along = _around(plan, request.frame, beside, CONTEXT_BESIDE + 0.5 * _SPACING)
+        beside = beside[off > reach - _CONTEXT_BESIDE - _SPACING]
+        at_ends = _around(plan, request.frame, _local(source, request.frame, found.ends), _CONTEXT_REACH)
+        along = _around(plan, request.frame, beside, _CONTEXT_BESIDE + 0.5 * _SPACING)
         kept = np.unique(np.concatenate([kept, found.ways, at_ends[0], along[0]]))
         things = np.unique(np.concatenate([things, at_ends[1], along[1]]))
     kept, relations = _with_relations(plan, kept)

@@ -18,10 +18,12 @@ from multiprocessing import resource_tracker
 from types import FrameType
 from typing import Any, Final
 
-from osm2xodr import defaults
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system import LEAST_MEMORY
+
+# An area during whose conversion so many workers died is given up.
+_BATCH_WORKER_DEATHS: Final = 3
 
 # Dask's, which are loaded when there is work.
 _Client = Any
@@ -177,7 +179,7 @@ def _client(count: int, workers: Workers) -> Iterator[_Client]:
         with _closing(client):
             yield client
         return
-    settings = {"distributed.scheduler.allowed-failures": defaults.BATCH_WORKER_DEATHS - 1, **_CALM}
+    settings = {"distributed.scheduler.allowed-failures": _BATCH_WORKER_DEATHS - 1, **_CALM}
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="osm2xodr-", ignore_cleanup_errors=True))
         stack.enter_context(dask.config.set(settings))

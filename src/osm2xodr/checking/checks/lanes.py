@@ -6,12 +6,13 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.checks.places import joints, owners, worst_of
 from osm2xodr.checking.checks.plan_views import above
 from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.curves import runs
+from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, Shape, curvature, lane_borders, section_at
 
@@ -142,4 +143,4 @@ def _check_curves(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Non
     # A lane that folds need not be told to be tight.
     driven = wide & lanes.driving[lane] & ~np.isin(lane, lane[fold])
     tight = worst_of(lane, np.where(driven, -radius, -np.inf))
-    add("tight-curve", tight[(radius[tight] < defaults.CONNECTING_RADIUS) & driven[tight]], radius)
+    add("tight-curve", tight[(radius[tight] < CONNECTING_RADIUS) & driven[tight]], radius)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.checks.lane_transitions import Transitions
 from osm2xodr.checking.checks.places import degrees

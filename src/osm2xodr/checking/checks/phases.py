@@ -9,11 +9,14 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import End, Furniture, OpenDrive, elevation, lane_borders, pose, section_at
+
+# Middles of lanes that end so near to each other end on one lane, m: half of a narrow one.
+_CHECK_SAME_LANE: Final = 1.0
 
 # Ways through junctions are compared as polylines of this many points.
 _POINTS: Final = 17
@@ -147,9 +150,7 @@ def _meeting(ways: Sequence[_Way], paths: FloatArray) -> BoolArray:
     approach: IntArray = np.array([numbers[way.incoming, way.incoming_end] for way in ways], np.int64)
     x, y, z = paths[..., 0], paths[..., 1], paths[..., 2]
     gap = np.hypot(x[:, None, -1] - x[None, :, -1], y[:, None, -1] - y[None, :, -1])
-    out: BoolArray = (gap < defaults.CHECK_SAME_LANE) & (
-        np.abs(z[:, None, -1] - z[None, :, -1]) < defaults.CHECK_LEVELS
-    )
+    out: BoolArray = (gap < _CHECK_SAME_LANE) & (np.abs(z[:, None, -1] - z[None, :, -1]) < defaults.CHECK_LEVELS)
     for k in range(len(ways)):
         out[k] |= _crossed(paths[k], paths)
     out |= out.T

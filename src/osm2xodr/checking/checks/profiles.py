@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.checks.places import degrees, joints, owners, record_ends, spans, worst_of
 from osm2xodr.checking.checks.plan_views import above

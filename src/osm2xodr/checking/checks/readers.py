@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings
 from osm2xodr.opendrive import Furniture, OpenDrive

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.errors import InputError
 
 # Where the schemas lie in the package of ASAM's checker, by version.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.checks.places import worst_of
 from osm2xodr.checking.checks.plan_views import above

@@ -4,13 +4,28 @@ from __future__ import annotations
 
 from typing import Final
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.checking.rules.rule import Rule, Severity
+from osm2xodr.defaults import CONNECTING_RADIUS
+
+# Turn of the heading in one place, degrees: a car at 50 km/h is 0.24 m beside its line after a second. An error above
+# what the steering of a car takes up over its own length: a choice.
+_CHECK_KINK: Final = 1.0
+_CHECK_KINK_GRAVE: Final = 10.0
+# Step of the grade in one place, %: a car pitches by 0.3 degrees at 0.5; an error is a break on which low cars
+# ground. Choices.
+_CHECK_GRADE_STEP: Final = 0.5
+_CHECK_GRADE_STEP_GRAVE: Final = 8.0
+# Grade, %: steeper than any street that cars use (Baldwin Street, Dunedin: 34.8), and than all but a few (15).
+_CHECK_GRADE: Final = 35.0
+_CHECK_GRADE_STEEP: Final = 15.0
+# A lane's border folds where it is nearer to the centre of the curve than this, m.
+_CHECK_FOLD: Final = 0.0
 
 _ERROR, _WARNING, _INFO = Severity.ERROR, Severity.WARNING, Severity.INFO
 _GAP = (defaults.CHECK_GAP, defaults.CHECK_GAP_GRAVE, "m", "ASAM's checker: 0.01 m at touching points")
-_KINK = (defaults.CHECK_KINK, defaults.CHECK_KINK_GRAVE, "deg", "0.24 m beside the line a second later at 50 km/h")
-_GRADE = (defaults.CHECK_GRADE_STEP, defaults.CHECK_GRADE_STEP_GRAVE, "%", "a car pitches by 0.3 degrees; a choice")
+_KINK = (_CHECK_KINK, _CHECK_KINK_GRAVE, "deg", "0.24 m beside the line a second later at 50 km/h")
+_GRADE = (_CHECK_GRADE_STEP, _CHECK_GRADE_STEP_GRAVE, "%", "a car pitches by 0.3 degrees; a choice")
 
 
 def _measured(
@@ -99,7 +114,7 @@ GEOMETRY_RULES: Final = (
         "A paramPoly3 or poly3 does not start along its stated heading.",
         "the curve starts {value} off its hdg",
         "Turn the record's frame so that bV is 0.",
-        (defaults.CHECK_KINK, None, "deg", "as for kinks"),
+        (_CHECK_KINK, None, "deg", "as for kinks"),
         _INFO,
     ),
     _measured(
@@ -188,7 +203,7 @@ GEOMETRY_RULES: Final = (
         "A lane's border reaches over the centre of the curve: the lane folds over itself.",
         "the border reaches {value} beyond the centre of the curve",
         "Use a larger radius, a narrower lane, or lay the reference line on the inner side.",
-        (defaults.CHECK_FOLD, None, "m", "geometry"),
+        (_CHECK_FOLD, None, "m", "geometry"),
         _WARNING,
         "esmini hung for ever on one such road with elevation; meshes are torn.",
         ("esmini", "carla"),
@@ -201,7 +216,7 @@ GEOMETRY_RULES: Final = (
         "Use a larger radius.",
         "Vehicles leave the lane.",
         ("carla", "esmini", "sumo"),
-        limit=defaults.CONNECTING_RADIUS,
+        limit=CONNECTING_RADIUS,
         unit="m",
         source="DIN 70020: half of a turning circle less half of the car",
     ),
@@ -230,21 +245,21 @@ GEOMETRY_RULES: Final = (
         "The superelevation jumps from one record to the next.",
         "the superelevation jumps by {value}",
         "Let each record start where the one before ends.",
-        (defaults.CHECK_KINK, defaults.CHECK_KINK_GRAVE, "deg", "as for kinks"),
+        (_CHECK_KINK, _CHECK_KINK_GRAVE, "deg", "as for kinks"),
     ),
     _measured(
         "grade-excess",
         "A road is steeper than any street that cars use.",
         "the grade reaches {value}",
         "Look at the heights: surface models show roofs and trees, bridges need their own.",
-        (defaults.CHECK_GRADE, 100.0, "%", "Baldwin Street, Dunedin: 34.8 %"),
+        (_CHECK_GRADE, 100.0, "%", "Baldwin Street, Dunedin: 34.8 %"),
     ),
     _measured(
         "grade-steep",
         "A road is steeper than all but a few streets.",
         "the grade reaches {value}",
         "Look at the heights.",
-        (defaults.CHECK_GRADE_STEEP, None, "%", "few streets are steeper"),
+        (_CHECK_GRADE_STEEP, None, "%", "few streets are steeper"),
         _INFO,
     ),
     _measured(

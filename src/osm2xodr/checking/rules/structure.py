@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from osm2xodr import defaults
+from osm2xodr.checking import defaults
 from osm2xodr.checking.rules.rule import Rule, Severity
 
 _ERROR, _WARNING, _INFO = Severity.ERROR, Severity.WARNING, Severity.INFO

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Final
 
-from osm2xodr import defaults
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.lights.road_lights import RoadLight
 from osm2xodr.furniture.world import CAR_LANES, Approach, Crossing, Movement, World, car_lanes, lane_ranges
 from osm2xodr.model import LaneSection, LaneType, Rule, Signal, SignalReference

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on
 from osm2xodr.furniture.lights.rows import LightRow, light_rows
 from osm2xodr.furniture.world import Approach, Crossing, World
 from osm2xodr.model import FloatArray, RoadsideKind
+
+# How far from a crossing a node with lights on a footway belongs to it, m; a choice.
+_LIGHT_CROSSING_REACH: Final = 8.0
 
 _LEFT_OUT = "signal-left-out"
 
@@ -286,4 +290,4 @@ def _nearest(point: FloatArray, left: FloatArray, right: FloatArray) -> int | No
     share = np.clip(((point - left) * step).sum(1) / np.maximum((step * step).sum(1), 1e-12), 0.0, 1.0)
     distance = np.hypot(*(point - left - share[:, None] * step).T)
     k = int(np.argmin(distance))
-    return k if distance[k] <= defaults.LIGHT_CROSSING_REACH else None
+    return k if distance[k] <= _LIGHT_CROSSING_REACH else None

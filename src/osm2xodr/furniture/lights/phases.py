@@ -13,14 +13,18 @@ import math
 from collections import defaultdict
 from collections.abc import Sequence
 from itertools import combinations, pairwise
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.lights.heads import Head
 from osm2xodr.furniture.world import CAR_LANES, Approach, Movement, World
 from osm2xodr.model import BoolArray, Controller, FloatArray, IntArray
+
+# Arms are opposite if the turn from one to the other is at most this, rad (45 degrees); a choice.
+_LIGHT_OPPOSITE: Final = 0.785
 
 
 class Phases:
@@ -98,7 +102,7 @@ class Phases:
         found = []
         for (one, heading), (other, its) in combinations(straight, 2):
             off = abs(math.remainder(heading - its - math.pi, 2 * math.pi))
-            if off <= defaults.LIGHT_OPPOSITE:
+            if off <= _LIGHT_OPPOSITE:
                 found.append((round(off, 6), one, other))
         return [(one, other) for _, one, other in sorted(found)]
 

@@ -5,9 +5,21 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Final
 
-from osm2xodr import defaults
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Crossing, World, car_lanes
+
+# Lights apart from junctions whose nodes are so near to each other along the road are one installation, m; half of
+# the extent of a crossing whose node alone is known, m; least distance of such lights from the road's ends, m.
+# Choices.
+_LIGHT_GROUP_REACH: Final = 25.0
+_LIGHT_HALF_CROSSING: Final = 2.0
+_LIGHT_FROM_END: Final = 1.0
+# Half of the distance of the stop lines of both directions at a node that is not said to be for one of them, m: so
+# readers that cut roads between them can tell them apart; a choice. Least length of a lane section that is cut off,
+# m.
+_LIGHT_HALF_GAP: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +77,9 @@ class RoadLight:
             middle = 0.5 * (max(along) + min(against))
             return max((middle, *along, *(item.s for item in self.crossings)))
         if along:
-            return max((along[0] + defaults.LIGHT_HALF_GAP, *(item.s for item in self.crossings)))
+            return max((along[0] + _LIGHT_HALF_GAP, *(item.s for item in self.crossings)))
         starts = (item.s - 0.5 * item.width for item in self.crossings)
-        return min((against[0] - defaults.LIGHT_HALF_GAP, *starts))
+        return min((against[0] - _LIGHT_HALF_GAP, *starts))
 
 
 def place_on_roads(
@@ -93,7 +105,7 @@ def place_on_roads(
     out: list[RoadLight] = []
     for road, items in sorted(on_road.items()):
         for group in _groups(sorted(items, key=lambda item: (item.s, item.osm_id))):
-            first, last = group[0].s - defaults.LIGHT_GROUP_REACH, group[-1].s + defaults.LIGHT_GROUP_REACH
+            first, last = group[0].s - _LIGHT_GROUP_REACH, group[-1].s + _LIGHT_GROUP_REACH
             named = {item.osm_id for item in group}
             there = [
                 item
@@ -115,7 +127,7 @@ def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:
     """Split candidates in ascending s where the gap is wide."""
     out: list[list[Candidate]] = []
     for item in candidates:
-        if out and item.s - out[-1][-1].s <= defaults.LIGHT_GROUP_REACH:
+        if out and item.s - out[-1][-1].s <= _LIGHT_GROUP_REACH:
             out[-1].append(item)
         else:
             out.append([item])
@@ -131,7 +143,7 @@ def _stops(
     of a junction is not stopped in it. Where that leaves none, lights stand at the road's end.
     """
     length = world.lanes.length(road)
-    margin = min(defaults.LIGHT_FROM_END, 0.5 * length)
+    margin = min(_LIGHT_FROM_END, 0.5 * length)
     known = {item.osm_id for item in crossings}
     wanted = []
     for along in (True, False):
@@ -154,5 +166,5 @@ def _before(item: Candidate, known: Collection[str]) -> float:
     if item.osm_id in known:
         return 0.0
     if not item.crossing:
-        return defaults.LIGHT_HALF_GAP if item.along is None else 0.0
-    return defaults.LIGHT_HALF_CROSSING + defaults.STOP_LINE_BEFORE_CROSSING
+        return _LIGHT_HALF_GAP if item.along is None else 0.0
+    return _LIGHT_HALF_CROSSING + defaults.STOP_LINE_BEFORE_CROSSING

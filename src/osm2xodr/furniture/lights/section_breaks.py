@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import curvature_at, lengths
+from osm2xodr.furniture import defaults
 from osm2xodr.model import Cubic, Lane, LaneSection, PlanView, Road, RoadMap
 
 # What is narrower is written as 0, m.

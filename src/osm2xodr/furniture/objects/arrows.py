@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import pi
 from typing import Final
 
-from osm2xodr import defaults
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Approach, Stop, World, pieces_on_road
 from osm2xodr.model import Direction, LaneSpec, RoadObject, Rule, StreetAttributes
 

@@ -6,11 +6,16 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from osm2xodr import defaults
+from osm2xodr.defaults import KERB_HEIGHT
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.repeats import along_road
 from osm2xodr.furniture.objects.roadside_runs import Strip, strips_outside
 from osm2xodr.furniture.world import RoadsideFinder, World, length_of
 from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing
+
+# What is believed of tags about heights and widths, m; a choice.
+_OBJECT_HEIGHT_MAX: Final = 60.0
+_OBJECT_WIDTH_MAX: Final = 5.0
 
 # OpenDRIVE's type and a name by what OSM has.
 _TYPES: Final[Mapping[RoadsideKind, tuple[str, str]]] = {
@@ -55,15 +60,15 @@ def size_of(kind: RoadsideKind, tags: Mapping[str, str]) -> tuple[float, float]:
     """Return width and height of something beside a road, m: as tagged, else usual."""
     width, height = defaults.OBJECT_SIZE[kind.value]
     return (
-        length_of(tags, "width", defaults.OBJECT_WIDTH_MAX) or width,
-        length_of(tags, "height", defaults.OBJECT_HEIGHT_MAX) or height,
+        length_of(tags, "width", _OBJECT_WIDTH_MAX) or width,
+        length_of(tags, "height", _OBJECT_HEIGHT_MAX) or height,
     )
 
 
 def _size(thing: RoadsideThing) -> tuple[float, float]:
     width, height = size_of(thing.kind, thing.tags)
     if thing.kind is RoadsideKind.KERB:
-        return width, defaults.KERB_HEIGHT.get(thing.tags.get("kerb", ""), height)
+        return width, KERB_HEIGHT.get(thing.tags.get("kerb", ""), height)
     return width, height
 
 

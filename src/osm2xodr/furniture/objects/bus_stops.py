@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import NodePlace, NodePlaces, RoadsideFinder, World, outline
 from osm2xodr.model import Direction, RoadObject, RoadsideKind, RoadsideThing, Rule
 

@@ -6,8 +6,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.crossing_tags import is_crossing
 from osm2xodr.furniture.objects.crosswalks import island, island_edges
 from osm2xodr.furniture.world import CAR_LANES, NodePlace, NodePlaces, World

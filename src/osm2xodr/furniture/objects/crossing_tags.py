@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from osm2xodr import defaults
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import length_of
 
 _YES: Final = frozenset({"yes", "traffic_signals"})

@@ -9,8 +9,8 @@ from math import cos, hypot, sin
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.crossing_tags import has_island, has_lights, is_crossing, marking_of, width_of
 from osm2xodr.furniture.objects.crosswalks import crossing_objects
 from osm2xodr.furniture.world import Crossing, NodePlace, NodePlaces, World

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from osm2xodr import defaults
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import CAR_LANES, Crossing, LaneAt, World, outline
 from osm2xodr.model import LaneType, RoadObject
 

@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.barriers import size_of
 from osm2xodr.furniture.world import RoadsideFinder, World
 from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing

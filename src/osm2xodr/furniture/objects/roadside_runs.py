@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import RoadsideFinder, RoadsidePlaces
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from typing import Final
 
-from osm2xodr import defaults
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import LaneAt, Stop, World, lane_ranges
 from osm2xodr.model import RoadObject
 

@@ -7,12 +7,17 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import World, pieces_on_road
 from osm2xodr.model import Road, RoadLink, RoadStructure, StructureTags
+
+# Of bridges of which OSM says nothing: what most road bridges of the last 70 years are made of.
+_BRIDGE_MATERIAL: Final = "concrete"
+# How much daylight reaches the road in galleries, which are open at one side, 0 to 1; a choice.
+_GALLERY_DAYLIGHT: Final = 0.5
 
 # What begins or ends this near to a road's end reaches it, m.
 _AT_END = 0.1
@@ -131,11 +136,11 @@ def _structure(world: World, road: int, part: _Part, extent: float) -> RoadStruc
     """Make the part of a bridge or tunnel of some extent, m, that lies on a road."""
     first = part.tags[0]
     if first.kind == "bridge":
-        form, lighting, daylight = first.material or defaults.BRIDGE_MATERIAL, 0.0, 0.0
+        form, lighting, daylight = first.material or _BRIDGE_MATERIAL, 0.0, 0.0
     else:
         lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= defaults.TUNNEL_LIT_LENGTH)
         form, lighting = "underpass" if first.open_sides else "standard", float(lit)
-        daylight = defaults.GALLERY_DAYLIGHT if first.open_sides else 0.0
+        daylight = _GALLERY_DAYLIGHT if first.open_sides else 0.0
     return RoadStructure(
         id=world.ids.thing(),
         road=road,
@@ -158,7 +163,7 @@ def _report(world: World, parts: list[_Part]) -> None:
             plain.update(part.ways)
         if part.tags[0].kind == "tunnel" and all(tags.lit is None for tags in part.tags):
             dark.update(part.ways)
-    words = f"ways on bridges have no material, {defaults.BRIDGE_MATERIAL} is taken"
+    words = f"ways on bridges have no material, {_BRIDGE_MATERIAL} is taken"
     world.diagnostics.count(Kind.GUESSED, "bridge-material", [f"way/{way}" for way in sorted(plain)], words)
     words = f"ways in tunnels do not say whether they are lit, taken as lit from {defaults.TUNNEL_LIT_LENGTH:g} m on"
     world.diagnostics.count(Kind.GUESSED, "tunnel-lighting", [f"way/{way}" for way in sorted(dark)], words)

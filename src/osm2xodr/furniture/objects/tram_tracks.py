@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.repeats import along_road
 from osm2xodr.furniture.objects.roadside_runs import Run, Strip, simplified, strips_on
 from osm2xodr.furniture.world import CAR_LANES, LaneAt, RoadsideFinder, World, pieces_on_road
 from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing
+
+# Tram tracks, m: standard gauge; head of a grooved rail.
+_TRAM_GAUGE: Final = 1.435
+_TRAM_RAIL_WIDTH: Final = 0.07
 
 
 def tram_objects(world: World, finder: RoadsideFinder, things: Iterable[RoadsideThing]) -> list[RoadObject]:
@@ -27,7 +32,7 @@ def tram_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadside
         Those of `StreetNetwork.roadside` that may be of use.
     """
     lines = [thing for thing in things if thing.kind is RoadsideKind.TRAM_TRACK and len(thing.points) > 1]
-    half = 0.5 * (defaults.TRAM_GAUGE + defaults.TRAM_RAIL_WIDTH)
+    half = 0.5 * (_TRAM_GAUGE + _TRAM_RAIL_WIDTH)
     mapped = strips_on(finder, [thing.points for thing in lines], half)
     out: list[RoadObject] = []
     for strip in mapped:
@@ -40,14 +45,14 @@ def tram_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadside
         for begin, end, attributes in pieces_on_road(world, world.network.streets[street], road):
             if attributes.tram:
                 for strip in _in_lanes(world, k, begin, end):
-                    out += _rails(world, strip, defaults.TRAM_GAUGE, f"way/{attributes.osm_way_id}")
+                    out += _rails(world, strip, _TRAM_GAUGE, f"way/{attributes.osm_way_id}")
     return out
 
 
 def _gauge(tags: Mapping[str, str]) -> float:
     """Return the gauge of a track, m; OSM has it in millimetres."""
     text = tags.get("gauge", "")
-    return float(text) / 1000.0 if text.isdigit() and 500 <= int(text) <= 2000 else defaults.TRAM_GAUGE
+    return float(text) / 1000.0 if text.isdigit() and 500 <= int(text) <= 2000 else _TRAM_GAUGE
 
 
 def _in_lanes(world: World, curve: int, begin: float, end: float) -> list[Strip]:
@@ -76,7 +81,7 @@ def _innermost(lanes: Iterable[LaneAt], left: bool) -> float:
 
 def _rails(world: World, strip: Strip, gauge: float, osm_id: str) -> list[RoadObject]:
     words = ("patch", "tramTrack", "tram track")
-    size = (defaults.TRAM_RAIL_WIDTH, 0.0)
+    size = (_TRAM_RAIL_WIDTH, 0.0)
     return [
         along_road(world, strip, words, (strip.t_start + side * gauge, strip.t_end + side * gauge), size, 0.0, osm_id)
         for side in (0.5, -0.5)

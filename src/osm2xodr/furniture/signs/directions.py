@@ -10,9 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.furniture.signs.tags import IN_UNIT, SAME_LIMIT, SignFace, speed_unit
 from osm2xodr.model import Direction, FloatArray, Street, StreetAttributes
+
+# Where neither tags nor limits tell it, a town lies on that side of its sign on which there are so many times as many
+# nodes of streets as on the other, within so many metres. Choices.
+_TOWN_REACH: Final = 300.0
+_TOWN_RATIO: Final = 1.5
 
 _COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
 _POINTS: Final = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")
@@ -188,10 +192,10 @@ class TownSide:
     def ahead(self, limits: LimitsAround) -> bool | None:
         """Return whether there are more nodes of streets ahead, along the street; None where it is about the same."""
         dx, dy = self._nodes[:, 0] - limits.x, self._nodes[:, 1] - limits.y
-        near = np.hypot(dx, dy) < defaults.TOWN_REACH
+        near = np.hypot(dx, dy) < _TOWN_REACH
         before = (dx * np.cos(limits.facing) + dy * np.sin(limits.facing))[near] < 0.0
         behind, ahead = int(before.sum()), int((~before).sum())
-        if max(behind, ahead) < defaults.TOWN_RATIO * min(behind, ahead):
+        if max(behind, ahead) < _TOWN_RATIO * min(behind, ahead):
             return None
         return ahead > behind
 

@@ -7,10 +7,12 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import CurveFinder, cubic_value, lengths, pose, ranks
 from osm2xodr.furniture.world import World, way_at
 from osm2xodr.model import FloatArray, IntArray, PlanView
+
+# Roads whose heights differ by more than this are on other levels, m: half of the headroom below bridges.
+_SIGN_LEVELS: Final = 2.25
 
 # Curves are looked for in squares of this size, m, and in those around them: larger than what signs reach.
 _CELL: Final = 64.0
@@ -62,7 +64,7 @@ class SignRoom:
         near = (curve != own[point]) & (far <= np.abs(aside) + _BESIDE)
         elevation = world.road_map.elevation
         rise = cubic_value(elevation, curve, at) - cubic_value(elevation, own, s)[point]
-        rows = np.flatnonzero(near & (np.abs(rise) <= defaults.SIGN_LEVELS))
+        rows = np.flatnonzero(near & (np.abs(rise) <= _SIGN_LEVELS))
         for place, other, on, off in zip(
             point[rows].tolist(), curve[rows].tolist(), at[rows].tolist(), aside[rows].tolist(), strict=True
         ):

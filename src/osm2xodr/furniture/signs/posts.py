@@ -7,13 +7,18 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Final
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.codes import NO_SUBTYPE, SignCode, code_of
 from osm2xodr.furniture.signs.post_clearance import SignRoom
 from osm2xodr.furniture.signs.tags import SignFace
 from osm2xodr.furniture.world import World, car_lanes, lane_ranges
 from osm2xodr.model import LaneType, Rule, Signal
+
+# Signs for one direction that are nearer to each other than this share a pole, m; a choice.
+_SIGN_SAME_POLE: Final = 4.0
+# Where a sign would stand on the lanes of another road it goes back by these steps, m, before it is put there.
+_SIGN_STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
 
 # Shapes of the Vienna Convention on Road Signs; all others are round.
 _TRIANGLES: Final = frozenset(
@@ -118,7 +123,7 @@ def joined_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:
     for _, group in groupby(ordered, key=lambda post: (post.road, post.along)):
         first = len(out)
         for post in group:
-            if len(out) > first and post.s - out[-1].s < defaults.SIGN_SAME_POLE:
+            if len(out) > first and post.s - out[-1].s < _SIGN_SAME_POLE:
                 kept = out[-1]
                 out[-1] = _with(kept, post)
                 if len(out[-1].faces) == len(kept.faces) and post.osm_id != kept.osm_id and post.osm_id[:4] == "node":
@@ -217,7 +222,7 @@ def _elsewhere(world: World, room: SignRoom, post: Post) -> tuple[float, float]:
     length = world.lanes.length(post.road)
     back = -1.0 if post.along else 1.0
     tried = [(post.s, defaults.SIGN_CLEARANCE_LEAST)]
-    tried += [(post.s + back * step, defaults.SIGN_CLEARANCE) for step in defaults.SIGN_STEPS_BACK]
+    tried += [(post.s + back * step, defaults.SIGN_CLEARANCE) for step in _SIGN_STEPS_BACK]
     places = [
         (s, _beyond_edge(world, post.road, s, post.along, clearance)) for s, clearance in tried if 0.0 <= s <= length
     ]

@@ -11,12 +11,19 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import CurveFinder, pose
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.directions import LimitsAround, compass_heading, faced_along
 from osm2xodr.furniture.signs.post_clearance import curves_near
 from osm2xodr.furniture.world import World, way_at
 from osm2xodr.model import RoadsideThing, Rule, StreetAttributes, Structure
+
+# Of the roads near a sign, one counts as so much farther away, m, if the sign is not on the side of its traffic, and
+# as so much, m per m, for the way to what a stop or give-way sign is for; a road of another level makes it unclear
+# which is meant if it is farther by less than the last, m. Choices.
+_SIGN_WRONG_SIDE: Final = 5.0
+_SIGN_AHEAD_SHARE: Final = 0.2
+_SIGN_AMBIGUOUS: Final = 5.0
 
 _NO_ROAD: Final = "no road for cars that it faces is near"
 # Roads that no stop sign stands at; whoever leaves them by a link may meet one there.
@@ -63,7 +70,7 @@ class Candidate:
 
     def misfit(self) -> float:
         """Return how far the sign is from where one for this road is looked for, m."""
-        return abs(self.outside) + self.beyond + (0.0 if self.own_side else defaults.SIGN_WRONG_SIDE)
+        return abs(self.outside) + self.beyond + (0.0 if self.own_side else _SIGN_WRONG_SIDE)
 
 
 def candidates_beside(world: World, things: Sequence[RoadsideThing]) -> list[list[Candidate]]:
@@ -161,7 +168,7 @@ def choose_yield(
             why = why or problem or "no junction or crossing is ahead of it, on the road that is nearest"
             continue
         left.append(item)
-        misfits.append(item.misfit() + defaults.SIGN_AHEAD_SHARE * distance)
+        misfits.append(item.misfit() + _SIGN_AHEAD_SHARE * distance)
     return _best(left, misfits) if left else why or _NO_ROAD
 
 
@@ -182,7 +189,7 @@ def _best(candidates: Sequence[Candidate], misfits: Sequence[float]) -> Spot | s
     """Return the place that fits best, unless a road of another level fits about as well."""
     least, best = min(zip(misfits, candidates, strict=True), key=lambda pair: pair[0])
     for item, misfit in zip(candidates, misfits, strict=True):
-        if item.way.layer != best.way.layer and misfit < least + defaults.SIGN_AMBIGUOUS:
+        if item.way.layer != best.way.layer and misfit < least + _SIGN_AMBIGUOUS:
             return "roads of several levels are near, and it does not say which of them it is for"
     if best.way.structure is Structure.TUNNEL:
         return "the road that is near runs in a tunnel, and it does not say that it stands there"

@@ -11,13 +11,17 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.conventions import priority_rank
 from osm2xodr.curves import project
+from osm2xodr.defaults import PRIORITY_RANK_MINOR
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.tags import IN_UNIT, SAME_LIMIT, SignFace, read_faces, speed_unit
 from osm2xodr.furniture.world import Approach, World, car_lanes
 from osm2xodr.model import StreetAttributes
+
+# Where a road begins at a junction its signs stand this far from it, m; a choice, about a car's length.
+_SIGN_BEYOND_JUNCTION: Final = 5.0
 
 # How far a limit in a unit may be from a whole number to have been meant in it.
 _WHOLE: Final = 0.02
@@ -142,7 +146,7 @@ def _behind_junctions(
         there = pieces[item.road].attributes[-1 if item.at_end else 0]
         limit = _limit(there, item.at_end)
         # Where the limit of an arm is not known, or it is no street of its own, no sign is behind it.
-        known = limit is not None and priority_rank(there.highway) > defaults.PRIORITY_RANK_MINOR
+        known = limit is not None and priority_rank(there.highway) > PRIORITY_RANK_MINOR
         for movement in item.movements:
             if movement.exit_road == item.road or movement.exit_road not in pieces:
                 continue
@@ -154,7 +158,7 @@ def _behind_junctions(
                 limits.setdefault((movement.exit_road, movement.exit_at_start), set())
     for (road, at_start), found in sorted(limits.items()):
         length = world.lanes.length(road)
-        away = min(defaults.SIGN_BEYOND_JUNCTION, 0.5 * length)
+        away = min(_SIGN_BEYOND_JUNCTION, 0.5 * length)
         after = pieces[road].attributes[0 if at_start else -1]
         s = away if at_start else length - away
         yield _Change(road, s, at_start, (), tuple(sorted(found)), after, from_junction=True)

@@ -10,8 +10,9 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.conventions import meant_ends, priority_rank, stops_all
+from osm2xodr.defaults import SIGN_REACH
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.sign_roads import Spot
 from osm2xodr.furniture.signs.tags import SignFace
@@ -110,7 +111,7 @@ class YieldSigns:
         """Return the sign that one beside a road at s, m, stands for: at the approach if that is near."""
         approach = self._at.get((road, along))
         length = self._world.lanes.length(road)
-        if approach is not None and (length - s if along else s) <= defaults.SIGN_REACH:
+        if approach is not None and (length - s if along else s) <= SIGN_REACH:
             return YieldSign(kind, road, approach.stop_s, along, osm_id, approach)
         margin = min(0.5 * length, defaults.STOP_LINE_SETBACK)
         return YieldSign(kind, road, min(max(s, margin), length - margin), along, osm_id)
@@ -124,7 +125,7 @@ class YieldSigns:
         found = [abs(at - spot.s) for at in self._crossed.get(spot.road, ()) if (at > spot.s) == along]
         if (spot.road, along) in self._at:
             found.append(length - spot.s if along else spot.s)
-        near = [distance for distance in found if distance <= defaults.SIGN_REACH]
+        near = [distance for distance in found if distance <= SIGN_REACH]
         return min(near) if near else None
 
     @cached_property

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose, wrapped
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.lane_table import CAR_LANES
 from osm2xodr.furniture.world.world import Approach, Crossing, Movement, World
 from osm2xodr.model import LaneType

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr import defaults
 from osm2xodr.curves import SAMPLE_SPACING, lengths, project, sampled
+from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.street_pieces import pieces_on_road
 from osm2xodr.furniture.world.world import World
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure

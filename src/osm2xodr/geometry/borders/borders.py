@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import area_of, boxes, lengths, places_along, pose, snap_cuts
+from osm2xodr.geometry.borders import defaults
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView
 
 # Distance of the places at which a road is asked for its area, and how exactly borders are found between them, m, by

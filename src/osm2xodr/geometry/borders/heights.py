@@ -13,12 +13,15 @@ from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import cubic_slope, cubic_value, cut_curves, distance, lengths, places_along, pose, runs
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.heights import ElevationOptions, Pins, ProfileProblem, ground_around, solve_profiles
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView, Surface
+
+# Heights where roads are cut follow from the roads that come this near to both areas, m. Evidence farther off than
+# the length over which a road bends (some 100 m on coarse elevation models, `ROAD_FLEXIBILITY`) hardly moves them.
+_BORDER_HEIGHT_REACH: Final = 270.0
 
 # Where all areas of a partition let the lattices of ground windows begin: what is estimated hangs together with it.
 COMMON_ORIGIN: Final = (0.0, 0.0)
@@ -109,8 +112,8 @@ def with_border_heights(
 
 
 def _roads_near(points: _Points, partition: Partition, areas: list[int]) -> IntArray:
-    """Return the roads that come within `defaults.BORDER_HEIGHT_REACH` of both areas, ascending."""
-    near, reach = np.arange(len(points.road)), defaults.BORDER_HEIGHT_REACH
+    """Return the roads that come within `_BORDER_HEIGHT_REACH` of both areas, ascending."""
+    near, reach = np.arange(len(points.road)), _BORDER_HEIGHT_REACH
     for area in areas:
         near = near[distance(partition.outlines[area], points.x[near], points.y[near], reach) <= reach]
     out: IntArray = np.unique(points.road[near])

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.borders.pieces import Pieces
 from osm2xodr.model import (
     BoolArray,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import connect, wanting
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts

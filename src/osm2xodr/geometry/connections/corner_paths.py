@@ -6,13 +6,24 @@ of such streets, or cut through what lies between them: each corner then gets a 
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import joined_curves, lengths, pose, replaced, smallest_radius, wide_curves, wrapped
+from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
 from osm2xodr.geometry.connections.street_paths import StreetPaths, lane_offsets, poses_on
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+# A way through a junction that turns to and fro, or by more than this in all, rad (140 degrees), has several corners.
+# A connecting road that strays from it by more than this, m, turns at each of them instead, if it then strays by less
+# than this share of that; between corners it runs straight from this far beyond one to this far before the next, m.
+_CORNERS_TURN: Final = 2.44
+_STRAY_CORNERS: Final = 3.0
+_STRAY_LESS: Final = 0.8
+_CORNER_LEAD: Final = 4.0
 
 _STEP = 1.0
 _WINDOW = 2
@@ -50,20 +61,20 @@ def follow_corners(
     sampled = _sampled(plan, rows, paths, streets, path[rows], t0, t1)
     for measure in (_side_by_side, _apart_at_most):
         strays = measure(*sampled)
-        far = _all_of(path[rows], strays, defaults.STRAY_CORNERS, len(paths.length))
+        far = _all_of(path[rows], strays, _STRAY_CORNERS, len(paths.length))
         rows, t0, t1, strays = rows[far], t0[far], t1[far], strays[far]
         sampled = sampled[0][:, far], sampled[1][:, far]
     if not len(rows):
         return plan
     gaps = _corner_gaps(paths, streets, np.unique(path[rows]))
-    least = np.minimum(smallest_radius(plan)[rows], defaults.CONNECTING_RADIUS) - 1e-9
+    least = np.minimum(smallest_radius(plan)[rows], CONNECTING_RADIUS) - 1e-9
     for single in (False, True):
         if not len(rows):
             break
         places = {number: _between_corners(gaps[number], single) for number in np.unique(path[rows]).tolist()}
         turned = _turning(plan, rows, paths, streets, path[rows], t0, t1, places)
         other = _apart_at_most(*_sampled(turned, np.arange(len(rows)), paths, streets, path[rows], t0, t1))
-        bad = (smallest_radius(turned) < least) | (other > defaults.STRAY_LESS * strays) | detours(turned)
+        bad = (smallest_radius(turned) < least) | (other > _STRAY_LESS * strays) | detours(turned)
         # A way that goes to and fro turns round on the spot, and no curve does.
         bad |= has_kinks(turned)
         good = ~_all_of(path[rows], bad.astype(float), 0.5, len(paths.length))
@@ -93,7 +104,7 @@ def _winding(paths: StreetPaths, streets: PlanView) -> BoolArray:
     of = np.concatenate([owner, owner[joint]])
     whole = np.bincount(of, np.abs(turns), len(paths.length))
     net = np.abs(np.bincount(of, turns, len(paths.length)))
-    out: BoolArray = ~paths.on_ring & ((whole - net > defaults.SMOOTH_CORNER) | (whole > defaults.CORNERS_TURN))
+    out: BoolArray = ~paths.on_ring & ((whole - net > defaults.SMOOTH_CORNER) | (whole > _CORNERS_TURN))
     return out
 
 
@@ -210,8 +221,8 @@ def _between_corners(gaps: list[tuple[float, float]], single: bool) -> FloatArra
     """
     out: list[float] = []
     for a, b in gaps:
-        if not single and b - a > 2 * defaults.CORNER_LEAD:
-            out += [a + defaults.CORNER_LEAD, b - defaults.CORNER_LEAD]
+        if not single and b - a > 2 * _CORNER_LEAD:
+            out += [a + _CORNER_LEAD, b - _CORNER_LEAD]
         else:
             out.append((a + b) / 2)
     return np.array(out)
@@ -249,9 +260,9 @@ def _turning(
     leave, reach = np.flatnonzero(~last), np.flatnonzero(~last) + 1
     poses = [column[leave] for column in columns] + [column[reach] for column in columns]
     pieces = connect(*poses)
-    sharp = np.flatnonzero(smallest_radius(pieces) < defaults.CONNECTING_RADIUS)
+    sharp = np.flatnonzero(smallest_radius(pieces) < CONNECTING_RADIUS)
     if len(sharp):
-        radius = np.full(len(sharp), defaults.CONNECTING_RADIUS)
+        radius = np.full(len(sharp), CONNECTING_RADIUS)
         wide = wide_curves(*(column[sharp] for column in poses), radius=radius)
         there = np.flatnonzero(lengths(wide) > 0)
         pieces = replaced(pieces, sharp[there], wide, there)

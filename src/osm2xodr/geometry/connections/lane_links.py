@@ -5,15 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import groupby
 from operator import attrgetter
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import pose, wrapped
+from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
+
+# A change of heading above this is a turn back, rad (165 degrees).
+_TURN_BACK: Final = 2.88
 
 # Poses of road ends that differ by less are the same, m and rad.
 _SAME = 1e-9
@@ -124,7 +128,7 @@ def _kept(before: LaneLinks, movements: list[Movement], still: BoolArray) -> dic
 def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
     """Return the changes of heading, left positive; of a turn back, the side that the exit lies on tells its sign."""
     turn = wrapped(hdg_out - hdg_in)
-    back = np.abs(turn) >= defaults.TURN_BACK
+    back = np.abs(turn) >= _TURN_BACK
     side = dx * np.sin(hdg_in) - dy * np.cos(hdg_in)
     out: FloatArray = np.where(back, np.copysign(turn, side), turn)
     return out

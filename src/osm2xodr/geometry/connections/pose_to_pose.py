@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import arc_step, lengths, pose, replaced, shortest_curves, smallest_radius, wrapped
+from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.geometry import defaults
 from osm2xodr.model import BoolArray, FloatArray, PlanView
+
+# A connecting road shorter than this, m, that turns by more than this, rad, is a point: no car turns on one.
+_SHORTEST_TURN: Final = 0.1
+_TURN_OF_A_POINT: Final = 0.5
+# A connecting road that is longer than this many times the distance it bridges, and this much more, m, is none: its
+# arms lie on each other. They are cut back, and what stays so is left out.
+_DETOUR: Final = 4.0
+_DETOUR_MORE: Final = 60.0
 
 # A line and an arc are used while both tangents are longer than this, m, and the turn lies between these, rad.
 # A curve whose heading at its end is off by more has missed it, rad.
@@ -32,7 +43,7 @@ def connect(
     length, curvature = _biarc(x0, y0, hdg0, x1, y1, hdg1)
     simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1)
     sharp = np.abs(simple_curvature[:, 1])
-    simple &= (sharp * defaults.CONNECTING_RADIUS <= 1.0) | (sharp <= np.abs(curvature).max(axis=1))
+    simple &= (sharp * CONNECTING_RADIUS <= 1.0) | (sharp <= np.abs(curvature).max(axis=1))
     length = np.where(simple[:, None], simple_length, length)
     curvature = np.where(simple[:, None], simple_curvature, curvature)
     hdg = hdg0[:, None] + np.concatenate([np.zeros((n, 1)), np.cumsum(length * curvature, axis=1)[:, :-1]], axis=1)
@@ -59,7 +70,7 @@ def connect(
     if not len(missed):
         return plan
     poses = (column[missed] for column in (x0, y0, hdg0, x1, y1, hdg1))
-    other = shortest_curves(*poses, radius=defaults.CONNECTING_RADIUS)
+    other = shortest_curves(*poses, radius=CONNECTING_RADIUS)
     found = np.flatnonzero(lengths(other) > 0)
     return replaced(plan, missed[found], other, found)
 
@@ -71,7 +82,7 @@ def wanting(plan: PlanView) -> BoolArray:
 
 def undrivable(plan: PlanView) -> BoolArray:
     """Say which curves are sharper than a car drives, or detours because their arms lie on each other, (curves,)."""
-    return (smallest_radius(plan) < defaults.CONNECTING_RADIUS) | detours(plan)
+    return (smallest_radius(plan) < CONNECTING_RADIUS) | detours(plan)
 
 
 def detours(plan: PlanView) -> BoolArray:
@@ -80,7 +91,7 @@ def detours(plan: PlanView) -> BoolArray:
     length = lengths(plan)
     x0, y0, _ = pose(plan, curve, np.zeros(len(curve)))
     x1, y1, _ = pose(plan, curve, length)
-    out: BoolArray = length > defaults.DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.DETOUR_MORE
+    out: BoolArray = length > _DETOUR * np.hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
     return out
 
 
@@ -97,7 +108,7 @@ def turns_on_the_spot(plan: PlanView) -> BoolArray:
     """Say which curves are a point that something turns at, (curves,)."""
     owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
     whole = np.bincount(owner, np.abs(plan.curvature * plan.length), len(plan.start) - 1)
-    out: BoolArray = (lengths(plan) < defaults.SHORTEST_TURN) & (whole > defaults.TURN_OF_A_POINT)
+    out: BoolArray = (lengths(plan) < _SHORTEST_TURN) & (whole > _TURN_OF_A_POINT)
     return out
 
 

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import find_record, lengths, pose, ranks, replaced, smallest_radius, wrapped
+from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.defaults import CORNER_RADIUS_OTHER
 from osm2xodr.geometry.junctions import Movement
 from osm2xodr.geometry.plan_view import StreetEnds, fit_polylines
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -190,7 +192,7 @@ def follow_streets(
     if not len(wanted):
         return simple
     followed = _followed(simple, paths, streets, path[wanted], wanted, t0[wanted], t1[wanted])
-    better = smallest_radius(followed) >= np.minimum(smallest_radius(simple)[wanted], defaults.CONNECTING_RADIUS)
+    better = smallest_radius(followed) >= np.minimum(smallest_radius(simple)[wanted], CONNECTING_RADIUS)
     return replaced(simple, wanted[better], followed, np.flatnonzero(better))
 
 
@@ -250,4 +252,4 @@ def _followed(
     ):
         points[place] = np.column_stack([x, y])
         fixed[place] = True
-    return fit_polylines(points, start, np.full(len(row), defaults.CORNER_RADIUS_OTHER), fixed=fixed).plan_view
+    return fit_polylines(points, start, np.full(len(row), CORNER_RADIUS_OTHER), fixed=fixed).plan_view

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose, replaced, smallest_radius, wide_curves
+from osm2xodr.defaults import CONNECTING_RADIUS, WIDE_TURN_REACH
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import CrossSection
@@ -30,12 +31,12 @@ def with_wide_turns(connecting: ConnectingRoads, parts: RoadParts) -> Connecting
     """
     plan = connecting.plan_view
     # Loops that turn back on their arm have their own room.
-    sharp = smallest_radius(plan) < defaults.CONNECTING_RADIUS * (1 - 1e-9)
+    sharp = smallest_radius(plan) < CONNECTING_RADIUS * (1 - 1e-9)
     row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
     if not len(row):
         return connecting
     poses = *pose(plan, row, np.zeros(len(row))), *pose(plan, row, connecting.length[row])
-    wide = wide_curves(*poses, radius=np.full(len(row), defaults.CONNECTING_RADIUS))
+    wide = wide_curves(*poses, radius=np.full(len(row), CONNECTING_RADIUS))
     found = np.flatnonzero(lengths(wide) > 0)
     at = _road_ends(parts)
     near = [at[junction] for junction in connecting.junction[row[found]].tolist()]
@@ -87,7 +88,7 @@ def _arms_along(ends: list[int], parts: RoadParts) -> dict[int, tuple[FloatArray
     stations = []
     for end in ends:
         length = float(parts.length[end // 2])
-        along = np.arange(_STEP, min(length, defaults.WIDE_TURN_REACH), _STEP)
+        along = np.arange(_STEP, min(length, WIDE_TURN_REACH), _STEP)
         stations.append(length - along if end % 2 else along)
     found = _poses(parts.plan_view, np.array(ends, np.int64) // 2, stations)
     return dict(zip(ends, zip(*found, strict=True), strict=True))

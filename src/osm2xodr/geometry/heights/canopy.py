@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.solver import LEAST_FACTOR, Robust
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 

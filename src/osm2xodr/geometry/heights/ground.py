@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.ground_windows import (
     CORE,
     INNER,

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from scipy.fft import dct
 from scipy.ndimage import uniform_filter
 
-from osm2xodr import defaults
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.model import BoolArray, FloatArray
 
 Single = npt.NDArray[np.float32]

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose, runs
+from osm2xodr.geometry.defaults import CONNECTOR_STEEP
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution
 from osm2xodr.geometry.heights.records import only_curves
@@ -201,7 +202,7 @@ def connector_profiles(
     plain_z, plain_grade = _blend(s, run, run, tuple(value[curve] for value in (z0, g0, z1, g1)))
     steep = _steepest(start, s, z, grade)
     plain_steep = _steepest(start, s, plain_z, plain_grade)
-    plain = (steep > defaults.CONNECTOR_STEEP) & (plain_steep < steep)
+    plain = (steep > CONNECTOR_STEEP) & (plain_steep < steep)
     z, grade = np.where(plain[curve], plain_z, z), np.where(plain[curve], plain_grade, grade)
     z[first], z[last], grade[first], grade[last] = z0, z1, g0, g1
     tolerance = np.full(len(length), defaults.CONNECTOR_TOLERANCE)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr import defaults
 from osm2xodr.curves import runs
+from osm2xodr.geometry.defaults import GRADE_MAX, GRADE_SLACK
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import (
     Elements,
     Unknowns,
@@ -70,8 +71,8 @@ def grade_limits(
     k = rotation_stiffness(density, q)[e]
     inner = np.flatnonzero((u == 0.25) | (u == 0.75))
     return [
-        _within(rows[inner], defaults.GRADE_SLACK * limit[e[inner]], k[inner], GRADE_CAP),
-        _within(rows, np.full(len(e), defaults.GRADE_MAX), k, np.inf),
+        _within(rows[inner], GRADE_SLACK * limit[e[inner]], k[inner], GRADE_CAP),
+        _within(rows, np.full(len(e), GRADE_MAX), k, np.inf),
     ]
 
 
@@ -97,7 +98,7 @@ def tilt_limits(
     junctions = len(problem.junction_xy)
     columns = unknowns.to_knots.shape[1]
     stiffness = rotation_stiffness(density, q)
-    bound = np.full(junctions, defaults.JUNCTION_TILT_MAX / defaults.GRADE_SLACK)
+    bound = np.full(junctions, defaults.JUNCTION_TILT_MAX / GRADE_SLACK)
     at = problem.end_junction
     np.minimum.at(bound, at[at >= 0], limit[at >= 0])
     angle = np.pi * np.arange(4) / 4
@@ -106,7 +107,7 @@ def tilt_limits(
     tilt = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), weights, columns)
     k = stiffness[j]
     limits = [
-        _within(tilt, defaults.GRADE_SLACK * bound[j], k, TILT_CAP),
+        _within(tilt, GRADE_SLACK * bound[j], k, TILT_CAP),
         _within(tilt, np.full(len(j), defaults.JUNCTION_TILT_MAX), k, np.inf),
     ]
     j, rise = _close_ends(problem)

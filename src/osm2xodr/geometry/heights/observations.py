@@ -6,7 +6,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from osm2xodr import defaults
+from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
+from osm2xodr.geometry.defaults import ELE_SIGMA
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import (
     Elements,
     Samples,
@@ -52,7 +54,7 @@ def height_weights(
     component = components(problem, unknowns)
     count = int(component.max(initial=-1)) + 1
     holds = np.bincount(component[elements.road[e]], weights=factor * reading.measured * weight, minlength=count) > 0
-    guess = samples.ds / (defaults.GUESS_LENGTH * defaults.GUESS_SIGMA**2)
+    guess = samples.ds / (GUESS_LENGTH * GUESS_SIGMA**2)
     return np.where(holds[component[elements.road[e]]], weight * factor, guess), ~holds[component]
 
 
@@ -94,7 +96,7 @@ def ele_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unknowns
     e = element_at(elements, problem.ele_road, problem.ele_s)
     u = np.clip((problem.ele_s - elements.s[e]) / elements.h[e], 0.0, 1.0)
     rows = rows_matrix(element_dofs(elements, e), hermite(u, elements.h[e]), size)
-    sigma = np.full(len(e), defaults.ELE_SIGMA)
+    sigma = np.full(len(e), ELE_SIGMA)
     weight = 1.0 / sigma**2
     return Observations((rows @ unknowns.to_knots).tocsr(), problem.ele_z - mean, weight, sigma)
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from osm2xodr import defaults
+from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
+from osm2xodr.geometry.defaults import GRADE_MAX
+from osm2xodr.geometry.heights import defaults
 
 # Classes that the defaults leave to the value for all others.
 _OTHER = ("busway", "pedestrian", "raceway", "road")
@@ -26,8 +28,8 @@ def parse_grade_limits(text: str) -> Mapping[str, float]:
     InputError
         An entry is not of that form, its class no road, or its limit none that a road can have.
     """
-    known = {*defaults.GRADE_LIMIT, *_OTHER}
-    table = dict(defaults.GRADE_LIMIT)
+    known = {*GRADE_LIMIT, *_OTHER}
+    table = dict(GRADE_LIMIT)
     seen: set[str] = set()
     for entry in text.split(","):
         name, equals, value = (part.strip() for part in entry.partition("="))
@@ -53,9 +55,9 @@ def _limit(name: str, value: str) -> float:
         limit = float(number) * (0.01 if percent else 1.0)
     except ValueError:
         raise InputError(f"max grade for '{name}': '{value}' is no number; write e.g. 0.08 or 8%") from None
-    if not defaults.GRADE_LIMIT_LEAST <= limit <= defaults.GRADE_MAX:
+    if not defaults.GRADE_LIMIT_LEAST <= limit <= GRADE_MAX:
         raise InputError(
             f"max grade for '{name}': {value} is not between {defaults.GRADE_LIMIT_LEAST:g} and "
-            f"{defaults.GRADE_MAX:g}; write rise per metre, e.g. 0.08, or 8%"
+            f"{GRADE_MAX:g}; write rise per metre, e.g. 0.08, or 8%"
         )
     return limit

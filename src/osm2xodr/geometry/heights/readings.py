@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose
+from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Samples
 from osm2xodr.geometry.heights.ground import Ground, cell_class, completed, is_coarse, read_ground
 from osm2xodr.geometry.heights.problem import ProfileProblem
@@ -133,8 +134,8 @@ def read_heights(
     everywhere = Reading(
         np.where(known, found.z, surface_z),
         surface_z,
-        np.where(measured, np.maximum(sigma, defaults.HEIGHT_SIGMA_MIN), defaults.GUESS_SIGMA),
-        np.where(measured, np.fmax(found.correlation, noise_length(quality.cell_size)), defaults.GUESS_LENGTH),
+        np.where(measured, np.maximum(sigma, defaults.HEIGHT_SIGMA_MIN), GUESS_SIGMA),
+        np.where(measured, np.fmax(found.correlation, noise_length(quality.cell_size)), GUESS_LENGTH),
         quality.cell_size,
         measured,
         quality.covered & ~is_coarse(quality.cell_size) & measured,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from osm2xodr.curves import cubic_slope, cubic_value
-from osm2xodr.defaults import (
+from osm2xodr.geometry.heights.defaults import (
     PROFILE_DECIMALS,
     PROFILE_S_DECIMALS,
     PROFILE_SLOPE_DECIMALS,

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import GRADE_SLACK
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Elements, Samples
 from osm2xodr.geometry.heights.problem import ProfileProblem, span_at
 from osm2xodr.geometry.heights.readings import Reading
@@ -116,7 +117,7 @@ def _report_gaps(
 
 
 def _report_grades(problem: ProfileProblem, elements: Elements, outcome: Outcome, diagnostics: Diagnostics) -> None:
-    steep = np.flatnonzero(outcome.grade > defaults.GRADE_SLACK * outcome.limit + 0.002)
+    steep = np.flatnonzero(outcome.grade > GRADE_SLACK * outcome.limit + 0.002)
     largest: dict[int, tuple[float, float]] = {}
     for e in steep.tolist():
         way = int(problem.span_way[elements.span[e]])

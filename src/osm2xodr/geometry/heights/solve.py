@@ -13,9 +13,10 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose
+from osm2xodr.defaults import GRADE_LIMIT_OTHER
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.canopy import keep_ground
 from osm2xodr.geometry.heights.elements import (
     Elements,
@@ -142,7 +143,7 @@ def solve_profiles(
     unknowns = number_unknowns(problem, elements)
     weight, floating = height_weights(problem, elements, unknowns, samples, reading)
     mean = float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z))
-    limit = _class_values(problem, options.grade_limit, defaults.GRADE_LIMIT_OTHER)
+    limit = _class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER)
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / options.smoothing**4
     q = defaults.ROAD_FLEXIBILITY * factor[elements.span]
     density = typical_density(reading, spacing.cell)[elements.road]

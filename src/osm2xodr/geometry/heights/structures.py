@@ -8,7 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.curves import lengths, pose, ranks
-from osm2xodr.defaults import CLEARANCE, CLEARANCE_OTHER, PARALLEL_SINE
+from osm2xodr.geometry.defaults import PARALLEL_SINE
+from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER
 from osm2xodr.geometry.heights.elements import Elements, Unknowns
 from osm2xodr.geometry.heights.problem import ProfileProblem, span_at
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure

@@ -12,8 +12,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import FAST_HIGHWAYS
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import (
     Elements,
     Samples,
@@ -56,7 +57,7 @@ def road_superelevation(
     R curves of superelevation, rad, continuous in value and slope along every road and across every link, and 0 with
     slope 0 at junctions; without records where a road has none.
     """
-    fast = np.array([highway in defaults.FAST_HIGHWAYS for highway in problem.span_highway], bool)[elements.span]
+    fast = np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)[elements.span]
     use = np.flatnonzero(fast[samples.element] & (elements.structure[samples.element] == Structure.GROUND))
     slope, good = _read_across(problem, elements, samples, use, surface)
     seen = np.zeros(len(elements.h), bool)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.heights.elements import Elements, Samples, element_at
 from osm2xodr.geometry.heights.problem import ProfileProblem, span_at
 from osm2xodr.geometry.heights.report import Outcome, too_close

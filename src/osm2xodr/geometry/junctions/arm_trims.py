@@ -6,8 +6,8 @@ from itertools import pairwise, permutations
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import wrapped
+from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import FloatArray, IntArray
 

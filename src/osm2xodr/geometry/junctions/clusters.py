@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY, SHORTEST_ROAD, SHORTEST_STREET_BETWEEN_JUNCTIONS
+from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.arm_trims import footprints
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
+
+# How far along its arms a junction may reach where a street turns on the spot, m; there they lie on each other.
+_ARM_REACH_TURN: Final = 12.0
+# A ring without any junction that is shorter than this, m, is a point that somebody drew as a line: the circle whose
+# radius a turning lane has at least (CONNECTING_RADIUS), rounded down.
+_SHORTEST_RING: Final = 18.0
+# Streets shorter than this that a turn restriction runs over (via way) become part of a junction.
+_RESTRICTED_STREET: Final = 30.0
+# Streets across a median, from one carriageway to the other of the same road, are at most so long, m; within the
+# angle of this cosine (37 degrees) the carriageways run opposite ways, and square to the street.
+_MEDIAN_CROSSING: Final = 40.0
+_CARRIAGEWAYS_COSINE: Final = 0.8
+# Bridges and tunnels shorter than this, m, may lie within a junction: less than two carriageways pass beneath them.
+_SHORTEST_BRIDGE: Final = 8.0
 
 _ROUNDS = 8
 # What both ends of a road may lose where they are moved onto borders of its lines and arcs, m.
@@ -57,19 +73,19 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     is_junction = degree >= 2
     on_the_spot = (ends.node >= 0) & (np.append(degree, 0)[ends.node] == 2)
     # Where it cannot turn, or will not at speed, its ends are to lie apart.
-    on_the_spot &= ~_without_a_turn(ends) & (ends.reach < defaults.ARM_REACH_MOTORWAY)
-    ends = replace(ends, reach=np.where(on_the_spot, defaults.ARM_REACH_TURN, ends.reach))
+    on_the_spot &= ~_without_a_turn(ends) & (ends.reach < ARM_REACH_MOTORWAY)
+    ends = replace(ends, reach=np.where(on_the_spot, _ARM_REACH_TURN, ends.reach))
     group = np.where(is_junction, np.arange(len(xy)), -1)
     mergeable = _mergeable(ends)
     a, b = ends.node[0::2], ends.node[1::2]
     between = (a >= 0) & (b >= 0)
     between[between] &= is_junction[a[between]] & is_junction[b[between]]
-    tiny = ends.length[0::2] < np.where(a < 0, defaults.SHORTEST_RING, defaults.SHORTEST_ROAD)
+    tiny = ends.length[0::2] < np.where(a < 0, _SHORTEST_RING, SHORTEST_ROAD)
     inner = tiny & ~between
     ring = ends.roundabout[0::2] & ends.roundabout[1::2]
     via = _restricted(network, ends)
     median = _between_carriageways(network, ends)
-    needed = np.where(ring, 0.0, defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS)
+    needed = np.where(ring, 0.0, SHORTEST_STREET_BETWEEN_JUNCTIONS)
     bare = wished = np.zeros(len(ends.length))
     members = {node: [node] for node in np.flatnonzero(is_junction).tolist()}
     low, high = xy.copy(), xy.copy()
@@ -119,7 +135,7 @@ def _without_a_turn(ends: StreetEnds) -> BoolArray:
 def _mergeable(ends: StreetEnds) -> BoolArray:
     """Say which streets may become part of a junction: not bridges and tunnels."""
     kept = ends.raised | (ends.layer != 0)
-    very_short = ends.length[0::2] < defaults.SHORTEST_BRIDGE
+    very_short = ends.length[0::2] < _SHORTEST_BRIDGE
     out: BoolArray = ~(kept[0::2] | kept[1::2]) | very_short
     return out
 
@@ -135,15 +151,15 @@ def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray
         at.setdefault(int(ends.node[end]), []).append(
             (float(flow[end]), attributes.name or attributes.ref or attributes.highway)
         )
-    short = (ends.length[0::2] < defaults.MEDIAN_CROSSING) & (ends.node[0::2] >= 0) & (ends.node[1::2] >= 0)
+    short = (ends.length[0::2] < _MEDIAN_CROSSING) & (ends.node[0::2] >= 0) & (ends.node[1::2] >= 0)
     # The two halves of a roundabout's arm are no carriageways that the ring crosses.
     short &= ~(ends.roundabout[0::2] & ends.roundabout[1::2])
     for street in np.flatnonzero(short).tolist():
         across = float(ends.hdg[2 * street])
         out[street] = any(
             name == other
-            and np.cos(one - two) < -defaults.CARRIAGEWAYS_COSINE
-            and abs(np.sin(one - across)) > defaults.CARRIAGEWAYS_COSINE
+            and np.cos(one - two) < -_CARRIAGEWAYS_COSINE
+            and abs(np.sin(one - across)) > _CARRIAGEWAYS_COSINE
             for one, name in at.get(int(ends.node[2 * street]), ())
             for two, other in at.get(int(ends.node[2 * street + 1]), ())
         )
@@ -157,7 +173,7 @@ def _restricted(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
     if via:
         for street in network.streets:
             out[street.id] = all(attributes.osm_way_id in via for _, attributes in street.pieces)
-    out &= ends.length[0::2] < defaults.RESTRICTED_STREET
+    out &= ends.length[0::2] < _RESTRICTED_STREET
     return out
 
 
@@ -188,7 +204,7 @@ def _settle(
     # Corners must not take so much that a road is left which readers with steps of metres pass over. Between the arms
     # of a small roundabout there is no more room than that.
     ring = ends.roundabout[0::2] & ends.roundabout[1::2]
-    least = np.where(ring, defaults.SHORTEST_ROAD + _SNAPPED, 2 * defaults.SHORTEST_ROAD)
+    least = np.where(ring, SHORTEST_ROAD + _SNAPPED, 2 * SHORTEST_ROAD)
     trim, squeezed = _share_streets(ends.length[0::2], bare.reshape(-1, 2), wished.reshape(-1, 2), least)
     return JunctionLayout(
         arms=tuple(tuple(arms[g]) for g in order),
@@ -207,7 +223,7 @@ def _share_streets(
 
     Kerbs leave at least `least` of a street, (streets,), m.
     """
-    room = np.maximum(length - defaults.SHORTEST_ROAD - _SNAPPED, 0.5 * length)
+    room = np.maximum(length - SHORTEST_ROAD - _SNAPPED, 0.5 * length)
     need, wish = bare.sum(1), wished.sum(1)
     spare = length - least - need
     extra = np.clip(spare / np.maximum(wish - need, 1e-9), 0.0, 1.0)

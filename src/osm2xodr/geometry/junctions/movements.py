@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY
+from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.lanes import Connectivity, StatedLanes
 from osm2xodr.geometry.plan_view import StreetEnds
@@ -128,7 +129,7 @@ def find_movements(
 
 def _turns_on_the_spot(item: Movement, layout: JunctionLayout, ends: StreetEnds) -> bool:
     """Say whether a movement turns back where one of two fast roads is cut off and its ramp is not."""
-    fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= defaults.ARM_REACH_MOTORWAY
+    fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= ARM_REACH_MOTORWAY
     back = np.cos(ends.hdg[item.entry] - ends.hdg[item.exit]) > defaults.NO_TURN_COSINE
     return bool(fast and back and len(layout.arms[item.junction]) == 2)
 

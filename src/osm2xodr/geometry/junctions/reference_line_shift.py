@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import find_record, lengths
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.road_parts import RoadParts
 from osm2xodr.geometry.lanes import CrossSection

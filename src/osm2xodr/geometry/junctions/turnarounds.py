@@ -10,18 +10,27 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr import defaults
 from osm2xodr.curves import curves_of, ranks, replaced
+from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET_BETWEEN_JUNCTIONS
+from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Loop, Movement
 from osm2xodr.geometry.lanes import EndLane, end_lanes
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds
 from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
+
+# Free space between a loop and the next carriageway, and the longest piece of a street that is looked at as one, m.
+_TURNAROUND_CLEARANCE: Final = 0.5
+_TURNAROUND_PIECE: Final = 40.0
+# Lanes that lie this near to their loop's radius apart go round half a circle without more ado, m.
+_TURNAROUND_ASIDE_MIN: Final = 0.05
 
 _CIRCLES = ("turning_circle", "turning_loop", "mini_roundabout")
 _DIAMETER = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(m|ft|')?\s*")
@@ -75,7 +84,7 @@ def add_turnarounds(
         left = math.inf if end ^ 1 not in given else float(ends.length[end]) - given[end ^ 1]
         if (
             found is None
-            or left - found[1] < 2 * defaults.SHORTEST_ROAD
+            or left - found[1] < 2 * SHORTEST_ROAD
             or any(
                 layer == other[3] and math.hypot(x - other[0], y - other[1]) < found[2] + other[2] for other in taken
             )
@@ -156,15 +165,15 @@ def _fitting(
         return None
     inner, outer = _half_distances(into, out)
     width = max(lane.spec.width for lane in (*into, *out))
-    room = float(ends.length[end] - layout.trim[end ^ 1]) - defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS
-    least = defaults.CONNECTING_RADIUS
+    room = float(ends.length[end] - layout.trim[end ^ 1]) - SHORTEST_STREET_BETWEEN_JUNCTIONS
+    least = CONNECTING_RADIUS
     wanted = max((diameter - width) / 2 - outer, least - inner, 0.0)
     for aside in (wanted, max((wanted + least - inner) / 2, 0.0), max(least - inner, 0.0)):
         radius = outer + aside
         for ease in (radius, least):
             length = _reach(outer, aside, ease)
             size = radius + width / 2
-            if length <= room and size + defaults.TURNAROUND_CLEARANCE <= free:
+            if length <= room and size + _TURNAROUND_CLEARANCE <= free:
                 return Loop(aside, ease), length, size
     return None
 
@@ -197,7 +206,7 @@ def _near(network: StreetNetwork, wished: Sequence[int], ends: StreetEnds) -> di
         return {}
     start, end, street, run = _short_lines(network)
     half = np.maximum(ends.left, -ends.right)[0::2]
-    reach = defaults.TURNAROUND_DIAMETER_MAX + float(half.max()) + defaults.TURNAROUND_PIECE / 2
+    reach = defaults.TURNAROUND_DIAMETER_MAX + float(half.max()) + _TURNAROUND_PIECE / 2
     nodes = [network.intersections[int(ends.node[item])] for item in wished]
     xy = np.array([(node.x, node.y) for node in nodes])
     close = np.flatnonzero(np.isfinite(cKDTree(xy).query((start + end) / 2, distance_upper_bound=reach)[0]))
@@ -222,7 +231,7 @@ def _short_lines(network: StreetNetwork) -> tuple[FloatArray, FloatArray, IntArr
     size = np.hypot(*(points[first + 1] - points[first]).T)
     run = np.cumsum(size) - size
     run -= run[np.searchsorted(owner[first], owner[first])]
-    count = np.maximum(np.ceil(size / defaults.TURNAROUND_PIECE).astype(np.int64), 1)
+    count = np.maximum(np.ceil(size / _TURNAROUND_PIECE).astype(np.int64), 1)
     line = np.repeat(np.arange(len(first)), count)
     share = ranks(count) / count[line]
     step = (points[first + 1] - points[first])[line]
@@ -269,7 +278,7 @@ def with_loops(
         [_reach(g, item.aside, item.ease) for g, item in zip(outermost[number].tolist(), loop, strict=True)]
     )
     aside = np.array([item.aside for item in loop])
-    wide = aside > defaults.TURNAROUND_ASIDE_MIN
+    wide = aside > _TURNAROUND_ASIDE_MIN
     safe = np.where(wide, aside, 1.0)
     radius = half + np.where(wide, aside, 0.0)
     # Circles that touch both the lane and the loop from outside: (radius + ease)² = middle² + (half + ease)².

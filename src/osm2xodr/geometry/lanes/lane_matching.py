@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import product
+from typing import Final
 
-from osm2xodr import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.lane_connectivity import FOR_CARS, StatedLanes
 from osm2xodr.geometry.lanes.turn_marks import to_left, to_right
 from osm2xodr.model import Direction, LaneSpec, Rule
+
+# Lanes run on in line where another pairing of them would shift each by this much more, m.
+_IN_LINE: Final = 0.5
 
 
 def match_lanes(
@@ -140,7 +143,7 @@ def _in_line(
         shifts.append(sum(abs(t_upstream[up] - t_downstream[down]) for up, down in pairs) / fewer)
     best = min(range(change + 1), key=lambda left: shifts[left])
     others = [shift for left, shift in enumerate(shifts) if left != best]
-    return best if min(others) - shifts[best] > defaults.IN_LINE else None
+    return best if min(others) - shifts[best] > _IN_LINE else None
 
 
 def _at_left(change: int, left: int, right: int, rule: Rule) -> int:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Final
 
-from osm2xodr import defaults
 from osm2xodr.conventions import GENERIC, Country
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_matching import match_lanes
@@ -24,6 +25,9 @@ from osm2xodr.model import (
     Rule,
     StreetAttributes,
 )
+
+# Speed above which a road without a better sign is taken for a rural one, m/s (60 km/h: beyond urban limits).
+_RURAL_SPEED: Final = 60.0 / 3.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -373,7 +377,7 @@ def _road_type(attributes: StreetAttributes) -> str:
     if attributes.highway == "living_street":
         return "lowSpeed"
     speed = _road_speed(attributes)
-    fast = speed is not None and speed > defaults.RURAL_SPEED
+    fast = speed is not None and speed > _RURAL_SPEED
     if attributes.highway in ("trunk", "trunk_link"):
         return "rural" if fast or speed is None else "townExpressway"
     return "rural" if fast or attributes.highway == "track" else "town"

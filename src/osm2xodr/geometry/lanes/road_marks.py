@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from osm2xodr import defaults
 from osm2xodr.conventions import GENERIC, Country, MarkStyle
+from osm2xodr.geometry.defaults import FAST_HIGHWAYS
+from osm2xodr.geometry.lanes import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, RoadMark, Rule, StreetAttributes
 
@@ -139,7 +140,7 @@ class _Painter:
         self._rule = rule
         self._style = style
         self._lanes = (*reversed(section.left), *section.right)
-        fast = attributes.highway in defaults.FAST_HIGHWAYS
+        fast = attributes.highway in FAST_HIGHWAYS
         self._width = style.width_fast if fast else style.width
         self._edge_width = style.edge_width_fast if fast else style.edge_width
         self._special_width = style.special_width_fast if fast else style.special_width
@@ -167,7 +168,7 @@ class _Painter:
             return NO_MARK
         beside = margin[0].type if margin else LaneType.NONE
         edgeless = highway in defaults.EDGELESS_HIGHWAYS and not self._attributes.marked
-        if edgeless or (beside in _KERBSIDE and highway not in defaults.FAST_HIGHWAYS):
+        if edgeless or (beside in _KERBSIDE and highway not in FAST_HIGHWAYS):
             return NO_MARK
         color = self._style.median_edge if self._is_median(left) else self._style.outer_edge
         return RoadMark("solid", color, self._edge_width)

@@ -9,15 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.sidewalk_corners import sidewalk_corners
 from osm2xodr.geometry.margins.strips import Margins, Strips
 from osm2xodr.model import IntArray, LaneType, Rule
+
+# Share of its width that a sidewalk keeps there if it gets round so only. A choice.
+_CORNER_NARROW: Final = 0.5
 
 _Place = tuple[int, int]
 """(road end, side of the road: left 1, right -1)."""
@@ -82,7 +86,7 @@ def _sidewalk_alone(strips: Strips) -> Strips:
 
 
 def _narrow_sidewalk(strips: Strips) -> Strips:
-    return tuple(replace(strip, width=defaults.CORNER_NARROW * strip.width) for strip in _sidewalk_alone(strips))
+    return tuple(replace(strip, width=_CORNER_NARROW * strip.width) for strip in _sidewalk_alone(strips))
 
 
 def _changed(

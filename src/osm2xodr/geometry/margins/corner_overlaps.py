@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import pose, project, runs
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Shares of a path at which it is held against lanes for cars.

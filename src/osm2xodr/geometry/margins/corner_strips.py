@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane
 from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.model import BoolArray, FloatArray, LaneType, MarginSpec, Rule
+
+# Gaps between a corner's sidewalk and the carriageway that are narrower stay, m. A choice.
+_CORNER_FILLED: Final = 0.05
 
 # Strips that go on beside the sidewalk where both arms have them.
 _GO_ON = frozenset({LaneType.BIKING, LaneType.BORDER})
@@ -53,7 +57,7 @@ def between(one: Sidewalk, other: Sidewalk) -> tuple[InnerLane, ...]:
             break
         out.append(InnerLane(strip.type, strip.width, beyond.width, strip.height, lane, lane_beyond))
     rest = [sum(strip.width for _, strip in walk.inner[len(out) :]) for walk in (one, other)]
-    if max(rest) >= defaults.CORNER_FILLED:
+    if max(rest) >= _CORNER_FILLED:
         out.append(InnerLane(LaneType.BORDER, rest[0], rest[1], one.height))
     return tuple(out)
 

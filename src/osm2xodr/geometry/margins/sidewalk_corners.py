@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import cut_curves, lengths, pose, replaced, smallest_radius, turned_round, wide_curves, wrapped
 from osm2xodr.geometry.connections import ConnectingRoads, connect
 from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.geometry.margins.corner_strips import Sidewalk, between, with_inner_lanes
 from osm2xodr.geometry.margins.strip_columns import columns_of, present

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr import defaults
 from osm2xodr.curves import find_record, pose, ranks
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins, MarginStretch, Strips, settled
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType
+
+# Share of its width that a strip keeps at least; narrower, it is left out. A choice.
+_MARGIN_NARROWEST: Final = 0.5
 
 # Bends of larger radii have room inside for any strips, m.
 _GENTLE = 60.0
@@ -126,7 +131,7 @@ def _beside_others(
     with_any: BoolArray,
 ) -> list[tuple[int, _Obstacle]]:
     """Return where the carriageways of other roads of the same layer run along, (road, obstacle) in their order."""
-    count = np.maximum((parts.length / defaults.PARALLEL_SPACING).astype(np.int64), 1)
+    count = np.maximum((parts.length / PARALLEL_SPACING).astype(np.int64), 1)
     road = np.repeat(np.arange(len(count)), count)
     number = ranks(count)
     step = (parts.length / count)[road]
@@ -152,7 +157,7 @@ def _beside_others(
     at_left = dt > 0
     edge = np.where(at_left, across.left[stretch[a]], -across.right[stretch[a]])
     facing = np.where(at_left == same_way, -across.right[stretch[b]], across.left[stretch[b]])
-    room = np.abs(dt) - facing / np.maximum(np.abs(np.cos(turn)), 0.5) - defaults.PARALLEL_GAP - edge
+    room = np.abs(dt) - facing / np.maximum(np.abs(np.cos(turn)), 0.5) - PARALLEL_GAP - edge
     widest = np.zeros(len(margins))
     for k in np.flatnonzero(with_any).tolist():
         widest[k] = max(max(item.width(1), item.width(-1)) for item in margins[k])
@@ -206,7 +211,7 @@ def _past(
 
 def _clear_of_borders(lo: float, hi: float, borders: Iterable[float], length: float) -> tuple[float, float]:
     """Widen an interval by its clearance, and on to borders of lane sections and ends of roads that are too near."""
-    least = defaults.SHORTEST_LANE_SECTION
+    least = SHORTEST_LANE_SECTION
     lo, hi = lo - defaults.MARGIN_CLEARANCE, hi + defaults.MARGIN_CLEARANCE
     for border in sorted(borders):
         if abs(border - lo) < least:
@@ -225,7 +230,7 @@ def _fitted(strips: Strips, room: float) -> Strips:
     out = []
     for strip in strips:
         width = min(strip.width, float(np.floor(100.0 * room) / 100.0))
-        if width < defaults.MARGIN_NARROWEST * strip.width:
+        if width < _MARGIN_NARROWEST * strip.width:
             break
         out.append(replace(strip, width=width))
         room -= width

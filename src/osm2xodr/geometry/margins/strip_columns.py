@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from osm2xodr import defaults
+from osm2xodr.geometry.defaults import TAPER_SHARE
 from osm2xodr.geometry.lanes import tapered, without_repeats
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins
 from osm2xodr.model import Cubic, MarginSpec
 
@@ -81,7 +82,7 @@ def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
         goes_on = k + 1 == len(margins) or column.strips[k + 1] is not None
         before = column.strips[k - 1] if k else strip
         begins = before.width if before is not None and strip is not None else 0.0
-        taper = min(defaults.MARGIN_TAPER_LENGTH, defaults.TAPER_SHARE * length)
+        taper = min(defaults.MARGIN_TAPER_LENGTH, TAPER_SHARE * length)
         out += [
             Cubic(item.start + c.s, c.a, c.b, c.c, c.d)
             for c in tapered(length, taper, begins, width, width if goes_on else 0.0)

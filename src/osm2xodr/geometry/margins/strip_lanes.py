@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from osm2xodr import defaults
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strip_columns import Column, columns_of, present, widths_of
 from osm2xodr.geometry.margins.strips import Margins
 from osm2xodr.model import Cubic, Lane, LaneSection, MarginSpec, RoadMark

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from osm2xodr import defaults
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.model import MarginSpec

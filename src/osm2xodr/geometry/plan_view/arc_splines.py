@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import arc_step, wrapped
+from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 _FEWEST_ARCS, _MOST_ARCS = 20, 60
@@ -194,7 +195,7 @@ def _comes_close(row: _Row, points: FloatArray) -> bool:
     distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
     ordered = (np.diff(row.s) > 0).all() and row.s[-1] <= row.step * len(row.turn) + 1e-6
     rms = np.sqrt((distance**2).mean())
-    drivable = np.abs(row.turn).max() * defaults.CONNECTING_RADIUS <= row.step
+    drivable = np.abs(row.turn).max() * CONNECTING_RADIUS <= row.step
     return bool(ordered and drivable and distance.max() <= defaults.RING_TOLERANCE and rms <= defaults.RING_CURVE_RMS)
 
 

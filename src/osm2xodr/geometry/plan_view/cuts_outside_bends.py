@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import find_record
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.plan_view.ends import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry.defaults import ARM_REACH, ARM_REACH_MOTORWAY, FAST_HIGHWAYS
 from osm2xodr.geometry.lanes import CrossSection
+from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork, Structure
 
 
@@ -103,9 +104,7 @@ def street_ends(
         enters=np.where(at_end, forward, backward),
         leaves=np.where(at_end, backward, forward),
         kerb=np.array([defaults.KERB_RADIUS.get(h, defaults.KERB_RADIUS_OTHER) for h in highway]),
-        reach=np.array(
-            [defaults.ARM_REACH_MOTORWAY if h in defaults.FAST_HIGHWAYS else defaults.ARM_REACH for h in highway]
-        ),
+        reach=np.array([ARM_REACH_MOTORWAY if h in FAST_HIGHWAYS else ARM_REACH for h in highway]),
         roundabout=np.array([item.roundabout for item in attributes], bool),
         raised=np.array([item.structure is not Structure.GROUND for item in attributes], bool),
         layer=np.array([item.layer for item in attributes], np.int64),

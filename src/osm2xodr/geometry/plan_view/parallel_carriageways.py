@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr import defaults
 from osm2xodr.curves import find_record, lengths, pose, ranks
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes import Piece, cross_section
 from osm2xodr.geometry.plan_view.streets import FittedStreets
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetAttributes, StreetNetwork
+
+# Streets that leave each other less than this share of their widths are no carriageways side by side; a choice.
+_LEAST_ROOM: Final = 0.5
 
 
 def fit_side_by_side(network: StreetNetwork, fitted: FittedStreets, diagnostics: Diagnostics) -> FittedStreets:
@@ -85,7 +89,7 @@ def _factors(network: StreetNetwork, fitted: FittedStreets) -> FloatArray:
     other = np.where((dt > 0) == same_way, -right[piece[b]], left[piece[b]])
     both = np.maximum(own + other, 0.1)
     room = np.abs(dt) - defaults.PARALLEL_GAP
-    tight = (room < both) & (room > defaults.LEAST_ROOM * both) & (own > 0) & (other > 0)
+    tight = (room < both) & (room > _LEAST_ROOM * both) & (own > 0) & (other > 0)
     share = np.maximum(room[tight] / both[tight], defaults.NARROWEST)
     np.minimum.at(out, piece[a[tight]], np.floor(100 * share) / 100)
     return out

@@ -8,11 +8,17 @@ inside of the segments, as the road that the nodes were set on does.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+# Nodes closer than this carry no direction of their own.
+_SHORTEST_SEGMENT: Final = 0.5
+# Radius above which a curve is no longer told from a line; also keeps single-precision readers exact.
+_LARGEST_RADIUS: Final = 2000.0
 
 _SPIKE = np.deg2rad(170.0)
 _LEFTOVER_LINE = 0.1
@@ -94,7 +100,7 @@ def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple
     """
     ends = np.flatnonzero(np.diff(polyline, prepend=-1)), np.flatnonzero(np.diff(polyline, append=-1))
     # A loop needs two points besides the one that it begins and ends at.
-    comes_back = np.hypot(*(points[ends[0]] - points[ends[1]]).T) < defaults.SHORTEST_SEGMENT
+    comes_back = np.hypot(*(points[ends[0]] - points[ends[1]]).T) < _SHORTEST_SEGMENT
     keep = np.ones(len(points), bool)
     passed_over = np.zeros(len(points))
     spikes: list[IntArray] = []
@@ -115,7 +121,7 @@ def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple
         off = np.hypot(*(first - np.clip(along, 0, 1)[:, None] * chord).T)
         error = off + np.maximum(passed_over[before], passed_over[here])
         spike = turn > _SPIKE
-        crowded = np.minimum(len_first, len_second) < defaults.SHORTEST_SEGMENT
+        crowded = np.minimum(len_first, len_second) < _SHORTEST_SEGMENT
         wanted = interior & (spike | crowded | (error <= defaults.SIMPLIFY_TOLERANCE))
         cost = np.where(wanted, np.where(spike, -1.0, off), np.inf)
         left = np.concatenate([[np.inf], cost[:-1]])
@@ -153,7 +159,7 @@ def _displaced_fillets(
         quarter = np.tan(size / 4)
         wish = np.minimum(
             _corner_cut(size, corner_radius) / np.maximum(quarter, 1e-9),
-            defaults.LARGEST_RADIUS * np.tan(np.minimum(size, 3.1) / 2),
+            _LARGEST_RADIUS * np.tan(np.minimum(size, 3.1) / 2),
         )
         tangent = _share(np.where(interior, wish, 0.0), length, interior)
         bisector = np.zeros_like(moved)

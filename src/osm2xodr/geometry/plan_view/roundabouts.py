@@ -9,14 +9,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import cut_curves, joined_curves, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.arc_splines import fit_arcs, turns_of
 from osm2xodr.model import BoolArray, FloatArray, PlanView, Street, StreetNetwork
+
+# By how much a circle may leave the line between two nodes of a ring, m (one of 12 m drawn with four nodes leaves it
+# by 3.5 m); and from how much on, on a ring that is no circle, that line is a straight side. Choices.
+_RING_OFF_CIRCLE: Final = 4.0
+_RING_OFF_LINE: Final = 1.0
+# Least turn of an open row of streets that is taken for part of a ring (extracts cut some), rad (120 degrees).
+_RING_TURN_MIN: Final = 2.09
+# Over this length of a street that joins a ring the line follows its end, which is moved onto the ring, m.
+_RING_ARM_BLEND: Final = 15.0
 
 # Intersections this near to the border of two arcs move onto it, m, lest a sliver is left between.
 _SLIVER = 0.1
@@ -69,7 +79,7 @@ def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:
     plans: list[PlanView] = []
     for chain in _chains(network):
         points, first = _points(network, chain)
-        if not chain.closed and abs(turns_of(points, False).sum()) < defaults.RING_TURN_MIN:
+        if not chain.closed and abs(turns_of(points, False).sum()) < _RING_TURN_MIN:
             continue
         found = _fitted(points, chain.closed)
         if found is None:
@@ -125,7 +135,7 @@ def moved_ends(points: FloatArray, at_start: FloatArray | None, at_end: FloatArr
         By how much its ends have moved, m; None if they have not.
     """
     chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    blend = min(defaults.RING_ARM_BLEND, float(chainage[-1]))
+    blend = min(_RING_ARM_BLEND, float(chainage[-1]))
     out = points.copy()
     for shift, away in ((at_start, chainage), (at_end, chainage[-1] - chainage)):
         if shift is not None:
@@ -200,9 +210,9 @@ def _fitted(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
     outline = np.concatenate([own, own[:1]]) if closed else own
     if len(outline) < 4:
         return None
-    found = None if _sides(outline, defaults.RING_OFF_CIRCLE).any() else _circle(own, closed)
+    found = None if _sides(outline, _RING_OFF_CIRCLE).any() else _circle(own, closed)
     if found is None:
-        line, node = _with_places(outline, _sides(outline, defaults.RING_OFF_LINE))
+        line, node = _with_places(outline, _sides(outline, _RING_OFF_LINE))
         found = fit_arcs(line[:-1] if closed else line, closed)
         if found is None:
             return None

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import replaced
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes import CrossSection, Piece, cross_section, end_lanes
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
 from osm2xodr.geometry.plan_view.roundabouts import FittedRings, fit_rings, moved_ends

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.curves import (
     cut_curves,
     find_record,
@@ -23,6 +22,7 @@ from osm2xodr.curves import (
     replaced,
     shortest_curves,
 )
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 

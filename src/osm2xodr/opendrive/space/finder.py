@@ -9,13 +9,21 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves import runs
-from osm2xodr.defaults import FIND_REACH, FIND_SLACK, FIND_STEP, SAMPLE_TOLERANCE
+from osm2xodr.defaults import SAMPLE_TOLERANCE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive.space.curves import pose, pose_and_curvature
 from osm2xodr.opendrive.space.lanes import lane_borders, lane_ranks, section_at
 from osm2xodr.opendrive.space.profiles import superelevation
 from osm2xodr.opendrive.space.sampling import Stations, sample_roads
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
+
+# Distance between the points by which roads are looked up, m: near enough that the nearest point of a curve lies
+# next to the nearest of them.
+_FIND_STEP: Final = 4.0
+# Roads are looked up so far beside their reference lines at most, m; wider ones are a damage of the file.
+_FIND_REACH: Final = 100.0
+# How far from a lane's border a place still lies on the lane, m: rounding of what is typed in.
+_FIND_SLACK: Final = 1e-6
 
 # Rounds of the search for the foot of a perpendicular; bisection alone narrows the first 8 m to 1e-9 m in 33.
 _ROUNDS: Final = 40
@@ -73,11 +81,11 @@ class RoadFinder:
 
     def __init__(self, file: OpenDrive) -> None:
         self._file = file
-        self._stations: Stations = sample_roads(file, SAMPLE_TOLERANCE, FIND_STEP)
+        self._stations: Stations = sample_roads(file, SAMPLE_TOLERANCE, _FIND_STEP)
         self._usable = np.flatnonzero(np.isfinite(self._stations.x) & np.isfinite(self._stations.y))
         points = np.column_stack([self._stations.x, self._stations.y])[self._usable]
         self._tree = cKDTree(points) if len(points) else None
-        self._reach = min(_reach(file, self._stations), FIND_REACH)
+        self._reach = min(_reach(file, self._stations), _FIND_REACH)
 
     def find(self, x: FloatArray, y: FloatArray) -> Places:
         """Return all roads whose lanes lie at points, or else the nearest road, for each point.
@@ -102,7 +110,7 @@ class RoadFinder:
         assert self._tree is not None
         points = np.column_stack([x, y])
         nearest, _ = self._tree.query(points)
-        radius = np.maximum(nearest, self._reach) + FIND_STEP
+        radius = np.maximum(nearest, self._reach) + _FIND_STEP
         found = self._tree.query_ball_point(points, radius, return_sorted=True)
         count = np.array([len(item) for item in found], np.int64)
         point = np.repeat(np.arange(len(x)), count)
@@ -162,7 +170,7 @@ class RoadFinder:
         beyond = np.where(at_end | (np.abs(along) > SAMPLE_TOLERANCE), along, 0.0)
         section, lane, outside = _nearest_lane(file, road, s, t)
         aside = np.where(np.isfinite(outside), outside * level, np.abs(across))
-        inside = (lane != ABSENT) & (outside <= FIND_SLACK) & (np.abs(beyond) <= FIND_SLACK)
+        inside = (lane != ABSENT) & (outside <= _FIND_SLACK) & (np.abs(beyond) <= _FIND_SLACK)
         distance = np.where(inside, 0.0, np.hypot(aside, beyond))
         return Places(np.zeros(0, np.int64), point, road, s, t, section, lane, inside, distance, beyond)
 
@@ -233,7 +241,7 @@ def _best(file: OpenDrive, places: Places) -> IntArray:
 def places_on(file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray) -> Places:
     """Return places that are given in road coordinates, each for a point of its own, all (n,)."""
     section, lane, outside = _nearest_lane(file, road, s, t)
-    inside = (lane != ABSENT) & (outside <= FIND_SLACK)
+    inside = (lane != ABSENT) & (outside <= _FIND_SLACK)
     level = np.cos(superelevation(file, road, s))
     distance = np.where(inside, 0.0, np.where(np.isfinite(outside), outside, np.abs(t)) * level)
     point = np.arange(len(s))

@@ -8,12 +8,15 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import ranks, runs
-from osm2xodr.defaults import SAMPLE_MOST, SAMPLE_STEP, SAMPLE_TOLERANCE
+from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.space.curves import curvature, pose
 from osm2xodr.opendrive.space.lanes import lane_borders, lane_ranks, section_at
 from osm2xodr.opendrive.space.profiles import cubic
 from osm2xodr.opendrive.tables import OpenDrive
+
+# Most chords of one record: a damaged file must not fill the memory. At 0.1 m each they make 1 km.
+_SAMPLE_MOST: Final = 10_000
 
 # Stations closer together than this are one, m.
 SAME: Final = 1e-6
@@ -142,7 +145,7 @@ def _chords(
     second = np.fmax(bend * (1 + bend * reach) + sideways, fall)
     # Within what a number can be: damaged records may bend without end.
     longest = np.fmin(np.sqrt(8 * tolerance / np.clip(second, 1e-12, 1e12)), step)
-    chords: IntArray = np.clip(np.ceil((high - low) / longest - SAME), 1, SAMPLE_MOST).astype(np.int64)
+    chords: IntArray = np.clip(np.ceil((high - low) / longest - SAME), 1, _SAMPLE_MOST).astype(np.int64)
     return chords
 
 

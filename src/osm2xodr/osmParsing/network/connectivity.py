@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from osm2xodr.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import LaneConnectivity
+from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawRelation, RawWay
 from osm2xodr.osmParsing.network.relation_members import find_members
 

@@ -12,8 +12,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.defaults import COUNTRY_REACH
 from osm2xodr.model import FloatArray, IntArray
+
+# How far out at sea the nearest country still tells the side that traffic drives on, m.
+_COUNTRY_REACH: Final = 200e3
 
 _METRES_PER_DEGREE: Final = 111_195.0  # of latitude, on a sphere of 6371 km
 
@@ -75,7 +77,7 @@ def _borders() -> _Borders:
 def find_place(lat_deg: float, lon_deg: float) -> Place:
     """Return the country at a place (degrees, WGS 84) and the side that it drives on.
 
-    Out at sea the nearest country within `COUNTRY_REACH` tells the side, but is not named.
+    Out at sea the nearest country within `_COUNTRY_REACH` tells the side, but is not named.
     """
     borders = _borders()
     places = len(borders.codes)
@@ -91,6 +93,6 @@ def find_place(lat_deg: float, lon_deg: float) -> Place:
     east = (borders.x1 - lon_deg + 180.0) % 360.0 - 180.0
     distance = np.hypot(east * math.cos(math.radians(lat_deg)), borders.y1 - lat_deg)
     nearest = int(np.argmin(distance))
-    if distance[nearest] * _METRES_PER_DEGREE > COUNTRY_REACH:
+    if distance[nearest] * _METRES_PER_DEGREE > _COUNTRY_REACH:
         return Place("", None)
     return Place("", borders.drives_left[int(borders.place[nearest])])

@@ -10,13 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.defaults import ABSENT_NODES_BRIDGED, SAME_NODE_DISTANCE, SLIP_OF_THE_HAND, TURN_ON_THE_SPOT
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.file import RawNodes, RawWay
+
+# Nodes in a row nearer to each other than this are one node, m: OSM's coordinates have steps of 1 cm.
+_SAME_NODE_DISTANCE: Final = 1e-3
+# A line that turns by more than this, rad (150 degrees), between segments longer than this, m, turns on the spot: no
+# road does, a junction can. With shorter segments it is a slip of the mapper's hand. Choices.
+_TURN_ON_THE_SPOT: Final = 2.618
+_SLIP_OF_THE_HAND: Final = 5.0
+# Where nodes of a way are absent from the file, their neighbours are joined up to this distance, m; a way that leaves
+# the area and comes back farther away is cut. A choice: a few times the usual distance of nodes on straight roads.
+_ABSENT_NODES_BRIDGED: Final = 200.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +118,7 @@ def join_same_places(
         OSM ids: which node stands for which.
     """
     a, b = lines.node[:-1], lines.node[1:]
-    near = np.hypot(*(points[b] - points[a]).T) < SAME_NODE_DISTANCE
+    near = np.hypot(*(points[b] - points[a]).T) < _SAME_NODE_DISTANCE
     near &= lines.line[1:] == lines.line[:-1]
     if not near.any():
         return lines, {}
@@ -135,7 +145,7 @@ def join_same_places(
 def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Lines:
     """Cut lines where absent nodes leave a gap that is too long to bridge; ends of single nodes are left out."""
     gap = np.zeros(len(lines.node), np.bool_)
-    apart = np.hypot(*(points[lines.node[1:]] - points[lines.node[:-1]]).T) > ABSENT_NODES_BRIDGED
+    apart = np.hypot(*(points[lines.node[1:]] - points[lines.node[:-1]]).T) > _ABSENT_NODES_BRIDGED
     gap[1:] = lines.skipped[1:] & (lines.line[1:] == lines.line[:-1]) & apart
     if not gap.any():
         return lines
@@ -185,7 +195,7 @@ def turns_back(before: FloatArray, here: FloatArray, after: FloatArray) -> BoolA
     cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
     turn = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
     shorter = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
-    out: BoolArray = (turn > TURN_ON_THE_SPOT) & (shorter > SLIP_OF_THE_HAND)
+    out: BoolArray = (turn > _TURN_ON_THE_SPOT) & (shorter > _SLIP_OF_THE_HAND)
     return out
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr.defaults import FOOTWAY_CUT_NEAR, FOOTWAY_RUN
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street
+from osm2xodr.osmParsing.defaults import FOOTWAY_CUT_NEAR, FOOTWAY_RUN
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, with_pieces
 

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.defaults import BESIDE_SPACING, FOOTWAY_ANGLE_DEG, FOOTWAY_BESIDE, FOOTWAY_INSIDE
 from osm2xodr.model import BoolArray, FloatArray, Footway, IntArray, Street, Structure
+from osm2xodr.osmParsing.defaults import BESIDE_SPACING, FOOTWAY_ANGLE_DEG, FOOTWAY_BESIDE, FOOTWAY_INSIDE
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_each_other, sample_lines
 from osm2xodr.osmParsing.tags import layer_of, structure_of
 

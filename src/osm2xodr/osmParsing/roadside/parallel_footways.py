@@ -15,28 +15,34 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.defaults import (
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import Direction, Footway, IntArray, LaneSpec, LaneType, MarginSpec, Street, StreetAttributes
+from osm2xodr.osmParsing.defaults import (
     CYCLE_TRACK_WIDTH,
     CYCLE_TRACK_WIDTH_BOTH,
-    FOOTWAY_AGAINST_TAGS,
     FOOTWAY_BESIDE,
     FOOTWAY_BESIDE_SERVICE,
     FOOTWAY_BESIDE_UNTAGGED,
-    FOOTWAY_COVER,
-    FOOTWAY_GAP_CLOSED,
-    FOOTWAY_STEADY,
     FOOTWAY_STRIP_MIN,
-    FOOTWAY_VERGE_MIN,
-    FOOTWAY_WIDTH_MAX,
-    FOOTWAY_WIDTH_MIN,
     SIDEWALK_WIDTH,
 )
-from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import Direction, Footway, IntArray, LaneSpec, LaneType, MarginSpec, Street, StreetAttributes
 from osm2xodr.osmParsing.roadside.footway_cuts import cut_where_footways_end, join_like_pieces
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered, match_footways
 from osm2xodr.osmParsing.roadside.reach import StreetSamples
 from osm2xodr.osmParsing.tags import LEFT_RIGHT, NO, kerb_height, parse_length, sides_of
+
+# A stretch of street has it as its sidewalk if it runs along so much of it; gaps between two such stretches that are
+# shorter than this are closed, m. Where OSM says that there is no sidewalk, it is believed from this distance on, m.
+_FOOTWAY_COVER: Final = 0.6
+_FOOTWAY_GAP_CLOSED: Final = 20.0
+_FOOTWAY_AGAINST_TAGS: Final = 3.0
+# Distances of a footway that differ by less along a street are one, m; strips of verge narrower than the second are
+# none. Choices.
+_FOOTWAY_STEADY: Final = 0.5
+_FOOTWAY_VERGE_MIN: Final = 0.3
+# Widths of footways and cycleways that are believed, m.
+_FOOTWAY_WIDTH_MIN: Final = 0.8
+_FOOTWAY_WIDTH_MAX: Final = 6.0
 
 _NO_SIDEWALKS: Final = frozenset({"motorway", "motorway_link", "track", "raceway"})
 # What a footway is for: the index of its use among these.
@@ -129,7 +135,7 @@ def _stretches(
             chosen, piece = chosen[order], piece[order]
             every, begin, count = np.unique(piece, return_index=True, return_counts=True)
             for number, start, size in zip(every.tolist(), begin.tolist(), count.tolist(), strict=True):
-                if share[number] < FOOTWAY_COVER * lengths[number]:
+                if share[number] < _FOOTWAY_COVER * lengths[number]:
                     continue
                 # The median: the one in the middle, or between the two in the middle.
                 low, high = chosen[start + (size - 1) // 2], chosen[start + size // 2]
@@ -152,7 +158,7 @@ def _use(tags: Mapping[str, str]) -> LaneType:
 def _width(tags: Mapping[str, str]) -> float:
     for key in ("width", "est_width"):
         width = parse_length(tags.get(key, ""))
-        if width is not None and FOOTWAY_WIDTH_MIN <= width <= FOOTWAY_WIDTH_MAX:
+        if width is not None and _FOOTWAY_WIDTH_MIN <= width <= _FOOTWAY_WIDTH_MAX:
             return width
     if _use(tags) is LaneType.SIDEWALK:
         return SIDEWALK_WIDTH
@@ -191,7 +197,7 @@ def _wanted(
     if _USES[kind] is LaneType.BIKING:
         return not any(lane.type is LaneType.BIKING for lane in _outer_lanes(attributes, side))
     said = sides_of(way_tags[attributes.osm_way_id], "sidewalk", "sidewalk", [])
-    return said.get(_way_side(attributes, side)) != NO or distance <= FOOTWAY_AGAINST_TAGS
+    return said.get(_way_side(attributes, side)) != NO or distance <= _FOOTWAY_AGAINST_TAGS
 
 
 def _way_side(attributes: StreetAttributes, side: int) -> str:
@@ -228,7 +234,7 @@ def _close_gaps(
         a, b = found[piece, side, kind], found[last, side, kind]
         strip = replace(a, distance=0.5 * (a.distance + b.distance), width=min(a.width, b.width))
         between = [pieces[samples.index[number]][1] for number in range(piece + 1, last)]
-        if length <= FOOTWAY_GAP_CLOSED and all(
+        if length <= _FOOTWAY_GAP_CLOSED and all(
             _wanted(attributes, side, kind, strip.distance, way_tags) for attributes in between
         ):
             found.update({(number, side, kind): strip for number in range(piece + 1, last)})
@@ -265,8 +271,8 @@ def _steady(samples: StreetSamples, found: _Found) -> None:
 
     def alike(key: _Key, before: Sequence[_Key]) -> bool:
         return all(
-            abs(found[item].distance - found[key].distance) <= FOOTWAY_STEADY
-            and abs(found[item].width - found[key].width) <= FOOTWAY_STEADY
+            abs(found[item].distance - found[key].distance) <= _FOOTWAY_STEADY
+            and abs(found[item].width - found[key].width) <= _FOOTWAY_STEADY
             for item in before
         )
 
@@ -301,7 +307,7 @@ def _margin(
     for strip, use in sorted(strips, key=lambda item: item[0].distance):
         # Added first, so that what is rounded does not depend on the last bits of the distance.
         verge = round(strip.distance - edge - 0.5 * strip.width + 1e-9, 1)
-        if verge > FOOTWAY_VERGE_MIN:
+        if verge > _FOOTWAY_VERGE_MIN:
             out.append(MarginSpec(LaneType.BORDER, verge, Direction.BOTH, kerb))
             edge += verge
         out.append(MarginSpec(use, strip.width, strip.direction, kerb))

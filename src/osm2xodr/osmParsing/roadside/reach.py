@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves import ranks
-from osm2xodr.defaults import BESIDE_SPACING, ROADSIDE_REACH
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street, StreetAttributes
+from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH
 
 # Points farther than this from streets are not looked at, m: above the reach and half of any carriageway.
 _FAR: Final = 48.0

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from osm2xodr.defaults import LANES_PLAUSIBLE_MAX, TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
+from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_counts import SIDES, LaneGroups
 from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes

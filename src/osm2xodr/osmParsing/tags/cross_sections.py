@@ -9,21 +9,18 @@ from itertools import accumulate
 from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
-from osm2xodr.defaults import (
-    CARRIAGEWAY_WIDTH_MAX,
-    CARRIAGEWAY_WIDTH_MIN,
-    LANE_WIDTH_BICYCLE,
-    LANE_WIDTH_BUS,
-    LANE_WIDTH_MAX,
-    LANE_WIDTH_MIN,
-)
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, Rule
+from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_BUS, LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, lane_groups
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Findings, Slot
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
 from osm2xodr.osmParsing.tags.values import parse_length
+
+# Width of a carriageway that ``width`` can mean, m: from a car's to ten wide lanes with their margins.
+_CARRIAGEWAY_WIDTH_MIN: Final = 1.5
+_CARRIAGEWAY_WIDTH_MAX: Final = 60.0
 
 _WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
 _PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
@@ -198,7 +195,7 @@ def _carriageway_width(tags: Mapping[str, str], findings: Findings) -> float | N
         if text is None:
             continue
         width = parse_length(text)
-        if width is not None and CARRIAGEWAY_WIDTH_MIN <= width <= CARRIAGEWAY_WIDTH_MAX:
+        if width is not None and _CARRIAGEWAY_WIDTH_MIN <= width <= _CARRIAGEWAY_WIDTH_MAX:
             return width
         findings.append((Kind.DROPPED, "width", f"{key}={text} is no width of a road and is ignored"))
     return None

@@ -9,15 +9,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from osm2xodr.defaults import (
+from osm2xodr.diagnostics import Kind
+from osm2xodr.model import Direction, Rule
+from osm2xodr.osmParsing.defaults import (
     CYCLE_TRACK_GAP,
     CYCLE_TRACK_GAP_PARKING,
     CYCLE_TRACK_WIDTH,
     CYCLE_TRACK_WIDTH_BOTH,
     MARGIN_WIDTH_MAX,
 )
-from osm2xodr.diagnostics import Kind
-from osm2xodr.model import Direction, Rule
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.beside_lanes import REVERSE, near_side, side_value
 from osm2xodr.osmParsing.tags.lane_lists import Findings

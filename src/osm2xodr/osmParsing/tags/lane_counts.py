@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from osm2xodr.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import LaneType
+from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes, read_change, read_slots, read_turns
 from osm2xodr.osmParsing.tags.values import parse_count

@@ -12,15 +12,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from osm2xodr.defaults import (
+from osm2xodr.diagnostics import Kind
+from osm2xodr.model import LaneType
+from osm2xodr.osmParsing.defaults import (
     LANE_WIDTH_MAX,
     LANES_PLAUSIBLE_MAX,
     NARROW_LANE,
     TAGGED_LANE_WIDTH_MAX,
     TAGGED_LANE_WIDTH_MIN,
 )
-from osm2xodr.diagnostics import Kind
-from osm2xodr.model import LaneType
 from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES
 from osm2xodr.osmParsing.tags.values import parse_length
 

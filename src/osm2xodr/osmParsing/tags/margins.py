@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
 
-from osm2xodr.defaults import SHOULDER_WIDTH, SHOULDER_WIDTH_OTHER, SIDEWALK_WIDTH, VERGE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
+from osm2xodr.osmParsing.defaults import SHOULDER_WIDTH, SHOULDER_WIDTH_OTHER, SIDEWALK_WIDTH, VERGE_WIDTH
 from osm2xodr.osmParsing.tags.beside_lanes import CYCLE_TAGS, near_side
 from osm2xodr.osmParsing.tags.cycle_tracks import TRACK_TAGS, Track, read_track, unknown_cycleways
 from osm2xodr.osmParsing.tags.lane_lists import Findings

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from osm2xodr.defaults import LANES_FROM_NEIGHBOURS_STEPS, LANES_PLAUSIBLE_MAX
+from osm2xodr.osmParsing.defaults import LANES_FROM_NEIGHBOURS_STEPS, LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import is_roundabout, oneway
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from osm2xodr.defaults import PARKING_WIDTH
 from osm2xodr.diagnostics import Kind
+from osm2xodr.osmParsing.defaults import PARKING_WIDTH
 from osm2xodr.osmParsing.tags.lane_lists import Findings
 from osm2xodr.osmParsing.tags.sides import Tags, width_of_side
 

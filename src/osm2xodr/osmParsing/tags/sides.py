@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from osm2xodr.defaults import MARGIN_WIDTH_MAX, MARGIN_WIDTH_MIN
 from osm2xodr.diagnostics import Kind
+from osm2xodr.osmParsing.defaults import MARGIN_WIDTH_MAX, MARGIN_WIDTH_MIN
 from osm2xodr.osmParsing.tags.lane_lists import Findings
 from osm2xodr.osmParsing.tags.values import parse_length
 

@@ -7,7 +7,11 @@ import re
 from typing import Final
 
 from osm2xodr.conventions import MPH, find_country
-from osm2xodr.defaults import GRADE_PLAUSIBLE_MAX, LAYER_PLAUSIBLE_MAX, SPEED_PLAUSIBLE_MAX_KMH, WALKING_SPEED_KMH
+from osm2xodr.defaults import WALKING_SPEED_KMH
+from osm2xodr.osmParsing.defaults import LAYER_PLAUSIBLE_MAX, SPEED_PLAUSIBLE_MAX_KMH
+
+# Steeper than the steepest streets (0.35 to 0.38) and tracks; a larger ``incline`` is a mistake, rise per metre.
+_GRADE_PLAUSIBLE_MAX: Final = 0.45
 
 KMH: Final = 1.0 / 3.6
 _FOOT: Final = 0.3048
@@ -136,7 +140,7 @@ def parse_grade(text: str) -> float | None:
         return None
     value = _number(found[2]) * (-1.0 if found[1] == "-" else 1.0)
     grade = math.tan(math.radians(value)) if found[3] in ("°", "deg") and abs(value) < 90.0 else value / 100.0
-    return grade if abs(grade) <= GRADE_PLAUSIBLE_MAX else None
+    return grade if abs(grade) <= _GRADE_PLAUSIBLE_MAX else None
 
 
 def parse_layer(text: str) -> int | None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr import defaults
 from osm2xodr.model import FloatArray
+from osm2xodr.surface import defaults
 from osm2xodr.surface.grids.interpolation import Cells
 
 # Cells that are looked at; more would not change the answer.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,6 +13,16 @@ from osm2xodr.surface.grids.interpolation import Cells, Indices, empty_cells
 from osm2xodr.surface.grids.noise import usual_sigma
 from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
 from osm2xodr.surface.grids.voids import rim_of
+
+# What stands off all ground around it by more than this is no ground: m, times the cell size (a grade of 250 % on all
+# sides: needles of rock have it, roads do not), and in standard errors. Small blobs (3 x 3 cells) must stand off by
+# the range of the heights around them as well; larger ones by so many standard deviations from the polynomial trend,
+# or have one single value, and on this share of their rim. Choices; no cell of 17 models of 10 to 90 m does.
+_OUTLIER_STEP: Final = 30.0
+_OUTLIER_GRADE: Final = 2.5
+_OUTLIER_SIGMAS: Final = 8.0
+_OUTLIER_TREND: Final = 6.0
+_OUTLIER_RIM: Final = 0.9
 
 # Cells that are looked at in one go, and cells that the trend is fitted to.
 _STRIP_CELLS = 2**21
@@ -63,13 +73,13 @@ def find_outliers(z: Cells, cell_size: float, averaged: bool = False) -> Outlier
     Blobs of up to 3 x 3 cells are held against the ring of cells around them: they are outliers if they stand above
     its highest (below its lowest) by `step`, or its grade over the blob's reach, and by the range of the ring. Larger
     ones have to stand off their neighbours by `step` along nearly all of their rim, and either to be compact and off
-    the polynomial trend of the window by `defaults.OUTLIER_TREND` standard deviations, or to hold the window's lowest
+    the polynomial trend of the window by `_OUTLIER_TREND` standard deviations, or to hold the window's lowest
     or highest height throughout, as fillings do. Hills, ridges, cliffs, canyons and shores do neither.
     """
     step = max(
-        defaults.OUTLIER_STEP,
-        defaults.OUTLIER_GRADE * cell_size,
-        defaults.OUTLIER_SIGMAS * usual_sigma(cell_size),
+        _OUTLIER_STEP,
+        _OUTLIER_GRADE * cell_size,
+        _OUTLIER_SIGMAS * usual_sigma(cell_size),
     )
     mask = np.zeros(z.shape, bool)
     rows = max(1, _STRIP_CELLS // max(z.shape[1], 1))
@@ -92,7 +102,7 @@ def _spikes(z: Cells, step: float, cell_size: float) -> BoolArray:
         row, col = _candidates(padded, sign, step)
         if len(row):
             for reach in (1, 2):
-                bound = max(step, defaults.OUTLIER_GRADE * cell_size * reach)
+                bound = max(step, _OUTLIER_GRADE * cell_size * reach)
                 _mark_blobs(mask, padded, row * padded.shape[1] + col, sign, bound, reach)
     return mask[3:-3, 3:-3]
 
@@ -152,7 +162,7 @@ def _add_patches(z: Cells, mask: BoolArray, step: float) -> None:
     """Mark, in place, compact patches that stand off the trend and their surroundings."""
     known = np.isfinite(z) & ~mask
     trend, spread = _robust_trend(z, known)
-    bound = max(step, defaults.OUTLIER_TREND * spread)
+    bound = max(step, _OUTLIER_TREND * spread)
     if trend is None:
         return
     off: IntArray = np.zeros(z.shape, np.int8)
@@ -212,7 +222,7 @@ def _standing_off(z: Cells, known: BoolArray, candidates: BoolArray, step: float
             pairs += np.bincount(number, minlength=count + 1)
             above += np.bincount(number, rise > step, count + 1)
             below += np.bincount(number, rise < -step, count + 1)
-    off = (np.maximum(above, below) >= defaults.OUTLIER_RIM * pairs) & (pairs > 0) & (sizes >= _PATCH_MIN)
+    off = (np.maximum(above, below) >= _OUTLIER_RIM * pairs) & (pairs > 0) & (sizes >= _PATCH_MIN)
     off &= pairs <= longest_rim * np.sqrt(sizes)
     off[0] = False
     # What is most of the model is the ground.

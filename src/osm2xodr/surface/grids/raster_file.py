@@ -9,14 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError, ProjError
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray
@@ -27,6 +26,15 @@ from osm2xodr.surface.grids.surface_type import named_cover
 from osm2xodr.surface.grids.units import horizontal_crs, metres_per, vertical_unit
 from osm2xodr.surface.grids.vertical_datum import heights_of
 from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
+
+# Largest block of cells that a file may ask to be unpacked as a whole, bytes; usual ones have up to some MB.
+_DEM_BLOCK_MAX: Final = 2**28
+# Magnitude above which a height is no height, m: no road is higher (Everest: 8849 m) or lower. Below the second
+# height no road lies either (shore of the Dead Sea: -430 m), so that values there that stand for "nothing" in
+# models without a nodata tag give themselves away in whatever unit.
+_HEIGHT_LIMIT: Final = 9000.0
+_HEIGHT_LOWEST: Final = -450.0
+_HEIGHT_SENTINELS: Final = (-32768.0, -32767.0, -9999.0, -99999.0, -999999.0)
 
 # Formats that hold their cells in local files. Others (web services, databases, archives) are not even tried.
 _DRIVERS = (
@@ -229,11 +237,11 @@ def _metres(source: DemSource, raw: Any, sentinels: dict[float, int]) -> npt.NDA
     # The lowest number of a signed type is nobody's height, whatever the scale.
     lowest = float(np.iinfo(data.dtype).min) if data.dtype.kind == "i" and data.dtype.itemsize > 1 else np.nan
     with np.errstate(invalid="ignore"):
-        odd: BoolArray = (heights < defaults.HEIGHT_LOWEST) | (heights > defaults.HEIGHT_LIMIT) | (data == lowest)
+        odd: BoolArray = (heights < _HEIGHT_LOWEST) | (heights > _HEIGHT_LIMIT) | (data == lowest)
     odd &= ~void
     suspects = data[odd].astype(np.float64)
-    beyond = np.abs(heights[odd]) > defaults.HEIGHT_LIMIT
-    odd[odd] = beyond | np.isin(suspects, defaults.HEIGHT_SENTINELS) | (suspects == lowest)
+    beyond = np.abs(heights[odd]) > _HEIGHT_LIMIT
+    odd[odd] = beyond | np.isin(suspects, _HEIGHT_SENTINELS) | (suspects == lowest)
     for value, count in zip(*np.unique(data[odd], return_counts=True), strict=True):
         sentinels[float(value)] = sentinels.get(float(value), 0) + int(count)
     heights[void | odd] = np.nan
@@ -323,7 +331,7 @@ def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
     """Refuse files, and sources of virtual rasters, whose cells are packed in blocks too large to be unpacked."""
     rows, cols = dataset.block_shapes[0]
     size = rows * cols * np.dtype(dataset.dtypes[0]).itemsize
-    if size > defaults.DEM_BLOCK_MAX:
+    if size > _DEM_BLOCK_MAX:
         raise InputError(
             f"{path}: the raster's cells are packed in blocks of {size / 1e6:,.0f} MB;"
             " pack it in tiles with gdal_translate -co TILED=YES"

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from pyproj import CRS, Transformer, network
@@ -14,13 +14,15 @@ from pyproj.crs.crs import CompoundCRS
 from pyproj.exceptions import CRSError, ProjError
 from pyproj.transformer import TransformerGroup
 
-from osm2xodr import defaults
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
 from osm2xodr.surface.grids.grid import GridFrame
 from osm2xodr.surface.grids.interpolation import Cells
 from osm2xodr.surface.grids.voids import between
+
+# Distance of the points at which the difference between two vertical datums is found, m: geoids are smoother.
+_DATUM_SPACING: Final = 1000.0
 
 # The word for heights above the ellipsoid instead of a code.
 ELLIPSOID = "ellipsoid"
@@ -71,7 +73,7 @@ def convert_heights(
 ) -> Cells:
     """Return heights in another vertical datum.
 
-    The difference between two datums is found at points about `defaults.DATUM_SPACING` apart and interpolated, as
+    The difference between two datums is found at points about `_DATUM_SPACING` apart and interpolated, as
     geoids change by centimetres over kilometres.
 
     Parameters
@@ -94,7 +96,7 @@ def convert_heights(
     """
     if source.equals(target, ignore_axis_order=True) or _label(source) == _label(target):
         return z
-    stride = max(1, int(defaults.DATUM_SPACING / max(frame.steps())))
+    stride = max(1, int(_DATUM_SPACING / max(frame.steps())))
     rows, cols = (-(-size // stride) + 1 for size in z.shape)
     col, row = np.meshgrid(np.arange(cols) * float(stride), np.arange(rows) * float(stride))
     known = np.isfinite(z)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from osm2xodr.defaults import COVER_ANGLE, COVER_SLACK, COVER_SPACING, COVER_WAY_LENGTH
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, Places, RoadFinder, pose
 from osm2xodr.osmParsing import (
@@ -20,6 +19,7 @@ from osm2xodr.osmParsing import (
     read_nodes,
     read_ways,
 )
+from osm2xodr.viewing.defaults import COVER_ANGLE, COVER_SLACK, COVER_SPACING, COVER_WAY_LENGTH
 
 _TAGS = frozenset({*ACCESS_TAGS, "highway", "name", "ref", "bridge", "tunnel"})
 _NO = frozenset({"no", ""})

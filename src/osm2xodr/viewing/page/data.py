@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
-from osm2xodr.defaults import COVER_WAY_LENGTH
 from osm2xodr.model import IntArray
 from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
 from osm2xodr.viewing import colours
+from osm2xodr.viewing.defaults import COVER_WAY_LENGTH
 from osm2xodr.viewing.furniture import junction_places, placed_objects, placed_signals, structures_of
 from osm2xodr.viewing.marks import border_marks
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes

@@ -5,16 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.defaults import REPORT_TERRAIN_CELLS, REPORT_TERRAIN_MARGIN
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import Frame
 from osm2xodr.projection import make_frame, to_local
 from osm2xodr.surface import SurfaceOptions, read_surface
 from osm2xodr.viewing.scene import Scene
+
+# Points of the grid that shows the ground, and how far it reaches beyond the roads at least, m. Choices: the page
+# gets 40 kB heavier.
+_REPORT_TERRAIN_CELLS: Final = 40_000
+_REPORT_TERRAIN_MARGIN: Final = 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,9 +101,9 @@ def _grid(scene: Scene) -> tuple[int, int, tuple[float, float], tuple[float, flo
     """Return columns, rows, south-western point and distances of a grid around the roads."""
     west, east = float(np.min(scene.x)), float(np.max(scene.x))
     south, north = float(np.min(scene.y)), float(np.max(scene.y))
-    margin = max(REPORT_TERRAIN_MARGIN, 0.03 * max(east - west, north - south))
+    margin = max(_REPORT_TERRAIN_MARGIN, 0.03 * max(east - west, north - south))
     width, height = east - west + 2.0 * margin, north - south + 2.0 * margin
-    step = float(np.sqrt(width * height / REPORT_TERRAIN_CELLS))
+    step = float(np.sqrt(width * height / _REPORT_TERRAIN_CELLS))
     columns, rows = max(2, int(width / step) + 1), max(2, int(height / step) + 1)
     return columns, rows, (west - margin, south - margin), (width / (columns - 1), height / (rows - 1))
 

@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from osm2xodr import __version__, defaults
+from osm2xodr import __version__
+from osm2xodr.defaults import REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import OpenDrive, frame_of, read_xodr
+from osm2xodr.viewing import defaults
 from osm2xodr.viewing.modes import make_modes
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page import tables
@@ -111,7 +113,7 @@ def _checked(file: OpenDrive) -> CheckResult:
     """Check the file."""
     from osm2xodr.checking import CheckOptions, check_drive
 
-    return check_drive(file, CheckOptions(most=defaults.REPORT_FINDINGS))
+    return check_drive(file, CheckOptions(most=REPORT_FINDINGS))
 
 
 def _first_mode(subject: Subject) -> str:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.defaults import GRADE_LIMIT, REPORT_MISSING, REPORT_WORST
+from osm2xodr.viewing import defaults
 from osm2xodr.viewing.modes import strip_classes
 from osm2xodr.viewing.page.data import Subject, on_structure, origin_of, rounded
 from osm2xodr.viewing.page.ground import height_errors, worst_stations
@@ -43,8 +44,8 @@ def accuracy(subject: Subject, models: Sequence[str]) -> dict[str, Any] | None:
     groups += [("outside of junctions", ground & outside), ("in junctions", ground & ~outside)]
     groups += [(f"class {name}", ground & (station_class == k)) for k, name in enumerate(names)]
     error = scene.z - scene.ground
-    worst = worst_stations(error, scene, ground, defaults.REPORT_WORST)
-    steep = worst_stations(scene.grade, scene, outside, defaults.REPORT_WORST)
+    worst = worst_stations(error, scene, ground, REPORT_WORST)
+    steep = worst_stations(scene.grade, scene, outside, REPORT_WORST)
     roads = scene.station_road
     square = {int(road): _rms(error[(roads == road) & ground & np.isfinite(error)]) for road in roads[worst]}
     return {
@@ -81,11 +82,11 @@ def coverage(subject: Subject) -> dict[str, Any] | None:
             row = classes.setdefault(key, [0.0, 0.0])
             row[0] += item.length
             row[1] += item.covered
-    order = {name: k for k, name in enumerate(("all", *defaults.GRADE_LIMIT))}
+    order = {name: k for k, name in enumerate(("all", *GRADE_LIMIT))}
     rows = sorted(classes.items(), key=lambda entry: (order.get(entry[0], len(order)), entry[0]))
     gaps = [item for item in subject.covers if item.length - item.covered > defaults.COVER_MISSING]
     gaps.sort(key=lambda item: (item.covered - item.length, item.way))
-    shown = gaps[: defaults.REPORT_MISSING]
+    shown = gaps[:REPORT_MISSING]
     more = "" if len(shown) == len(gaps) else f" The first {len(shown):,} of {len(gaps):,} are listed."
     return {
         "text": "Ways that convert takes by default: for cars, open to the public, no driveways or parking aisles. A"

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr import defaults
+from osm2xodr.defaults import RENDER_MARGIN, RENDER_PIXELS_MOST
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of
+from osm2xodr.viewing import defaults
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.marks import border_marks
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
@@ -91,7 +92,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
     west, south, east, north = options.box or _around(x, y)
     scale = options.width / (east - west)
     map_height = max(1, round((north - south) * scale))
-    if options.width * map_height > defaults.RENDER_PIXELS_MOST:
+    if options.width * map_height > RENDER_PIXELS_MOST:
         raise InputError(
             f"the picture would have {options.width:,} x {map_height:,} pixels;"
             " give a smaller --width or a flatter box"
@@ -128,7 +129,7 @@ def _around(x: FloatArray, y: FloatArray) -> tuple[float, float, float, float]:
     """Return the box around everything, with a margin."""
     known = np.isfinite(x) & np.isfinite(y)
     west, east, south, north = x[known].min(), x[known].max(), y[known].min(), y[known].max()
-    margin = defaults.RENDER_MARGIN * max(east - west, north - south, 20.0)
+    margin = RENDER_MARGIN * max(east - west, north - south, 20.0)
     return float(west - margin), float(south - margin), float(east + margin), float(north + margin)
 
 
