@@ -19,24 +19,12 @@ class Kind(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One thing that a stage found and what it did about it.
+    """One thing that a stage found and what it did about it."""
 
-    Parameters
-    ----------
-    kind
-        What was done.
-    code
-        Short stable name of the finding in kebab-case, e.g. ``"lane-count"``.
-    osm_id
-        ``"way/123"``, ``"node/4"``, ``"relation/5"``, or empty where no element is to blame.
-    message
-        What was found and what was done, one sentence.
-    """
-
-    kind: Kind
-    code: str
-    osm_id: str
-    message: str
+    kind: Kind  # What was done
+    code: str  # Short stable name of the finding in kebab-case, e.g. ``"lane-count"``.
+    osm_id: str  # ``"way/123"``, ``"node/4"``, ``"relation/5"``, or empty where no element is to blame
+    message: str  # What was found and what was done, one sentence
 
 
 @dataclass(frozen=True, slots=True)

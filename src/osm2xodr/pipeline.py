@@ -33,34 +33,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ConvertOptions:
-    """What is converted, and how.
+    """What is converted, and how."""
 
-    Parameters
-    ----------
-    area
-        OSM file.
-    dems
-        Elevation models; none for a flat world at height 0.
-    parse, surface
-        How they are read.
-    elevation, roads
-        How roads are made of them.
-    furniture
-        What stands on and beside them.
-    jobs
-        How many processes work at once, at least 1. What comes out does not depend on it.
-    partition
-        The areas side by side that this is one of; roads are cut at its border. None for an area by itself.
-    """
-
-    area: Path
-    dems: tuple[Path, ...] = ()
+    area: Path  # OSM file
+    dems: tuple[Path, ...] = ()  # Elevation models; none for a flat world at height 0
+    # How they are read
     parse: ParseOptions = field(default_factory=ParseOptions)
     surface: SurfaceOptions = field(default_factory=SurfaceOptions)
+    # How roads are made of them
     elevation: ElevationOptions = field(default_factory=ElevationOptions)
     roads: RoadOptions = field(default_factory=RoadOptions)
-    furniture: FurnitureOptions = field(default_factory=FurnitureOptions)
-    jobs: int = 1
+    furniture: FurnitureOptions = field(default_factory=FurnitureOptions)  # What stands on and beside them
+    jobs: int = 1  # How many processes work at once, at least 1. What comes out does not depend on it.
+    # The areas side by side that this is one of; roads are cut at its border. None for an area by itself.
     partition: Partition | None = None
 
 

@@ -43,22 +43,13 @@ _NAME_MAX: Final = 120
 
 @dataclass(frozen=True, slots=True)
 class PlannedArea:
-    """An area with what it is cut out by.
+    """An area with what it is cut out by."""
 
-    Parameters
-    ----------
-    area
-        What is converted.
-    frame, outline
-        What is cut out, None for all of the map.
-    number
-        Of the area among all that there may be, from 0 on; it stays when others come or go.
-    """
-
-    area: Area
+    area: Area  # What is converted
+    # What is cut out, None for all of the map
     frame: LocalFrame | None = None
     outline: Outline | None = None
-    number: int = 0
+    number: int = 0  # Of the area among all that there may be, from 0 on; it stays when others come or go
 
 
 def check_name(name: str) -> str:

@@ -30,31 +30,16 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """What an area was made of, and what was made.
+    """What an area was made of, and what was made."""
 
-    Parameters
-    ----------
-    arguments
-        Of ``osm2xodr``, without those that bound memory and time.
-    inputs
-        Files that were read, but for what was cut out.
-    cut_from, cut_how
-        The file that the area was cut out of, and the SHA-256 of what says how; None and empty if it was not.
-    cut
-        What was cut out; None if it was not.
-    outputs
-        Files that were made; none where there is nothing to drive on.
-    version
-        Of osm2xodr.
-    """
-
-    arguments: tuple[str, ...]
-    inputs: tuple[Mark, ...]
+    arguments: tuple[str, ...]  # Of ``osm2xodr``, without those that bound memory and time
+    inputs: tuple[Mark, ...]  # Files that were read, but for what was cut out
+    # The file that the area was cut out of, and the SHA-256 of what says how; None and empty if it was not
     cut_from: Mark | None = None
     cut_how: str = ""
-    cut: Mark | None = None
-    outputs: tuple[Mark, ...] = ()
-    version: str = __version__
+    cut: Mark | None = None  # What was cut out; None if it was not
+    outputs: tuple[Mark, ...] = ()  # Files that were made; none where there is nothing to drive on
+    version: str = __version__  # Of osm2xodr
 
 
 class Marks:

@@ -30,24 +30,14 @@ _Keys = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class ManifestContext:
-    """What a manifest is read with.
+    """What a manifest is read with."""
 
-    Parameters
-    ----------
-    options
-        Names of the options of ``convert`` that an area may have, without dashes; whether each is without a value.
-    check
-        Returns options in order for options as typed; raises ValueError with a sentence where they are none.
-    dems
-        Elevation models of areas that name none.
-    given
-        Options for all areas.
-    """
-
+    # Names of the options of ``convert`` that an area may have, without dashes; whether each is without a value
     options: Mapping[str, bool]
+    # Returns options in order for options as typed; raises ValueError with a sentence where they are none
     check: Callable[[Sequence[str]], tuple[str, ...]]
-    dems: tuple[Path, ...] = ()
-    given: tuple[str, ...] = ()
+    dems: tuple[Path, ...] = ()  # Elevation models of areas that name none
+    given: tuple[str, ...] = ()  # Options for all areas
 
 
 def read_manifest(path: Path, context: ManifestContext) -> list[Area]:

@@ -13,59 +13,29 @@ from osm2xodr.osmParsing import DRIVABLE, WaySelection
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """One area to convert.
+    """One area to convert."""
 
-    Parameters
-    ----------
-    name
-        Unique in the batch (also where case does not count); the stem of its files.
-    osm
-        Where its map is.
-    dems
-        Its elevation models.
-    options
-        Further options of ``convert``, as on its command line: neither files nor ``--jobs``.
-    outline_deg
-        What is cut out of `osm`: rings of (longitude, latitude), degrees, WGS 84, as of `Outline`; empty for all of
-        it.
-    """
-
-    name: str
-    osm: Path
-    dems: tuple[Path, ...] = ()
+    name: str  # Unique in the batch (also where case does not count); the stem of its files
+    osm: Path  # Where its map is
+    dems: tuple[Path, ...] = ()  # Its elevation models
+    # Further options of ``convert``, as on its command line: neither files nor ``--jobs``
     options: tuple[str, ...] = ()
+    # What is cut out of `osm`: rings of (longitude, latitude), degrees, WGS 84, as of `Outline`; empty for all of it
     outline_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class CutRequest:
-    """A part of a map to cut out.
+    """A part of a map to cut out."""
 
-    Parameters
-    ----------
-    name
-        Of the area, for messages.
-    target
-        File to write, ``.osm.pbf``.
-    frame
-        Local frame of the outline.
-    outline
-        What is cut out.
-    context
-        Whether the surroundings that decide about the shape of roads at the border belong to it as well.
-    ways
-        Which ways the conversion makes streets of.
-    include_private
-        Whether it does so with ways that are closed to the public.
-    """
-
-    name: str
-    target: Path
-    frame: LocalFrame
-    outline: Outline
+    name: str  # Of the area, for messages
+    target: Path  # File to write, ``.osm.pbf``
+    frame: LocalFrame  # Local frame of the outline
+    outline: Outline  # What is cut out
+    # Whether the surroundings that decide about the shape of roads at the border belong to it as well
     context: bool = False
-    ways: WaySelection = DRIVABLE
-    include_private: bool = False
+    ways: WaySelection = DRIVABLE  # Which ways the conversion makes streets of
+    include_private: bool = False  # Whether it does so with ways that are closed to the public
 
 
 class Status(str, Enum):
@@ -79,29 +49,14 @@ class Status(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What became of an area.
+    """What became of an area."""
 
-    Parameters
-    ----------
-    name
-        The area.
-    status
-        ``EMPTY`` where there is nothing to drive on in what was cut out.
-    message
-        One sentence that says why it failed, or why there is nothing; empty otherwise.
-    seconds
-        How long the conversion took, s; 0 where there was none.
-    memory
-        Most memory that it took, bytes; 0 where there was none.
-    outline_deg
-        What it covers, as of `Area`; the bounds of its roads where no outline was given; empty where unknown.
-    """
-
-    name: str
-    status: Status
-    message: str = ""
-    seconds: float = 0.0
-    memory: int = 0
+    name: str  # The area
+    status: Status  # ``EMPTY`` where there is nothing to drive on in what was cut out
+    message: str = ""  # One sentence that says why it failed, or why there is nothing; empty otherwise
+    seconds: float = 0.0  # How long the conversion took, s; 0 where there was none
+    memory: int = 0  # Most memory that it took, bytes; 0 where there was none
+    # What it covers, as of `Area`; the bounds of its roads where no outline was given; empty where unknown
     outline_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 

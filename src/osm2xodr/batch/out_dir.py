@@ -17,15 +17,9 @@ from osm2xodr.system import stream_to
 
 @dataclass(frozen=True, slots=True)
 class OutDir:
-    """Names of the files of a batch.
+    """Names of the files of a batch."""
 
-    Parameters
-    ----------
-    path
-        The folder.
-    """
-
-    path: Path
+    path: Path  # The folder
 
     def outputs(self, name: str) -> tuple[Path, Path]:
         """Return the files of an area: road network and report."""

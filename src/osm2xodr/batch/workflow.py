@@ -27,27 +27,13 @@ _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
 
 @dataclass(frozen=True, slots=True)
 class BatchOptions:
-    """How a batch is made.
+    """How a batch is made."""
 
-    Parameters
-    ----------
-    workers
-        Who converts.
-    timeout
-        How long an area may take, s; None for no bound.
-    shared
-        Whether all areas share the frame of the first one, and fit together.
-    force
-        Whether areas are made that have not changed.
-    keep_cuts
-        Whether what is cut out stays.
-    """
-
-    workers: Workers = field(default_factory=Workers)
-    timeout: float | None = None
-    shared: bool = False
-    force: bool = False
-    keep_cuts: bool = False
+    workers: Workers = field(default_factory=Workers)  # Who converts
+    timeout: float | None = None  # How long an area may take, s; None for no bound
+    shared: bool = False  # Whether all areas share the frame of the first one, and fit together
+    force: bool = False  # Whether areas are made that have not changed
+    keep_cuts: bool = False  # Whether what is cut out stays
 
 
 class Listener(Protocol):

@@ -31,48 +31,25 @@ class Place(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is wrong in one place.
+    """One thing that is wrong in one place."""
 
-    Parameters
-    ----------
-    rule
-        Name of the rule.
-    severity
-        How bad it is.
-    road
-        Id of the road as written; empty where none is concerned.
-    lane
-        Lane id; None where none is concerned.
-    s
-        Station on the road, m; None where the finding has none.
-    x, y
-        Place on the reference line there, m; None without one.
-    lat, lon
-        The same, degrees; None without a geoReference.
-    value, limit
-        What was measured and allowed, in the rule's unit; None where there is no number.
-    line
-        Of the file; 0 where unknown.
-    readers
-        Readers that suffer, of those that were asked for.
-    text
-        A sentence.
-    """
-
-    rule: str
-    severity: Severity
-    road: str
-    lane: int | None
-    s: float | None
+    rule: str  # Name of the rule
+    severity: Severity  # How bad it is
+    road: str  # Id of the road as written; empty where none is concerned
+    lane: int | None  # Lane id; None where none is concerned
+    s: float | None  # Station on the road, m; None where the finding has none
+    # Place on the reference line there, m; None without one
     x: float | None
     y: float | None
+    # The same, degrees; None without a geoReference
     lat: float | None
     lon: float | None
+    # What was measured and allowed, in the rule's unit; None where there is no number
     value: float | None
     limit: float | None
-    line: int
-    readers: tuple[str, ...]
-    text: str
+    line: int  # Of the file; 0 where unknown
+    readers: tuple[str, ...]  # Readers that suffer, of those that were asked for
+    text: str  # A sentence
 
 
 @dataclass(frozen=True)

@@ -17,28 +17,18 @@ from osm2xodr.checking.rules import DEFAULT_READERS, READERS, RULES, Severity
 class CheckOptions:
     """What is looked at.
 
-    Parameters
-    ----------
-    readers
-        Readers of OpenDRIVE that must be able to use the file (`READERS`).
-    schema
-        XML schema; by default that of ASAM's checker, if installed.
-    only, ignore
-        Names of rules: nothing but these, all but these.
-    most
-        Findings that are listed per rule and severity; all are counted.
-
     Raises
     ------
     ValueError
         If a reader or rule is unknown, or `most` is negative.
     """
 
-    readers: tuple[str, ...] = DEFAULT_READERS
-    schema: Path | None = None
+    readers: tuple[str, ...] = DEFAULT_READERS  # Readers of OpenDRIVE that must be able to use the file (`READERS`)
+    schema: Path | None = None  # XML schema; by default that of ASAM's checker, if installed
+    # Names of rules: nothing but these, all but these
     only: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
-    most: int = defaults.CHECK_FINDINGS
+    most: int = defaults.CHECK_FINDINGS  # Findings that are listed per rule and severity; all are counted
 
     def __post_init__(self) -> None:
         for name in self.readers:
@@ -60,36 +50,16 @@ class CheckOptions:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What was found in a file.
+    """What was found in a file."""
 
-    Parameters
-    ----------
-    path
-        The file.
-    version
-        Its version as stated, such as ``1.7``; empty where it states none.
-    size
-        Roads, junctions and length of reference lines, km.
-    readers
-        Those that were asked for.
-    rules
-        Names of the rules that were looked at.
-    counts
-        How often each rule was broken, complete.
-    findings
-        The worst of them, ranked.
-    notes
-        What could not be looked at, and why.
-    """
-
-    path: Path
-    version: str
-    size: tuple[int, int, float]
-    readers: tuple[str, ...]
-    rules: frozenset[str]
-    counts: tuple[Count, ...]
-    findings: tuple[Finding, ...]
-    notes: tuple[str, ...] = field(default=())
+    path: Path  # The file
+    version: str  # Its version as stated, such as ``1.7``; empty where it states none
+    size: tuple[int, int, float]  # Roads, junctions and length of reference lines, km
+    readers: tuple[str, ...]  # Those that were asked for
+    rules: frozenset[str]  # Names of the rules that were looked at
+    counts: tuple[Count, ...]  # How often each rule was broken, complete
+    findings: tuple[Finding, ...]  # The worst of them, ranked
+    notes: tuple[str, ...] = field(default=())  # What could not be looked at, and why
 
     def count(self, severity: Severity) -> int:
         """Return the number of findings of a severity."""

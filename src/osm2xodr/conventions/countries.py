@@ -34,74 +34,44 @@ _UNITS: Final[Mapping[str, float]] = MappingProxyType({KMH: 1.0 / 3.6, MPH: 0.44
 
 @dataclass(frozen=True, slots=True)
 class MarkStyle:
-    """How a country paints its roads; colours in OpenDRIVE's words, where ``standard`` is white.
+    """How a country paints its roads; colours in OpenDRIVE's words, where ``standard`` is white."""
 
-    Parameters
-    ----------
-    centre, centre_solid
-        Colour of the line between opposite directions where it is broken, and where any of it is solid.
-    no_overtaking
-        Colour of solid centre lines of two lanes that forbid to overtake; empty where it is `centre_solid`.
-    no_change
-        Colour of solid lines between lanes of one direction.
-    outer_edge, median_edge
-        Colour of edge lines; the latter at that side of a one-way carriageway on which oncoming traffic would be.
-    double_from
-        Number of lanes for cars from which on the centre line is double; 0 where it never is.
-    double_no_overtaking
-        Whether the centre line of two lanes is double where nobody may overtake.
-    width, width_fast
-        Width of a line, m, the latter on `FAST_HIGHWAYS`; of each line where it is double.
-    edge_width, edge_width_fast
-        Of edge lines, m.
-    special_width, special_width_fast
-        Of lines beside lanes for buses, taxis or bicycles, m.
-    """
-
+    # Colour of the line between opposite directions where it is broken, and where any of it is solid
     centre: str = "standard"
     centre_solid: str = "standard"
+    # Colour of solid centre lines of two lanes that forbid to overtake; empty where it is `centre_solid`
     no_overtaking: str = ""
-    no_change: str = "standard"
+    no_change: str = "standard"  # Colour of solid lines between lanes of one direction
+    # Colour of edge lines; the latter at that side of a one-way carriageway on which oncoming traffic would be
     outer_edge: str = "standard"
     median_edge: str = "standard"
-    double_from: int = 0
-    double_no_overtaking: bool = False
+    double_from: int = 0  # Number of lanes for cars from which on the centre line is double; 0 where it never is
+    double_no_overtaking: bool = False  # Whether the centre line of two lanes is double where nobody may overtake
+    # Width of a line, m, the latter on `FAST_HIGHWAYS`; of each line where it is double
     width: float = MARK_WIDTH
     width_fast: float = MARK_WIDTH_WIDE
+    # Of edge lines, m
     edge_width: float = EDGE_MARK_WIDTH
     edge_width_fast: float = EDGE_MARK_WIDTH_FAST
+    # Of lines beside lanes for buses, taxis or bicycles, m
     special_width: float = SPECIAL_MARK_WIDTH
     special_width_fast: float = SPECIAL_MARK_WIDTH_FAST
 
 
 @dataclass(frozen=True, slots=True)
 class Country:
-    """What is usual or law in a country, or in a part of one.
+    """What is usual or law in a country, or in a part of one."""
 
-    Parameters
-    ----------
-    code
-        ISO 3166-1 alpha-2 or ISO 3166-2; empty for what holds in general.
-    speed_unit
-        Unit of the numbers on its signs: ``km/h`` or ``mph``.
-    speeds
-        Limits that the law sets, m/s, by what OSM calls them in ``maxspeed:type`` (``urban``, ``rural``,
-        ``motorway``, ``trunk``, ``living_street`` …); ``residential`` where such streets have a limit of their own.
-        Infinity where there is none; absent where the law differs within the country.
-    lane_widths
-        Width of a lane, m, by highway value, where it is not that of `LANE_WIDTH`.
-    marks
-        How roads are painted.
-    sources
-        Titles of the laws and guides that this is from.
-    """
-
-    code: str = ""
-    speed_unit: str = KMH
+    code: str = ""  # ISO 3166-1 alpha-2 or ISO 3166-2; empty for what holds in general
+    speed_unit: str = KMH  # Unit of the numbers on its signs: ``km/h`` or ``mph``
+    # Limits that the law sets, m/s, by what OSM calls them in ``maxspeed:type`` (``urban``, ``rural``, ``motorway``,
+    # ``trunk``, ``living_street`` …); ``residential`` where such streets have a limit of their own. Infinity where
+    # there is none; absent where the law differs within the country.
     speeds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    # Width of a lane, m, by highway value, where it is not that of `LANE_WIDTH`
     lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
-    marks: MarkStyle = MarkStyle()
-    sources: tuple[str, ...] = ()
+    marks: MarkStyle = MarkStyle()  # How roads are painted
+    sources: tuple[str, ...] = ()  # Titles of the laws and guides that this is from
 
     def lane_width(self, highway: str) -> float:
         """Return the usual width of a lane by highway value, m."""

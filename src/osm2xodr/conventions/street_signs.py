@@ -67,27 +67,14 @@ _ALONG_IT: Final = 0.34
 
 @dataclass(frozen=True, slots=True)
 class Signs:
-    """Signs of a street network.
+    """Signs of a street network."""
 
-    Parameters
-    ----------
-    before_end
-        The sign that holds for who comes to a street end (2 x street, plus 1 for its end).
-    all_way
-        Those of the street ends where all arms have to stop.
-    nodes
-        Signs on the nodes where streets meet, by OSM node id; they name no arm.
-    all_way_nodes
-        Those of them where all arms have to stop.
-    ends_of
-        The street ends that the sign on a node inside a street is meant for.
-    """
-
+    # The sign that holds for who comes to a street end (2 x street, plus 1 for its end)
     before_end: Mapping[int, Sign]
-    all_way: frozenset[int]
-    nodes: Mapping[int, Sign]
-    all_way_nodes: frozenset[int]
-    ends_of: Mapping[int, tuple[int, ...]]
+    all_way: frozenset[int]  # Those of the street ends where all arms have to stop
+    nodes: Mapping[int, Sign]  # Signs on the nodes where streets meet, by OSM node id; they name no arm
+    all_way_nodes: frozenset[int]  # Those of them where all arms have to stop
+    ends_of: Mapping[int, tuple[int, ...]]  # The street ends that the sign on a node inside a street is meant for
 
     def signalled(self, nodes: Collection[int], entries: Sequence[int]) -> bool:
         """Say whether a junction has signals: on its nodes, or before enough of its entries.

@@ -30,19 +30,12 @@ class RoadMesh:
 
     Lanes that touch share their vertices, and so do lane sections that follow each other, so that the surface of a
     road has no cracks. Zero-width parts of lanes have no faces.
-
-    Parameters
-    ----------
-    vertices : (n, 3)
-        x, y, z less `origin`, m; z is up.
-    origin
-        Inertial x, y, z of the mesh's own zero, m: 0, 0, 0 unless coordinates are too large for single precision.
-    faces
-        Vertices of triangles (m, 3) by the type of their lane, in alphabetical order; counter-clockwise from above.
     """
 
-    vertices: FloatArray
+    vertices: FloatArray  # (n, 3) x, y, z less `origin`, m; z is up
+    # Inertial x, y, z of the mesh's own zero, m: 0, 0, 0 unless coordinates are too large for single precision
     origin: tuple[float, float, float]
+    # Vertices of triangles (m, 3) by the type of their lane, in alphabetical order; counter-clockwise from above
     faces: dict[str, IntArray]
 
 

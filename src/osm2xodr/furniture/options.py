@@ -13,21 +13,11 @@ EXTRA_OBJECTS: Final = ("lamps", "trees")
 
 @dataclass(frozen=True, slots=True)
 class FurnitureOptions:
-    """What the user may choose about furniture.
+    """What the user may choose about furniture."""
 
-    Parameters
-    ----------
-    target
-        The reader to write for.
-    extra_objects
-        Which of `EXTRA_OBJECTS` are wanted.
-    enabled
-        Whether there is to be any.
-    """
-
-    target: Target = field(default_factory=lambda: TARGETS[DEFAULT_TARGET])
-    extra_objects: frozenset[str] = frozenset()
-    enabled: bool = True
+    target: Target = field(default_factory=lambda: TARGETS[DEFAULT_TARGET])  # The reader to write for
+    extra_objects: frozenset[str] = frozenset()  # Which of `EXTRA_OBJECTS` are wanted
+    enabled: bool = True  # Whether there is to be any
 
 
 def parse_objects_option(text: str) -> frozenset[str]:

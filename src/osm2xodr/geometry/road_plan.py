@@ -51,31 +51,16 @@ from osm2xodr.model import IntArray, StreetNetwork
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoadPlan:
-    """Roads and junctions in plan.
+    """Roads and junctions in plan."""
 
-    Parameters
-    ----------
-    fitted, ends
-        The streets' curves, and their ends.
-    layout
-        The junctions.
-    parts
-        The roads between junctions.
-    connecting
-        The roads for cars within junctions.
-    margins
-        What lies beside each road.
-    corners
-        The roads for people on foot within junctions.
-    """
-
+    # The streets' curves, and their ends
     fitted: FittedStreets
     ends: StreetEnds
-    layout: JunctionLayout
-    parts: RoadParts
-    connecting: ConnectingRoads
-    margins: tuple[Margins, ...]
-    corners: ConnectingRoads
+    layout: JunctionLayout  # The junctions
+    parts: RoadParts  # The roads between junctions
+    connecting: ConnectingRoads  # The roads for cars within junctions
+    margins: tuple[Margins, ...]  # What lies beside each road
+    corners: ConnectingRoads  # The roads for people on foot within junctions
 
 
 def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics) -> RoadPlan:

@@ -9,65 +9,37 @@ from osm2xodr.model.shared import FloatArray, IntArray, LocalFrame, freeze_array
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """What an area covers.
+    """What an area covers."""
 
-    Parameters
-    ----------
-    rings
-        Corners (n, 2) of closed rings, local x, y, m, the first not repeated at the end. A point is inside if an odd
-        number of them goes round it, so that holes and parts are rings as well.
-    """
-
+    # Corners (n, 2) of closed rings, local x, y, m, the first not repeated at the end. A point is inside if an odd
+    # number of them goes round it, so that holes and parts are rings as well.
     rings: tuple[FloatArray, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Partition:
-    """Areas that are converted one by one and fit together.
+    """Areas that are converted one by one and fit together."""
 
-    Parameters
-    ----------
-    frame
-        Of all of them.
-    names
-        Unique.
-    outlines
-        What each covers. Where several cover a place, it belongs to the first of them.
-    first_ids
-        Id of each area's first road; those of its roads and junctions lie below the next greater one.
-    own
-        Index of the area that is converted.
-    """
-
-    frame: LocalFrame
-    names: tuple[str, ...]
-    outlines: tuple[Outline, ...]
+    frame: LocalFrame  # Of all of them
+    names: tuple[str, ...]  # Unique
+    outlines: tuple[Outline, ...]  # What each covers. Where several cover a place, it belongs to the first of them.
+    # Id of each area's first road; those of its roads and junctions lie below the next greater one
     first_ids: tuple[int, ...]
-    own: int
+    own: int  # Index of the area that is converted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Borders:
-    """Which area each piece of road belongs to: index into `Partition.names`, -1 outside of all.
+    """Which area each piece of road belongs to: index into `Partition.names`, -1 outside of all."""
 
-    Parameters
-    ----------
-    partition
-        The areas.
-    piece_start : (roads outside junctions + 1,)
-        Index of each road's first piece; the last entry is the number of pieces. Every road has at least one.
-    piece_s : (pieces,)
-        Where each piece begins along its road, m; 0 for the first one.
-    piece_area : (pieces,)
-        Its area; that of neighbouring pieces of a road differs.
-    junction_area : (junctions,)
-        The area of each junction of `RoadMap.junctions`. The pieces of roads that touch it are of the same area.
-    """
-
-    partition: Partition
+    partition: Partition  # The areas
+    # (roads outside junctions + 1,) Index of each road's first piece; the last entry is the number of pieces. Every
+    # road has at least one.
     piece_start: IntArray
-    piece_s: FloatArray
-    piece_area: IntArray
+    piece_s: FloatArray  # (pieces,) Where each piece begins along its road, m; 0 for the first one
+    piece_area: IntArray  # (pieces,) Its area; that of neighbouring pieces of a road differs
+    # (junctions,) The area of each junction of `RoadMap.junctions`. The pieces of roads that touch it are of the same
+    # area.
     junction_area: IntArray
 
     def __post_init__(self) -> None:
@@ -76,29 +48,14 @@ class Borders:
 
 @dataclass(frozen=True, slots=True)
 class BorderEnd:
-    """The end of a road that goes on in a neighbouring area.
+    """The end of a road that goes on in a neighbouring area."""
 
-    Parameters
-    ----------
-    road
-        Id of the road.
-    at_start
-        Whether it is the road's start.
-    neighbour
-        Name of the area that it goes on in; empty where there is none.
-    x, y, z
-        The reference line there, local, m.
-    hdg
-        Of the reference line along s, rad.
-    osm_way_ids
-        Of the road that was cut.
-    """
-
-    road: int
-    at_start: bool
-    neighbour: str
+    road: int  # Id of the road
+    at_start: bool  # Whether it is the road's start
+    neighbour: str  # Name of the area that it goes on in; empty where there is none
+    # The reference line there, local, m
     x: float
     y: float
     z: float
-    hdg: float
-    osm_way_ids: tuple[int, ...]
+    hdg: float  # Of the reference line along s, rad
+    osm_way_ids: tuple[int, ...]  # Of the road that was cut

@@ -8,55 +8,31 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A traffic light or sign.
+    """A traffic light or sign."""
 
-    Parameters
-    ----------
-    id
-        Unique among signals and objects, above 0.
-    road
-        Id of the road that it stands on.
-    s, t
-        Where, m.
-    name, type, subtype, country
-        OpenDRIVE's attributes; subtype ``-1`` where there is none.
-    dynamic
-        Whether it changes (lights).
-    orientation
-        ``+`` or ``-``: it is for traffic along s or against it; ``none`` for both.
-    z_offset, height, width
-        m; z_offset of its lower edge above the road.
-    h_offset
-        Turn against the direction that its orientation says, rad.
-    value, unit
-        As of speed limits; None and empty where there is none.
-    text
-        Written on it.
-    validity
-        (from lane, to lane) of the lanes that it is for; all where empty.
-    osm_id
-        ``node/1`` …; empty where no single element is behind it.
-    """
-
-    id: int
-    road: int
+    id: int  # Unique among signals and objects, above 0
+    road: int  # Id of the road that it stands on
+    # Where, m
     s: float
     t: float
+    # OpenDRIVE's attributes; subtype ``-1`` where there is none
     name: str
     type: str
     subtype: str
     country: str
-    dynamic: bool
-    orientation: str
+    dynamic: bool  # Whether it changes (lights)
+    orientation: str  # ``+`` or ``-``: it is for traffic along s or against it; ``none`` for both
+    # m; z_offset of its lower edge above the road
     z_offset: float
     height: float
     width: float
-    h_offset: float = 0.0
+    h_offset: float = 0.0  # Turn against the direction that its orientation says, rad
+    # As of speed limits; None and empty where there is none
     value: float | None = None
     unit: str = ""
-    text: str = ""
-    validity: tuple[tuple[int, int], ...] = ()
-    osm_id: str = ""
+    text: str = ""  # Written on it
+    validity: tuple[tuple[int, int], ...] = ()  # (from lane, to lane) of the lanes that it is for; all where empty
+    osm_id: str = ""  # ``node/1`` …; empty where no single element is behind it
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,30 +49,14 @@ class SignalReference:
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """Signals that always show the same.
+    """Signals that always show the same."""
 
-    Parameters
-    ----------
-    id
-        Unique among controllers, above 0.
-    name
-        For people.
-    signals
-        Their ids, ascending.
-    junction
-        Id of the junction it belongs to; None apart from junctions.
-    sequence
-        Its place among the controllers of the junction, from 0.
-    kind
-        What it switches: ``traffic`` or ``pedestrian``.
-    """
-
-    id: int
-    name: str
-    signals: tuple[int, ...]
-    junction: int | None
-    sequence: int
-    kind: str = "traffic"
+    id: int  # Unique among controllers, above 0
+    name: str  # For people
+    signals: tuple[int, ...]  # Their ids, ascending
+    junction: int | None  # Id of the junction it belongs to; None apart from junctions
+    sequence: int  # Its place among the controllers of the junction, from 0
+    kind: str = "traffic"  # What it switches: ``traffic`` or ``pedestrian``
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,82 +75,49 @@ class ObjectRepeat:
 
 @dataclass(frozen=True, slots=True)
 class RoadObject:
-    """A thing on or beside a road.
+    """A thing on or beside a road."""
 
-    Parameters
-    ----------
-    id
-        Unique among signals and objects, above 0.
-    road
-        Id of its road.
-    type, subtype, name
-        OpenDRIVE's attributes; the writer puts types into the words of its version.
-    s, t, z_offset, hdg
-        Its place on the road, m, and its heading against the road's, rad.
-    length, width, height, radius
-        m; radius instead of the first two for round things, 0 where unknown.
-    orientation
-        ``+``, ``-`` or ``none``.
-    outline
-        Corners u, v, z, height in the object's own frame, m; closed; empty for none.
-    validity
-        As of `Signal`.
-    repeat
-        Copies.
-    osm_id
-        As of `Signal`.
-    """
-
-    id: int
-    road: int
+    id: int  # Unique among signals and objects, above 0
+    road: int  # Id of its road
+    # OpenDRIVE's attributes; the writer puts types into the words of its version
     type: str
     subtype: str
     name: str
+    # Its place on the road, m, and its heading against the road's, rad
     s: float
     t: float
     z_offset: float = 0.0
     hdg: float = 0.0
+    # m; radius instead of the first two for round things, 0 where unknown
     length: float = 0.0
     width: float = 0.0
     height: float = 0.0
     radius: float = 0.0
-    orientation: str = "none"
+    orientation: str = "none"  # ``+``, ``-`` or ``none``
+    # Corners u, v, z, height in the object's own frame, m; closed; empty for none
     outline: tuple[tuple[float, float, float, float], ...] = ()
-    validity: tuple[tuple[int, int], ...] = ()
-    repeat: ObjectRepeat | None = None
-    osm_id: str = ""
+    validity: tuple[tuple[int, int], ...] = ()  # As of `Signal`
+    repeat: ObjectRepeat | None = None  # Copies
+    osm_id: str = ""  # As of `Signal`
 
 
 @dataclass(frozen=True, slots=True)
 class RoadStructure:
-    """A bridge that a road leads over, or a tunnel that it leads through.
+    """A bridge that a road leads over, or a tunnel that it leads through."""
 
-    Parameters
-    ----------
-    id
-        Unique among signals, objects and these, above 0.
-    road, s, length
-        Id of the road, where it begins, and its extent, m.
-    kind, type
-        ``bridge`` or ``tunnel``, and OpenDRIVE's word for its material, or for whether its sides are open.
-    name
-        Empty for none.
-    lighting, daylight
-        Of a tunnel, 0 to 1.
-    osm_way_ids
-        The ways that it comes from.
-    """
-
-    id: int
+    id: int  # Unique among signals, objects and these, above 0
+    # Id of the road, where it begins, and its extent, m
     road: int
     s: float
     length: float
+    # ``bridge`` or ``tunnel``, and OpenDRIVE's word for its material, or for whether its sides are open
     kind: str
     type: str
-    name: str = ""
+    name: str = ""  # Empty for none
+    # Of a tunnel, 0 to 1
     lighting: float = 0.0
     daylight: float = 0.0
-    osm_way_ids: tuple[int, ...] = ()
+    osm_way_ids: tuple[int, ...] = ()  # The ways that it comes from
 
 
 @dataclass(frozen=True, slots=True)

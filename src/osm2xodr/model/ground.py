@@ -10,20 +10,12 @@ from osm2xodr.model.shared import BoolArray, FloatArray, freeze_arrays
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceQuality:
-    """How far heights can be trusted, point by point.
+    """How far heights can be trusted, point by point."""
 
-    Parameters
-    ----------
-    cell_size : (n,)
-        Distance between the heights that the surface is made from there, m (0 for an exact surface).
-    sigma : (n,)
-        Standard error of the heights, m (0 for an exact surface).
-    covered : (n,)
-        Whether the heights are those of a surface model, which lies on canopy and roofs rather than on the ground.
-    """
-
+    # (n,) Distance between the heights that the surface is made from there, m (0 for an exact surface)
     cell_size: FloatArray
-    sigma: FloatArray
+    sigma: FloatArray  # (n,) Standard error of the heights, m (0 for an exact surface)
+    # (n,) Whether the heights are those of a surface model, which lies on canopy and roofs rather than on the ground
     covered: BoolArray
 
     def __post_init__(self) -> None:

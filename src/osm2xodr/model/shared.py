@@ -64,16 +64,9 @@ class Structure(int, Enum):
 
 @dataclass(frozen=True, slots=True)
 class LocalFrame:
-    """Where local x and y are on Earth.
+    """Where local x and y are on Earth."""
 
-    Parameters
-    ----------
-    proj
-        PROJ text of the projection, also the georeference that is written.
-    lat_0_deg, lon_0_deg
-        Origin of x and y, WGS 84.
-    """
-
-    proj: str
+    proj: str  # PROJ text of the projection, also the georeference that is written
+    # Origin of x and y, WGS 84
     lat_0_deg: float
     lon_0_deg: float

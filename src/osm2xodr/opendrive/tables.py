@@ -60,274 +60,145 @@ class _Frozen:
 
 @dataclass(frozen=True, eq=False)
 class Header(_Frozen):
-    """The header.
+    """The header."""
 
-    Parameters
-    ----------
-    revision
-        Major and minor number, -1 where missing.
-    attributes
-        As written.
-    geo_reference
-        Text of ``<geoReference>``, stripped; None without one.
-    offset
-        x, y, z, hdg of ``<offset>``; None without one.
-    """
-
-    revision: tuple[int, int]
-    attributes: Mapping[str, str]
-    geo_reference: str | None
-    offset: tuple[float, float, float, float] | None
+    revision: tuple[int, int]  # Major and minor number, -1 where missing
+    attributes: Mapping[str, str]  # As written
+    geo_reference: str | None  # Text of ``<geoReference>``, stripped; None without one
+    offset: tuple[float, float, float, float] | None  # x, y, z, hdg of ``<offset>``; None without one
 
 
 @dataclass(frozen=True, eq=False)
 class GeometryTable(_Frozen):
-    """``<planView>`` records of all roads.
+    """``<planView>`` records of all roads."""
 
-    Parameters
-    ----------
-    start : (roads + 1,)
-    s, x, y, hdg, length : (records,)
-        As written.
-    shape : (records,)
-        `Shape`.
-    parameters : (records, 8)
-        Arc: curvature. Spiral: curvStart, curvEnd. Poly3: a, b, c, d. ParamPoly3: aU, bU, cU, dU, aV, bV, cV, dV.
-        The rest NaN.
-    normalized : (records,)
-        Whether a ParamPoly3's p runs from 0 to 1 instead of to the length.
-    line : (records,)
-    """
-
-    start: IntArray
+    start: IntArray  # (roads + 1,)
+    # (records,) As written
     s: FloatArray
     x: FloatArray
     y: FloatArray
     hdg: FloatArray
     length: FloatArray
-    shape: IntArray
+    shape: IntArray  # (records,) `Shape`
+    # (records, 8) Arc: curvature. Spiral: curvStart, curvEnd. Poly3: a, b, c, d. ParamPoly3: aU, bU, cU, dU, aV, bV,
+    # cV, dV. The rest NaN.
     parameters: FloatArray
-    normalized: BoolArray
-    line: IntArray
+    normalized: BoolArray  # (records,) Whether a ParamPoly3's p runs from 0 to 1 instead of to the length
+    line: IntArray  # (records,)
 
 
 @dataclass(frozen=True, eq=False)
 class RoadTable(_Frozen):
-    """``<road>`` elements.
+    """``<road>`` elements."""
 
-    Parameters
-    ----------
-    id, name : n texts
-    length : (n,)
-        As written.
-    junction : (n,)
-        Index of the junction that the road belongs to; -1: none; `ABSENT`: one that is not in the file.
-    junction_id : n texts
-        As written.
-    left_hand : (n,)
-        Whether ``rule`` is LHT.
-    link_kind : (n, 2)
-        `LinkKind` of predecessor and successor.
-    link : (n, 2)
-        Index of the road or junction that is named there; `ABSENT` where it is not in the file or nothing is named.
-    link_id : n pairs of texts
-        As written; empty where there is none.
-    contact : (n, 2)
-        `End` of the other road that touches.
-    line : (n,)
-    """
-
+    # n texts
     id: tuple[str, ...]
     name: tuple[str, ...]
-    length: FloatArray
+    length: FloatArray  # (n,) As written
+    # (n,) Index of the junction that the road belongs to; -1: none; `ABSENT`: one that is not in the file
     junction: IntArray
-    junction_id: tuple[str, ...]
-    left_hand: BoolArray
-    link_kind: IntArray
+    junction_id: tuple[str, ...]  # n texts As written
+    left_hand: BoolArray  # (n,) Whether ``rule`` is LHT
+    link_kind: IntArray  # (n, 2) `LinkKind` of predecessor and successor
+    # (n, 2) Index of the road or junction that is named there; `ABSENT` where it is not in the file or nothing is
+    # named.
     link: IntArray
-    link_id: tuple[tuple[str, str], ...]
-    contact: IntArray
-    line: IntArray
+    link_id: tuple[tuple[str, str], ...]  # n pairs of texts As written; empty where there is none
+    contact: IntArray  # (n, 2) `End` of the other road that touches
+    line: IntArray  # (n,)
 
 
 @dataclass(frozen=True, eq=False)
 class TypeTable(_Frozen):
-    """``<type>`` records of all roads, with ``<speed>`` in m/s: NaN where unsaid, infinity for no limit.
+    """``<type>`` records of all roads, with ``<speed>`` in m/s: NaN where unsaid, infinity for no limit."""
 
-    Parameters
-    ----------
-    start : (roads + 1,)
-    s, speed : (records,)
-    type : texts
-    """
-
-    start: IntArray
+    start: IntArray  # (roads + 1,)
+    # (records,)
     s: FloatArray
     speed: FloatArray
-    type: tuple[str, ...]
+    type: tuple[str, ...]  # texts
 
 
 @dataclass(frozen=True, eq=False)
 class SectionTable(_Frozen):
-    """``<laneSection>`` elements of all roads.
+    """``<laneSection>`` elements of all roads."""
 
-    Parameters
-    ----------
-    start : (roads + 1,)
-    road : (sections,)
-        Index of the road.
-    s, end : (sections,)
-        Where it begins (as written) and where the next one begins or the road ends.
-    line : (sections,)
-    """
-
-    start: IntArray
-    road: IntArray
+    start: IntArray  # (roads + 1,)
+    road: IntArray  # (sections,) Index of the road
+    # (sections,) Where it begins (as written) and where the next one begins or the road ends
     s: FloatArray
     end: FloatArray
-    line: IntArray
+    line: IntArray  # (sections,)
 
 
 @dataclass(frozen=True, eq=False)
 class LaneTable(_Frozen):
-    """``<lane>`` elements of all sections, centre lanes among them, from left to right: the highest id first.
+    """``<lane>`` elements of all sections, centre lanes among them, from left to right: the highest id first."""
 
-    Parameters
-    ----------
-    start : (sections + 1,)
-    section : (lanes,)
-        Index of the section.
-    id : (lanes,)
-        `ABSENT` where it is no number.
-    type : texts
-    predecessor, successor : (lanes,)
-        Lane ids; `ABSENT` where none is named. Only the first is kept where several are (see `more_links`).
-    more_links : (lanes,)
-        Whether further predecessors or successors are named.
-    width, border : curves per lane
-        Records of ``<width>`` and ``<border>``, s local to the section.
-    height : (lanes, 2)
-        The first ``<height>``'s inner and outer; 0 without one.
-    speed : (lanes,)
-        m/s; NaN where unsaid.
-    mark : texts
-        Type of the first road mark; empty without one.
-    mark_color : texts
-    line : (lanes,)
-    direction : texts
-        As written in 1.8 (``standard``, ``reversed``, ``both``); empty where unsaid.
-    """
-
-    start: IntArray
-    section: IntArray
-    id: IntArray
-    type: tuple[str, ...]
+    start: IntArray  # (sections + 1,)
+    section: IntArray  # (lanes,) Index of the section
+    id: IntArray  # (lanes,) `ABSENT` where it is no number
+    type: tuple[str, ...]  # texts
+    # (lanes,) Lane ids; `ABSENT` where none is named. Only the first is kept where several are (see `more_links`).
     predecessor: IntArray
     successor: IntArray
-    more_links: BoolArray
+    more_links: BoolArray  # (lanes,) Whether further predecessors or successors are named
+    # curves per lane Records of ``<width>`` and ``<border>``, s local to the section
     width: CubicProfile
     border: CubicProfile
-    height: FloatArray
-    speed: FloatArray
-    mark: tuple[str, ...]
-    mark_color: tuple[str, ...]
-    line: IntArray
+    height: FloatArray  # (lanes, 2) The first ``<height>``'s inner and outer; 0 without one
+    speed: FloatArray  # (lanes,) m/s; NaN where unsaid
+    mark: tuple[str, ...]  # texts Type of the first road mark; empty without one
+    mark_color: tuple[str, ...]  # texts
+    line: IntArray  # (lanes,)
+    # texts As written in 1.8 (``standard``, ``reversed``, ``both``); empty where unsaid
     direction: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class JunctionTable(_Frozen):
-    """``<junction>`` elements.
+    """``<junction>`` elements."""
 
-    Parameters
-    ----------
-    id, name, type : n texts
-    start : (n + 1,)
-        Into the connections.
-    priorities
-        (index of the junction, id of the high road, id of the low road) as written.
-    controllers
-        (index of the junction, id of the controller) as written.
-    line : (n,)
-    """
-
+    # n texts
     id: tuple[str, ...]
     name: tuple[str, ...]
     type: tuple[str, ...]
-    start: IntArray
+    start: IntArray  # (n + 1,) Into the connections
+    # (index of the junction, id of the high road, id of the low road) as written
     priorities: tuple[tuple[int, str, str], ...]
-    controllers: tuple[tuple[int, str], ...]
-    line: IntArray
+    controllers: tuple[tuple[int, str], ...]  # (index of the junction, id of the controller) as written
+    line: IntArray  # (n,)
 
 
 @dataclass(frozen=True, eq=False)
 class ConnectionTable(_Frozen):
-    """``<connection>`` elements of all junctions.
+    """``<connection>`` elements of all junctions."""
 
-    Parameters
-    ----------
-    junction : (n,)
-        Index of the junction.
-    id, incoming_id, connecting_id : n texts
-        As written; empty where missing.
-    incoming, connecting : (n,)
-        Indices of roads; `ABSENT` where not in the file. ``linkedRoad`` of direct junctions stands as connecting.
-    contact : (n,)
-        `End` of the connecting road.
-    link_start : (n + 1,)
-        Into the lane links.
-    link_from, link_to : (links,)
-        Lane ids; `ABSENT` where no number.
-    line : (n,)
-    """
-
-    junction: IntArray
+    junction: IntArray  # (n,) Index of the junction
+    # n texts As written; empty where missing
     id: tuple[str, ...]
     incoming_id: tuple[str, ...]
     connecting_id: tuple[str, ...]
+    # (n,) Indices of roads; `ABSENT` where not in the file. ``linkedRoad`` of direct junctions stands as connecting.
     incoming: IntArray
     connecting: IntArray
-    contact: IntArray
-    link_start: IntArray
+    contact: IntArray  # (n,) `End` of the connecting road
+    link_start: IntArray  # (n + 1,) Into the lane links
+    # (links,) Lane ids; `ABSENT` where no number
     link_from: IntArray
     link_to: IntArray
-    line: IntArray
+    line: IntArray  # (n,)
 
 
 @dataclass(frozen=True)
 class Furniture:
-    """A ``<signal>`` or ``<object>``, a reference to one, a ``<bridge>`` or a ``<tunnel>``.
+    """A ``<signal>`` or ``<object>``, a reference to one, a ``<bridge>`` or a ``<tunnel>``."""
 
-    Parameters
-    ----------
-    kind
-        The element's name: ``signal``, ``signalReference``, ``object``, ``objectReference``, ``bridge``, ``tunnel``.
-    road
-        Index of the road.
-    attributes
-        As written.
-    s, t, z_offset, hdg, length, width, height
-        As numbers; NaN where missing.
-    outlines
-        Corners of each outline: rows of s, t, dz, height for ``<cornerRoad>``, u, v, z, height for ``<cornerLocal>``.
-    local_outlines
-        Whether each outline is of the latter kind.
-    validity
-        Pairs of fromLane and toLane.
-    line
-        Of the file.
-    old_outline
-        Corners of an ``<outline>`` that stands in the object itself, as up to 1.4; `outlines` has it only where there
-        is no ``<outlines>``.
-    radius
-        As a number; NaN where missing.
-    repeats
-        s, length, distance, tStart, tEnd, widthStart of each ``<repeat>``.
-    """
-
+    # The element's name: ``signal``, ``signalReference``, ``object``, ``objectReference``, ``bridge``, ``tunnel``
     kind: str
-    road: int
-    attributes: Mapping[str, str]
+    road: int  # Index of the road
+    attributes: Mapping[str, str]  # As written
+    # As numbers; NaN where missing
     s: float
     t: float
     z_offset: float
@@ -335,12 +206,16 @@ class Furniture:
     length: float
     width: float
     height: float
+    # Corners of each outline: rows of s, t, dz, height for ``<cornerRoad>``, u, v, z, height for ``<cornerLocal>``
     outlines: tuple[tuple[tuple[float, float, float, float], ...], ...]
-    local_outlines: tuple[bool, ...]
-    validity: tuple[tuple[int, int], ...]
-    line: int
+    local_outlines: tuple[bool, ...]  # Whether each outline is of the latter kind
+    validity: tuple[tuple[int, int], ...]  # Pairs of fromLane and toLane
+    line: int  # Of the file
+    # Corners of an ``<outline>`` that stands in the object itself, as up to 1.4; `outlines` has it only where there
+    # is no ``<outlines>``.
     old_outline: tuple[tuple[float, float, float, float], ...] = ()
-    radius: float = np.nan
+    radius: float = np.nan  # As a number; NaN where missing
+    # s, length, distance, tStart, tEnd, widthStart of each ``<repeat>``
     repeats: tuple[tuple[float, float, float, float, float, float], ...] = ()
 
 
@@ -356,59 +231,27 @@ class Controller:
 
 @dataclass(frozen=True)
 class Misfit:
-    """Something that the reader could not take in as OpenDRIVE means it.
+    """Something that the reader could not take in as OpenDRIVE means it."""
 
-    Parameters
-    ----------
-    rule
-        Short name of the kind: ``missing-attribute``, ``bad-number``, ``unknown-element``, ``misplaced-element`` …
-    line
-        Of the file.
-    road
-        Index of the road that it stands in, or -1.
-    text
-        A sentence.
-    """
-
+    # Short name of the kind: ``missing-attribute``, ``bad-number``, ``unknown-element``, ``misplaced-element`` …
     rule: str
-    line: int
-    road: int
-    text: str
+    line: int  # Of the file
+    road: int  # Index of the road that it stands in, or -1
+    text: str  # A sentence
 
 
 @dataclass(frozen=True, eq=False)
 class OpenDrive(_Frozen):
-    """A file of OpenDRIVE.
+    """A file of OpenDRIVE."""
 
-    Parameters
-    ----------
-    path
-        The file.
-    header
-        Its header.
-    roads, types, plan_view, sections, lanes, junctions, connections
-        Tables.
-    elevation, superelevation, crossfall_shape, lane_offset
-        Piecewise cubics per road, as written (the first record need not begin at 0); ``<shape>`` records are only
-        counted per road in `crossfall_shape`, (roads,).
-    record_lines
-        Line of the file of each record of ``elevation``, ``superelevation``, ``lane_offset``, ``width``, ``border``
-        and ``type``, by that name.
-    furniture
-        Signals and objects, in the order of the file.
-    controllers
-        The top-level ones.
-    provenance
-        Values of ``userData`` by (road index, code); those of the header have the index -1.
-    misfits
-        What could not be read.
-    """
-
-    path: Path
-    header: Header
+    path: Path  # The file
+    header: Header  # Its header
+    # roads, types, plan_view, sections, lanes, junctions, connections: Tables
     roads: RoadTable
     types: TypeTable
     plan_view: GeometryTable
+    # Piecewise cubics per road, as written (the first record need not begin at 0); ``<shape>`` records are only
+    # counted per road in `crossfall_shape`, (roads,).
     elevation: CubicProfile
     superelevation: CubicProfile
     crossfall_shape: IntArray
@@ -417,8 +260,11 @@ class OpenDrive(_Frozen):
     lanes: LaneTable
     junctions: JunctionTable
     connections: ConnectionTable
+    # Line of the file of each record of ``elevation``, ``superelevation``, ``lane_offset``, ``width``, ``border`` and
+    # ``type``, by that name.
     record_lines: Mapping[str, IntArray]
-    furniture: tuple[Furniture, ...]
-    controllers: tuple[Controller, ...]
+    furniture: tuple[Furniture, ...]  # Signals and objects, in the order of the file
+    controllers: tuple[Controller, ...]  # The top-level ones
+    # Values of ``userData`` by (road index, code); those of the header have the index -1
     provenance: Mapping[tuple[int, str], str]
-    misfits: tuple[Misfit, ...]
+    misfits: tuple[Misfit, ...]  # What could not be read

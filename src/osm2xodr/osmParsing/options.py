@@ -23,18 +23,10 @@ HIGHWAYS: Final = _ALL | {"busway", "pedestrian", "raceway"}
 
 @dataclass(frozen=True, slots=True)
 class WaySelection:
-    """Which ways become streets.
+    """Which ways become streets."""
 
-    Parameters
-    ----------
-    highways
-        Values of ``highway`` that are carried.
-    services_out
-        Values of ``service`` that are left out all the same.
-    """
-
-    highways: frozenset[str]
-    services_out: frozenset[str] = frozenset()
+    highways: frozenset[str]  # Values of ``highway`` that are carried
+    services_out: frozenset[str] = frozenset()  # Values of ``service`` that are left out all the same
 
 
 DRIVABLE: Final = WaySelection(
@@ -49,36 +41,20 @@ PRESETS: Final[Mapping[str, WaySelection]] = MappingProxyType(
 class ParseOptions:
     """What the user may choose about what is read.
 
-    Parameters
-    ----------
-    ways
-        Which ways become streets.
-    include_private
-        Whether to carry ways that are closed to the public.
-    rule
-        The side that traffic drives on; None finds it out from the country and from OSM.
-    default_lane_width
-        Width of lanes that OSM gives no width for, m; None takes one by the class of the road.
-    furniture
-        Whether to read what lies beside streets: footways, barriers, stops, tram tracks, signs.
-    extra_objects
-        What is read beside streets only on request: ``lamps``, ``trees``.
-    frame
-        The local frame; None for one in the middle of the streets.
-
     Raises
     ------
     ValueError
         The lane width is no width of a lane.
     """
 
-    ways: WaySelection = DRIVABLE
-    include_private: bool = False
-    rule: Rule | None = None
+    ways: WaySelection = DRIVABLE  # Which ways become streets
+    include_private: bool = False  # Whether to carry ways that are closed to the public
+    rule: Rule | None = None  # The side that traffic drives on; None finds it out from the country and from OSM
+    # Width of lanes that OSM gives no width for, m; None takes one by the class of the road
     default_lane_width: float | None = None
-    furniture: bool = True
-    extra_objects: frozenset[str] = frozenset()
-    frame: LocalFrame | None = None
+    furniture: bool = True  # Whether to read what lies beside streets: footways, barriers, stops, tram tracks, signs
+    extra_objects: frozenset[str] = frozenset()  # What is read beside streets only on request: ``lamps``, ``trees``
+    frame: LocalFrame | None = None  # The local frame; None for one in the middle of the streets
 
     def __post_init__(self) -> None:
         width = self.default_lane_width

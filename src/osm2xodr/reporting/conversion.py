@@ -14,18 +14,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Conversion:
-    """A road network, and what is worth saying about it.
+    """A road network, and what is worth saying about it."""
 
-    Parameters
-    ----------
-    road_map
-        What is to be written.
-    statistics
-        Its figures.
-    elevation_models
-        What the elevation models are and what was used of them, in the order given.
-    """
-
-    road_map: RoadMap
-    statistics: Statistics
+    road_map: RoadMap  # What is to be written
+    statistics: Statistics  # Its figures
+    # What the elevation models are and what was used of them, in the order given
     elevation_models: tuple[DemSummary, ...]

@@ -12,31 +12,20 @@ from osm2xodr.model import CubicProfile, FloatArray, RoadMap
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """Figures of a road network.
+    """Figures of a road network."""
 
-    Parameters
-    ----------
-    roads, connecting_roads, junctions
-        Numbers of roads outside of junctions, of roads through them, of junctions.
-    road_length, connecting_length
-        Lengths of reference lines, m.
-    lowest, highest
-        Heights of reference lines, m.
-    dem_coverage
-        Share of the streets whose height is measured; None without an elevation model.
-    further
-        What the stages geometry and furniture counted.
-    """
-
+    # Numbers of roads outside of junctions, of roads through them, of junctions
     roads: int
     connecting_roads: int
     junctions: int
+    # Lengths of reference lines, m
     road_length: float
     connecting_length: float
+    # Heights of reference lines, m
     lowest: float
     highest: float
-    dem_coverage: float | None
-    further: Mapping[str, float] = field(default_factory=dict)
+    dem_coverage: float | None  # Share of the streets whose height is measured; None without an elevation model
+    further: Mapping[str, float] = field(default_factory=dict)  # What the stages geometry and furniture counted
 
 
 def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:

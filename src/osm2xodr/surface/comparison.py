@@ -31,69 +31,38 @@ ORDERS = (2, 3, 4, 5)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """A part of a grid of heights.
+    """A part of a grid of heights."""
 
-    Parameters
-    ----------
-    first_col, first_row
-        Where in the grid it begins.
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    """
-
+    # Where in the grid it begins
     first_col: int
     first_row: int
-    z: Cells
+    z: Cells  # (rows, cols) Heights, m; NaN in voids
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MethodResult:
-    """What one way to find heights is worth.
+    """What one way to find heights is worth."""
 
-    Parameters
-    ----------
-    name
-        The interpolation, or the order of the polynomial.
-    count
-        Cells that were predicted.
-    bias, rms, p95, maximum
-        Mean, root mean square, 95th percentile and largest of the errors (the last two of their magnitude), m;
-        predicted less true.
-    grade_rms
-        Root mean square of the error of the grade from cell to cell, rise per metre.
-    seconds
-        What it took.
-    errors : tuple of (rows, cols)
-        By patch, m; NaN where nothing was predicted.
-    """
-
-    name: str
-    count: int
+    name: str  # The interpolation, or the order of the polynomial
+    count: int  # Cells that were predicted
+    # Mean, root mean square, 95th percentile and largest of the errors (the last two of their magnitude), m;
+    # predicted less true.
     bias: float
     rms: float
     p95: float
     maximum: float
-    grade_rms: float
-    seconds: float
-    errors: tuple[FloatArray, ...]
+    grade_rms: float  # Root mean square of the error of the grade from cell to cell, rise per metre
+    seconds: float  # What it took
+    errors: tuple[FloatArray, ...]  # tuple of (rows, cols) By patch, m; NaN where nothing was predicted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GridComparison:
-    """What ways to find heights are worth on one grid.
+    """What ways to find heights are worth on one grid."""
 
-    Parameters
-    ----------
-    patches
-        What was looked at.
-    steps
-        Length of one column and of one row, m.
-    interpolations, polynomials
-        The ways, in the order of `INTERPOLATIONS` and `ORDERS`; fewer orders where there are too few cells.
-    """
-
-    patches: tuple[Patch, ...]
-    steps: tuple[float, float]
+    patches: tuple[Patch, ...]  # What was looked at
+    steps: tuple[float, float]  # Length of one column and of one row, m
+    # The ways, in the order of `INTERPOLATIONS` and `ORDERS`; fewer orders where there are too few cells
     interpolations: tuple[MethodResult, ...]
     polynomials: tuple[MethodResult, ...]
 

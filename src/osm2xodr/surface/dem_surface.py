@@ -17,69 +17,36 @@ Bounds = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class DemSummary:
-    """What an elevation model is and what was used of it.
+    """What an elevation model is and what was used of it."""
 
-    Parameters
-    ----------
-    path, driver, crs, dtype, unit, nodata
-        As the file says; `crs` is its code, or its name where it has none.
-    cell_size
-        Geometric mean of the lengths of a column and a row near the roads, m.
-    bounds_deg
-        West, south, east, north of the whole file, degrees, WGS 84.
-    cells, voids
-        Cells that were read, and how many of them have no height.
-    share
-        Share of the road points in whose cell there is a height.
-    outliers
-        How many of the voids hold heights that are no ground.
-    """
-
+    # As the file says; `crs` is its code, or its name where it has none
     path: Path
     driver: str
     crs: str
     dtype: str
     unit: str
     nodata: float | None
-    cell_size: float
-    bounds_deg: Bounds
+    cell_size: float  # Geometric mean of the lengths of a column and a row near the roads, m
+    bounds_deg: Bounds  # West, south, east, north of the whole file, degrees, WGS 84
+    # Cells that were read, and how many of them have no height
     cells: int
     voids: int
-    share: float
-    outliers: int
+    share: float  # Share of the road points in whose cell there is a height
+    outliers: int  # How many of the voids hold heights that are no ground
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DemSurface:
-    """The height of the ground from elevation models (a `osm2xodr.model.Surface`).
+    """The height of the ground from elevation models (a `osm2xodr.model.Surface`)."""
 
-    Parameters
-    ----------
-    cell_size
-        Distance between heights, m, of the elevation model that most roads lie on.
-    sigma
-        Standard error of its heights, m.
-    coverage
-        Share of the road points whose height is measured.
-    extent_deg
-        West, south, east, north of all elevation models used, degrees, WGS 84.
-    dems
-        What was read, in the order given.
-    polynomial
-        The trend.
-    layers
-        What the heights are made of.
-    qualities
-        Quality of the heights that each layer measures, and last that of heights which none does.
-    """
-
-    cell_size: float
-    sigma: float
-    coverage: float
-    extent_deg: Bounds
-    dems: tuple[DemSummary, ...]
-    polynomial: PolynomialTrend
-    layers: LayeredSurface
+    cell_size: float  # Distance between heights, m, of the elevation model that most roads lie on
+    sigma: float  # Standard error of its heights, m
+    coverage: float  # Share of the road points whose height is measured
+    extent_deg: Bounds  # West, south, east, north of all elevation models used, degrees, WGS 84
+    dems: tuple[DemSummary, ...]  # What was read, in the order given
+    polynomial: PolynomialTrend  # The trend
+    layers: LayeredSurface  # What the heights are made of
+    # Quality of the heights that each layer measures, and last that of heights which none does
     qualities: SurfaceQuality
 
     def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:

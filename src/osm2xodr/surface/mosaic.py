@@ -59,30 +59,14 @@ _DOUBLE_CELLS_MAX = 2**24
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DemWindow:
-    """The part of an elevation model around the roads.
+    """The part of an elevation model around the roads."""
 
-    Parameters
-    ----------
-    source
-        The model.
-    frame
-        Where the window's cells are.
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    share
-        Share of the road points in whose cell there is a height.
-    block
-        How many cells of the model, in either direction, one cell of the window is the mean of.
-    outliers
-        How many voids hold heights that are no ground.
-    """
-
-    source: DemSource
-    frame: GridFrame
-    z: Cells
-    share: float
-    block: int
-    outliers: int
+    source: DemSource  # The model
+    frame: GridFrame  # Where the window's cells are
+    z: Cells  # (rows, cols) Heights, m; NaN in voids
+    share: float  # Share of the road points in whose cell there is a height
+    block: int  # How many cells of the model, in either direction, one cell of the window is the mean of
+    outliers: int  # How many voids hold heights that are no ground
 
 
 def describe_all(

@@ -17,38 +17,25 @@ DEM_TYPES = ("auto", "dtm", "dsm")
 class SurfaceOptions:
     """How heights are made from elevation models.
 
-    Parameters
-    ----------
-    method
-        One of `METHODS`: between cells ``nearest``, ``bilinear`` or ``bicubic``; ``polynomial`` takes the heights of
-        the trend alone, which has lost the terrain beyond about 1 km.
-    polynomial_order
-        Total degree of the trend, 2 to 5.
-    allow_partial
-        Whether elevation models may cover less than half of the roads.
-    sigma
-        Standard error of the heights, m, where it is known better than from the elevation models themselves: one
-        value for all of them.
-    dem_type
-        One of `DEM_TYPES`: whether elevation models show the ground (``dtm``) or canopy and roofs (``dsm``);
-        ``auto`` tells it from each model's name and heights.
-    vertical_datum
-        Datum to turn heights into, as of `parse_datum`; None leaves them as they are.
-    dem_vertical_datum
-        Datum of the elevation models' heights, likewise, instead of what their files say.
-
     Raises
     ------
     InputError
         A value is none of these.
     """
 
+    # One of `METHODS`: between cells ``nearest``, ``bilinear`` or ``bicubic``; ``polynomial`` takes the heights of
+    # the trend alone, which has lost the terrain beyond about 1 km.
     method: str = defaults.SURFACE_METHOD
-    polynomial_order: int = defaults.POLYNOMIAL_ORDER
-    allow_partial: bool = False
+    polynomial_order: int = defaults.POLYNOMIAL_ORDER  # Total degree of the trend, 2 to 5
+    allow_partial: bool = False  # Whether elevation models may cover less than half of the roads
+    # Standard error of the heights, m, where it is known better than from the elevation models themselves: one value
+    # for all of them.
     sigma: float | None = None
+    # One of `DEM_TYPES`: whether elevation models show the ground (``dtm``) or canopy and roofs (``dsm``); ``auto``
+    # tells it from each model's name and heights.
     dem_type: str = "auto"
-    vertical_datum: str | None = None
+    vertical_datum: str | None = None  # Datum to turn heights into, as of `parse_datum`; None leaves them as they are
+    # Datum of the elevation models' heights, likewise, instead of what their files say
     dem_vertical_datum: str | None = None
 
     def __post_init__(self) -> None:

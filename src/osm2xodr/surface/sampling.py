@@ -33,27 +33,13 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """One grid of heights.
+    """One grid of heights."""
 
-    Parameters
-    ----------
-    frame
-        Where its cells are.
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    sigma
-        Standard error of its heights, m.
-    ramp
-        Length over which its residual fades beyond its outermost cells, m.
-    covered
-        Whether it shows canopy and roofs rather than the ground.
-    """
-
-    frame: GridFrame
-    z: Cells
-    sigma: float
-    ramp: float
-    covered: bool = False
+    frame: GridFrame  # Where its cells are
+    z: Cells  # (rows, cols) Heights, m; NaN in voids
+    sigma: float  # Standard error of its heights, m
+    ramp: float  # Length over which its residual fades beyond its outermost cells, m
+    covered: bool = False  # Whether it shows canopy and roofs rather than the ground
 
     @property
     def cell_size(self) -> float:
@@ -80,20 +66,12 @@ class _FilledLayer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trend:
-    """The polynomial trend, kept from running away beyond the heights it was fitted to.
+    """The polynomial trend, kept from running away beyond the heights it was fitted to."""
 
-    Parameters
-    ----------
-    polynomial
-        The trend.
-    box
-        West, south, east, north, local m: beyond, the trend stays as it is at the nearest point of the box.
-    lowest, highest
-        Heights that it is kept within, m.
-    """
-
-    polynomial: PolynomialTrend
+    polynomial: PolynomialTrend  # The trend
+    # West, south, east, north, local m: beyond, the trend stays as it is at the nearest point of the box
     box: tuple[float, float, float, float]
+    # Heights that it is kept within, m
     lowest: float
     highest: float
 

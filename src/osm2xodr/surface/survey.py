@@ -31,55 +31,31 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DemComparison:
-    """An elevation model, and what ways to find its heights are worth.
+    """An elevation model, and what ways to find its heights are worth."""
 
-    Parameters
-    ----------
-    path, driver, crs, dtype, unit
-        As the file says; `crs` is the name.
-    cell_size
-        Geometric mean of the lengths of a column and a row, m.
-    size
-        Columns and rows of what was looked at (the whole model, or the part within the box).
-    cells, voids, outliers
-        Cells that were read, and how many of them have no height; how many of these hold what is none.
-    sigma
-        Estimated standard error of heights, m.
-    covered
-        Whether it is taken for a surface model (canopy and roofs).
-    grid
-        The comparison.
-    """
-
+    # As the file says; `crs` is the name
     path: Path
     driver: str
     crs: str
     dtype: str
     unit: str
-    cell_size: float
-    size: tuple[int, int]
+    cell_size: float  # Geometric mean of the lengths of a column and a row, m
+    size: tuple[int, int]  # Columns and rows of what was looked at (the whole model, or the part within the box)
+    # Cells that were read, and how many of them have no height; how many of these hold what is none
     cells: int
     voids: int
     outliers: int
-    sigma: float
-    covered: bool
-    grid: GridComparison
+    sigma: float  # Estimated standard error of heights, m
+    covered: bool  # Whether it is taken for a surface model (canopy and roofs)
+    grid: GridComparison  # The comparison
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceComparison:
-    """What ways to find heights are worth on a user's elevation models.
+    """What ways to find heights are worth on a user's elevation models."""
 
-    Parameters
-    ----------
-    box_deg
-        West, south, east, north of what was asked for, degrees, WGS 84; None for all there is.
-    models
-        One for each elevation model, in the order given.
-    """
-
-    box_deg: Box | None
-    models: tuple[DemComparison, ...]
+    box_deg: Box | None  # West, south, east, north of what was asked for, degrees, WGS 84; None for all there is
+    models: tuple[DemComparison, ...]  # One for each elevation model, in the order given
 
 
 def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagnostics) -> SurfaceComparison:

@@ -106,17 +106,10 @@ SEVERITIES: Final = MappingProxyType({"error": "#c1272d", "warning": "#e08a00", 
 
 @dataclass(frozen=True)
 class Ramp:
-    """A scale of colours between two values; beyond them the colours at the ends are taken.
+    """A scale of colours between two values; beyond them the colours at the ends are taken."""
 
-    Parameters
-    ----------
-    stops
-        Evenly spaced.
-    low, high
-        Values at the first and the last stop, in `unit`.
-    """
-
-    stops: Sequence[Colour]
+    stops: Sequence[Colour]  # Evenly spaced
+    # Values at the first and the last stop, in `unit`
     low: float
     high: float
     unit: str

@@ -34,20 +34,11 @@ class PlacedSignal:
 
 @dataclass(frozen=True)
 class PlacedObject:
-    """An object, or one of its copies.
+    """An object, or one of its copies."""
 
-    Parameters
-    ----------
-    item
-        As read.
-    corners
-        x and y of its outline, or of its place alone, m.
-    x, y, z, heading
-        Its place and where it points to, m, rad.
-    """
-
-    item: Furniture
-    corners: tuple[tuple[float, float], ...]
+    item: Furniture  # As read
+    corners: tuple[tuple[float, float], ...]  # x and y of its outline, or of its place alone, m
+    # Its place and where it points to, m, rad
     x: float
     y: float
     z: float

@@ -19,43 +19,25 @@ KMH = 3.6
 
 @dataclass(frozen=True)
 class Categories:
-    """Kinds, each with a colour.
+    """Kinds, each with a colour."""
 
-    Parameters
-    ----------
-    names, colours, labels
-        Of each kind.
-    present
-        Whether it occurs, and so stands in the legend.
-    """
-
+    # Of each kind
     names: tuple[str, ...]
     colours: tuple[str, ...]
     labels: tuple[str, ...]
-    present: tuple[bool, ...]
+    present: tuple[bool, ...]  # Whether it occurs, and so stands in the legend
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A way to colour roads.
+    """A way to colour roads."""
 
-    Parameters
-    ----------
-    key
-        ``type``, ``class``, ``height``, ``grade``, ``error``, ``speed`` or ``finding``.
-    label, title
-        For the switch, and for the legend with its unit.
-    scale
-        Colours.
-    digits
-        After the point of the legend's numbers.
-    """
-
-    key: str
+    key: str  # ``type``, ``class``, ``height``, ``grade``, ``error``, ``speed`` or ``finding``
+    # For the switch, and for the legend with its unit
     label: str
     title: str
-    scale: Categories | Ramp
-    digits: int = 0
+    scale: Categories | Ramp  # Colours
+    digits: int = 0  # After the point of the legend's numbers
 
 
 def lane_speeds(file: OpenDrive, scene: Scene) -> FloatArray:

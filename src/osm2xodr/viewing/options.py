@@ -15,43 +15,20 @@ PICTURE_COLOURS: Final = ("type", "height", "grade", "speed")
 
 @dataclass(frozen=True)
 class ReportOptions:
-    """What a report is made of, beside the file.
+    """What a report is made of, beside the file."""
 
-    Parameters
-    ----------
-    osm
-        The area's file of OpenStreetMap; without it there is no table of coverage.
-    dem
-        Elevation models; without any there are no errors of heights.
-    log
-        The report that ``convert --report-json`` writes, as read from JSON.
-    title
-        Headline; empty: the name of the road network, or of the file.
-    check
-        Whether the file is checked.
-    """
-
-    osm: Path | None = None
-    dem: tuple[Path, ...] = ()
-    log: Mapping[str, Any] | None = None
-    title: str = ""
-    check: bool = True
+    osm: Path | None = None  # The area's file of OpenStreetMap; without it there is no table of coverage
+    dem: tuple[Path, ...] = ()  # Elevation models; without any there are no errors of heights
+    log: Mapping[str, Any] | None = None  # The report that ``convert --report-json`` writes, as read from JSON
+    title: str = ""  # Headline; empty: the name of the road network, or of the file
+    check: bool = True  # Whether the file is checked
 
 
 @dataclass(frozen=True)
 class PictureOptions:
-    """What a picture shows.
+    """What a picture shows."""
 
-    Parameters
-    ----------
-    box
-        West, south, east, north in the file's x and y, m; None: everything.
-    width
-        Pixels.
-    colour
-        One of `PICTURE_COLOURS`.
-    """
-
+    # West, south, east, north in the file's x and y, m; None: everything
     box: tuple[float, float, float, float] | None = None
-    width: int = defaults.RENDER_WIDTH
-    colour: str = "type"
+    width: int = defaults.RENDER_WIDTH  # Pixels
+    colour: str = "type"  # One of `PICTURE_COLOURS`

@@ -15,35 +15,14 @@ from osm2xodr.model import FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Stations, strips and lanes of all roads, in the order of the file.
+    """Stations, strips and lanes of all roads, in the order of the file."""
 
-    Parameters
-    ----------
-    strip_road : (strips,)
-        Index of the road.
-    strip_section : (strips,)
-        Index of the lane section.
-    station_start : (strips + 1,)
-        Into the stations.
-    lane_start : (strips + 1,)
-        Into the lanes.
-    s, x, y, z, heading, roll, grade : (stations,)
-        On the reference line: m, rad, rise per metre. Roll lowers what is to the right when it is positive, as
-        OpenDRIVE's superelevation does. NaN where the file does not say.
-    ground : (stations,)
-        Height of the elevation model, m; NaN where there is none.
-    border : (stations x borders,)
-        t of the borders, m, from left to right; one more than lanes. Strip after strip, station after station.
-    lane : (lanes,)
-        Row in the file's table of lanes; from left to right, without centre lanes.
-    centre : (strips,)
-        Row of the centre lane, -1 without one.
-    """
-
-    strip_road: IntArray
-    strip_section: IntArray
-    station_start: IntArray
-    lane_start: IntArray
+    strip_road: IntArray  # (strips,) Index of the road
+    strip_section: IntArray  # (strips,) Index of the lane section
+    station_start: IntArray  # (strips + 1,) Into the stations
+    lane_start: IntArray  # (strips + 1,) Into the lanes
+    # (stations,) On the reference line: m, rad, rise per metre. Roll lowers what is to the right when it is positive,
+    # as OpenDRIVE's superelevation does. NaN where the file does not say.
     s: FloatArray
     x: FloatArray
     y: FloatArray
@@ -51,10 +30,12 @@ class Scene:
     heading: FloatArray
     roll: FloatArray
     grade: FloatArray
-    ground: FloatArray
+    ground: FloatArray  # (stations,) Height of the elevation model, m; NaN where there is none
+    # (stations x borders,) t of the borders, m, from left to right; one more than lanes. Strip after strip, station
+    # after station.
     border: FloatArray
-    lane: IntArray
-    centre: IntArray
+    lane: IntArray  # (lanes,) Row in the file's table of lanes; from left to right, without centre lanes
+    centre: IntArray  # (strips,) Row of the centre lane, -1 without one
 
     @property
     def strip_stations(self) -> IntArray:

@@ -14,17 +14,10 @@ from osm2xodr.xodrWriter.words import Words
 
 @dataclass(frozen=True, slots=True)
 class RoadTables:
-    """What the tables of a road map hold for one road.
+    """What the tables of a road map hold for one road."""
 
-    Parameters
-    ----------
-    length
-        m.
-    geometry, elevation, superelevation, lane_offset
-        Records as text; only the last two may be empty.
-    """
-
-    length: float
+    length: float  # m
+    # Records as text; only the last two may be empty
     geometry: str
     elevation: str
     superelevation: str

@@ -15,33 +15,23 @@ from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Target
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """What one version of OpenDRIVE has and has not, as far as it matters here.
+    """What one version of OpenDRIVE has and has not, as far as it matters here."""
 
-    Parameters
-    ----------
-    rev_minor
-        ``header@revMinor``.
-    has_rule, has_license
-        Whether roads have ``rule``, and the header ``<license>``.
-    lane_types, road_types, mark_types, mark_colors, object_types
-        Words of the model that the version lacks, and the nearest that it has.
-    has_subtype, has_outlines
-        Whether objects have ``subtype`` and ``<outlines>``.
-    has_direction
-        Whether lanes have ``direction``. Where they have, ``bidirectional`` alone does not say that a lane is driven
-        both ways.
-    """
-
-    rev_minor: int
+    rev_minor: int  # ``header@revMinor``
+    # Whether roads have ``rule``, and the header ``<license>``
     has_rule: bool = True
     has_license: bool = False
+    # Words of the model that the version lacks, and the nearest that it has
     lane_types: Mapping[str, str] = field(default_factory=dict)
     road_types: Mapping[str, str] = field(default_factory=dict)
     mark_types: Mapping[str, str] = field(default_factory=dict)
     mark_colors: Mapping[str, str] = field(default_factory=dict)
     object_types: Mapping[str, str] = field(default_factory=dict)
+    # Whether objects have ``subtype`` and ``<outlines>``
     has_subtype: bool = True
     has_outlines: bool = True
+    # Whether lanes have ``direction``. Where they have, ``bidirectional`` alone does not say that a lane is driven
+    # both ways.
     has_direction: bool = False
 
 
@@ -88,31 +78,16 @@ VERSIONS: Final = tuple(DIALECTS)
 
 @dataclass(frozen=True, slots=True)
 class WriteOptions:
-    """How to write.
+    """How to write."""
 
-    Parameters
-    ----------
-    version
-        Version of OpenDRIVE, one of `VERSIONS`.
-    name
-        Name of the road network in the header.
-    date
-        Date in the header, ISO 8601; empty leaves it out. Never the time of writing, so that the same input gives
-        the same bytes.
-    tool_version
-        Version of the converter, for the header.
-    osm_data
-        Whether the data are OpenStreetMap's, whose licence asks to be named.
-    target
-        The reader to write for.
-    """
-
-    version: str = "1.7"
-    name: str = ""
+    version: str = "1.7"  # Version of OpenDRIVE, one of `VERSIONS`
+    name: str = ""  # Name of the road network in the header
+    # Date in the header, ISO 8601; empty leaves it out. Never the time of writing, so that the same input gives the
+    # same bytes.
     date: str = ""
-    tool_version: str = ""
-    osm_data: bool = True
-    target: Target = TARGETS[DEFAULT_TARGET]
+    tool_version: str = ""  # Version of the converter, for the header
+    osm_data: bool = True  # Whether the data are OpenStreetMap's, whose licence asks to be named
+    target: Target = TARGETS[DEFAULT_TARGET]  # The reader to write for
 
     def __post_init__(self) -> None:
         if self.version not in DIALECTS:

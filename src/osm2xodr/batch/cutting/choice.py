@@ -51,23 +51,14 @@ _NOWHERE: Final = 1e8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Choice:
-    """What belongs to a cut.
+    """What belongs to a cut."""
 
-    Parameters
-    ----------
-    ways, relations, nodes
-        Rows of `Source.way_ids`, `Source.relation_ids` and `Source.node_ids`, ascending.
-    driven
-        How many of the ways in the area itself become streets.
-    bounds_deg
-        West, south, east, north of the area, degrees.
-    """
-
+    # Rows of `Source.way_ids`, `Source.relation_ids` and `Source.node_ids`, ascending
     ways: IntArray
     relations: IntArray
     nodes: IntArray
-    driven: int
-    bounds_deg: tuple[float, float, float, float]
+    driven: int  # How many of the ways in the area itself become streets
+    bounds_deg: tuple[float, float, float, float]  # West, south, east, north of the area, degrees
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -75,44 +66,28 @@ class Choice:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Members:
-    """Ways and nodes that relations are about.
+    """Ways and nodes that relations are about."""
 
-    Parameters
-    ----------
-    first_way, ways
-        Ways of each relation: those from `first_way` [relation] to `first_way` [relation + 1].
-    way, node
-        Ways or nodes, ascending, and the relation that each is a member of.
-    """
-
+    # Ways of each relation: those from `first_way` [relation] to `first_way` [relation + 1]
     first_way: IntArray
     ways: IntArray
+    # Ways or nodes, ascending, and the relation that each is a member of
     way: tuple[IntArray, IntArray]
     node: tuple[IntArray, IntArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A map, prepared for choosing.
+    """A map, prepared for choosing."""
 
-    Parameters
-    ----------
-    source, segments
-        The map.
-    way_cells, thing_cells
-        Where ways and things are.
-    members
-        Of relations.
-    streets
-        By what becomes a street; none where no request has a context.
-    """
-
+    # The map
     source: Source
     segments: Segments
+    # Where ways and things are
     way_cells: Cells
     thing_cells: Cells
-    members: Members
-    streets: Mapping[Driven, Streets]
+    members: Members  # Of relations
+    streets: Mapping[Driven, Streets]  # By what becomes a street; none where no request has a context
 
 
 def make_plan(source: Source, *, context: bool) -> Plan:

@@ -54,57 +54,28 @@ class Driven(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """What of a map is of interest. Ways and relations are those that `ways_and_relations_of` yields.
+    """What of a map is of interest. Ways and relations are those that `ways_and_relations_of` yields."""
 
-    Parameters
-    ----------
-    file
-        The map.
-    way_ids : (ways,)
-        OSM ids.
-    way_current : (ways,)
-        Whether the way is neither deleted nor replaced by a newer version.
-    first : (ways + 1,)
-        Index of each way's first entry in `row`.
-    row : (refs,)
-        Nodes of the ways, rows of `node_ids`. Nodes that are not in the file are left out.
-    driven
-        (ways,) Which ways become streets, by what is asked for.
-    relation_ids : (relations,)
-        OSM ids.
-    relation_current : (relations,)
-        As `way_current`.
-    member_ways, member_nodes
-        Of each relation: ids of its members.
-    node_ids : (nodes,)
-        OSM ids of the nodes of ways and of `thing`, ascending.
-    lon, lat : (nodes,)
-        Where they are, whole units of 1e-7 degrees, WGS 84.
-    node_at : (nodes,)
-        Which of those that `nodes_of` returns each is, counted from 0; empty where nodes stand in the order of their
-        ids, none of them negative.
-    thing : (nodes,)
-        Whether the node is of interest wherever it lies.
-    in_order
-        Whether all of this stands in the file in the order of ids, ways before relations.
-    """
-
-    file: OsmFile
-    way_ids: IntArray
-    way_current: BoolArray
-    first: IntArray
-    row: IntArray
-    driven: Mapping[Driven, BoolArray]
-    relation_ids: IntArray
-    relation_current: BoolArray
+    file: OsmFile  # The map
+    way_ids: IntArray  # (ways,) OSM ids
+    way_current: BoolArray  # (ways,) Whether the way is neither deleted nor replaced by a newer version
+    first: IntArray  # (ways + 1,) Index of each way's first entry in `row`
+    row: IntArray  # (refs,) Nodes of the ways, rows of `node_ids`. Nodes that are not in the file are left out.
+    driven: Mapping[Driven, BoolArray]  # (ways,) Which ways become streets, by what is asked for
+    relation_ids: IntArray  # (relations,) OSM ids
+    relation_current: BoolArray  # (relations,) As `way_current`
+    # Of each relation: ids of its members
     member_ways: Sequence[IntArray]
     member_nodes: Sequence[IntArray]
-    node_ids: IntArray
+    node_ids: IntArray  # (nodes,) OSM ids of the nodes of ways and of `thing`, ascending
+    # (nodes,) Where they are, whole units of 1e-7 degrees, WGS 84
     lon: IntArray
     lat: IntArray
+    # (nodes,) Which of those that `nodes_of` returns each is, counted from 0; empty where nodes stand in the order of
+    # their ids, none of them negative.
     node_at: IntArray
-    thing: BoolArray
-    in_order: bool
+    thing: BoolArray  # (nodes,) Whether the node is of interest wherever it lies
+    in_order: bool  # Whether all of this stands in the file in the order of ids, ways before relations
 
     def __post_init__(self) -> None:
         freeze_arrays(self)

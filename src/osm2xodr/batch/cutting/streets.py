@@ -22,17 +22,10 @@ _CELLS_MAX: Final = 10_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segments:
-    """Straight pieces between the nodes of ways, in the order of ways.
+    """Straight pieces between the nodes of ways, in the order of ways."""
 
-    Parameters
-    ----------
-    first : (ways + 1,)
-        Index of each way's first segment.
-    start, end : (segments,)
-        Nodes, rows of `Source.node_ids`; never the same.
-    """
-
-    first: IntArray
+    first: IntArray  # (ways + 1,) Index of each way's first segment
+    # (segments,) Nodes, rows of `Source.node_ids`; never the same
     start: IntArray
     end: IntArray
 
@@ -42,21 +35,13 @@ class Segments:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Streets:
-    """What ways make up from intersection to intersection, over nodes where no third way meets.
+    """What ways make up from intersection to intersection, over nodes where no third way meets."""
 
-    Parameters
-    ----------
-    of_segment : (segments,)
-        Street of each segment of `Segments`, -1 where none runs.
-    first_way, ways
-        Ways of each street: those from `first_way` [street] to `first_way` [street + 1].
-    first_end, ends
-        As these: the intersections and dead ends of each street, rows of `Source.node_ids`.
-    """
-
-    of_segment: IntArray
+    of_segment: IntArray  # (segments,) Street of each segment of `Segments`, -1 where none runs
+    # Ways of each street: those from `first_way` [street] to `first_way` [street + 1]
     first_way: IntArray
     ways: IntArray
+    # As these: the intersections and dead ends of each street, rows of `Source.node_ids`
     first_end: IntArray
     ends: IntArray
 
@@ -66,21 +51,11 @@ class Streets:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Which ways or nodes are in which cell of a grid of longitude and latitude.
+    """Which ways or nodes are in which cell of a grid of longitude and latitude."""
 
-    Parameters
-    ----------
-    keys : (entries,)
-        Numbers of cells, ascending.
-    items : (entries,)
-        What is there.
-    everywhere
-        Items that are looked at wherever one looks.
-    """
-
-    keys: IntArray
-    items: IntArray
-    everywhere: IntArray
+    keys: IntArray  # (entries,) Numbers of cells, ascending
+    items: IntArray  # (entries,) What is there
+    everywhere: IntArray  # Items that are looked at wherever one looks
 
     def __post_init__(self) -> None:
         freeze_arrays(self)

@@ -26,18 +26,10 @@ _BUFFER: Final = 1 << 18
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A file to write.
+    """A file to write."""
 
-    Parameters
-    ----------
-    path
-        Where to.
-    choice
-        What.
-    """
-
-    path: Path
-    choice: Choice
+    path: Path  # Where to
+    choice: Choice  # What
 
     @property
     def part(self) -> Path:

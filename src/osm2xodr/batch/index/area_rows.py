@@ -24,65 +24,35 @@ _KEPT = (Status.DONE, Status.UNCHANGED)
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What a report tells; None where it does not.
+    """What a report tells; None where it does not."""
 
-    Parameters
-    ----------
-    roads, connecting_roads, junctions
-        Numbers of roads outside of junctions, of roads through them, of junctions.
-    road_length, connecting_length
-        Lengths of reference lines, m.
-    dem_coverage
-        Share of the streets whose height is measured.
-    lowest, highest
-        Heights of reference lines, m.
-    grade
-        The steepest one, rise per metre.
-    counts
-        Diagnostics of each kind.
-    size
-        Of the road network's file, bytes.
-    xodr_version
-        Of OpenDRIVE.
-    version
-        Of the converter.
-    """
-
+    # Numbers of roads outside of junctions, of roads through them, of junctions
     roads: float | None
     connecting_roads: float | None
     junctions: float | None
+    # Lengths of reference lines, m
     road_length: float | None
     connecting_length: float | None
-    dem_coverage: float | None
+    dem_coverage: float | None  # Share of the streets whose height is measured
+    # Heights of reference lines, m
     lowest: float | None
     highest: float | None
-    grade: float | None
-    counts: Mapping[Kind, int]
-    size: float | None
-    xodr_version: str
-    version: str
+    grade: float | None  # The steepest one, rise per metre
+    counts: Mapping[Kind, int]  # Diagnostics of each kind
+    size: float | None  # Of the road network's file, bytes
+    xodr_version: str  # Of OpenDRIVE
+    version: str  # Of the converter
 
 
 @dataclass(frozen=True, slots=True)
 class AreaRow:
-    """What is to be told about an area.
+    """What is to be told about an area."""
 
-    Parameters
-    ----------
-    result
-        What became of it.
-    message
-        The sentence of the result, in one line; or that there is no report to read.
-    files
-        Names of its files that are there, by suffix. None for areas that failed: what lies there is not of this run.
-    figures
-        Of its report; None where there is none.
-    """
-
-    result: Result
-    message: str
+    result: Result  # What became of it
+    message: str  # The sentence of the result, in one line; or that there is no report to read
+    # Names of its files that are there, by suffix. None for areas that failed: what lies there is not of this run.
     files: Mapping[str, str]
-    figures: Figures | None
+    figures: Figures | None  # Of its report; None where there is none
 
     @property
     def name(self) -> str:

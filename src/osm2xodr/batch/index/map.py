@@ -29,45 +29,27 @@ _MARGIN: Final = 0.03
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """An area on the map.
+    """An area on the map."""
 
-    Parameters
-    ----------
-    path
-        Its outline, as data of an SVG path; empty where it is but a point.
-    x, y
-        Its middle, units to the right and down.
-    width, height
-        Units.
-    """
-
-    path: str
+    path: str  # Its outline, as data of an SVG path; empty where it is but a point
+    # Its middle, units to the right and down
     x: float
     y: float
+    # Units
     width: float
     height: float
 
 
 @dataclass(frozen=True, slots=True)
 class Map:
-    """Areas on the map.
+    """Areas on the map."""
 
-    Parameters
-    ----------
-    shapes
-        Of each area; None for those of which nobody knows where they are.
-    width, height
-        Of the drawing, units.
-    unit
-        Metres of the sphere's equator per unit.
-    left, top
-        Mercator's x and y of the drawing's left upper corner, m.
-    """
-
-    shapes: tuple[Shape | None, ...]
+    shapes: tuple[Shape | None, ...]  # Of each area; None for those of which nobody knows where they are
+    # Of the drawing, units
     width: float
     height: float
-    unit: float
+    unit: float  # Metres of the sphere's equator per unit
+    # Mercator's x and y of the drawing's left upper corner, m
     left: float
     top: float
 

@@ -27,49 +27,23 @@ _USAGE: Final = "Error: "
 
 @dataclass(frozen=True, slots=True)
 class AreaJob:
-    """An area to convert.
+    """An area to convert."""
 
-    Parameters
-    ----------
-    batch
-        Tells batches apart that use the same workers.
-    name
-        The area.
-    arguments
-        Of ``osm2xodr``, from the name of the command on.
-    memory
-        Bytes that it may take where `arguments` do not bound them; 0 for no bound.
-    version
-        Of osm2xodr, which must be the worker's.
-    """
-
-    batch: str
-    name: str
-    arguments: tuple[str, ...]
-    memory: int = 0
-    version: str = __version__
+    batch: str  # Tells batches apart that use the same workers
+    name: str  # The area
+    arguments: tuple[str, ...]  # Of ``osm2xodr``, from the name of the command on
+    memory: int = 0  # Bytes that it may take where `arguments` do not bound them; 0 for no bound
+    version: str = __version__  # Of osm2xodr, which must be the worker's
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How the conversion of an area ended.
+    """How the conversion of an area ended."""
 
-    Parameters
-    ----------
-    message
-        Why it failed, one sentence; empty if it did not.
-    seconds
-        How long it took.
-    memory
-        Most memory that it took, bytes.
-    empty
-        Whether it failed because there is nothing to drive on.
-    """
-
-    message: str
-    seconds: float = 0.0
-    memory: int = 0
-    empty: bool = False
+    message: str  # Why it failed, one sentence; empty if it did not
+    seconds: float = 0.0  # How long it took
+    memory: int = 0  # Most memory that it took, bytes
+    empty: bool = False  # Whether it failed because there is nothing to drive on
 
 
 class _Server:

@@ -47,21 +47,12 @@ _ENDED: Final = frozenset({"finished", "error", "cancelled"})
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Who converts.
+    """Who converts."""
 
-    Parameters
-    ----------
-    count
-        How many processes on this machine, at least 1; not looked at with a scheduler.
-    scheduler
-        Address of an existing scheduler, such as ``tcp://host:8786``; empty for a cluster on this machine.
-    memory
-        Bytes that an area may take; None for an equal share of what the machine has.
-    """
-
-    count: int = 1
+    count: int = 1  # How many processes on this machine, at least 1; not looked at with a scheduler
+    # Address of an existing scheduler, such as ``tcp://host:8786``; empty for a cluster on this machine
     scheduler: str = ""
-    memory: int | None = None
+    memory: int | None = None  # Bytes that an area may take; None for an equal share of what the machine has
 
 
 def check_dask() -> None:

@@ -36,26 +36,13 @@ _MOST = 1 << 20
 
 @dataclass(frozen=True)
 class LaneIndex:
-    """Lanes by section and id.
+    """Lanes by section and id."""
 
-    Parameters
-    ----------
-    road : (lanes,)
-        Index of each lane's road.
-    driving : (lanes,)
-        Whether cars drive on it; never the centre lane.
-    forward : (lanes,)
-        Whether traffic runs along s.
-    both_ways : (lanes,)
-        Whether traffic runs both ways.
-    first, last : (roads,)
-        First and last section of each road; -1 without one.
-    """
-
-    road: IntArray
-    driving: BoolArray
-    forward: BoolArray
-    both_ways: BoolArray
+    road: IntArray  # (lanes,) Index of each lane's road
+    driving: BoolArray  # (lanes,) Whether cars drive on it; never the centre lane
+    forward: BoolArray  # (lanes,) Whether traffic runs along s
+    both_ways: BoolArray  # (lanes,) Whether traffic runs both ways
+    # (roads,) First and last section of each road; -1 without one
     first: IntArray
     last: IntArray
     _keys: IntArray

@@ -15,26 +15,17 @@ from osm2xodr.opendrive import ABSENT, End, LinkKind, OpenDrive, pose
 
 @dataclass(frozen=True)
 class Transitions:
-    """Steps across ends of roads: from a lane (a) at an end of its road to another (b) at an end of its own.
+    """Steps across ends of roads: from a lane (a) at an end of its road to another (b) at an end of its own."""
 
-    Parameters
-    ----------
-    lane_a, lane_b : (n,)
-        Rows of lanes.
-    end_a, end_b : (n,)
-        `End` of their roads.
-    incoming : (n,)
-        Whether it is a connection of a junction that says so, and not a link of the road itself.
-    line : (n,)
-        Of the file.
-    """
-
+    # (n,) Rows of lanes
     lane_a: IntArray
     lane_b: IntArray
+    # (n,) `End` of their roads
     end_a: IntArray
     end_b: IntArray
+    # (n,) Whether it is a connection of a junction that says so, and not a link of the road itself
     incoming: BoolArray
-    line: IntArray
+    line: IntArray  # (n,) Of the file
 
     def joined(self, other: Transitions) -> Transitions:
         """Return the steps of both."""

@@ -20,22 +20,13 @@ _PERCENT = 100.0
 
 @dataclass(frozen=True)
 class LaneEnds:
-    """Lanes at ends of their roads.
+    """Lanes at ends of their roads."""
 
-    Parameters
-    ----------
-    inner, outer : (n, 3)
-        Points of the borders, m.
-    hdg : (n,)
-        Heading of traffic, rad.
-    grade : (n,)
-        Of traffic, m/m.
-    """
-
+    # (n, 3) Points of the borders, m
     inner: FloatArray
     outer: FloatArray
-    hdg: FloatArray
-    grade: FloatArray
+    hdg: FloatArray  # (n,) Heading of traffic, rad
+    grade: FloatArray  # (n,) Of traffic, m/m
 
 
 def end_station(drive: OpenDrive, road: IntArray, end: IntArray) -> FloatArray:

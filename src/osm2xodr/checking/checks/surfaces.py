@@ -27,16 +27,9 @@ _CELLS = 1 << 31
 
 @dataclass(frozen=True)
 class _Carriageways:
-    """Driving carriageways at stations of roads.
+    """Driving carriageways at stations of roads."""
 
-    Parameters
-    ----------
-    road, s, x, y, z, hdg, grade, bank : (n,)
-        Where, and how the surface is inclined along and across the road.
-    low, high : (n,)
-        t of the right and the left edge.
-    """
-
+    # (n,) Where, and how the surface is inclined along and across the road
     road: IntArray
     s: FloatArray
     x: FloatArray
@@ -45,6 +38,7 @@ class _Carriageways:
     hdg: FloatArray
     grade: FloatArray
     bank: FloatArray
+    # (n,) t of the right and the left edge
     low: FloatArray
     high: FloatArray
 

@@ -26,46 +26,21 @@ DEFAULT_READERS = ("carla", "esmini", "sumo")
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One rule.
+    """One rule."""
 
-    Parameters
-    ----------
-    name
-        Short name in kebab-case; stable.
-    severity
-        Of a finding, unless its value reaches `grave`: then it is an error.
-    meaning
-        What is wrong if there is a finding: one sentence.
-    text
-        Sentence for one finding; ``{value}``, ``{limit}`` and ``{other}`` are filled in.
-    remedy
-        How to mend it.
-    suffers
-        What which readers make of it; empty where nothing was measured.
-    readers
-        Those of `READERS` that suffer.
-    standard
-        Whether the standard itself asks for it. If not, it matters only to `readers`.
-    limit, grave
-        Values above `limit` are findings, above `grave` errors; None where there is no number.
-    unit
-        Of value and limit.
-    source
-        Of the limit.
-    """
-
-    name: str
-    severity: Severity
-    meaning: str
-    text: str
-    remedy: str
-    suffers: str = ""
-    readers: tuple[str, ...] = ()
-    standard: bool = True
+    name: str  # Short name in kebab-case; stable
+    severity: Severity  # Of a finding, unless its value reaches `grave`: then it is an error
+    meaning: str  # What is wrong if there is a finding: one sentence
+    text: str  # Sentence for one finding; ``{value}``, ``{limit}`` and ``{other}`` are filled in
+    remedy: str  # How to mend it
+    suffers: str = ""  # What which readers make of it; empty where nothing was measured
+    readers: tuple[str, ...] = ()  # Those of `READERS` that suffer
+    standard: bool = True  # Whether the standard itself asks for it. If not, it matters only to `readers`.
+    # Values above `limit` are findings, above `grave` errors; None where there is no number
     limit: float | None = None
     grave: float | None = None
-    unit: str = ""
-    source: str = ""
+    unit: str = ""  # Of value and limit
+    source: str = ""  # Of the limit
 
     def matters_to(self, readers: frozenset[str]) -> bool:
         """Whether the rule is asked for by the standard or by one of some readers."""

@@ -25,21 +25,11 @@ _LEFT, _THROUGH, _RIGHT = "left", "through", "right"
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """A head for cars at a junction.
+    """A head for cars at a junction."""
 
-    Parameters
-    ----------
-    signal
-        What is written.
-    approach
-        Index of its approach.
-    movements
-        The ways through the junction that it governs.
-    """
-
-    signal: Signal
-    approach: int
-    movements: tuple[Movement, ...]
+    signal: Signal  # What is written
+    approach: int  # Index of its approach
+    movements: tuple[Movement, ...]  # The ways through the junction that it governs
 
 
 def turn_of(movement: Movement) -> str:

@@ -25,21 +25,12 @@ _LEFT_OUT = "signal-left-out"
 
 @dataclass(frozen=True, slots=True)
 class Sites:
-    """Where lights are.
+    """Where lights are."""
 
-    Parameters
-    ----------
-    approaches
-        OSM element behind the lights of each approach that has any, by its index.
-    crossings
-        All crossings of signalled junctions where people have lights: (id of the junction, crossing).
-    on_roads
-        Lights apart from junctions.
-    """
-
-    approaches: Mapping[int, str]
+    approaches: Mapping[int, str]  # OSM element behind the lights of each approach that has any, by its index
+    # All crossings of signalled junctions where people have lights: (id of the junction, crossing)
     crossings: tuple[tuple[int, Crossing], ...]
-    on_roads: tuple[RoadLight, ...]
+    on_roads: tuple[RoadLight, ...]  # Lights apart from junctions
 
 
 def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing]) -> Sites:

@@ -18,23 +18,16 @@ _KIND = "traffic_signals"
 
 @dataclass(frozen=True, slots=True)
 class Lights:
-    """What lights consist of.
+    """What lights consist of."""
 
-    Parameters
-    ----------
-    signals, references, controllers, stops
-        What is placed.
-    section_breaks
-        (id of a road, s): where it needs a new lane section, see `osm2xodr.furniture.lights.section_breaks`.
-    signalled
-        (id of the road, whether it comes to the junction with its end) of the approaches that have lights.
-    """
-
+    # What is placed
     signals: tuple[Signal, ...] = ()
     references: tuple[SignalReference, ...] = ()
     controllers: tuple[Controller, ...] = ()
     stops: tuple[Stop, ...] = ()
+    # (id of a road, s): where it needs a new lane section, see `osm2xodr.furniture.lights.section_breaks`
     section_breaks: tuple[tuple[int, float], ...] = ()
+    # (id of the road, whether it comes to the junction with its end) of the approaches that have lights
     signalled: frozenset[tuple[int, bool]] = frozenset()
 
 

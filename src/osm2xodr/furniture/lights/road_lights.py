@@ -24,47 +24,25 @@ _LIGHT_HALF_GAP: Final = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A node with lights on a road.
+    """A node with lights on a road."""
 
-    Parameters
-    ----------
-    road, s
-        Where, m; s may lie beyond the road's ends.
-    along
-        Whether for traffic along s (else against it); None for both.
-    osm_id
-        The node.
-    crossing
-        Whether people cross there.
-    """
-
+    # Where, m; s may lie beyond the road's ends
     road: int
     s: float
-    along: bool | None
-    osm_id: str
-    crossing: bool
+    along: bool | None  # Whether for traffic along s (else against it); None for both
+    osm_id: str  # The node
+    crossing: bool  # Whether people cross there
 
 
 @dataclass(frozen=True, slots=True)
 class RoadLight:
-    """Lights on a road that are switched together.
+    """Lights on a road that are switched together."""
 
-    Parameters
-    ----------
-    road
-        Id of the road.
-    stops
-        (whether for traffic along s, s of the stop line's edge in front of what traffic stops for).
-    osm_ids
-        What they come from, in ascending s.
-    crossings
-        Those that people have lights at.
-    """
-
-    road: int
+    road: int  # Id of the road
+    # (whether for traffic along s, s of the stop line's edge in front of what traffic stops for)
     stops: tuple[tuple[bool, float], ...]
-    osm_ids: tuple[str, ...]
-    crossings: tuple[Crossing, ...]
+    osm_ids: tuple[str, ...]  # What they come from, in ascending s
+    crossings: tuple[Crossing, ...]  # Those that people have lights at
 
     def section_break(self) -> float:
         """Return where a lane section has to begin so that all lights stand before the end of theirs, s, m.

@@ -14,22 +14,13 @@ from osm2xodr.furniture.world import World
 
 @dataclass(frozen=True, slots=True)
 class LightRow:
-    """A place of a node with lights.
+    """A place of a node with lights."""
 
-    Parameters
-    ----------
-    road, s
-        The road, -1 for none, and where on it, m; beyond its ends in a junction.
-    junction
-        Id of the junction that it lies in, -1 for none.
-    along
-        Whether it is for traffic along s (else against it); None where it may be for both.
-    """
-
+    # The road, -1 for none, and where on it, m; beyond its ends in a junction
     road: int
     s: float
-    junction: int
-    along: bool | None
+    junction: int  # Id of the junction that it lies in, -1 for none
+    along: bool | None  # Whether it is for traffic along s (else against it); None where it may be for both
 
 
 def light_rows(world: World, nodes: Collection[int]) -> Mapping[int, list[LightRow]]:

@@ -24,21 +24,11 @@ _NARROWEST = 0.5
 
 @dataclass(frozen=True, slots=True)
 class _Wish:
-    """A crossing of OSM: a node on a street, its tags and those of the way that crosses there.
+    """A crossing of OSM: a node on a street, its tags and those of the way that crosses there."""
 
-    Parameters
-    ----------
-    node
-        OSM id.
-    tags
-        Of the node, and of the way where the node has none of a key.
-    heading
-        Direction of the way that crosses, rad; None for a node alone.
-    """
-
-    node: int
-    tags: Mapping[str, str]
-    heading: float | None
+    node: int  # OSM id
+    tags: Mapping[str, str]  # Of the node, and of the way where the node has none of a key
+    heading: float | None  # Direction of the way that crosses, rad; None for a node alone
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,24 +18,14 @@ _ROUNDING: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """Part of a line that runs along a road.
+    """Part of a line that runs along a road."""
 
-    Parameters
-    ----------
-    line
-        Index of the line.
-    road
-        Index of the road.
-    s, length
-        Where it begins and how long it is, m.
-    t_start, t_end
-        m.
-    """
-
-    line: int
-    road: int
+    line: int  # Index of the line
+    road: int  # Index of the road
+    # Where it begins and how long it is, m
     s: float
     length: float
+    # m
     t_start: float
     t_end: float
 

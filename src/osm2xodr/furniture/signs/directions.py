@@ -45,25 +45,16 @@ def faced_along(heading: float, hdg: float) -> bool | None:
 
 @dataclass(frozen=True, slots=True)
 class LimitsAround:
-    """What holds on either side of a place in a street.
+    """What holds on either side of a place in a street."""
 
-    Parameters
-    ----------
-    before, after
-        What the tags say there and at the next change of limits, seen along the street.
-    here
-        What they say at the place.
-    to_start, to_end
-        Distance to the ends of the street, m.
-    x, y, facing
-        The place, m, and the heading of the street there, rad.
-    """
-
+    # What the tags say there and at the next change of limits, seen along the street
     before: StreetAttributes
     after: StreetAttributes
-    here: StreetAttributes
+    here: StreetAttributes  # What they say at the place
+    # Distance to the ends of the street, m
     to_start: float
     to_end: float
+    # The place, m, and the heading of the street there, rad
     x: float
     y: float
     facing: float

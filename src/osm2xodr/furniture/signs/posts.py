@@ -82,28 +82,15 @@ _TOWNS: Final = frozenset({"city_limit", "city_limit_end", "living_street", "liv
 
 @dataclass(frozen=True, slots=True)
 class Post:
-    """Signs at one place for one direction.
+    """Signs at one place for one direction."""
 
-    Parameters
-    ----------
-    road, s
-        Where, m.
-    along
-        Whether they are for traffic along s, else for that against it.
-    faces
-        The signs, from the top down; each supplementary plate follows its sign.
-    osm_id
-        What they come from; empty where no single element is behind them.
-    t
-        Where the pole stands, m, if OSM says so; else beside the carriageway.
-    """
-
+    # Where, m
     road: int
     s: float
-    along: bool
-    faces: tuple[SignFace, ...]
-    osm_id: str
-    t: float | None = None
+    along: bool  # Whether they are for traffic along s, else for that against it
+    faces: tuple[SignFace, ...]  # The signs, from the top down; each supplementary plate follows its sign
+    osm_id: str  # What they come from; empty where no single element is behind them
+    t: float | None = None  # Where the pole stands, m, if OSM says so; else beside the carriageway
 
 
 def joined_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:

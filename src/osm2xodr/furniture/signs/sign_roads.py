@@ -43,30 +43,14 @@ class Spot:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A road that a sign beside it may be for.
+    """A road that a sign beside it may be for."""
 
-    Parameters
-    ----------
-    spot
-        Where it would stand, and for which direction.
-    along
-        The same direction, which is known here.
-    way
-        The piece of way there.
-    outside
-        How far it lies beyond the edge of the carriageway, m; negative on it.
-    own_side
-        Whether it lies on the side that the traffic keeps to.
-    beyond
-        How far it lies before the road's start or beyond its end, m.
-    """
-
-    spot: Spot
-    along: bool
-    way: StreetAttributes
-    outside: float
-    own_side: bool
-    beyond: float
+    spot: Spot  # Where it would stand, and for which direction
+    along: bool  # The same direction, which is known here
+    way: StreetAttributes  # The piece of way there
+    outside: float  # How far it lies beyond the edge of the carriageway, m; negative on it
+    own_side: bool  # Whether it lies on the side that the traffic keeps to
+    beyond: float  # How far it lies before the road's start or beyond its end, m
 
     def misfit(self) -> float:
         """Return how far the sign is from where one for this road is looked for, m."""

@@ -26,29 +26,16 @@ _RAILWAYS: Final = frozenset({"level_crossing", "tram_level_crossing", "crossing
 
 @dataclass(frozen=True, slots=True)
 class YieldSign:
-    """A stop or give-way sign for one direction of a road.
+    """A stop or give-way sign for one direction of a road."""
 
-    Parameters
-    ----------
-    kind
-        ``stop`` or ``give_way``.
-    road, s, along
-        Where traffic has to stop or yield, m, and its direction.
-    osm_id
-        The node.
-    approach
-        The approach that it is for; None apart from junctions.
-    all_way
-        Whether all approaches of the junction have to stop.
-    """
-
-    kind: str
+    kind: str  # ``stop`` or ``give_way``
+    # Where traffic has to stop or yield, m, and its direction
     road: int
     s: float
     along: bool
-    osm_id: str
-    approach: Approach | None = None
-    all_way: bool = False
+    osm_id: str  # The node
+    approach: Approach | None = None  # The approach that it is for; None apart from junctions
+    all_way: bool = False  # Whether all approaches of the junction have to stop
 
 
 class YieldSigns:

@@ -85,32 +85,18 @@ _NUMBER: Final = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mph|km/h|kmh|t|m)?")
 
 @dataclass(frozen=True, slots=True)
 class SignFace:
-    """One sign or plate.
+    """One sign or plate."""
 
-    Parameters
-    ----------
-    meaning
-        In this package's words; empty where it is not known.
-    country, code
-        As tagged; empty where OSM says it in words.
-    value, unit
-        What is written on it: a speed, a height …; None and empty where nothing is.
-    text
-        Further words on it.
-    supplementary
-        Whether it adds to the sign above it.
-    osm_id
-        What it comes from, where that is not what its pole comes from.
-    """
-
-    meaning: str
+    meaning: str  # In this package's words; empty where it is not known
+    # As tagged; empty where OSM says it in words
     country: str = ""
     code: str = ""
+    # What is written on it: a speed, a height …; None and empty where nothing is
     value: float | None = None
     unit: str = ""
-    text: str = ""
-    supplementary: bool = False
-    osm_id: str = ""
+    text: str = ""  # Further words on it
+    supplementary: bool = False  # Whether it adds to the sign above it
+    osm_id: str = ""  # What it comes from, where that is not what its pole comes from
 
 
 # Units of speed limits, each per m/s.

@@ -20,30 +20,18 @@ _ON_IT: Final = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class NodePlace:
-    """One place of a node on a street.
+    """One place of a node on a street."""
 
-    Parameters
-    ----------
-    node, street
-        OSM id, index of the street.
-    x, y, hdg
-        Local position, m, and direction of the street there, rad.
-    road
-        Id of the street's road nearest to it; -1 where the street lies inside a junction.
-    s
-        Where on that road, m; before 0 or beyond its length for nodes in the junction there.
-    junction
-        Id of the junction that it lies in, -1 for none.
-    """
-
+    # OSM id, index of the street
     node: int
     street: int
+    # Local position, m, and direction of the street there, rad
     x: float
     y: float
     hdg: float
-    road: int
-    s: float
-    junction: int
+    road: int  # Id of the street's road nearest to it; -1 where the street lies inside a junction
+    s: float  # Where on that road, m; before 0 or beyond its length for nodes in the junction there
+    junction: int  # Id of the junction that it lies in, -1 for none
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,21 +29,13 @@ _STATIONS: Final = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoadsidePlaces:
-    """Places of points beside roads outside junctions, all (n,).
+    """Places of points beside roads outside junctions, all (n,)."""
 
-    Parameters
-    ----------
-    road
-        Index of the road, -1 where none is within reach.
-    s, t
-        Where on it, m.
-    left, right
-        t of the edges of its carriageway there, m.
-    """
-
-    road: IntArray
+    road: IntArray  # Index of the road, -1 where none is within reach
+    # Where on it, m
     s: FloatArray
     t: FloatArray
+    # t of the edges of its carriageway there, m
     left: FloatArray
     right: FloatArray
 

@@ -31,29 +31,16 @@ class Ids:
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """What is there before furniture is placed.
+    """What is there before furniture is placed."""
 
-    Parameters
-    ----------
-    network, road_map, places
-        The streets, the roads that they became, and where.
-    lanes
-        Looks up lanes.
-    options
-        What the user chose.
-    diagnostics
-        Gets what is dropped and why.
-    ids
-        Hands out ids.
-    """
-
+    # The streets, the roads that they became, and where
     network: StreetNetwork
     road_map: RoadMap
     places: StreetPlaces
-    lanes: LaneTable
-    options: FurnitureOptions
-    diagnostics: Diagnostics
-    ids: Ids = field(default_factory=Ids)
+    lanes: LaneTable  # Looks up lanes
+    options: FurnitureOptions  # What the user chose
+    diagnostics: Diagnostics  # Gets what is dropped and why
+    ids: Ids = field(default_factory=Ids)  # Hands out ids
 
     @cached_property
     def nodes(self) -> NodePlaces:
@@ -63,90 +50,53 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
-    """A crossing for people on foot, placed on a road.
+    """A crossing for people on foot, placed on a road."""
 
-    Parameters
-    ----------
-    road, s
-        Its middle, m.
-    width
-        Extent along the road, m.
-    left, right
-        t of its ends, m.
-    osm_id
-        The node (or way) that it comes from.
-    signals
-        Whether it has lights.
-    at_start, at_end
-        Whether it lies at the junction at the road's start or end, so that traffic stops before it there.
-    marking
-        What is painted: OSM's value of ``crossing:markings``, ``unmarked`` where there is nothing.
-    island
-        Whether people can wait in its middle.
-    """
-
+    # Its middle, m
     road: int
     s: float
-    width: float
+    width: float  # Extent along the road, m
+    # t of its ends, m
     left: float
     right: float
-    osm_id: str
-    signals: bool
+    osm_id: str  # The node (or way) that it comes from
+    signals: bool  # Whether it has lights
+    # Whether it lies at the junction at the road's start or end, so that traffic stops before it there
     at_start: bool = False
     at_end: bool = False
+    # What is painted: OSM's value of ``crossing:markings``, ``unmarked`` where there is nothing
     marking: str = "unmarked"
-    island: bool = False
+    island: bool = False  # Whether people can wait in its middle
 
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """One way through a junction: its connecting road, the lane that it begins at, where it leads, its turn.
+    """One way through a junction: its connecting road, the lane that it begins at, where it leads, its turn."""
 
-    Parameters
-    ----------
-    connecting_road, entry_lane
-        Id of the connecting road, lane of the approach's road.
-    exit_road, exit_at_start, exit_lane
-        The road that it leads to, whether onto its start, and the lane there.
-    turn
-        Change of heading, rad, left positive.
-    """
-
+    # Id of the connecting road, lane of the approach's road
     connecting_road: int
     entry_lane: int
+    # The road that it leads to, whether onto its start, and the lane there
     exit_road: int
     exit_at_start: bool
     exit_lane: int
-    turn: float
+    turn: float  # Change of heading, rad, left positive
 
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """A road end at which cars come to a junction.
+    """A road end at which cars come to a junction."""
 
-    Parameters
-    ----------
-    road, at_end
-        The road, and whether traffic comes to its end (along s) or to its start.
-    junction
-        Id of the junction.
-    street_end
-        As in `StreetPlaces.end_road`.
-    lanes
-        Ids of the lanes for cars that lead into the junction, from left to right as their drivers see them.
-    movements
-        The ways through the junction from these lanes, in the order of connecting roads.
-    stop_s
-        Where the edge of the stop line that is nearer to the junction lies, s, m.
-    """
-
+    # The road, and whether traffic comes to its end (along s) or to its start
     road: int
     at_end: bool
-    junction: int
-    street_end: int
+    junction: int  # Id of the junction
+    street_end: int  # As in `StreetPlaces.end_road`
+    # Ids of the lanes for cars that lead into the junction, from left to right as their drivers see them
     lanes: tuple[int, ...]
+    # The ways through the junction from these lanes, in the order of connecting roads
     movements: tuple[Movement, ...]
-    stop_s: float
+    stop_s: float  # Where the edge of the stop line that is nearer to the junction lies, s, m
 
     @property
     def orientation(self) -> str:
@@ -156,25 +106,12 @@ class Approach:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A place where traffic stops or yields, which gets a line across its lanes.
+    """A place where traffic stops or yields, which gets a line across its lanes."""
 
-    Parameters
-    ----------
-    road, s
-        Edge of the line that is nearer to what traffic stops for, m.
-    lanes
-        Ids of the lanes that it crosses.
-    orientation
-        Of the traffic, as in OpenDRIVE.
-    kind
-        ``traffic_signals``, ``stop`` or ``give_way``.
-    osm_id
-        What it comes from.
-    """
-
+    # Edge of the line that is nearer to what traffic stops for, m
     road: int
     s: float
-    lanes: tuple[int, ...]
-    orientation: str
-    kind: str
-    osm_id: str
+    lanes: tuple[int, ...]  # Ids of the lanes that it crosses
+    orientation: str  # Of the traffic, as in OpenDRIVE
+    kind: str  # ``traffic_signals``, ``stop`` or ``give_way``
+    osm_id: str  # What it comes from

@@ -34,17 +34,10 @@ _Column = TypeVar("_Column", FloatArray, IntArray)
 
 @dataclass(frozen=True, slots=True)
 class Neighbourhood:
-    """What is known of areas side by side.
+    """What is known of areas side by side."""
 
-    Parameters
-    ----------
-    partition
-        The areas.
-    surface_around
-        Makes the surface around points x, y, (n,), local, m, from nothing but what lies there.
-    """
-
-    partition: Partition
+    partition: Partition  # The areas
+    # Makes the surface around points x, y, (n,), local, m, from nothing but what lies there
     surface_around: SurfaceAround
 
 

@@ -15,29 +15,17 @@ _IDS_END = 2**31
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A piece of a road, from one border between areas to the next, or a road as a whole.
+    """A piece of a road, from one border between areas to the next, or a road as a whole."""
 
-    Parameters
-    ----------
-    curve
-        Index of the road.
-    begin, end
-        From where to where along it, m.
-    at_start, at_end
-        Whether it begins where the road does, and ends where it does.
-    area
-        The area that it belongs to.
-    id
-        Its id as a road of the own area; 0 where it belongs to another one.
-    """
-
-    curve: int
+    curve: int  # Index of the road
+    # From where to where along it, m
     begin: float
     end: float
+    # Whether it begins where the road does, and ends where it does
     at_start: bool
     at_end: bool
-    area: int
-    id: int
+    area: int  # The area that it belongs to
+    id: int  # Its id as a road of the own area; 0 where it belongs to another one
 
 
 class Pieces:

@@ -21,77 +21,47 @@ _NO_CURVES = PlanView(np.zeros(1, np.int64), *(np.zeros(0) for _ in range(6)))
 
 @dataclass(frozen=True, slots=True)
 class InnerLane:
-    """A lane of a corner between its sidewalk and the carriageway.
+    """A lane of a corner between its sidewalk and the carriageway."""
 
-    Parameters
-    ----------
-    type
-        What it is for.
-    entry_width, exit_width
-        m.
-    height
-        Above the road, m.
-    entry_lane, exit_lane
-        Lane ids on the roads that it goes on as; None for what only fills the corner.
-    """
-
-    type: LaneType
+    type: LaneType  # What it is for
+    # m
     entry_width: float
     exit_width: float
-    height: float
+    height: float  # Above the road, m
+    # Lane ids on the roads that it goes on as; None for what only fills the corner
     entry_lane: int | None = None
     exit_lane: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConnectingRoads:
-    """All connecting roads, grouped by junction.
+    """All connecting roads, grouped by junction."""
 
-    Parameters
-    ----------
-    plan_view
-        Their reference lines, along the middle of the lane (of a lane for cars beside a sidewalk).
-    length : (n,)
-        m.
-    junction : (n,)
-        Index of the junction.
-    entry, exit : (n,)
-        Road ends that they touch with their start and their end.
-    entry_lane, exit_lane : (n,)
-        Lane ids on those roads.
-    entry_t, exit_t : (n,)
-        Where the reference line touches, t in those roads' frames, m.
-    entry_width, exit_width : (n,)
-        Widths of those lanes, m.
-    against : (n,)
-        Whether the lane lies on the side of the reference line that traffic against it drives on: it goes on lanes
-        for both directions, and their ids say the other one.
-    entry_aside, exit_aside : (n,)
-        How far left of the reference line the lane's middle lies at its start and end, m; 0 but for sidewalks.
-    height : (n,)
-        Of the lane above the road, m.
-    set_apart
-        The type of those lanes where both are set apart for the same kind of traffic, else that of cars' lanes.
-    inner
-        What lies between a sidewalk and the carriageway, from the sidewalk inwards; nothing beside cars' lanes.
-    """
-
-    plan_view: PlanView
-    length: FloatArray
-    junction: IntArray
+    plan_view: PlanView  # Their reference lines, along the middle of the lane (of a lane for cars beside a sidewalk)
+    length: FloatArray  # (n,) m
+    junction: IntArray  # (n,) Index of the junction
+    # (n,) Road ends that they touch with their start and their end
     entry: IntArray
     exit: IntArray
+    # (n,) Lane ids on those roads
     entry_lane: IntArray
     exit_lane: IntArray
+    # (n,) Where the reference line touches, t in those roads' frames, m
     entry_t: FloatArray
     exit_t: FloatArray
+    # (n,) Widths of those lanes, m
     entry_width: FloatArray
     exit_width: FloatArray
+    # (n,) Whether the lane lies on the side of the reference line that traffic against it drives on: it goes on lanes
+    # for both directions, and their ids say the other one.
     against: BoolArray
+    # (n,) How far left of the reference line the lane's middle lies at its start and end, m; 0 but for sidewalks
     entry_aside: FloatArray
     exit_aside: FloatArray
-    height: FloatArray
+    height: FloatArray  # (n,) Of the lane above the road, m
+    # The type of those lanes where both are set apart for the same kind of traffic, else that of cars' lanes
     set_apart: tuple[LaneType, ...]
+    # What lies between a sidewalk and the carriageway, from the sidewalk inwards; nothing beside cars' lanes
     inner: tuple[tuple[InnerLane, ...], ...]
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:

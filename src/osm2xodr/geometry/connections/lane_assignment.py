@@ -31,25 +31,16 @@ _MERGING = math.radians(35.0)
 
 @dataclass(frozen=True, slots=True)
 class LaneMovement:
-    """A movement between two arms, as lanes see it.
+    """A movement between two arms, as lanes see it."""
 
-    Parameters
-    ----------
-    entry, exit
-        Keys of the arms (any integers).
-    turn
-        Change of heading, left positive, rad.
-    lateral
-        For each entry lane, where its middle lies left of the exit's reference line when looking along the exit,
-        m; tells which exit lane lies ahead.
-    stated
-        (entry lane, exit lane) of all its links where a relation names them.
-    """
-
+    # Keys of the arms (any integers)
     entry: int
     exit: int
-    turn: float
+    turn: float  # Change of heading, left positive, rad
+    # For each entry lane, where its middle lies left of the exit's reference line when looking along the exit, m;
+    # tells which exit lane lies ahead.
     lateral: tuple[float, ...]
+    # (entry lane, exit lane) of all its links where a relation names them
     stated: tuple[tuple[int, int], ...] | None = None
 
 

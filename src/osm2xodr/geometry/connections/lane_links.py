@@ -45,25 +45,15 @@ class LaneRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaneLinks:
-    """The lane links of all junctions.
+    """The lane links of all junctions."""
 
-    Parameters
-    ----------
-    rows
-        In the order of movements' junctions.
-    x, y, hdg : (road ends,)
-        Pose of every road end, its heading along the road's s.
-    road_end : (street ends,)
-        As in `RoadParts`.
-    sections
-        Of every road end: they change where a road has become so short that a stretch at its end joins another.
-    """
-
-    rows: tuple[LaneRow, ...]
+    rows: tuple[LaneRow, ...]  # In the order of movements' junctions
+    # (road ends,) Pose of every road end, its heading along the road's s
     x: FloatArray
     y: FloatArray
     hdg: FloatArray
-    road_end: IntArray
+    road_end: IntArray  # (street ends,) As in `RoadParts`
+    # Of every road end: they change where a road has become so short that a stretch at its end joins another
     sections: tuple[CrossSection, ...]
 
 

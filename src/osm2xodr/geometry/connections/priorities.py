@@ -31,24 +31,12 @@ _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_pri
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """What counts of a street end where it enters a junction.
+    """What counts of a street end where it enters a junction."""
 
-    Parameters
-    ----------
-    ring
-        Whether it is part of a roundabout.
-    sign
-        The sign that its traffic meets.
-    priority_road
-        Whether it is tagged as one.
-    rank
-        Of its class, see `PRIORITY_RANK`.
-    """
-
-    ring: bool
-    sign: Sign | None
-    priority_road: bool
-    rank: int
+    ring: bool  # Whether it is part of a roundabout
+    sign: Sign | None  # The sign that its traffic meets
+    priority_road: bool  # Whether it is tagged as one
+    rank: int  # Of its class, see `PRIORITY_RANK`
 
     @property
     def yields(self) -> bool:
@@ -58,19 +46,12 @@ class Arm:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Priorities:
-    """Right of way.
+    """Right of way."""
 
-    Parameters
-    ----------
-    high, low : (n,)
-        Connecting roads of pairs that cross or merge: the one that goes first, the one that yields.
-    statistics
-        What was counted.
-    """
-
+    # (n,) Connecting roads of pairs that cross or merge: the one that goes first, the one that yields
     high: IntArray
     low: IntArray
-    statistics: Mapping[str, float]
+    statistics: Mapping[str, float]  # What was counted
 
 
 def find_priorities(

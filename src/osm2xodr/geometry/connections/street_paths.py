@@ -26,41 +26,22 @@ _CHECKS = np.linspace(0.1, 0.9, 9)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StreetPaths:
-    """OSM's ways through junctions along the curves of streets, one per movement.
+    """OSM's ways through junctions along the curves of streets, one per movement."""
 
-    Parameters
-    ----------
-    start : (paths + 1,)
-        Index of each path's first leg.
-    curve : (legs,)
-        Street.
-    s_from, s_to : (legs,)
-        Where on the street the leg runs, m; downwards where traffic runs against the street.
-    chainage : (legs,)
-        Length of the path before the leg, m.
-    length : (paths,)
-        m.
-    sharpest : (paths,)
-        Largest corner between two legs, rad.
-    inner_right, inner_left : (paths,)
-        Middles of the outermost lanes of the inner streets that run the way of the path, left of OSM's lines in the
-        direction of travel, m; without inner streets infinitely far out.
-    aside : (legs,)
-        How far left of the line of OSM, in the direction of travel, the street's curve lies, m.
-    on_ring : (paths,)
-        Whether an inner street belongs to a roundabout.
-    """
-
-    start: IntArray
-    curve: IntArray
+    start: IntArray  # (paths + 1,) Index of each path's first leg
+    curve: IntArray  # (legs,) Street
+    # (legs,) Where on the street the leg runs, m; downwards where traffic runs against the street
     s_from: FloatArray
     s_to: FloatArray
-    chainage: FloatArray
-    length: FloatArray
-    sharpest: FloatArray
+    chainage: FloatArray  # (legs,) Length of the path before the leg, m
+    length: FloatArray  # (paths,) m
+    sharpest: FloatArray  # (paths,) Largest corner between two legs, rad
+    # (paths,) Middles of the outermost lanes of the inner streets that run the way of the path, left of OSM's lines
+    # in the direction of travel, m; without inner streets infinitely far out.
     inner_right: FloatArray
     inner_left: FloatArray
-    on_ring: BoolArray
+    on_ring: BoolArray  # (paths,) Whether an inner street belongs to a roundabout
+    # (legs,) How far left of the line of OSM, in the direction of travel, the street's curve lies, m
     aside: FloatArray
 
 

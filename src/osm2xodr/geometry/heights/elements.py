@@ -24,54 +24,34 @@ SHORTEST_RUN = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Elements:
-    """Cubic elements of all roads, in the order of roads and of s.
+    """Cubic elements of all roads, in the order of roads and of s."""
 
-    Parameters
-    ----------
-    knot_start : (R + 1,)
-        Index of each road's first knot; a road of n elements has n + 1 knots.
-    knot_s, knot_road : (knots,)
-        Where each knot lies.
-    road, knot, span, structure : (E,)
-        Road, first knot (the second is the next one), span that holds at the middle, and its structure.
-    s, h : (E,)
-        Start and length, m.
-    """
-
-    knot_start: IntArray
+    knot_start: IntArray  # (R + 1,) Index of each road's first knot; a road of n elements has n + 1 knots
+    # (knots,) Where each knot lies
     knot_s: FloatArray
     knot_road: IntArray
+    # (E,) Road, first knot (the second is the next one), span that holds at the middle, and its structure
     road: IntArray
     knot: IntArray
     span: IntArray
     structure: IntArray
+    # (E,) Start and length, m
     s: FloatArray
     h: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """Places along roads where the surface is read, in the order of elements.
+    """Places along roads where the surface is read, in the order of elements."""
 
-    Parameters
-    ----------
-    element : (n,)
-        Element of each.
-    u : (n,)
-        Position within the element, 0 to 1.
-    s, x, y, hdg : (n,)
-        Position along the road, local position, heading, m and rad.
-    ds : (n,)
-        Length of road that each stands for, m.
-    """
-
-    element: IntArray
-    u: FloatArray
+    element: IntArray  # (n,) Element of each
+    u: FloatArray  # (n,) Position within the element, 0 to 1
+    # (n,) Position along the road, local position, heading, m and rad
     s: FloatArray
     x: FloatArray
     y: FloatArray
     hdg: FloatArray
-    ds: FloatArray
+    ds: FloatArray  # (n,) Length of road that each stands for, m
 
 
 def _runs(problem: ProfileProblem, length: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -200,23 +180,12 @@ def rows_matrix(dofs: IntArray, weights: FloatArray, size: int) -> sp.csr_matrix
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unknowns:
-    """How the knots' degrees of freedom follow from the unknowns.
+    """How the knots' degrees of freedom follow from the unknowns."""
 
-    Parameters
-    ----------
-    to_knots : (2 * knots, N)
-        Matrix from unknowns to z and g of every knot.
-    junctions
-        Number of junctions; their (z, gx, gy) come first.
-    z_columns
-        The unknowns that are heights.
-    end_node : (2 * R,)
-        Number of the node that each road end lies at: junction j is node j, links and free ends follow.
-    """
-
-    to_knots: sp.csr_matrix
-    junctions: int
-    z_columns: IntArray
+    to_knots: sp.csr_matrix  # (2 * knots, N) Matrix from unknowns to z and g of every knot
+    junctions: int  # Number of junctions; their (z, gx, gy) come first
+    z_columns: IntArray  # The unknowns that are heights
+    # (2 * R,) Number of the node that each road end lies at: junction j is node j, links and free ends follow
     end_node: IntArray
 
 

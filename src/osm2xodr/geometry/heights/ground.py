@@ -43,69 +43,35 @@ _HARDLY = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroundLayer:
-    """The ground on cells of one size.
+    """The ground on cells of one size."""
 
-    Parameters
-    ----------
-    cell
-        Cell size, m.
-    sigma
-        Standard error of the elevation model's heights, m.
-    origin
-        Where the lattice begins, local, m.
-    number : (W,)
-        Numbers of the windows, ascending.
-    windows
-        What was found in them.
-    """
-
-    cell: float
-    sigma: float
-    origin: tuple[float, float]
-    number: IntArray
-    windows: WindowEstimates
+    cell: float  # Cell size, m
+    sigma: float  # Standard error of the elevation model's heights, m
+    origin: tuple[float, float]  # Where the lattice begins, local, m
+    number: IntArray  # (W,) Numbers of the windows, ascending
+    windows: WindowEstimates  # What was found in them
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
-    """The ground around the roads where cells are coarse.
+    """The ground around the roads where cells are coarse."""
 
-    Parameters
-    ----------
-    smoothing
-        Factor on the penalty on its roughness.
-    layers
-        One for each size of cells.
-    origin
-        Where new lattices begin, local, m; None for where small areas lie in few windows.
-    """
-
-    smoothing: float
-    layers: tuple[GroundLayer, ...] = ()
+    smoothing: float  # Factor on the penalty on its roughness
+    layers: tuple[GroundLayer, ...] = ()  # One for each size of cells
+    # Where new lattices begin, local, m; None for where small areas lie in few windows
     origin: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroundReading:
-    """The ground at places.
+    """The ground at places."""
 
-    Parameters
-    ----------
-    z : (n,)
-        Height, m; NaN where no window reaches or none has data, and where cells are fine.
-    slope_x, slope_y : (n,)
-        Rise per metre to the east and to the north.
-    sigma : (n,)
-        Standard error, m.
-    correlation : (n,)
-        Length over which the error is correlated, m.
-    """
-
-    z: FloatArray
+    z: FloatArray  # (n,) Height, m; NaN where no window reaches or none has data, and where cells are fine
+    # (n,) Rise per metre to the east and to the north
     slope_x: FloatArray
     slope_y: FloatArray
-    sigma: FloatArray
-    correlation: FloatArray
+    sigma: FloatArray  # (n,) Standard error, m
+    correlation: FloatArray  # (n,) Length over which the error is correlated, m
 
 
 def is_coarse(cell: FloatArray) -> BoolArray:

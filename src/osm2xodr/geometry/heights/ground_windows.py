@@ -63,21 +63,13 @@ _RIDGE = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowEstimates:
-    """The ground within W windows, without their rims.
+    """The ground within W windows, without their rims."""
 
-    Parameters
-    ----------
-    spline : (W, INNER, INNER)
-        Coefficients of the cubic B-spline that is the height, m, in rows from the south and columns from the west;
-        NaN where too little is known.
-    supported : (W, INNER, INNER)
-        Where heights are known around.
-    sigma, correlation : (W,)
-        Standard error, m, and the length over which it is correlated, m; NaN where too little is known.
-    """
-
+    # (W, INNER, INNER) Coefficients of the cubic B-spline that is the height, m, in rows from the south and columns
+    # from the west; NaN where too little is known.
     spline: Single
-    supported: BoolArray
+    supported: BoolArray  # (W, INNER, INNER) Where heights are known around
+    # (W,) Standard error, m, and the length over which it is correlated, m; NaN where too little is known
     sigma: Single
     correlation: Single
 

@@ -25,17 +25,10 @@ def noise_length(cell: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spacing:
-    """How finely each road is cut, by the finest cells along it.
+    """How finely each road is cut, by the finest cells along it."""
 
-    Parameters
-    ----------
-    cell : (R,)
-        Smallest cell size along each road, m.
-    knots, samples : (R,)
-        Longest element, and distance between samples, m.
-    """
-
-    cell: FloatArray
+    cell: FloatArray  # (R,) Smallest cell size along each road, m
+    # (R,) Longest element, and distance between samples, m
     knots: FloatArray
     samples: FloatArray
 
@@ -59,29 +52,17 @@ def road_spacing(problem: ProfileProblem, surface: Surface) -> Spacing:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """The ground at places.
+    """The ground at places."""
 
-    Parameters
-    ----------
-    z, surface_z : (n,)
-        Height to go by, and what the surface itself says, m.
-    sigma, correlation : (n,)
-        Standard error of z and length over which it is correlated, m.
-    cell : (n,)
-        Cell size of the elevation model there, m.
-    measured : (n,)
-        Whether the surface has heights there.
-    covered : (n,)
-        Whether z may lie on canopy or roofs.
-    """
-
+    # (n,) Height to go by, and what the surface itself says, m
     z: FloatArray
     surface_z: FloatArray
+    # (n,) Standard error of z and length over which it is correlated, m
     sigma: FloatArray
     correlation: FloatArray
-    cell: FloatArray
-    measured: BoolArray
-    covered: BoolArray
+    cell: FloatArray  # (n,) Cell size of the elevation model there, m
+    measured: BoolArray  # (n,) Whether the surface has heights there
+    covered: BoolArray  # (n,) Whether z may lie on canopy or roofs
 
     @property
     def density(self) -> FloatArray:

@@ -24,37 +24,18 @@ GAP_FROM = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """A solution, as the report needs it.
+    """A solution, as the report needs it."""
 
-    Parameters
-    ----------
-    z : (n,)
-        Height of the road at each sample, m.
-    reading
-        The ground there.
-    floating : (R,)
-        Roads that no measured ground holds.
-    grade : (E,)
-        Largest grade of each element.
-    limit : (E,)
-        Limit of its class.
-    crossings, clearance
-        Where layers cross, and the height between them, m.
-    chain : (E,)
-        Chain of structures of each element, -1 on the ground.
-    tilt : (J,)
-        Slope of each junction's plane.
-    """
-
-    z: FloatArray
-    reading: Reading
-    floating: BoolArray
-    grade: FloatArray
-    limit: FloatArray
+    z: FloatArray  # (n,) Height of the road at each sample, m
+    reading: Reading  # The ground there
+    floating: BoolArray  # (R,) Roads that no measured ground holds
+    grade: FloatArray  # (E,) Largest grade of each element
+    limit: FloatArray  # (E,) Limit of its class
+    # Where layers cross, and the height between them, m
     crossings: Crossings
     clearance: FloatArray
-    chain: IntArray
-    tilt: FloatArray
+    chain: IntArray  # (E,) Chain of structures of each element, -1 on the ground
+    tilt: FloatArray  # (J,) Slope of each junction's plane
 
 
 def element_grades(elements: Elements, knots: FloatArray) -> FloatArray:

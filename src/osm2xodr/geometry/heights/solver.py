@@ -33,47 +33,24 @@ _ALL = slice(None)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observations:
-    """Heights that the unknowns should meet.
+    """Heights that the unknowns should meet."""
 
-    Parameters
-    ----------
-    rows : (n, N)
-        Matrix from unknowns to the heights at the samples.
-    z : (n,)
-        Observed heights, m.
-    weight : (n,)
-        Weight of the squared residual, 1/m².
-    sigma : (n,)
-        Standard error of one observation, m; what the robust weights measure residuals by.
-    """
-
-    rows: sp.csr_matrix
-    z: FloatArray
-    weight: FloatArray
-    sigma: FloatArray
+    rows: sp.csr_matrix  # (n, N) Matrix from unknowns to the heights at the samples
+    z: FloatArray  # (n,) Observed heights, m
+    weight: FloatArray  # (n,) Weight of the squared residual, 1/m²
+    sigma: FloatArray  # (n,) Standard error of one observation, m; what the robust weights measure residuals by
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limits:
-    """Elastic bounds on linear functions of the unknowns.
+    """Elastic bounds on linear functions of the unknowns."""
 
-    Parameters
-    ----------
-    rows : (m, N)
-        The functions.
-    low, high : (m,)
-        Their bounds; infinite where there is none.
-    stiffness : (m,)
-        Force per excess.
-    cap : (m,)
-        Largest force: what asks for more gives way. Infinite where the bound must hold.
-    """
-
-    rows: sp.csr_matrix
+    rows: sp.csr_matrix  # (m, N) The functions
+    # (m,) Their bounds; infinite where there is none
     low: FloatArray
     high: FloatArray
-    stiffness: FloatArray
-    cap: FloatArray
+    stiffness: FloatArray  # (m,) Force per excess
+    cap: FloatArray  # (m,) Largest force: what asks for more gives way. Infinite where the bound must hold.
 
     def first(self, count: int) -> Limits:
         """Return the first of them, which share their arrays with these."""
@@ -127,19 +104,12 @@ def stacked(parts: list[sp.csr_matrix], columns: int) -> sp.csr_matrix:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Robust:
-    """How residuals lose weight: by (1 + (r / (k sigma))²) to the power -1, later -2.
+    """How residuals lose weight: by (1 + (r / (k sigma))²) to the power -1, later -2."""
 
-    Parameters
-    ----------
-    above, below
-        k for observations above and below the road, (n,) or one for all.
-    least
-        The factor that they keep at least, (n,) or one for all.
-    """
-
+    # k for observations above and below the road, (n,) or one for all
     above: FloatArray | float
     below: FloatArray | float
-    least: FloatArray | float = LEAST_FACTOR
+    least: FloatArray | float = LEAST_FACTOR  # The factor that they keep at least, (n,) or one for all
 
     def factors(self, residual: FloatArray, sigma: FloatArray, late: bool) -> FloatArray:
         """Return the factor on each weight; `residual` is observed minus solved, m."""
@@ -150,18 +120,10 @@ class Robust:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """A stiffer network to begin with.
+    """A stiffer network to begin with."""
 
-    Parameters
-    ----------
-    stiffness : (N, N)
-        Its stiffness.
-    tolerance
-        How far the ground may leave what so stiff a road follows, m.
-    """
-
-    stiffness: sp.csr_matrix
-    tolerance: float
+    stiffness: sp.csr_matrix  # (N, N) Its stiffness
+    tolerance: float  # How far the ground may leave what so stiff a road follows, m
 
 
 def see_through(stages: Sequence[Stage], observations: Observations, robust: Robust) -> FloatArray:
@@ -200,21 +162,11 @@ def see_through(stages: Sequence[Stage], observations: Observations, robust: Rob
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solved:
-    """What came out.
+    """What came out."""
 
-    Parameters
-    ----------
-    x : (N,)
-        The unknowns.
-    z : (n,)
-        The heights that were observed, as they came out, m.
-    factors : (n,)
-        The robust factors that were put on the observations' weights.
-    """
-
-    x: FloatArray
-    z: FloatArray
-    factors: FloatArray
+    x: FloatArray  # (N,) The unknowns
+    z: FloatArray  # (n,) The heights that were observed, as they came out, m
+    factors: FloatArray  # (n,) The robust factors that were put on the observations' weights
 
 
 def solve_network(

@@ -26,21 +26,11 @@ SHARED_WIDTH = 1.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chains:
-    """Rows of bridges and tunnels, each as one.
+    """Rows of bridges and tunnels, each as one."""
 
-    Parameters
-    ----------
-    chain : (E,)
-        Chain of each element, -1 on the ground.
-    sign : (E,)
-        1 where the element's road runs along its chain, -1 where against it.
-    loose : (chains,)
-        Whether a chain ends where nothing holds it, as a tunnel that the map's edge cuts.
-    """
-
-    chain: IntArray
-    sign: FloatArray
-    loose: BoolArray
+    chain: IntArray  # (E,) Chain of each element, -1 on the ground
+    sign: FloatArray  # (E,) 1 where the element's road runs along its chain, -1 where against it
+    loose: BoolArray  # (chains,) Whether a chain ends where nothing holds it, as a tunnel that the map's edge cuts
 
 
 def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
@@ -149,23 +139,15 @@ def portal_distance(problem: ProfileProblem, elements: Elements, end_node: IntAr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Crossings:
-    """Places where one road passes over another without meeting it.
+    """Places where one road passes over another without meeting it."""
 
-    Parameters
-    ----------
-    upper, lower : (n,)
-        Roads.
-    upper_s, lower_s : (n,)
-        Where, m.
-    clearance : (n,)
-        Height that there should be from road to road, by the class of the lower one, m.
-    """
-
+    # upper, lower: (n,) Roads
     upper: IntArray
+    # upper_s, lower_s: (n,) Where, m
     upper_s: FloatArray
     lower: IntArray
     lower_s: FloatArray
-    clearance: FloatArray
+    clearance: FloatArray  # (n,) Height that there should be from road to road, by the class of the lower one, m
 
 
 def _chords(problem: ProfileProblem) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:

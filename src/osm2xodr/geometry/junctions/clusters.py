@@ -34,30 +34,15 @@ _SNAPPED = 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JunctionLayout:
-    """Junctions and what is left of the streets between them.
+    """Junctions and what is left of the streets between them."""
 
-    Parameters
-    ----------
-    arms
-        Street ends of each junction, in ascending order.
-    nodes
-        Intersections of each junction.
-    junction : (ends,)
-        Junction that each street end belongs to, -1 for none (dead ends, inner streets).
-    inner : (streets,)
-        Streets that lie wholly inside a junction, and dead ends and rings too short to be roads.
-    trim : (ends,)
-        How much of its street each end gives to its junction, m.
-    squeezed : (streets,)
-        Streets too short for what their junctions need.
-    """
-
-    arms: tuple[tuple[int, ...], ...]
-    nodes: tuple[tuple[int, ...], ...]
-    junction: IntArray
+    arms: tuple[tuple[int, ...], ...]  # Street ends of each junction, in ascending order
+    nodes: tuple[tuple[int, ...], ...]  # Intersections of each junction
+    junction: IntArray  # (ends,) Junction that each street end belongs to, -1 for none (dead ends, inner streets)
+    # (streets,) Streets that lie wholly inside a junction, and dead ends and rings too short to be roads
     inner: BoolArray
-    trim: FloatArray
-    squeezed: BoolArray
+    trim: FloatArray  # (ends,) How much of its street each end gives to its junction, m
+    squeezed: BoolArray  # (streets,) Streets too short for what their junctions need
 
 
 def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayout:

@@ -21,44 +21,24 @@ _MOST_INNER_STREETS = 8
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A loop at the end of a street.
+    """A loop at the end of a street."""
 
-    Parameters
-    ----------
-    aside
-        By how much its radius exceeds half of the distance between its lanes, m.
-    ease
-        Radius of the curves between the outermost lane and the loop, m.
-    """
-
-    aside: float
-    ease: float
+    aside: float  # By how much its radius exceeds half of the distance between its lanes, m
+    ease: float  # Radius of the curves between the outermost lane and the loop, m
 
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """One way through a junction.
+    """One way through a junction."""
 
-    Parameters
-    ----------
-    junction
-        Its index.
-    entry, exit
-        Street ends: traffic enters the junction from one and leaves it on the other.
-    inner
-        Streets inside the junction that OSM's way through it follows, with True where along their direction.
-    stated
-        What connectivity relations say about its lanes.
-    loop
-        The loop that it goes round where it comes back on the arm that it enters from.
-    """
-
-    junction: int
+    junction: int  # Its index
+    # Street ends: traffic enters the junction from one and leaves it on the other
     entry: int
     exit: int
+    # Streets inside the junction that OSM's way through it follows, with True where along their direction
     inner: tuple[tuple[int, bool], ...]
-    stated: StatedLanes | None = None
-    loop: Loop | None = None
+    stated: StatedLanes | None = None  # What connectivity relations say about its lanes
+    loop: Loop | None = None  # The loop that it goes round where it comes back on the arm that it enters from
 
 
 @dataclass(slots=True)

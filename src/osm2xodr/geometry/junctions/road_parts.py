@@ -23,43 +23,20 @@ _CLOSED = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoadParts:
-    """The roads outside junctions. Road end number 2 k is the start of road k, 2 k + 1 its end.
+    """The roads outside junctions. Road end number 2 k is the start of road k, 2 k + 1 its end."""
 
-    Parameters
-    ----------
-    plan_view
-        One curve per road.
-    length : (roads,)
-        m.
-    street : (roads,)
-        The street each is part of.
-    begin, end : (roads,)
-        s on the street where the road begins and where it ends, m.
-    road_end : (street ends,)
-        Road end that each street end became, -1 for none.
-    end_junction : (roads, 2)
-        Junction at either end, -1 for none.
-    end_link : (roads, 2)
-        Road end that touches directly, -1 for none.
-    stretches
-        Of each road.
-    fitted
-        The streets that they were cut from.
-    pieces
-        Of each street, with borders where lanes may change.
-    """
-
-    plan_view: PlanView
-    length: FloatArray
-    street: IntArray
+    plan_view: PlanView  # One curve per road
+    length: FloatArray  # (roads,) m
+    street: IntArray  # (roads,) The street each is part of
+    # (roads,) s on the street where the road begins and where it ends, m
     begin: FloatArray
     end: FloatArray
-    road_end: IntArray
-    end_junction: IntArray
-    end_link: IntArray
-    stretches: tuple[tuple[Stretch, ...], ...]
-    fitted: FittedStreets
-    pieces: tuple[tuple[Piece, ...], ...]
+    road_end: IntArray  # (street ends,) Road end that each street end became, -1 for none
+    end_junction: IntArray  # (roads, 2) Junction at either end, -1 for none
+    end_link: IntArray  # (roads, 2) Road end that touches directly, -1 for none
+    stretches: tuple[tuple[Stretch, ...], ...]  # Of each road
+    fitted: FittedStreets  # The streets that they were cut from
+    pieces: tuple[tuple[Piece, ...], ...]  # Of each street, with borders where lanes may change
 
     def at_end(self, end: int) -> Stretch:
         """Return the stretch at a road end."""

@@ -39,14 +39,9 @@ _FOOT = 0.3048
 
 @dataclass(frozen=True, slots=True)
 class RoadOptions:
-    """What the user chose about roads.
+    """What the user chose about roads."""
 
-    Parameters
-    ----------
-    turnarounds
-        Whether every dead end of a two-way street gets a loop, not only those at turning circles.
-    """
-
+    # Whether every dead end of a two-way street gets a loop, not only those at turning circles
     turnarounds: bool = False
 
 

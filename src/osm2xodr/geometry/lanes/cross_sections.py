@@ -9,21 +9,13 @@ from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 
 @dataclass(frozen=True, slots=True)
 class CrossSection:
-    """All lanes of a street at one place.
+    """All lanes of a street at one place."""
 
-    Parameters
-    ----------
-    left, right
-        Lanes left and right of the centre, from the centre outwards: ids 1, 2, … and -1, -2, …
-    centre
-        t of the centre (OpenDRIVE's lane offset), m.
-    left_edge, right_edge
-        t of the carriageway's edges, m.
-    """
-
+    # Lanes left and right of the centre, from the centre outwards: ids 1, 2, … and -1, -2, …
     left: tuple[LaneSpec, ...]
     right: tuple[LaneSpec, ...]
-    centre: float
+    centre: float  # t of the centre (OpenDRIVE's lane offset), m
+    # t of the carriageway's edges, m
     left_edge: float
     right_edge: float
 
@@ -34,21 +26,11 @@ Piece = tuple[float, StreetAttributes, CrossSection]
 
 @dataclass(frozen=True, slots=True)
 class EndLane:
-    """One lane where its street ends.
+    """One lane where its street ends."""
 
-    Parameters
-    ----------
-    id
-        OpenDRIVE's lane id.
-    t
-        Position of its middle off the street's reference line, left of the street's own direction, m.
-    spec
-        What it is.
-    """
-
-    id: int
-    t: float
-    spec: LaneSpec
+    id: int  # OpenDRIVE's lane id
+    t: float  # Position of its middle off the street's reference line, left of the street's own direction, m
+    spec: LaneSpec  # What it is
 
 
 def cross_section(attributes: StreetAttributes, rule: Rule) -> CrossSection:

@@ -20,18 +20,11 @@ LanePair = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class StatedLanes:
-    """What relations say about one way through a junction or along a road.
+    """What relations say about one way through a junction or along a road."""
 
-    Parameters
-    ----------
-    pairs
-        (lane, lane it leads to, whether the link is optional), from 1 at the left.
-    relations
-        OSM ids.
-    """
-
+    # (lane, lane it leads to, whether the link is optional), from 1 at the left
     pairs: tuple[tuple[int, int, bool], ...]
-    relations: tuple[int, ...]
+    relations: tuple[int, ...]  # OSM ids
 
     def between(self, entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec]) -> tuple[LanePair, ...] | None:
         """Return the links as indices of lanes, None where one names a lane that is not there.

@@ -32,42 +32,24 @@ _RURAL_SPEED: Final = 60.0 / 3.6
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """Part of a road on which the cross-section stays the same.
+    """Part of a road on which the cross-section stays the same."""
 
-    Parameters
-    ----------
-    start, end
-        s on the road, m.
-    attributes, section
-        What holds there.
-    ways
-        The OSM ways that it is made of, in their order.
-    """
-
+    # s on the road, m
     start: float
     end: float
+    # What holds there
     attributes: StreetAttributes
     section: CrossSection
-    ways: tuple[int, ...]
+    ways: tuple[int, ...]  # The OSM ways that it is made of, in their order
 
 
 @dataclass(frozen=True, slots=True)
 class LaneLayout:
-    """Everything that a road says about its lanes.
+    """Everything that a road says about its lanes."""
 
-    Parameters
-    ----------
-    sections
-        Lane sections; lanes at the road's ends have no links beyond it yet.
-    offset
-        Lane offset over the road's s.
-    types
-        Road type and speed.
-    """
-
-    sections: tuple[LaneSection, ...]
-    offset: tuple[Cubic, ...]
-    types: tuple[RoadType, ...]
+    sections: tuple[LaneSection, ...]  # Lane sections; lanes at the road's ends have no links beyond it yet
+    offset: tuple[Cubic, ...]  # Lane offset over the road's s
+    types: tuple[RoadType, ...]  # Road type and speed
 
 
 def stretches(
@@ -311,30 +293,18 @@ def tapered(length: float, taper: float, start: float, middle: float, end: float
 
 @dataclass(frozen=True, slots=True)
 class _Course:
-    """How the lanes of a stretch come, run and go.
+    """How the lanes of a stretch come, run and go."""
 
-    Parameters
-    ----------
-    stretch, length, taper
-        The stretch, its length and that of tapers, m.
-    begins
-        Width of each lane at the start, m.
-    ending
-        Lanes that end with the stretch.
-    behind, ahead
-        The lane that each continues, and the one that continues it; None at the road's ends.
-    marks
-        The mark of each lane and of the centre line.
-    """
-
+    # The stretch, its length and that of tapers, m
     stretch: Stretch
     length: float
     taper: float
-    begins: dict[int, float]
-    ending: set[int]
+    begins: dict[int, float]  # Width of each lane at the start, m
+    ending: set[int]  # Lanes that end with the stretch
+    # The lane that each continues, and the one that continues it; None at the road's ends
     behind: dict[int, int] | None
     ahead: dict[int, int] | None
-    marks: dict[int, RoadMark]
+    marks: dict[int, RoadMark]  # The mark of each lane and of the centre line
 
 
 def _lanes(course: _Course) -> tuple[Lane, ...]:

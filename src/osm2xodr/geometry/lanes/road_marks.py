@@ -56,27 +56,17 @@ _KERBSIDE: Final = frozenset({LaneType.SIDEWALK, LaneType.PARKING, LaneType.BORD
 
 @dataclass(frozen=True, slots=True)
 class _Border:
-    """What is between two lanes, seen along the road: whether one may cross it, and how it is painted.
+    """What is between two lanes, seen along the road: whether one may cross it, and how it is painted."""
 
-    Parameters
-    ----------
-    to_right, to_left
-        Whether drivers left of it may cross to the right, and those right of it to the left: a line is solid at the
-        side from where they may not.
-    color, width
-        Of its lines.
-    double
-        Whether two lines of the same kind are painted.
-    open
-        Whether both may cross whatever is painted: lanes for turning left in the middle of the road.
-    """
-
+    # Whether drivers left of it may cross to the right, and those right of it to the left: a line is solid at the
+    # side from where they may not.
     to_right: bool
     to_left: bool
+    # Of its lines
     color: str
     width: float
-    double: bool = False
-    open: bool = False
+    double: bool = False  # Whether two lines of the same kind are painted
+    open: bool = False  # Whether both may cross whatever is painted: lanes for turning left in the middle of the road
 
     def mark(self, leftwards: bool) -> RoadMark:
         """Return the mark in OpenDRIVE's words; `leftwards` is where its inside is on the right."""

@@ -24,24 +24,14 @@ _LEVEL = 0.005
 
 @dataclass(frozen=True, slots=True)
 class Sidewalk:
-    """A sidewalk at a road end.
+    """A sidewalk at a road end."""
 
-    Parameters
-    ----------
-    lane
-        Its id.
-    t
-        Of its middle, m.
-    width, height
-        m.
-    inner
-        Lane ids and strips between it and the carriageway, from the sidewalk inwards.
-    """
-
-    lane: int
-    t: float
+    lane: int  # Its id
+    t: float  # Of its middle, m
+    # m
     width: float
     height: float
+    # Lane ids and strips between it and the carriageway, from the sidewalk inwards
     inner: tuple[tuple[int, MarginSpec], ...] = ()
 
 

@@ -21,15 +21,9 @@ _SAME_PLACE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """Strips of one kind at one side of a road, one behind the other.
+    """Strips of one kind at one side of a road, one behind the other."""
 
-    Parameters
-    ----------
-    strips
-        The strip in each stretch of the road's margins; None where there is none.
-    """
-
-    strips: tuple[MarginSpec | None, ...]
+    strips: tuple[MarginSpec | None, ...]  # The strip in each stretch of the road's margins; None where there is none
 
     @property
     def kind(self) -> MarginSpec:

@@ -64,28 +64,15 @@ def _with_margins(sections: tuple[LaneSection, ...], margins: Margins, length: f
 
 @dataclass(frozen=True, slots=True)
 class _Side:
-    """One side of a road.
+    """One side of a road."""
 
-    Parameters
-    ----------
-    side
-        1 left, -1 right.
-    columns, widths
-        What lies there along the road, from the carriageway outwards.
-    present
-        Which of them each section has.
-    inner
-        How many lanes the carriageway has there, in each section.
-    borders
-        Where the sections begin and end, s, m.
-    """
-
-    side: int
+    side: int  # 1 left, -1 right
+    # What lies there along the road, from the carriageway outwards
     columns: tuple[Column, ...]
     widths: tuple[tuple[Cubic, ...], ...]
-    present: list[list[int]]
-    inner: list[int]
-    borders: list[tuple[float, float]]
+    present: list[list[int]]  # Which of them each section has
+    inner: list[int]  # How many lanes the carriageway has there, in each section
+    borders: list[tuple[float, float]]  # Where the sections begin and end, s, m
 
     @classmethod
     def of(cls, side: int, sections: Sequence[LaneSection], ends: Sequence[float], margins: Margins) -> _Side:

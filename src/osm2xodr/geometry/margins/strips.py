@@ -18,26 +18,16 @@ _SAME_PLACE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class MarginStretch:
-    """Part of a road beside which nothing changes.
+    """Part of a road beside which nothing changes."""
 
-    Parameters
-    ----------
-    start, end
-        s on the road, m.
-    left, right
-        Strips beside the carriageway from its edge outwards, seen along the road.
-    way
-        The OSM way (the first, where it is made of several).
-    tight
-        Whether there is no room for more than is there.
-    """
-
+    # s on the road, m
     start: float
     end: float
+    # Strips beside the carriageway from its edge outwards, seen along the road
     left: Strips
     right: Strips
-    way: int
-    tight: bool = False
+    way: int  # The OSM way (the first, where it is made of several)
+    tight: bool = False  # Whether there is no room for more than is there
 
     def strips(self, side: int) -> Strips:
         """Return the strips at the left (1) or right (-1)."""

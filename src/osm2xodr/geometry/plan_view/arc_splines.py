@@ -32,24 +32,12 @@ _STIFFNESS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Row:
-    """A row of arcs and where the points lie on it.
+    """A row of arcs and where the points lie on it."""
 
-    Parameters
-    ----------
-    start : (3,)
-        x, y and heading of its start.
-    turn : (arcs,)
-        Of each arc, rad.
-    step
-        Length of each arc, m.
-    s : (points,)
-        Where each point is projected to, m; the first stays at 0.
-    """
-
-    start: FloatArray
-    turn: FloatArray
-    step: float
-    s: FloatArray
+    start: FloatArray  # (3,) x, y and heading of its start
+    turn: FloatArray  # (arcs,) Of each arc, rad
+    step: float  # Length of each arc, m
+    s: FloatArray  # (points,) Where each point is projected to, m; the first stays at 0
 
     def borders(self) -> FloatArray:
         """Return x, y and heading where the arcs start and the last ends, (arcs + 1, 3)."""

@@ -19,46 +19,25 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetw
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StreetEnds:
-    """All ends of all streets.
+    """All ends of all streets."""
 
-    Parameters
-    ----------
-    plan_view
-        Curves of the streets.
-    length : (ends,)
-        Length of the end's street, m.
-    node : (ends,)
-        Intersection it lies at; -1 for rings without one.
-    left, right : (ends,)
-        Edges of the carriageway left (positive) and right (negative) of the outward direction, m.
-    hdg : (ends,)
-        Outward heading at the node, rad.
-    enters, leaves : (ends,)
-        Whether traffic runs on it into the junction, and out of it.
-    kerb : (ends,)
-        Radius that its corners should have, m.
-    reach : (ends,)
-        How far along it its junction may reach, m.
-    roundabout, raised, layer : (ends,)
-        Part of a roundabout; on a bridge or in a tunnel; OSM's layer.
-    aside : (ends,)
-        How far left of the line of OSM, in the outward direction, the end's curve lies, m.
-    """
-
-    plan_view: PlanView
-    length: FloatArray
-    node: IntArray
+    plan_view: PlanView  # Curves of the streets
+    length: FloatArray  # (ends,) Length of the end's street, m
+    node: IntArray  # (ends,) Intersection it lies at; -1 for rings without one
+    # (ends,) Edges of the carriageway left (positive) and right (negative) of the outward direction, m
     left: FloatArray
     right: FloatArray
-    hdg: FloatArray
+    hdg: FloatArray  # (ends,) Outward heading at the node, rad
+    # (ends,) Whether traffic runs on it into the junction, and out of it
     enters: BoolArray
     leaves: BoolArray
-    kerb: FloatArray
-    reach: FloatArray
+    kerb: FloatArray  # (ends,) Radius that its corners should have, m
+    reach: FloatArray  # (ends,) How far along it its junction may reach, m
+    # (ends,) Part of a roundabout; on a bridge or in a tunnel; OSM's layer
     roundabout: BoolArray
     raised: BoolArray
     layer: IntArray
-    aside: FloatArray
+    aside: FloatArray  # (ends,) How far left of the line of OSM, in the outward direction, the end's curve lies, m
 
 
 def street_ends(

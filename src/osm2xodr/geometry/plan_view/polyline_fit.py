@@ -32,21 +32,11 @@ _NO_TURN = 5e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedPolylines:
-    """Curves through many polylines.
+    """Curves through many polylines."""
 
-    Parameters
-    ----------
-    plan_view
-        One curve per polyline.
-    station : (points,)
-        s of every point of the polylines on its curve, m.
-    spikes : (spikes,)
-        Indices of points that were left out because the polyline turns back on itself there.
-    """
-
-    plan_view: PlanView
-    station: FloatArray
-    spikes: IntArray
+    plan_view: PlanView  # One curve per polyline
+    station: FloatArray  # (points,) s of every point of the polylines on its curve, m
+    spikes: IntArray  # (spikes,) Indices of points that were left out because the polyline turns back on itself there
 
 
 def fit_polylines(

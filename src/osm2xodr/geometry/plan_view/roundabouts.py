@@ -35,40 +35,21 @@ _COLUMNS = ("s", "x", "y", "hdg", "length", "curvature")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedRings:
-    """Curves of the streets of rings.
+    """Curves of the streets of rings."""
 
-    Parameters
-    ----------
-    streets
-        Ids of the streets, in the order of the curves.
-    plan_view
-        One curve per street.
-    stations
-        Of each street, s of its nodes, m.
-    moved
-        By how much the intersections on rings, by their index, have moved onto them, x, y, m.
-    """
-
-    streets: tuple[int, ...]
-    plan_view: PlanView
-    stations: tuple[FloatArray, ...]
+    streets: tuple[int, ...]  # Ids of the streets, in the order of the curves
+    plan_view: PlanView  # One curve per street
+    stations: tuple[FloatArray, ...]  # Of each street, s of its nodes, m
+    # By how much the intersections on rings, by their index, have moved onto them, x, y, m
     moved: Mapping[int, FloatArray]
 
 
 @dataclass(frozen=True, slots=True)
 class _Chain:
-    """Streets that follow each other.
+    """Streets that follow each other."""
 
-    Parameters
-    ----------
-    legs
-        (street id, whether the chain runs along it), in order.
-    closed
-        Whether the last leads to the first.
-    """
-
-    legs: tuple[tuple[int, bool], ...]
-    closed: bool
+    legs: tuple[tuple[int, bool], ...]  # (street id, whether the chain runs along it), in order
+    closed: bool  # Whether the last leads to the first
 
 
 def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:

@@ -18,21 +18,11 @@ from osm2xodr.model import FloatArray, LaneSpec, PlanView, Rule, Street, StreetA
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedStreets:
-    """The streets' curves.
+    """The streets' curves."""
 
-    Parameters
-    ----------
-    plan_view
-        One curve per street.
-    pieces
-        Of each street, in ascending s.
-    aside : (streets,)
-        How far left of the line of OSM each curve lies, m; 0 as fitted.
-    """
-
-    plan_view: PlanView
-    pieces: tuple[tuple[Piece, ...], ...]
-    aside: FloatArray
+    plan_view: PlanView  # One curve per street
+    pieces: tuple[tuple[Piece, ...], ...]  # Of each street, in ascending s
+    aside: FloatArray  # (streets,) How far left of the line of OSM each curve lies, m; 0 as fitted
 
 
 def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStreets:

@@ -131,31 +131,17 @@ def spiral_step(first: FloatArray, rate: FloatArray, ds: FloatArray) -> _Triple:
 
 @dataclass(frozen=True, eq=False)
 class _Polynomials:
-    """Poly3 and ParamPoly3 records as curves u(q), v(q), with their arc lengths.
+    """Poly3 and ParamPoly3 records as curves u(q), v(q), with their arc lengths."""
 
-    Parameters
-    ----------
-    record : (rows,)
-        Index of each row's record.
-    row : (records,)
-        Index of each record's row; 0 for other shapes.
-    u, v : (rows, 4)
-        Coefficients.
-    end : (rows,)
-        q at the end; of Poly3, a q beyond it.
-    arc : (rows, panels + 1)
-        Arc length at equal steps of q.
-    scale : (rows,)
-        Arc length per s: 1, but where a ParamPoly3's length is not as written. Its ends lie where the parameter's
-        do, as all readers take it.
-    """
-
-    record: IntArray
-    row: IntArray
+    record: IntArray  # (rows,) Index of each row's record
+    row: IntArray  # (records,) Index of each record's row; 0 for other shapes
+    # (rows, 4) Coefficients
     u: FloatArray
     v: FloatArray
-    end: FloatArray
-    arc: FloatArray
+    end: FloatArray  # (rows,) q at the end; of Poly3, a q beyond it
+    arc: FloatArray  # (rows, panels + 1) Arc length at equal steps of q
+    # (rows,) Arc length per s: 1, but where a ParamPoly3's length is not as written. Its ends lie where the
+    # parameter's do, as all readers take it.
     scale: FloatArray
 
 

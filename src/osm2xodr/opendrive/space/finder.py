@@ -37,36 +37,21 @@ class Places:
     """Places on roads near points that were asked for, best first for each point.
 
     Places on a lane come before those beside all lanes, near the middle of their lane before those at its edge.
-
-    Parameters
-    ----------
-    start : (points + 1,)
-        Index of each point's first place.
-    point : (n,)
-        Which point each place belongs to.
-    road : (n,)
-        Index of the road.
-    s, t : (n,)
-        m.
-    section, lane : (n,)
-        Rows of the tables: the lane that the place is on, else the nearest; `ABSENT` where there is none.
-    inside : (n,)
-        Whether the place is on the lane.
-    distance : (n,)
-        From the point to the nearest point of the road's lanes across from it, level, m; 0 inside.
-    along : (n,)
-        How far the point lies beyond the road's end (behind its start: negative), level, m; 0 beside the road.
     """
 
-    start: IntArray
-    point: IntArray
-    road: IntArray
+    start: IntArray  # (points + 1,) Index of each point's first place
+    point: IntArray  # (n,) Which point each place belongs to
+    road: IntArray  # (n,) Index of the road
+    # (n,) m
     s: FloatArray
     t: FloatArray
+    # (n,) Rows of the tables: the lane that the place is on, else the nearest; `ABSENT` where there is none
     section: IntArray
     lane: IntArray
-    inside: BoolArray
+    inside: BoolArray  # (n,) Whether the place is on the lane
+    # (n,) From the point to the nearest point of the road's lanes across from it, level, m; 0 inside
     distance: FloatArray
+    # (n,) How far the point lies beyond the road's end (behind its start: negative), level, m; 0 beside the road
     along: FloatArray
 
 

@@ -22,17 +22,10 @@ class Frame:
     The header's ``<offset>`` lies between the file's coordinates and those of its projection, as OpenDRIVE defines
     it: x, y are turned by its hdg, then moved by its x, y; z is moved by its z. Heights stay what they are in the
     projection: nothing is said about their datum.
-
-    Parameters
-    ----------
-    crs
-        Of the projection, in metres.
-    offset
-        x, y, z (m) and hdg (rad) of the header.
     """
 
-    crs: CRS
-    offset: tuple[float, float, float, float]
+    crs: CRS  # Of the projection, in metres
+    offset: tuple[float, float, float, float]  # x, y, z (m) and hdg (rad) of the header
 
     @cached_property
     def _forward(self) -> Transformer:

@@ -15,22 +15,15 @@ from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 
 @dataclass(frozen=True, eq=False)
 class LaneRanks:
-    """How lanes are counted from the centre outwards.
+    """How lanes are counted from the centre outwards."""
 
-    Parameters
-    ----------
-    left, right : (sections,)
-        Index of the lane next to the centre on either side, if there is one.
-    left_count, right_count : (sections,)
-        Lanes on either side.
-    rank : (lanes,)
-        1 for lanes next to the centre, and so on; 0 for centre lanes, -1 for lanes whose id is unreadable.
-    """
-
+    # (sections,) Index of the lane next to the centre on either side, if there is one
     left: IntArray
     right: IntArray
+    # (sections,) Lanes on either side
     left_count: IntArray
     right_count: IntArray
+    # (lanes,) 1 for lanes next to the centre, and so on; 0 for centre lanes, -1 for lanes whose id is unreadable
     rank: IntArray
 
 

@@ -19,28 +19,17 @@ class Ribbons:
 
     Sections have one border more than lanes beside the centre, from left to right; all borders of a section have a
     point at the same stations. Sections that are shorter than a micrometre, or whose road has no stations, have none.
-
-    Parameters
-    ----------
-    start : (borders + 1,)
-        Index of each border's first point.
-    section : (borders,)
-        Row of the section that a border belongs to.
-    station : (points,)
-        Row of `Stations` beside which each point lies.
-    t, x, y, z : (points,)
-        m.
-    left, right : (lanes,)
-        Borders of each lane; `ABSENT` for centre lanes and where a section has none.
     """
 
-    start: IntArray
-    section: IntArray
-    station: IntArray
+    start: IntArray  # (borders + 1,) Index of each border's first point
+    section: IntArray  # (borders,) Row of the section that a border belongs to
+    station: IntArray  # (points,) Row of `Stations` beside which each point lies
+    # (points,) m
     t: FloatArray
     x: FloatArray
     y: FloatArray
     z: FloatArray
+    # (lanes,) Borders of each lane; `ABSENT` for centre lanes and where a section has none
     left: IntArray
     right: IntArray
 

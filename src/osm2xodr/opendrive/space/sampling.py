@@ -27,25 +27,16 @@ class Stations:
     """Points of reference lines, road by road in ascending s.
 
     Roads without plan view, without a positive length or with unreadable numbers in it have none.
-
-    Parameters
-    ----------
-    start : (roads + 1,)
-        Index of each road's first station.
-    road : (n,)
-        Index of each station's road.
-    s, x, y, z : (n,)
-        m.
-    hdg, roll : (n,)
-        Heading and superelevation, rad.
     """
 
-    start: IntArray
-    road: IntArray
+    start: IntArray  # (roads + 1,) Index of each road's first station
+    road: IntArray  # (n,) Index of each station's road
+    # (n,) m
     s: FloatArray
     x: FloatArray
     y: FloatArray
     z: FloatArray
+    # (n,) Heading and superelevation, rad
     hdg: FloatArray
     roll: FloatArray
 

@@ -48,20 +48,11 @@ _DAMAGED: Final = (OSError, EOFError, zlib.error)
 
 @dataclass(frozen=True, slots=True)
 class OsmFile:
-    """A file that looks like OSM data.
+    """A file that looks like OSM data."""
 
-    Parameters
-    ----------
-    path
-        Where it is.
-    format
-        ``pbf``, ``osm``, ``osm.gz`` or ``osm.bz2``, as libosmium names them.
-    deleted
-        (``node``, ``way`` or ``relation``, id) of what an editor has marked as deleted.
-    """
-
-    path: Path
-    format: str
+    path: Path  # Where it is
+    format: str  # ``pbf``, ``osm``, ``osm.gz`` or ``osm.bz2``, as libosmium names them
+    # (``node``, ``way`` or ``relation``, id) of what an editor has marked as deleted
     deleted: frozenset[tuple[str, int]] = frozenset()
 
 

@@ -62,42 +62,23 @@ class RawRelation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RawNodes:
-    """Positions of nodes that are in the file, in ascending id.
+    """Positions of nodes that are in the file, in ascending id."""
 
-    Parameters
-    ----------
-    ids, lon_deg, lat_deg : (n,)
-        Ids and positions, degrees, WGS 84.
-    tags
-        Tags of those that have some, by id, in ascending id.
-    """
-
+    # (n,) Ids and positions, degrees, WGS 84
     ids: IntArray
     lon_deg: FloatArray
     lat_deg: FloatArray
-    tags: Mapping[int, Mapping[str, str]]
+    tags: Mapping[int, Mapping[str, str]]  # Tags of those that have some, by id, in ascending id
 
 
 @dataclass(frozen=True, slots=True)
 class OtherWays:
-    """Which ways are read besides streets.
+    """Which ways are read besides streets."""
 
-    Parameters
-    ----------
-    values
-        Values of tags by key; ways with one of them are looked at.
-    keys
-        Which of their tags are kept.
-    wanted
-        Says by these tags whether such a way is kept.
-    every
-        Keys: ways with one of them are looked at as well, whatever its value.
-    """
-
-    values: Mapping[str, AbstractSet[str]]
-    keys: AbstractSet[str]
-    wanted: Callable[[Mapping[str, str]], bool]
-    every: AbstractSet[str] = frozenset()
+    values: Mapping[str, AbstractSet[str]]  # Values of tags by key; ways with one of them are looked at
+    keys: AbstractSet[str]  # Which of their tags are kept
+    wanted: Callable[[Mapping[str, str]], bool]  # Says by these tags whether such a way is kept
+    every: AbstractSet[str] = frozenset()  # Keys: ways with one of them are looked at as well, whatever its value
 
 
 def read_ways(

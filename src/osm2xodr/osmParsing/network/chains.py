@@ -21,18 +21,10 @@ Link = tuple[int, bool]
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """A row of pieces.
+    """A row of pieces."""
 
-    Parameters
-    ----------
-    links
-        Pieces in order, each with whether the chain runs along it (else against it).
-    ring
-        Whether it is closed without any intersection.
-    """
-
-    links: tuple[Link, ...]
-    ring: bool
+    links: tuple[Link, ...]  # Pieces in order, each with whether the chain runs along it (else against it)
+    ring: bool  # Whether it is closed without any intersection
 
 
 def make_chains(

@@ -22,18 +22,10 @@ _METRES_PER_DEGREE: Final = 111_195.0  # of latitude, on a sphere of 6371 km
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """What is known of a place on Earth.
+    """What is known of a place on Earth."""
 
-    Parameters
-    ----------
-    country
-        ISO 3166-1 alpha-2; empty outside of all countries.
-    drives_left
-        Whether traffic drives on the left; None where no country is near.
-    """
-
-    country: str
-    drives_left: bool | None
+    country: str  # ISO 3166-1 alpha-2; empty outside of all countries
+    drives_left: bool | None  # Whether traffic drives on the left; None where no country is near
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -31,24 +31,12 @@ _ABSENT_NODES_BRIDGED: Final = 200.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lines:
-    """Ways, or parts of them, as rows of nodes.
+    """Ways, or parts of them, as rows of nodes."""
 
-    Parameters
-    ----------
-    node : (n,)
-        Indices into the nodes, line after line.
-    line : (n,)
-        Number of the line, ascending.
-    way : (n,)
-        Index of the way; ascending.
-    skipped : (n,)
-        Whether nodes of the way are absent right before.
-    """
-
-    node: IntArray
-    line: IntArray
-    way: IntArray
-    skipped: BoolArray
+    node: IntArray  # (n,) Indices into the nodes, line after line
+    line: IntArray  # (n,) Number of the line, ascending
+    way: IntArray  # (n,) Index of the way; ascending
+    skipped: BoolArray  # (n,) Whether nodes of the way are absent right before
 
     def chosen(self, keep: BoolArray) -> Lines:
         """Return what is left of the lines if only some of their nodes are kept."""
@@ -57,22 +45,13 @@ class Lines:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
-    """Parts of ways between nodes where streets may meet, in ascending way and place along it.
+    """Parts of ways between nodes where streets may meet, in ascending way and place along it."""
 
-    Parameters
-    ----------
-    node : (n,)
-        Indices into the nodes, line after line.
-    first, last : (m,)
-        Indices into `node` of each piece's ends.
-    way : (m,)
-        Index of the way.
-    """
-
-    node: IntArray
+    node: IntArray  # (n,) Indices into the nodes, line after line
+    # (m,) Indices into `node` of each piece's ends
     first: IntArray
     last: IntArray
-    way: IntArray
+    way: IntArray  # (m,) Index of the way
 
 
 def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics) -> Lines:

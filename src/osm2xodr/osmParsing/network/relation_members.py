@@ -10,21 +10,12 @@ from osm2xodr.osmParsing.file import RawRelation, RawWay
 
 @dataclass(frozen=True, slots=True)
 class RelationMembers:
-    """Members of a relation that holds together.
+    """Members of a relation that holds together."""
 
-    Parameters
-    ----------
-    from_ways, to_ways
-        OSM way ids; at least one of each.
-    via_node
-        OSM node id, or None where the via members are ways.
-    via_ways
-        OSM way ids in the relation's order; empty with a via node.
-    """
-
+    # from_ways, to_ways: OSM way ids; at least one of each
     from_ways: tuple[int, ...]
-    via_node: int | None
-    via_ways: tuple[int, ...]
+    via_node: int | None  # OSM node id, or None where the via members are ways
+    via_ways: tuple[int, ...]  # OSM way ids in the relation's order; empty with a via node
     to_ways: tuple[int, ...]
 
 

@@ -28,27 +28,17 @@ _CANDIDATES: Final = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FootwayMatches:
-    """Points of footways, and where along which edge they lie.
+    """Points of footways, and where along which edge they lie."""
 
-    Parameters
-    ----------
-    footway, sample, side : (n,)
-        Index of the footway, of the point of the street, and the side of it.
-    distance, length : (n,)
-        From the edge of the carriageway, outwards; length of footway that it stands for; m.
-    along : (n,)
-        Whether the footway runs along the street, not against it.
-    total
-        Length of all footways, m.
-    """
-
+    # (n,) Index of the footway, of the point of the street, and the side of it
     footway: IntArray
     sample: IntArray
     side: IntArray
+    # (n,) From the edge of the carriageway, outwards; length of footway that it stands for; m
     distance: FloatArray
     length: FloatArray
-    along: BoolArray
-    total: float
+    along: BoolArray  # (n,) Whether the footway runs along the street, not against it
+    total: float  # Length of all footways, m
 
 
 def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: Sequence[Footway]) -> FootwayMatches:

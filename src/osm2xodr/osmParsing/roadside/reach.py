@@ -21,46 +21,24 @@ _CELLS: Final = 2**30
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LineSamples:
-    """Points in the middle of equal parts of the segments of lines.
+    """Points in the middle of equal parts of the segments of lines."""
 
-    Parameters
-    ----------
-    points : (n, 2)
-        Local x, y, m.
-    along : (n, 2)
-        Unit vectors along the line.
-    length : (n,)
-        Of the parts, m.
-    node : (n,)
-        Index of the node at which the segment begins, counted over all lines.
-    """
-
-    points: FloatArray
-    along: FloatArray
-    length: FloatArray
-    node: IntArray
+    points: FloatArray  # (n, 2) Local x, y, m
+    along: FloatArray  # (n, 2) Unit vectors along the line
+    length: FloatArray  # (n,) Of the parts, m
+    node: IntArray  # (n,) Index of the node at which the segment begins, counted over all lines
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StreetSamples:
-    """Points along all streets.
+    """Points along all streets."""
 
-    Parameters
-    ----------
-    lines
-        The points.
-    piece : (n,)
-        Number of the piece of street that each lies on, counted over all streets.
-    street, index : (m,)
-        Of each piece: its street and its place in `Street.pieces`.
-    left, right : (m,)
-        Of each piece: t of the outer edges of what its tags tell of, left positive, m.
-    """
-
-    lines: LineSamples
-    piece: IntArray
+    lines: LineSamples  # The points
+    piece: IntArray  # (n,) Number of the piece of street that each lies on, counted over all streets
+    # (m,) Of each piece: its street and its place in `Street.pieces`
     street: IntArray
     index: IntArray
+    # (m,) Of each piece: t of the outer edges of what its tags tell of, left positive, m
     left: FloatArray
     right: FloatArray
 

@@ -39,23 +39,12 @@ _PLACEMENTS_AGREE: Final = 0.1
 
 @dataclass(frozen=True, slots=True)
 class CrossSection:
-    """Lanes across a way and what lies beside them, seen along its order of nodes.
+    """Lanes across a way and what lies beside them, seen along its order of nodes."""
 
-    Parameters
-    ----------
-    lanes_ltr
-        From left to right.
-    middle_offset
-        t of the middle of the lanes off the OSM line, left positive, m.
-    findings
-        What was guessed, mended or ignored: kind, code, words.
-    margin_left, margin_right
-        What lies beside the lanes, from their edge outwards.
-    """
-
-    lanes_ltr: tuple[LaneSpec, ...]
-    middle_offset: float
-    findings: tuple[tuple[Kind, str, str], ...]
+    lanes_ltr: tuple[LaneSpec, ...]  # From left to right
+    middle_offset: float  # t of the middle of the lanes off the OSM line, left positive, m
+    findings: tuple[tuple[Kind, str, str], ...]  # What was guessed, mended or ignored: kind, code, words
+    # What lies beside the lanes, from their edge outwards
     margin_left: tuple[MarginSpec, ...] = ()
     margin_right: tuple[MarginSpec, ...] = ()
 

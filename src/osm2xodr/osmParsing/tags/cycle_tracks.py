@@ -51,25 +51,15 @@ _CODE: Final = "cycle-track"
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """A bicycle track on one side of a way.
+    """A bicycle track on one side of a way."""
 
-    Parameters
-    ----------
-    runs
-        Which way along the way.
-    width, gap, gap_beyond
-        Of the track, of the strip between the carriageway and it, of that beyond it (0 where none is tagged), m.
-    raised
-        Whether it lies beyond a kerb.
-    width_given, gap_given
-        Whether OSM gives them.
-    """
-
-    runs: Direction
+    runs: Direction  # Which way along the way
+    # Of the track, of the strip between the carriageway and it, of that beyond it (0 where none is tagged), m
     width: float
     gap: float
     gap_beyond: float
-    raised: bool
+    raised: bool  # Whether it lies beyond a kerb
+    # Whether OSM gives them
     width_given: bool
     gap_given: bool
 

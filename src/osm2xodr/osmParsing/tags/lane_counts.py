@@ -33,22 +33,13 @@ _CODE: Final = "lane-count"
 
 @dataclass(frozen=True, slots=True)
 class LaneGroups:
-    """The lanes of a way by direction, each group from left to right as its drivers see it.
+    """The lanes of a way by direction, each group from left to right as its drivers see it."""
 
-    Parameters
-    ----------
-    forward, backward
-        Along and against the way's order of nodes.
-    both_ways
-        Between them, seen along the way.
-    shared
-        Whether both directions share a single lane's width.
-    """
-
+    # Along and against the way's order of nodes
     forward: tuple[Slot, ...] = ()
     backward: tuple[Slot, ...] = ()
-    both_ways: tuple[Slot, ...] = ()
-    shared: bool = False
+    both_ways: tuple[Slot, ...] = ()  # Between them, seen along the way
+    shared: bool = False  # Whether both directions share a single lane's width
 
 
 def lane_groups(

@@ -67,25 +67,14 @@ _TURNS: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One lane.
+    """One lane."""
 
-    Parameters
-    ----------
-    type, turns
-        What it is for, and its arrows.
-    width
-        m, where OSM gives it.
-    beside
-        Whether it stands beside those that are named lane by lane and that ``placement`` counts.
-    change
-        Whether its drivers may leave it, in OSM's words; empty where OSM says nothing.
-    """
-
+    # What it is for, and its arrows
     type: LaneType = LaneType.DRIVING
     turns: frozenset[str] = frozenset()
-    width: float | None = None
-    beside: bool = False
-    change: str = ""
+    width: float | None = None  # m, where OSM gives it
+    beside: bool = False  # Whether it stands beside those that are named lane by lane and that ``placement`` counts
+    change: str = ""  # Whether its drivers may leave it, in OSM's words; empty where OSM says nothing
 
 
 def motor_lanes(slots: Sequence[Slot]) -> int:

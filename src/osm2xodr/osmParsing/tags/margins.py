@@ -52,18 +52,12 @@ _MAKERS: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """What lies beside a carriageway, left and right seen along the way.
+    """What lies beside a carriageway, left and right seen along the way."""
 
-    Parameters
-    ----------
-    left, right
-        From the carriageway's edge outwards.
-    parking_left, parking_right
-        How much of that is part of the carriageway where OSM gives its width, m.
-    """
-
+    # From the carriageway's edge outwards
     left: tuple[MarginSpec, ...] = ()
     right: tuple[MarginSpec, ...] = ()
+    # How much of that is part of the carriageway where OSM gives its width, m
     parking_left: float = 0.0
     parking_right: float = 0.0
 

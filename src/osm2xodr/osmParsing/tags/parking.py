@@ -63,21 +63,11 @@ _CODE: Final = "parking"
 
 @dataclass(frozen=True, slots=True)
 class Parking:
-    """Parking on one side of a way.
+    """Parking on one side of a way."""
 
-    Parameters
-    ----------
-    place
-        `LANE`, `HALF_ON_KERB`, `ON_KERB`, `STREET_SIDE` or `SHOULDER`.
-    width
-        Of the strip, m.
-    given
-        Whether OSM gives the width.
-    """
-
-    place: str
-    width: float
-    given: bool
+    place: str  # `LANE`, `HALF_ON_KERB`, `ON_KERB`, `STREET_SIDE` or `SHOULDER`
+    width: float  # Of the strip, m
+    given: bool  # Whether OSM gives the width
 
     @property
     def on_carriageway(self) -> float:

@@ -18,24 +18,14 @@ Affine = tuple[float, float, float, float, float, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GridFrame:
-    """Where the cells of a raster, or of a window of it, are.
+    """Where the cells of a raster, or of a window of it, are."""
 
-    Parameters
-    ----------
-    crs
-        Horizontal CRS of the raster.
-    to_crs
-        From local x, y (m) to x, y of the CRS in its own units.
-    affine
-        a, b, c, d, e, f with x = a col + b row + c and y = d col + e row + f of cell *corners*, as GDAL has them
-        (but in the order of rows of a matrix). Any rotation, shear and direction of rows is fine.
-    rows, cols
-        Size.
-    """
-
-    crs: CRS
-    to_crs: Transformer
+    crs: CRS  # Horizontal CRS of the raster
+    to_crs: Transformer  # From local x, y (m) to x, y of the CRS in its own units
+    # a, b, c, d, e, f with x = a col + b row + c and y = d col + e row + f of cell *corners*, as GDAL has them (but
+    # in the order of rows of a matrix). Any rotation, shear and direction of rows is fine.
     affine: Affine
+    # Size
     rows: int
     cols: int
 

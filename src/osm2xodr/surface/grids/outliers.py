@@ -42,18 +42,10 @@ _KNOWN_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outliers:
-    """Cells whose height is no ground.
+    """Cells whose height is no ground."""
 
-    Parameters
-    ----------
-    mask : (rows, cols)
-        Which.
-    step
-        By how much they stand off the ground around them at least, m.
-    """
-
-    mask: BoolArray
-    step: float
+    mask: BoolArray  # (rows, cols) Which
+    step: float  # By how much they stand off the ground around them at least, m
 
 
 def find_outliers(z: Cells, cell_size: float, averaged: bool = False) -> Outliers:

@@ -53,41 +53,26 @@ _LEAST_AREA, _LARGEST_AREA, _FARTHEST = 1e-18, 1e18, 1e12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DemSource:
-    """What an elevation model's file says about its heights.
+    """What an elevation model's file says about its heights."""
 
-    Parameters
-    ----------
-    path, driver, dtype
-        The file, its format and the type of its cells.
-    crs
-        Horizontal CRS.
-    affine, rows, cols
-        As in `GridFrame`.
-    nodata
-        Value that stands for no height; None where the file names none.
-    scale, offset
-        Heights are value * scale + offset, in `unit`.
-    unit, metres
-        Name of the unit of heights and what it is in metres.
-    datum
-        What heights count from: a vertical CRS, a geographic one with ellipsoidal heights, or None.
-    covered
-        Whether its name or description is that of a surface model (canopy and roofs); None if it says nothing.
-    """
-
+    # The file, its format and the type of its cells
     path: Path
     driver: str
     dtype: str
-    crs: CRS
+    crs: CRS  # Horizontal CRS
+    # As in `GridFrame`
     affine: Affine
     rows: int
     cols: int
-    nodata: float | None
+    nodata: float | None  # Value that stands for no height; None where the file names none
+    # Heights are value * scale + offset, in `unit`
     scale: float
     offset: float
+    # Name of the unit of heights and what it is in metres
     unit: str
     metres: float
-    datum: CRS | None
+    datum: CRS | None  # What heights count from: a vertical CRS, a geographic one with ellipsoidal heights, or None
+    # Whether its name or description is that of a surface model (canopy and roofs); None if it says nothing
     covered: bool | None
 
 

@@ -18,24 +18,14 @@ _CHUNK = 2**16
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PolynomialTrend:
-    """A polynomial of total degree `order` in x and y.
+    """A polynomial of total degree `order` in x and y."""
 
-    Parameters
-    ----------
-    order
-        Largest i + j of its terms.
-    coefficients : (order + 1, order + 1)
-        c_ij of T_i(u) T_j(v), m; 0 where i + j > order.
-    centre, half_range
-        u = (x - centre[0]) / half_range[0], v likewise, m.
-    rms, max_residual
-        Of the points it was fitted to, m.
-    """
-
-    order: int
-    coefficients: FloatArray
+    order: int  # Largest i + j of its terms
+    coefficients: FloatArray  # (order + 1, order + 1) c_ij of T_i(u) T_j(v), m; 0 where i + j > order
+    # u = (x - centre[0]) / half_range[0], v likewise, m
     centre: tuple[float, float]
     half_range: tuple[float, float]
+    # Of the points it was fitted to, m
     rms: float
     max_residual: float
 

@@ -27,26 +27,17 @@ _NO = frozenset({"no", ""})
 
 @dataclass(frozen=True)
 class WayCover:
-    """How much of a way lies on a carriageway.
+    """How much of a way lies on a carriageway."""
 
-    Parameters
-    ----------
-    way, highway, name
-        OSM id and tags.
-    structure
-        ``bridge``, ``tunnel`` or empty.
-    length, covered
-        m.
-    x, y
-        The middle of what is not covered, or else of the way, m.
-    """
-
+    # OSM id and tags
     way: int
     highway: str
     name: str
-    structure: str
+    structure: str  # ``bridge``, ``tunnel`` or empty
+    # m
     length: float
     covered: float
+    # The middle of what is not covered, or else of the way, m
     x: float
     y: float
 

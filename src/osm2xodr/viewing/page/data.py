@@ -32,26 +32,17 @@ _FIT_POINTS = 15
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A file and all that is known about it.
+    """A file and all that is known about it."""
 
-    Parameters
-    ----------
-    file, scene, frame
-        The file, what is drawn of it, and where it lies on Earth, if that is known.
-    terrain
-        The ground, with an elevation model.
-    covers, on_roads
-        OSM's ways, and which roads follow them; None without a file of OSM.
-    structures
-        Bridges and tunnels of each road: kind, from s to s (m) and name.
-    """
-
+    # The file, what is drawn of it, and where it lies on Earth, if that is known
     file: OpenDrive
     scene: Scene
     frame: Frame | None
-    terrain: Terrain | None
+    terrain: Terrain | None  # The ground, with an elevation model
+    # OSM's ways, and which roads follow them; None without a file of OSM
     covers: list[WayCover] | None
     on_roads: list[WayOnRoad] | None
+    # Bridges and tunnels of each road: kind, from s to s (m) and name
     structures: dict[int, list[tuple[str, float, float, str]]]
 
 

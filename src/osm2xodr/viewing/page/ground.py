@@ -24,41 +24,24 @@ _REPORT_TERRAIN_MARGIN: Final = 60.0
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
-    """The ground as a grid.
+    """The ground as a grid."""
 
-    Parameters
-    ----------
-    x, y
-        Of the south-western point, m.
-    dx, dy
-        Distance of columns and rows, m.
-    z : (rows, columns)
-        Heights, m, from south to north; NaN where nothing is measured.
-    """
-
+    # Of the south-western point, m
     x: float
     y: float
+    # Distance of columns and rows, m
     dx: float
     dy: float
-    z: FloatArray
+    z: FloatArray  # (rows, columns) Heights, m, from south to north; NaN where nothing is measured
 
 
 @dataclass(frozen=True)
 class HeightErrors:
-    """Height of roads above the ground along some of them.
+    """Height of roads above the ground along some of them."""
 
-    Parameters
-    ----------
-    label
-        Which.
-    length
-        Length that is measured, m.
-    mean, rms, p95, largest
-        m: p95 and largest of the magnitude; NaN where nothing is measured.
-    """
-
-    label: str
-    length: float
+    label: str  # Which
+    length: float  # Length that is measured, m
+    # m: p95 and largest of the magnitude; NaN where nothing is measured
     mean: float
     rms: float
     p95: float

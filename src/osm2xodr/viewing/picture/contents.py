@@ -36,35 +36,19 @@ _CLEARANCE = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What is drawn, in pixels from the top left.
+    """What is drawn, in pixels from the top left."""
 
-    Parameters
-    ----------
-    width, height
-        Of the whole; the map takes all but the band of the legend.
-    map_height
-        Of the map.
-    scale
-        Pixels per metre.
-    shapes
-        Roads, the lowest first, with the edges of those outside of junctions unless they would be too fine; seen from
-        near also their marks, then objects and signals.
-    mode
-        What the colours mean.
-    bar
-        Length of the scale bar, m.
-    title
-        Name of the file.
-    """
-
+    # Of the whole; the map takes all but the band of the legend
     width: int
     height: int
-    map_height: int
-    scale: float
+    map_height: int  # Of the map
+    scale: float  # Pixels per metre
+    # Roads, the lowest first, with the edges of those outside of junctions unless they would be too fine; seen from
+    # near also their marks, then objects and signals.
     shapes: list[Shape]
-    mode: Mode
-    bar: float
-    title: str
+    mode: Mode  # What the colours mean
+    bar: float  # Length of the scale bar, m
+    title: str  # Name of the file
 
     @property
     def band(self) -> int:

@@ -12,34 +12,20 @@ PAPER, INK, SOFT, EDGE = "#f6f7f5", "#1d2630", "#5a6672", "#3d4853"
 
 @dataclass(frozen=True, eq=False)
 class Polygon:
-    """A filled area.
+    """A filled area."""
 
-    Parameters
-    ----------
-    corners : (n, 2)
-    colour
-        Of the area.
-    outlined
-        Whether a line of the same colour runs around it, so that no seam shows between neighbours.
-    """
-
-    corners: FloatArray
-    colour: str
+    corners: FloatArray  # (n, 2)
+    colour: str  # Of the area
+    # Whether a line of the same colour runs around it, so that no seam shows between neighbours
     outlined: bool = True
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A line.
+    """A line."""
 
-    Parameters
-    ----------
-    corners : (n, 2)
-    colour, width
-        Of the line; those of the edge of a carriageway, if nothing is said.
-    """
-
-    corners: FloatArray
+    corners: FloatArray  # (n, 2)
+    # Of the line; those of the edge of a carriageway, if nothing is said
     colour: str = EDGE
     width: float = 0.6
 
