@@ -8,7 +8,7 @@ from osm2xodr.diagnostics import Diagnostic, Diagnostics, Kind
 def filled() -> Diagnostics:
     out = Diagnostics()
     out.note("flat", "", "all is flat")
-    out.count(Kind.NOTE, "way-selection", ["way/1", "way/2", "way/3"], "ways are left out")
+    out.count(Kind.NOTE, "way-selection", ["way/1", "way/2", "way/3"], "way", "left out")
     out.guessed("speed", "way/1", "taken as 50")
     out.guessed("speed", "way/4", "taken as 30")
     return out
@@ -16,7 +16,7 @@ def filled() -> Diagnostics:
 
 def test_elements_of_which_the_same_is_said_are_counted() -> None:
     found = filled()
-    assert list(found)[1] == Diagnostic(Kind.NOTE, "way-selection", "", "3 ways are left out")
+    assert list(found)[1] == Diagnostic(Kind.NOTE, "way-selection", "", "3 ways left out")
     assert len(found) == 4
     assert found.counts() == {
         (Kind.GUESSED, "speed"): 2,
@@ -29,13 +29,13 @@ def test_elements_of_which_the_same_is_said_are_counted() -> None:
 
 def test_of_none_nothing_is_said() -> None:
     found = Diagnostics()
-    found.count(Kind.DROPPED, "roadside-left-out", [], "bus stops")
+    found.count(Kind.DROPPED, "roadside-left-out", [], "bus stop", "left out")
     assert list(found) == []
 
 
 def test_what_was_found_of_elements_is_taken_back() -> None:
     found = filled()
     found.forget({"way/1", "way/9"})
-    assert [item.message for item in found] == ["all is flat", "2 ways are left out", "taken as 30"]
+    assert [item.message for item in found] == ["all is flat", "2 ways left out", "taken as 30"]
     found.forget({"way/2", "way/3", "way/4"})
     assert [item.message for item in found] == ["all is flat"]

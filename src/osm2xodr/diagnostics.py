@@ -29,15 +29,21 @@ class Diagnostic:
 
 @dataclass(frozen=True, slots=True)
 class _Count:
-    """Many elements of which the same is to be said, with their number before it."""
+    """The same finding about several elements."""
 
     kind: Kind
     code: str
     osm_ids: tuple[str, ...]
-    words: str
+    noun: str
+    finding: str
 
-    def told(self) -> Diagnostic:
-        return Diagnostic(self.kind, self.code, "", f"{len(self.osm_ids)} {self.words}")
+    def summed_up(self) -> Diagnostic:
+        return Diagnostic(self.kind, self.code, "", f"{counted(len(self.osm_ids), self.noun)} {self.finding}")
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a number and what it counts, such as ``1 bus stop`` or ``1,200 bus stops``."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 class Diagnostics:
@@ -50,11 +56,23 @@ class Diagnostics:
         """Record one finding."""
         self._items.append(Diagnostic(kind, code, osm_id, message))
 
-    def count(self, kind: Kind, code: str, osm_ids: Iterable[str], words: str) -> None:
-        """Record that the same was found of many elements, if it was of any: their number and these words."""
+    def count(self, kind: Kind, code: str, osm_ids: Iterable[str], noun: str, finding: str) -> None:
+        """Record the same finding about several elements, if there are any.
+
+        Parameters
+        ----------
+        kind, code
+            Of the finding.
+        osm_ids
+            The elements.
+        noun
+            What one of them is, such as ``bus stop``.
+        finding
+            What follows the noun; the same in the singular and the plural.
+        """
         found = tuple(osm_ids)
         if found:
-            self._items.append(_Count(kind, code, found, words))
+            self._items.append(_Count(kind, code, found, noun, finding))
 
     def guessed(self, code: str, osm_id: str, message: str) -> None:
         """Record a value that the input does not give."""
@@ -83,12 +101,12 @@ class Diagnostics:
         for item in items:
             if isinstance(item, _Count):
                 left = (name for name in item.osm_ids if name not in osm_ids)
-                self.count(item.kind, item.code, left, item.words)
+                self.count(item.kind, item.code, left, item.noun, item.finding)
             elif item.osm_id not in osm_ids:
                 self._items.append(item)
 
     def __iter__(self) -> Iterator[Diagnostic]:
-        return (item if isinstance(item, Diagnostic) else item.told() for item in self._items)
+        return (item if isinstance(item, Diagnostic) else item.summed_up() for item in self._items)
 
     def __len__(self) -> int:
         return len(self._items)

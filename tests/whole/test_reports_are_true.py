@@ -78,7 +78,7 @@ def test_every_drivable_way_is_there_or_named(conversion: Conversion) -> None:
     for item in report["diagnostics"]:
         if item["code"] == "way-selection":
             found = re.fullmatch(
-                r"(\d+) ways are left out: (\w+)=(\S+) is not among the ways asked for", item["message"]
+                r"(\d+) ways? left out: (\w+)=(\S+) is not among the ways asked for", item["message"]
             )
             assert found, item
             said[found[2], found[3]] = int(found[1])

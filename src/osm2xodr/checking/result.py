@@ -11,6 +11,7 @@ from pathlib import Path
 from osm2xodr import defaults
 from osm2xodr.checking.findings import Count, Finding
 from osm2xodr.checking.rules import DEFAULT_READERS, READERS, RULES, Severity
+from osm2xodr.diagnostics import counted
 
 
 @dataclass(frozen=True)
@@ -90,11 +91,11 @@ class CheckResult:
         """Return the result in one line."""
         roads, junctions, length = self.size
         words = [
-            _number(self.count(severity), word)
+            counted(self.count(severity), word)
             for severity, word in ((Severity.ERROR, "error"), (Severity.WARNING, "warning"), (Severity.INFO, "note"))
         ]
         version = f"OpenDRIVE {self.version}" if self.version else "OpenDRIVE of no stated version"
-        size = f"{_number(roads, 'road')}, {_number(junctions, 'junction')}, {length:,.1f} km"
+        size = f"{counted(roads, 'road')}, {counted(junctions, 'junction')}, {length:,.1f} km"
         return f"{self.path}: {', '.join(words)} ({version}, {size})"
 
     def lines(self, least: Severity = Severity.INFO) -> Iterator[str]:
@@ -138,8 +139,3 @@ def place(finding: Finding) -> str:
 def _sufferers(finding: Finding) -> str:
     """Say who suffers."""
     return f" ({', '.join(finding.readers)})" if finding.readers else ""
-
-
-def _number(n: int, word: str) -> str:
-    """Return a number of things."""
-    return f"{n:,} {word}" if n == 1 else f"{n:,} {word}s"

@@ -113,7 +113,7 @@ def _tell_rest(rest: Sequence[RawWay], diagnostics: Diagnostics) -> None:
 
 def _tell_counts(not_asked_for: Mapping[str, Sequence[str]], diagnostics: Diagnostics) -> None:
     for words, ways in sorted(not_asked_for.items()):
-        diagnostics.count(Kind.NOTE, "way-selection", ways, f"ways are left out: {words}")
+        diagnostics.count(Kind.NOTE, "way-selection", ways, "way", f"left out: {words}")
 
 
 def _short(value: str) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, TextIO
 
-from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.diagnostics import Diagnostics, Kind, counted
 
 if TYPE_CHECKING:
     from osm2xodr.model import BorderEnd, ElevationReport
@@ -78,9 +78,9 @@ def summary(
     elevation
         How the heights came out; None where the world is level.
     """
-    roads, through = _counted(statistics.roads, "road"), _counted(statistics.connecting_roads, "connecting road")
+    roads, through = counted(statistics.roads, "road"), counted(statistics.connecting_roads, "connecting road")
     kilometres = f"{statistics.road_length / 1000.0:,.1f} km"
-    lines = [f"  {roads} of {kilometres}, {through} in {_counted(statistics.junctions, 'junction')}"]
+    lines = [f"  {roads} of {kilometres}, {through} in {counted(statistics.junctions, 'junction')}"]
     if has_heights:
         coverage = ""
         if statistics.dem_coverage is not None:
@@ -107,8 +107,8 @@ def _heights(elevation: ElevationReport) -> list[str]:
     lines = [f"  roads on the ground less the elevation model: {errors}"]
     kinds = [item.kind for item in elevation.structures]
     if kinds:
-        found = " and ".join(_counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
-        lines.append(f"  {found}; {_counted(len(elevation.tight), 'crossing')} with less clearance than usual")
+        found = " and ".join(counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
+        lines.append(f"  {found}; {counted(len(elevation.tight), 'crossing')} with less clearance than usual")
     return lines
 
 
@@ -178,11 +178,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return str(value) if isinstance(value, PurePath) else value
-
-
-def _counted(count: int, what: str) -> str:
-    """Say how many there are."""
-    return f"{count:,} {what}{'' if count == 1 else 's'}"
 
 
 def _percent(share: float) -> str:

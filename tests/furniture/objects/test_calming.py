@@ -61,14 +61,14 @@ def test_an_island_lies_between_the_directions(rule: Rule) -> None:
 
 def test_what_cannot_be_placed_is_counted() -> None:
     for tags, way, why in (
-        ("traffic_calming=chicane", "lanes=2", "chicane is left out: it changes the carriageway"),
-        ("traffic_calming=island", "lanes=2 width=5.5", "island is left out: the lanes cannot spare the room"),
-        ("traffic_calming=island", "oneway=yes", "island is left out: all lanes run the same way"),
+        ("traffic_calming=chicane", "lanes=2", "chicane left out: it changes the carriageway"),
+        ("traffic_calming=island", "lanes=2 width=5.5", "island left out: the lanes cannot spare the room"),
+        ("traffic_calming=island", "oneway=yes", "island left out: all lanes run the same way"),
     ):
         world = world_of(road(tags, way))
         assert placed(world) == []
         (message,) = said(world)["traffic-calming"]
-        assert message.startswith(f"1 times traffic_calming={why}")
+        assert message.startswith(f"1 node with traffic_calming={why}")
 
 
 def test_a_table_on_a_junction_is_left_out() -> None:
@@ -76,7 +76,7 @@ def test_a_table_on_a_junction_is_left_out() -> None:
     ways = {1: ("w o", ""), 2: ("o e", ""), 3: ("o n", "")}
     world = world_of(Case(nodes, ways, node_tags={"o": "traffic_calming=table"}))
     assert placed(world) == []
-    assert said(world)["traffic-calming"] == ["1 times traffic_calming=table is left out: it lies in a junction"]
+    assert said(world)["traffic-calming"] == ["1 node with traffic_calming=table left out: it lies in a junction"]
 
 
 def test_an_island_of_a_crossing_is_left_to_the_crossing() -> None:

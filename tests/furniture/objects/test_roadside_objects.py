@@ -137,7 +137,7 @@ def test_lamps_and_trees_stand_there_on_request(rule: Rule) -> None:
     assert tree.type == "tree"
     assert tree.t == pytest.approx(-3.9 * hand)
     assert bollard.t == pytest.approx(5.0 * hand, abs=NEAR)
-    assert said(world)["roadside-left-out"] == ["1 times a tree: they would stand on the carriageway"]
+    assert said(world)["roadside-left-out"] == ["1 tree left out: they would stand on the carriageway"]
 
 
 @EITHER

@@ -36,7 +36,7 @@ def test_ways_in_a_row_make_one_bridge(rule: Rule) -> None:
     )
     world = world_of(case, rule)
     assert placed(world) == [("bridge", "concrete", near(60.0), near(90.0), (2, 3))]
-    assert said(world)["bridge-material"] == ["2 ways on bridges have no material, concrete is taken"]
+    assert said(world)["bridge-material"] == ["2 ways on bridges without a material: concrete assumed"]
 
 
 def test_another_kind_of_structure_is_one_of_its_own() -> None:
@@ -76,9 +76,7 @@ def test_short_tunnels_are_taken_as_dark() -> None:
     ways = {1: ("w a", "tunnel=yes"), 2: ("a c", ""), 3: ("c e", "tunnel=yes lit=no")}
     world = world_of(Case(ALONG, ways))
     assert [item.lighting for item in place_structures(world)] == [0.0, 0.0]
-    assert said(world)["tunnel-lighting"] == [
-        "1 ways in tunnels do not say whether they are lit, taken as lit from 80 m on"
-    ]
+    assert said(world)["tunnel-lighting"] == ["1 way in tunnels without lit=*: assumed lit from a length of 80 m"]
 
 
 @pytest.mark.parametrize("tags", ["", "bridge=no", "tunnel=no", "tunnel=culvert", "tunnel=flooded", "layer=1"])

@@ -366,8 +366,8 @@ def test_ways_that_are_left_out_are_told_by_kind(tmp_path: Path) -> None:
     ways |= {23: ([4, 5], "highway=service service=driveway"), 24: ([5, 6], "highway=" + "x" * 99)}
     _, diagnostics = Area(ROW, ways).parse(tmp_path)
     assert [item.message for item in about(diagnostics, "way-selection")] == [
-        "1 ways are left out: service=driveway is not among the ways asked for",
-        "2 ways are left out: highway=track is not among the ways asked for",
+        "1 way left out: service=driveway is not among the ways asked for",
+        "2 ways left out: highway=track is not among the ways asked for",
     ]
     assert [(item.osm_id, item.message) for item in about(diagnostics, "highway-class")] == [
         ("way/24", f"highway={'x' * 37}... is no class of roads that can be carried, it is left out")

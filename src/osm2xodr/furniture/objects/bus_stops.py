@@ -75,9 +75,10 @@ def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
         leftwards = (along is not False) != (world.network.rule is Rule.RIGHT_HAND)
         s = min(max(place.s, 0.0), world.lanes.length(place.road))
         out.append(_Stop(place.road, s, leftwards, tagged[node], f"node/{node}"))
-    words = "bus stops lie on a two-way street without a direction; they stand where its way leads"
-    world.diagnostics.count(Kind.GUESSED, "bus-stop-side", guessed, words)
-    world.diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "bus stops: they lie in a junction")
+    finding = "without a direction on a two-way street: traffic along the way is assumed to stop there"
+    world.diagnostics.count(Kind.GUESSED, "bus-stop-side", guessed, "bus stop", finding)
+    finding = "left out: inside a junction"
+    world.diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "bus stop", finding)
     return out
 
 

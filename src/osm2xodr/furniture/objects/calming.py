@@ -42,8 +42,8 @@ def calming_objects(world: World, nodes: NodePlaces) -> list[RoadObject]:
         else:
             out += found
     for (kind, why), names in sorted(left_out.items()):
-        words = f"times traffic_calming={kind} is left out: {why}"
-        world.diagnostics.count(Kind.DROPPED, "traffic-calming", names, words)
+        finding = f"with traffic_calming={kind} left out: {why}"
+        world.diagnostics.count(Kind.DROPPED, "traffic-calming", names, "node", finding)
     return out
 
 

@@ -204,8 +204,8 @@ def _tell(world: World, found: Sequence[_Found], wishes: Mapping[int, _Wish]) ->
                 item.crossing.osm_id,
                 f"the crossing lies in a junction and was moved onto the road, by {item.moved:.1f} m",
             )
-    words = (
-        f"crossings have no width; those with lights are {defaults.CROSSING_WIDTH_SIGNALS:g} m wide, others "
-        f"{defaults.CROSSING_WIDTH:g} m"
+    finding = (
+        f"without a width: {defaults.CROSSING_WIDTH_SIGNALS:g} m assumed with lights, "
+        f"{defaults.CROSSING_WIDTH:g} m otherwise"
     )
-    world.diagnostics.count(Kind.GUESSED, "crossing-width", guessed, words)
+    world.diagnostics.count(Kind.GUESSED, "crossing-width", guessed, "crossing", finding)

@@ -70,8 +70,8 @@ def point_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadsid
             )
         )
     for (kind, why), names in sorted(left_out.items()):
-        words = f"times a {kind.replace('_', ' ')}: {why}"
-        world.diagnostics.count(Kind.DROPPED, "roadside-left-out", names, words)
+        noun = kind.replace("_", " ")
+        world.diagnostics.count(Kind.DROPPED, "roadside-left-out", names, noun, f"left out: {why}")
     return out
 
 

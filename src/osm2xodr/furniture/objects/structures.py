@@ -163,7 +163,9 @@ def _report(world: World, parts: list[_Part]) -> None:
             plain.update(part.ways)
         if part.tags[0].kind == "tunnel" and all(tags.lit is None for tags in part.tags):
             dark.update(part.ways)
-    words = f"ways on bridges have no material, {_BRIDGE_MATERIAL} is taken"
-    world.diagnostics.count(Kind.GUESSED, "bridge-material", [f"way/{way}" for way in sorted(plain)], words)
-    words = f"ways in tunnels do not say whether they are lit, taken as lit from {defaults.TUNNEL_LIT_LENGTH:g} m on"
-    world.diagnostics.count(Kind.GUESSED, "tunnel-lighting", [f"way/{way}" for way in sorted(dark)], words)
+    ids = [f"way/{way}" for way in sorted(plain)]
+    finding = f"on bridges without a material: {_BRIDGE_MATERIAL} assumed"
+    world.diagnostics.count(Kind.GUESSED, "bridge-material", ids, "way", finding)
+    ids = [f"way/{way}" for way in sorted(dark)]
+    finding = f"in tunnels without lit=*: assumed lit from a length of {defaults.TUNNEL_LIT_LENGTH:g} m"
+    world.diagnostics.count(Kind.GUESSED, "tunnel-lighting", ids, "way", finding)

@@ -254,5 +254,5 @@ def _others(faces: Sequence[SignFace]) -> list[SignFace]:
 def _count_ways(world: World) -> None:
     """Say how many ways name signs: they have no place, and other tags say what they mean."""
     ways = {item.osm_way_id for street in world.network.streets for _, item in street.pieces if item.traffic_sign}
-    words = "ways name signs in traffic_sign: they have no place along the way and are not drawn"
-    world.diagnostics.count(Kind.NOTE, "signs-of-ways", [f"way/{way}" for way in sorted(ways)], words)
+    finding = "with traffic_sign=*: signs without a place along the way are not drawn"
+    world.diagnostics.count(Kind.NOTE, "signs-of-ways", [f"way/{way}" for way in sorted(ways)], "way", finding)
