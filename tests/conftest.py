@@ -22,6 +22,11 @@ NEED_READERS = ["readers", "xodrWriter/test_schema.py", "checking/checks/test_sc
 collect_ignore = [] if ALL_READERS else NEED_READERS
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the flag that renews records."""
+    parser.addoption("--update-golden", action="store_true", help="write the records in tests/golden anew")
+
+
 def pytest_report_header() -> str:
     """Say what is left out."""
     if ALL_READERS:
