@@ -52,7 +52,9 @@ def summary(path: Path) -> str:
 def _names(file: XodrFile, root: etree._Element) -> dict[str, str]:
     """Name plain roads by their OSM ways, with a letter where several have the same, from west to east."""
     ways = {
-        road.attrib["id"]: "+".join(item.attrib["value"] for item in road.findall("userData[@code='osm_way_ids']"))
+        str(road.attrib["id"]): "+".join(
+            str(item.attrib["value"]) for item in road.findall("userData[@code='osm_way_ids']")
+        )
         for road in root.findall("road")
     }
     x = {number: float(road.pose(np.array([road.length / 2]))[0][0]) for number, road in file.roads.items()}
