@@ -14,7 +14,7 @@ RESULT := build/andorra_ordino.xodr
 AREAS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-oldest audit browser bench lint format clean distclean
+.PHONY: help run test test-oldest audit mutants browser bench lint format clean distclean
 
 # Debian's and Ubuntu's: what the tests open reports in.
 BROWSER_PACKAGES := chromium chromium-driver
@@ -24,6 +24,7 @@ help:
 	@echo 'make test       everything that must hold: linters, types, tests, real readers of OpenDRIVE'
 	@echo 'make test-oldest  the tests, but for browser and readers, with the oldest libraries (Python 3.10, 3.11)'
 	@echo 'make audit      look for known vulnerabilities in the libraries of $(VENV); asks a public database'
+	@echo 'make mutants    change the code of heights, junctions and lanes, and count what their tests notice; takes an hour'
 	@echo 'make bench      speed beside SUMO netconvert and CARLA Osm2Odr, to benchmarks/RESULTS.md; AREAS=FOLDER for more'
 	@echo 'make lint       linters and types alone'
 	@echo 'make format     put the code into shape'
@@ -64,6 +65,14 @@ endif
 test-oldest: $(OLDEST)/.made
 	WITHOUT_READERS=1 $(OLDEST)/bin/python $(PYTEST) --ignore tests/viewing/test_browser.py
 
+# One in ten changes of code, and all of numbers. All changes: MUTANTS='*'
+MUTANTS := *7
+mutants: $(VENV)/.test
+	$(PIP) install --quiet --editable '.[mutants]'
+	$(BIN)/python tools/mutate_numbers.py heights junctions lanes
+	$(BIN)/mutmut run '$(MUTANTS)'
+	$(BIN)/python tools/mutation_score.py
+
 AUDIT := .venv-audit
 audit: $(VENV)/.test
 	$(PYTHON) -m venv --clear $(AUDIT)
@@ -94,7 +103,7 @@ format: $(VENV)/.test
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf build dist mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean
