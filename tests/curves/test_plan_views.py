@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from osm2xodr.curves.cubics import cubic_slope, cubic_value, joined_profiles, profile_of
+from osm2xodr.curves.cubics import cubic_slope, cubic_value, profile_of, stack_profiles
 from osm2xodr.curves.plan_views import (
     arc_step,
     find_record,
-    joined_plan_views,
     lengths,
     pose,
+    reverse_curves,
     smallest_radius,
-    turned_round,
+    stack_plan_views,
 )
 from osm2xodr.model import Cubic, PlanView
 
@@ -107,7 +107,7 @@ def test_cubics_and_their_slopes() -> None:
     profile = profile_of([[Cubic(0.0, 1.0, 2.0, 3.0, 4.0), Cubic(10.0, 5.0, -1.0)], [], [Cubic(0.0, 7.0)]])
     curve = np.array([0, 0, 0, 1, 2])
     s = np.array([0.0, 2.0, 12.0, 3.0, 99.0])
-    assert cubic_value(profile, curve, s, default=-4.0).tolist() == [1.0, 1 + 4 + 12 + 32, 3.0, -4.0, 7.0]
+    assert cubic_value(profile, curve, s).tolist() == [1.0, 1 + 4 + 12 + 32, 3.0, 0.0, 7.0]
     assert cubic_slope(profile, curve, s).tolist() == [2.0, 2 + 12 + 48, -1.0, 0.0, 0.0]
 
 
@@ -120,14 +120,12 @@ def test_a_profile_of_no_cubics() -> None:
 
 def test_joined_tables_hold_the_curves_of_both() -> None:
     plan = line_arc_line()
-    both = joined_plan_views(plan, plan)
+    both = stack_plan_views(plan, plan)
     assert both.start.tolist() == [0, 3, 4, 7, 8]
     curve, s = np.array([0, 1]), np.array([20.0, 2.0])
     for one, other in zip(pose(plan, curve, s), pose(both, curve + 2, s), strict=True):
         assert one.tolist() == other.tolist()
-    joined = joined_profiles(
-        profile_of([[Cubic(0.0, 1.0)], []]), profile_of([[], [Cubic(0.0, 2.0), Cubic(1.0, 3.0)]])
-    )
+    joined = stack_profiles(profile_of([[Cubic(0.0, 1.0)], []]), profile_of([[], [Cubic(0.0, 2.0), Cubic(1.0, 3.0)]]))
     assert joined.start.tolist() == [0, 1, 1, 1, 3]
     assert cubic_value(joined, np.array([0, 1, 2, 3]), np.full(4, 2.0)).tolist() == [1.0, 0.0, 0.0, 3.0]
 
@@ -135,7 +133,7 @@ def test_joined_tables_hold_the_curves_of_both() -> None:
 def test_curves_turned_round_pass_the_same_places() -> None:
     plan = line_arc_line()
     whole = lengths(plan)
-    turned = turned_round(plan, np.array([True, False]))
+    turned = reverse_curves(plan, np.array([True, False]))
     assert lengths(turned) == pytest.approx(whole)
     share = np.linspace(0.0, 1.0, 13)
     curve, s = np.repeat([0, 1], len(share)), np.concatenate([share * whole[0], share * whole[1]])

@@ -1,4 +1,4 @@
-"""Rows of groups that stand one after the other in flat arrays."""
+"""Groups of different sizes that stand one after the other in flat arrays."""
 
 from __future__ import annotations
 
@@ -8,13 +8,7 @@ from osm2xodr.model import IntArray
 
 
 def ranks(count: IntArray) -> IntArray:
-    """Return 0, 1, 2 … within each group, for all groups in a row.
-
-    Parameters
-    ----------
-    count : (groups,)
-        Rows of each group.
-    """
+    """Return 0, 1, 2 … within each group, for all groups in a row; `count` holds their sizes, (groups,)."""
     out: IntArray = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
     return out
 
@@ -22,12 +16,7 @@ def ranks(count: IntArray) -> IntArray:
 def runs(first: IntArray, count: IntArray) -> IntArray:
     """Return first, first + 1, first + 2 … of each group, for all groups in a row.
 
-    Parameters
-    ----------
-    first : (groups,)
-        Where the rows of each group begin in another array.
-    count : (groups,)
-        How many they are.
+    `first` says where the rows of each group begin in another array and `count` how many they are, (groups,).
     """
     out: IntArray = np.repeat(first, count) + ranks(count)
     return out

@@ -11,7 +11,7 @@ from junction_cases import CASES
 from street_cases import Case
 
 from osm2xodr.conventions.street_signs import Sign, read_signs, sign_of
-from osm2xodr.curves.crossings import crossing
+from osm2xodr.curves.crossings import curves_cross
 from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import build_roads
@@ -268,7 +268,7 @@ def test_curves_that_cross() -> None:
     roads = CASES["x"].case.build()
     inner = np.array([k for k, road in enumerate(roads.roads) if road.junction is not None])
     one, other = (grid.ravel() for grid in np.meshgrid(inner, inner))
-    found = crossing(roads.plan_view, one, other).reshape(len(inner), -1)
+    found = curves_cross(roads.plan_view, one, other).reshape(len(inner), -1)
     assert (found == found.T).all()
     assert not np.diag(found).any()
     # By dense samples: two curves cross where some points of one are within 3 cm of the other, away from their ends.

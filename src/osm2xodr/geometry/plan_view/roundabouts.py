@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, joined_curves, pose, snap_cuts, wrapped
+from osm2xodr.curves import chain_curves, cut_curves, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.arc_splines import fit_arcs, turns_of
@@ -77,7 +77,7 @@ def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:
             streets.append(street)
             _move(network, item, plans[-1], stations[-1], moved)
     # Sides of several lines that are one: checkers count such records as redundant.
-    plan = joined_curves(_joined(plans), np.arange(len(plans) + 1))
+    plan = chain_curves(_joined(plans), np.arange(len(plans) + 1))
     return FittedRings(tuple(streets), plan, tuple(stations), moved)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import replaced
+from osm2xodr.curves import replace_curves
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes import CrossSection, Piece, cross_section, end_lanes
@@ -62,7 +62,7 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     )
     plan = fitted.plan_view
     if rings.streets:
-        plan = replaced(plan, np.array(rings.streets), rings.plan_view, np.arange(len(rings.streets)))
+        plan = replace_curves(plan, np.array(rings.streets), rings.plan_view, np.arange(len(rings.streets)))
     round_about = np.zeros(len(pieces), bool)
     round_about[list(rings.streets)] = True
     plan, pieces, narrow = with_wide_bends(plan, pieces, round_about)

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr.curves import (
+    chain_curves,
     cut_curves,
+    dubins_curves,
     find_record,
-    joined_curves,
-    joined_plan_views,
     lengths,
     pose,
-    replaced,
-    shortest_curves,
+    replace_curves,
+    stack_plan_views,
 )
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes import Piece
@@ -135,7 +135,7 @@ def _wider(plan: PlanView, bends: _Bends) -> tuple[IntArray, FloatArray, FloatAr
     radius, curve = bends.radius[which], bends.curve[which]
     x0, y0, hdg0 = pose(plan, curve, begin)
     x1, y1, hdg1 = pose(plan, curve, end)
-    found = shortest_curves(x0, y0, hdg0, x1, y1, hdg1, radius=radius)
+    found = dubins_curves(x0, y0, hdg0, x1, y1, hdg1, radius=radius)
     aside = _moved(plan, curve, begin, end, found)
     longer = np.sign(bends.begin - (whole - bends.end))[which]
     lopsided = longer * ((end - bends.end[which]) - (bends.begin[which] - begin))
@@ -214,6 +214,6 @@ def _put_in(
         shift = np.repeat(np.concatenate([[0.0], np.cumsum(grown[own])]), 2)
         at = np.interp([piece[0] for piece in pieces[k]], old, old + shift).tolist()
         out[k] = tuple((s, attributes, section) for s, (_, attributes, section) in zip(at, pieces[k], strict=True))
-    parts = cut_curves(joined_plan_views(plan, curves), np.array(part_lo), np.array(part_hi), source)
-    whole = joined_curves(parts, np.concatenate([[0], count]).astype(np.int64))
-    return replaced(plan, changed, whole, np.arange(len(changed))), tuple(out)
+    parts = cut_curves(stack_plan_views(plan, curves), np.array(part_lo), np.array(part_hi), source)
+    whole = chain_curves(parts, np.concatenate([[0], count]).astype(np.int64))
+    return replace_curves(plan, changed, whole, np.arange(len(changed))), tuple(out)
