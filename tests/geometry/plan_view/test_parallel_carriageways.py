@@ -6,8 +6,8 @@ import pytest
 from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import defaults
-from osm2xodr.geometry.plan_view.parallel_carriageways import fit_side_by_side
+from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.parallel_carriageways import narrow_parallel_streets
 from osm2xodr.geometry.plan_view.streets import fit_streets
 
 
@@ -15,7 +15,7 @@ def share_kept(case: Case) -> tuple[float, list[str]]:
     """Return the share of its width that the first street keeps, and what was told."""
     network = case.stages().network
     fitted, diagnostics = fit_streets(network, Diagnostics()), Diagnostics()
-    narrowed = fit_side_by_side(network, fitted, diagnostics)
+    narrowed = narrow_parallel_streets(network, fitted, diagnostics)
     before, after = (item.pieces[0][0][2] for item in (fitted, narrowed))
     share = (after.left_edge - after.right_edge) / (before.left_edge - before.right_edge)
     return share, [item.code for item in diagnostics]
@@ -28,8 +28,8 @@ def share_kept(case: Case) -> tuple[float, list[str]]:
         (6.3, 1.0),
         (5.6, 0.9),
         (5.0, 0.8),
-        (4.4, defaults.NARROWEST),
-        (3.4, defaults.NARROWEST),
+        (4.4, defaults.NARROWEST_SHARE),
+        (3.4, defaults.NARROWEST_SHARE),
         (3.1, 1.0),
         (1.0, 1.0),
     ],
