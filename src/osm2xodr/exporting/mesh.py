@@ -10,7 +10,7 @@ import numpy as np
 from osm2xodr.curves import runs
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, rolled, sample_roads
+from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, points_beside, sample_roads
 
 # Up to here coordinates of meshes stay those of the file, m: single precision (24 bits) knows them to 1 mm at least.
 # Beyond, they count from a round place, m. Choices.
@@ -108,7 +108,7 @@ def _merged(station: IntArray, t: FloatArray, lift: FloatArray) -> tuple[IntArra
 def _placed(stations: Stations, station: IntArray, t: FloatArray, lift: FloatArray) -> FloatArray:
     """Return vertices in space, (n, 3)."""
     x, y, z = stations.x[station], stations.y[station], stations.z[station]
-    return np.column_stack(rolled(x, y, z, stations.hdg[station], stations.roll[station], t, lift))
+    return np.column_stack(points_beside(x, y, z, stations.hdg[station], stations.roll[station], t, lift))
 
 
 def _faces(file: OpenDrive, lane: IntArray, side: IntArray, vertex: IntArray) -> dict[str, IntArray]:

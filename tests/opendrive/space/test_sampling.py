@@ -17,9 +17,9 @@ from osm2xodr.opendrive.space import (
     elevation,
     frame_of,
     grade,
-    lane_at,
     lane_borders,
     lane_ribbons,
+    places_on,
     pose,
     record_lengths,
     sample_roads,
@@ -201,7 +201,10 @@ def test_lanes_at_places(tmp_path: Path) -> None:
     s = np.array([20.0, 20.0, 20.0, 60.0, 20.0])
     t = np.array([7.0, -3.9, -4.1, 0.0, 0.0])
     roads = np.array([0, 0, 0, 0, 1])
-    assert lane_at(file, roads, s, t).tolist() == [0, 3, ABSENT, 7, ABSENT]
+    places = places_on(file, roads, s, t)
+    assert places.lane.tolist() == [0, 3, 3, 7, ABSENT]
+    assert places.inside.tolist() == [True, True, False, True, False]
+    np.testing.assert_allclose(places.distance, [0.0, 0.0, 0.1, 0.0, 0.0])
     assert section_at(file, roads, np.full(5, 50.0)).tolist() == [1, 1, 1, 1, ABSENT]
     assert section_at(file, roads[:1], np.array([50.0]), before=True).tolist() == [0]
 
@@ -284,7 +287,7 @@ def test_frames_turn_and_move_by_the_offset(tmp_path: Path) -> None:
         (None, "no geoReference"),
         ("", "no geoReference"),
         ("nonsense", "cannot be used"),
-        ("EPSG:4326", "no projection"),
+        ("EPSG:4326", "not a projection"),
         (PROJECTION.replace("+units=m", "+units=us-ft"), "not in metres"),
     ],
 )

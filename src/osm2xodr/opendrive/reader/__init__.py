@@ -1,16 +1,16 @@
-"""Reads OpenDRIVE 1.4 to 1.8 of any writer into tables, strictly: what it cannot take in is told, never mended."""
+"""Reads OpenDRIVE 1.4 to 1.8 of any writer into tables, strictly: what is wrong is reported, never repaired."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from osm2xodr.opendrive.reader.roads import first_of
+from osm2xodr.opendrive.reader.roads import first_index
 
 if TYPE_CHECKING:
     from osm2xodr.opendrive.tables import OpenDrive
 
-__all__ = ["first_of", "read_xodr"]
+__all__ = ["first_index", "read_xodr"]
 
 
 def read_xodr(path: Path) -> OpenDrive:
@@ -23,14 +23,14 @@ def read_xodr(path: Path) -> OpenDrive:
     Parameters
     ----------
     path
-        The file, plain or packed by gzip; ``-`` is standard input.
+        The file, plain or compressed by gzip; ``-`` is standard input.
 
     Raises
     ------
     InputError
-        If it cannot be read, is no XML, or no OpenDRIVE.
+        If it cannot be read, is not XML, or is not OpenDRIVE.
     """
-    # Here, so that the command line starts without numpy.
+    # Imported here so that the command line starts without numpy.
     from osm2xodr.opendrive.reader.document import read_document
 
     return read_document(path)
