@@ -12,8 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.exporting.materials import color_of
-from osm2xodr.exporting.mesh import RoadMesh
+from osm2xodr.exporting.mesh import RoadMesh, color_of
 from osm2xodr.opendrive import Header
 from osm2xodr.system import ByteSink
 
@@ -29,17 +28,8 @@ _ELEMENT_ARRAY_BUFFER: Final = 34963
 def write_glb(mesh: RoadMesh, header: Header, stream: ByteSink, version: str) -> None:
     """Write a mesh as one node of one mesh, with a primitive and a material per type of lane.
 
-    glTF has x, y and z where OpenDRIVE has x, z and -y. The node's extras tell the origin in inertial coordinates and
-    the geoReference.
-
-    Parameters
-    ----------
-    mesh, stream
-        What and whereto.
-    header
-        Of the road network.
-    version
-        Of this program.
+    x, y, z of glTF are x, z, -y of OpenDRIVE. The node's extras hold the origin in inertial coordinates and, from the
+    network's header, geoReference and offset; the asset holds the version of this program.
     """
     points = np.ascontiguousarray(mesh.vertices[:, [0, 2, 1]] * [1, 1, -1], "<f4")
     blocks = [points.tobytes(), *(np.ascontiguousarray(rows, "<u4").tobytes() for rows in mesh.faces.values())]
