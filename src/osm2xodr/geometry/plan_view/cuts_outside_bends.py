@@ -1,4 +1,4 @@
-"""Roads end, and their lanes change, outside tight bends.
+"""Roads end, and streets are cut in two, outside tight bends.
 
 Readers that step along the reference line step too far on an outer lane of a tight bend. Inside a road that is a
 matter of its shape, but at its ends and where its lanes change they lose their way.

@@ -1,8 +1,8 @@
 """Polylines of OSM become smooth curves of lines and arcs, all streets at once (docs/method/plan_view.md).
 
 Every vertex of a simplified polyline gets a fillet. A fillet alone lies inside its corner, so vertices first move
-outwards by half of what the fillet cuts off: the curve then runs as far outside the vertices as inside the segments,
-as the road does on which the nodes were set.
+outwards by half of what the fillet cuts off: the curve then passes the vertices on the inside by as much as it passes
+the segments on the outside.
 """
 
 from __future__ import annotations
