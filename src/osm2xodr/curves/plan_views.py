@@ -170,15 +170,15 @@ def chain_curves(plan: PlanView, first: IntArray) -> PlanView:
     )
 
 
-def reverse_curves(plan: PlanView, which: BoolArray) -> PlanView:
-    """Return the curves of a table, some of them, (curves,), from their end to their start."""
+def reverse_curves(plan: PlanView, which: BoolArray, *, wrap: bool = True) -> PlanView:
+    """Return the curves of a table, some of them, (curves,), from their end to their start, with wrapped headings."""
     owner = np.repeat(np.arange(len(which)), np.diff(plan.start))
     back = which[owner]
     every = np.arange(len(owner))
     source = np.where(back, (plan.start[:-1] + plan.start[1:] - 1)[owner] - every, every)
     x, y, hdg = advance(plan.x, plan.y, plan.hdg, plan.curvature, plan.length)
     s = lengths(plan)[owner] - (plan.s + plan.length)
-    backwards = s, x, y, wrapped(hdg + np.pi), plan.length, -plan.curvature
+    backwards = s, x, y, wrapped(hdg + np.pi) if wrap else hdg + np.pi, plan.length, -plan.curvature
     return PlanView(
         plan.start,
         *(

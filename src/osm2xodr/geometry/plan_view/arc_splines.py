@@ -57,17 +57,11 @@ class _Spline:
 
 
 def fit_arcs(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | None:
-    """Return the smoothest spline that passes points in their order, and s of each.
+    """Return the smoothest spline that passes points (n, 2) in their order, and s of each, m.
 
     None where no spline comes close enough (`RING_TOLERANCE`, `RING_CURVE_RMS`) without bends that the line does not
-    have. Where bends to one side are enough, there are no others.
-
-    Parameters
-    ----------
-    points : (n, 2)
-        Local x, y, m. The first of a closed line is not repeated.
-    closed
-        Whether the line goes on from its last point to the first, once around.
+    have. Where bends to one side are enough, there are no others. A closed line goes on from its last point to its
+    first, once around.
     """
     guess = _first_guess(points, closed)
     if closed and abs(abs(guess.turn.sum()) - 2 * np.pi) > _RING_TURN_ERROR:

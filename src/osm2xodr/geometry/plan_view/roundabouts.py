@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import chain_curves, cut_curves, pose, snap_cuts, stack_plan_views, wrapped
+from osm2xodr.curves import chain_curves, cut_curves, pose, reverse_curves, snap_cuts, stack_plan_views, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.arc_splines import fit_arcs, turns_of
@@ -29,7 +29,6 @@ _RING_TURN_MIN: Final = 2.09
 _RING_ARM_BLEND: Final = 15.0
 # Intersections this near to the border of two arcs move onto it, m, so that no sliver is left between.
 _SLIVER: Final = 0.1
-_COLUMNS: Final = ("s", "x", "y", "hdg", "length", "curvature")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,26 +67,20 @@ def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:
             diagnostics.note("ring-uneven", f"way/{way}", text)
             continue
         parts, s = _cut_at_intersections(*found, first)
+        plans.append(reverse_curves(parts, np.array([not along for _, along in chain.legs]), wrap=False))
         for number, (street, along) in enumerate(chain.legs):
-            curve = _single(parts, number)
-            plans.append(curve if along else _reversed(curve))
             stations.append(s[number] if along else s[number][-1] - s[number][::-1])
             streets.append(street)
-            _note_moved_ends(network, network.streets[street], plans[-1], stations[-1], moved)
+            ends = pose(plans[-1], np.array([number, number]), stations[-1][[0, -1]])
+            for node, x, y in zip(
+                (network.streets[street].start, network.streets[street].end), *ends[:2], strict=True
+            ):
+                if node >= 0 and node not in moved:
+                    item = network.intersections[node]
+                    moved[node] = np.array([x - item.x, y - item.y])
     # Straight sides consist of several lines in a row, which become one: checkers call such records redundant.
-    plan = chain_curves(stack_plan_views(*plans), np.arange(len(plans) + 1))
+    plan = chain_curves(stack_plan_views(*plans), np.arange(len(streets) + 1))
     return FittedRings(tuple(streets), plan, tuple(stations), moved)
-
-
-def _note_moved_ends(
-    network: StreetNetwork, street: Street, plan: PlanView, station: FloatArray, moved: dict[int, FloatArray]
-) -> None:
-    """Note by how much the intersections at a street's ends have moved onto its curve."""
-    for node, s in ((street.start, 0.0), (street.end, float(station[-1]))):
-        if node >= 0 and node not in moved:
-            x, y, _ = pose(plan, np.zeros(1, np.int64), np.array([s]))
-            item = network.intersections[node]
-            moved[node] = np.array([x[0] - item.x, y[0] - item.y])
 
 
 def move_ends(points: FloatArray, at_start: FloatArray | None, at_end: FloatArray | None) -> FloatArray:
@@ -259,25 +252,3 @@ def _cut_at_intersections(plan: PlanView, s: FloatArray, first: Sequence[int]) -
         own[0], own[-1] = 0.0, cut[k + 1] - cut[k]
         legs.append(own)
     return parts, legs
-
-
-def _single(plan: PlanView, curve: int) -> PlanView:
-    """Return one curve of a table."""
-    part = slice(int(plan.start[curve]), int(plan.start[curve + 1]))
-    start = np.array([0, part.stop - part.start], np.int64)
-    return PlanView(start, *(getattr(plan, name)[part] for name in _COLUMNS))
-
-
-def _reversed(plan: PlanView) -> PlanView:
-    """Return a single curve from its end to its start, its heading continuous rather than wrapped."""
-    length = plan.length[::-1]
-    x, y, hdg = pose(plan, np.zeros(len(length), np.int64), plan.s + plan.length)
-    return PlanView(
-        plan.start.copy(),
-        np.cumsum(length) - length,
-        x[::-1].copy(),
-        y[::-1].copy(),
-        hdg[::-1] + np.pi,
-        length.copy(),
-        -plan.curvature[::-1],
-    )

@@ -60,21 +60,10 @@ class _Bends:
 
 
 def widen_bends(plan: PlanView, pieces: _Pieces, fixed: BoolArray) -> tuple[PlanView, _Pieces, IntArray]:
-    """Widen the bends whose inner edge would be tighter than `INNER_EDGE_RADIUS`.
+    """Widen the bends whose inner edge would be tighter than `INNER_EDGE_RADIUS`; `fixed` streets stay, (streets,).
 
-    Parameters
-    ----------
-    plan, pieces
-        The streets' curves, and what holds along them.
-    fixed : (streets,)
-        Streets that stay as they are.
-
-    Returns
-    -------
-    plan, pieces
-        With the same ends, and the pieces' places moved along.
-    narrow
-        Streets with bends that are still too tight: the line would have had to move too far.
+    The curves keep their ends, and places of pieces move along. Also return the streets with bends that are still too
+    tight, because the line would have had to move too far.
     """
     reach = np.array([max(max(p[2].left_edge, -p[2].right_edge) for p in street) for street in pieces] or [0.0])
     for _ in range(_ROUNDS):
