@@ -27,8 +27,23 @@ _ONCE: Final = frozenset({"link", "planView", "elevationProfile", "lateralProfil
 _NO_HEADER: Final = Header((-1, -1), MappingProxyType({}), None, None)
 
 
-def read_document(path: Path) -> OpenDrive:
-    """Read a file; see `osm2xodr.opendrive.reader.read_xodr`."""
+def read_xodr(path: Path) -> OpenDrive:
+    """Read a file of OpenDRIVE.
+
+    Numbers that are missing or unreadable become NaN, references to what is not in the file `ABSENT`; each becomes a
+    `Misfit` with the line of the file. Where ids are used twice, references lead to the first of them. Records of
+    one owner stand in ascending s (lanes from left to right), whatever their order in the file.
+
+    Parameters
+    ----------
+    path
+        The file, plain or compressed by gzip; ``-`` is standard input.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is not XML, or is not OpenDRIVE.
+    """
     reader = TreeReader(path)
     document = _Document()
     with _no_collection():
@@ -120,10 +135,8 @@ class _Document:
             for part in child.children:
                 if part.tag == "laneSection":
                     sections.append(part)
-                elif part.tag == "laneOffset":
-                    roads.lane_offset(part)
                 else:
-                    self.values.check_known(part, child)
+                    roads.lane_offset(part, child)
         elif tag == "type":
             roads.type(child)
         elif tag in ("objects", "signals"):

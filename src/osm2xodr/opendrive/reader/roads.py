@@ -129,24 +129,26 @@ class RoadReader:
     def elevation_profile(self, node: Node) -> None:
         """Read an ``<elevationProfile>``."""
         for child in node.children:
-            if child.tag == "elevation":
-                self._elevation.add(self._values.row(child, _CUBIC), child.line)
-            else:
-                self._values.check_known(child, node)
+            self._cubic(self._elevation, child, node)
 
     def lateral_profile(self, node: Node) -> None:
         """Read a ``<lateralProfile>``."""
         for child in node.children:
-            if child.tag == "superelevation":
-                self._superelevation.add(self._values.row(child, _CUBIC), child.line)
-            elif child.tag == "shape":
+            if child.tag == "shape":
                 self._shapes[-1] += 1
             else:
-                self._values.check_known(child, node, frozenset({"crossfall", "crossSectionSurface"}))
+                self._cubic(self._superelevation, child, node, frozenset({"crossfall", "crossSectionSurface"}))
 
-    def lane_offset(self, node: Node) -> None:
-        """Read a ``<laneOffset>``."""
-        self._lane_offset.add(self._values.row(node, _CUBIC), node.line)
+    def lane_offset(self, node: Node, parent: Node) -> None:
+        """Read a ``<laneOffset>``, or report another element of ``<lanes>``."""
+        self._cubic(self._lane_offset, node, parent)
+
+    def _cubic(self, records: Records, node: Node, parent: Node, known: frozenset[str] = frozenset()) -> None:
+        """Add an element to its records, or report it unless it is known."""
+        if node.tag == records.element:
+            records.add(self._values.row(node, _CUBIC), node.line)
+        else:
+            self._values.check_known(node, parent, known)
 
     def _link(self, node: Node | None) -> tuple[_Link, _Link]:
         """Return a road's predecessor and successor."""
