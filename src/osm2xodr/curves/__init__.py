@@ -36,7 +36,7 @@ from osm2xodr.curves.plan_views import (
     wrapped,
 )
 from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
-from osm2xodr.curves.ragged import ranks, runs
+from osm2xodr.curves.ragged import owners, ranks, runs, starts
 
 __all__ = [
     "SAMPLE_SPACING",
@@ -59,6 +59,7 @@ __all__ = [
     "inside_outline",
     "lengths",
     "outline_bounds",
+    "owners",
     "part_of_cubics",
     "part_of_profile",
     "places_along",
@@ -75,5 +76,6 @@ __all__ = [
     "snap_cuts",
     "stack_plan_views",
     "stack_profiles",
+    "starts",
     "wrapped",
 ]

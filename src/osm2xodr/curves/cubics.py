@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves.plan_views import find_record
-from osm2xodr.curves.ragged import ranks
+from osm2xodr.curves.ragged import ranks, starts
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray
 
 _COLUMNS: Final = ("s", "a", "b", "c", "d")
@@ -61,7 +61,7 @@ def stack_profiles(first: CubicProfile, second: CubicProfile) -> CubicProfile:
 
 def profile_of(curves: Sequence[Sequence[Cubic]]) -> CubicProfile:
     """Return a table of the cubics of many curves."""
-    start = np.concatenate([[0], np.cumsum([len(cubics) for cubics in curves])]).astype(np.int64)
+    start = starts([len(cubics) for cubics in curves])
     flat = np.array([(c.s, c.a, c.b, c.c, c.d) for cubics in curves for c in cubics]).reshape(-1, 5)
     return CubicProfile(start, *(np.ascontiguousarray(column) for column in flat.T))
 
@@ -87,7 +87,7 @@ def part_of_profile(profile: CubicProfile, curve: IntArray, begin: FloatArray, e
     s, a, b, c, d = (getattr(profile, name)[k] for name in _COLUMNS)
     u = np.where(rank == 0, begin[part] - s, 0.0)
     return CubicProfile(
-        np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
+        starts(count),
         np.where(rank == 0, 0.0, s - begin[part]),
         # The Taylor series about the new start, which ends with the third derivative.
         a + u * (b + u * (c + u * d)),

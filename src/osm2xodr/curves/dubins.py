@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from osm2xodr import defaults
 from osm2xodr.curves.plan_views import SHORTEST_PIECE, curves_of, replace_curves, wrapped
+from osm2xodr.curves.ragged import owners
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
 # An arc of all but a full turn is a rounding error of no arc at all, rad.
@@ -86,8 +87,7 @@ def dubins_without_slivers(
     """Return what `dubins_curves` does, with radii (n,) a little larger where a record would be tiny."""
     out = dubins_curves(x0, y0, hdg0, x1, y1, hdg1, radius=radius)
     for larger in _LARGER_RADII:
-        owner = np.repeat(np.arange(len(x0)), np.diff(out.start))
-        row = np.unique(owner[out.length < _SLIVER])
+        row = np.unique(owners(out.start)[out.length < _SLIVER])
         if not len(row):
             break
         poses = (column[row] for column in (x0, y0, hdg0, x1, y1, hdg1))

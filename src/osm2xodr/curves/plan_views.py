@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import ranks, runs
+from osm2xodr.curves.ragged import owners, ranks, runs, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Pieces of curves that are not longer than this are left out, m: rounding errors.
@@ -62,7 +62,7 @@ def lengths(plan: PlanView) -> FloatArray:
 def smallest_radius(plan: PlanView) -> FloatArray:
     """Return the smallest radius of each curve, (curves,), m; infinity for lines."""
     out = np.full(len(plan.start) - 1, np.inf)
-    owner = np.repeat(np.arange(len(out)), np.diff(plan.start))
+    owner = owners(plan.start)
     bent = plan.curvature != 0
     np.minimum.at(out, owner[bent], 1 / np.abs(plan.curvature[bent]))
     return out
@@ -122,7 +122,7 @@ def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None)
 
 def stack_plan_views(*plans: PlanView) -> PlanView:
     """Return the curves of several tables in one, table after table."""
-    first = np.cumsum([0, *(len(plan.s) for plan in plans)], dtype=np.int64)
+    first = starts([len(plan.s) for plan in plans])
     start = [plan.start[:-1] + begin for plan, begin in zip(plans, first.tolist(), strict=False)]
     columns = ([getattr(plan, name) for plan in plans] for name in _COLUMNS)
     return PlanView(
@@ -137,7 +137,7 @@ def curves_of(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray,
         places.append((x, y, hdg))
         x, y, hdg = advance(x, y, hdg, curvature[:, k], length[:, k])
     used = length > SHORTEST_PIECE
-    start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
+    start = starts(used.sum(1))
     xs, ys, hdgs = (np.column_stack([place[k] for place in places])[used] for k in range(3))
     s = (np.cumsum(length * used, axis=1) - length * used)[used]
     return PlanView(start, s, xs, ys, hdgs, length[used], curvature[used])
@@ -151,9 +151,9 @@ def chain_curves(plan: PlanView, first: IntArray) -> PlanView:
     length = lengths(plan)
     end = np.cumsum(length)
     begin = end - length
-    group = np.repeat(np.arange(len(first) - 1), np.diff(first))
+    group = owners(first)
     before = begin - begin[np.minimum(first[:-1], max(len(begin) - 1, 0))][group]
-    curve = np.repeat(np.arange(len(length)), np.diff(plan.start))
+    curve = owners(plan.start)
     owner = group[curve]
     turn = np.abs(wrapped(np.diff(plan.hdg)))
     lines = (plan.curvature[1:] == 0) & (plan.curvature[:-1] == 0)
@@ -172,7 +172,7 @@ def chain_curves(plan: PlanView, first: IntArray) -> PlanView:
 
 def reverse_curves(plan: PlanView, which: BoolArray, *, wrap: bool = True) -> PlanView:
     """Return the curves of a table, some of them, (curves,), from their end to their start, with wrapped headings."""
-    owner = np.repeat(np.arange(len(which)), np.diff(plan.start))
+    owner = owners(plan.start)
     back = which[owner]
     every = np.arange(len(owner))
     source = np.where(back, (plan.start[:-1] + plan.start[1:] - 1)[owner] - every, every)
@@ -202,7 +202,7 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
     used = end - begin > _SHORTEST_CUT
     k, part, begin, end = k[used], part[used], begin[used], end[used]
     x, y, hdg = advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], begin - plan.s[k])
-    start = np.concatenate([[0], np.cumsum(np.bincount(part, minlength=len(which)))]).astype(np.int64)
+    start = starts(np.bincount(part, minlength=len(which)))
     # A piece that was left out must not leave the first record with an s above 0.
     s = np.where(np.diff(part, prepend=-1) > 0, 0.0, begin - lo[part])
     return PlanView(start, s, x, y, hdg, end - begin, plan.curvature[k].copy())

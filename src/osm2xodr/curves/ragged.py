@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from osm2xodr.model import IntArray
+
+
+def starts(count: IntArray | Sequence[int]) -> IntArray:
+    """Return where each group begins, and behind them where the last ends, (groups + 1,), by the groups' sizes."""
+    out: IntArray = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    return out
+
+
+def owners(start: IntArray) -> IntArray:
+    """Return the group that each row belongs to, by where the groups begin and the last ends, (groups + 1,)."""
+    return np.repeat(np.arange(len(start) - 1), np.diff(start))
 
 
 def ranks(count: IntArray) -> IntArray:

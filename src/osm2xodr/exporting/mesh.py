@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import owners, runs
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, points_beside, sample_roads
@@ -148,7 +148,7 @@ def _kerbs(
     # The vertex of each point as the right side of one lane and as the left side of the next.
     seen = np.full((len(ribbons.t), 2), ABSENT)
     seen[point, side] = vertex
-    border = np.repeat(np.arange(len(ribbons.section)), np.diff(ribbons.start))
+    border = owners(ribbons.start)
     row = np.flatnonzero((border[1:] == border[:-1]) & (seen[:-1] != ABSENT).all(1) & (seen[1:] != ABSENT).all(1))
     row = row[(seen[row, 0] != seen[row, 1]) | (seen[row + 1, 0] != seen[row + 1, 1])]
     of_left, of_right = seen[:, 1], seen[:, 0]

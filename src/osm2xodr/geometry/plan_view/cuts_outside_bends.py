@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import find_record
+from osm2xodr.curves import find_record, owners
 from osm2xodr.geometry.defaults import HALF_LANE, SHORTEST_STREET_BETWEEN_JUNCTIONS, TIGHT_BEND, TURNING_ROOM
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.plan_view import defaults
@@ -104,7 +104,7 @@ def outermost_lanes(pieces: Sequence[Piece]) -> tuple[float, float]:
 
 def has_tight_bend(plan: PlanView, curve: IntArray, right: FloatArray, left: FloatArray) -> BoolArray:
     """Say which curves are somewhere too tight for lanes at t = right and left, m, all (n,)."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    owner = owners(plan.start)
     least, most = np.zeros(len(plan.start) - 1), np.zeros(len(plan.start) - 1)
     np.minimum.at(least, owner, plan.curvature)
     np.maximum.at(most, owner, plan.curvature)

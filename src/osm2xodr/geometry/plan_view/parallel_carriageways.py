@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, lengths, pose, ranks
+from osm2xodr.curves import find_record, lengths, pose, ranks, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import (
     ARM_REACH,
@@ -63,7 +63,7 @@ def narrow_parallel_streets(network: StreetNetwork, fitted: FittedStreets, diagn
 def _shares(network: StreetNetwork, fitted: FittedStreets) -> FloatArray:
     """Return the share of its width that each piece of each street may keep, (pieces,)."""
     plan = fitted.plan_view
-    first = np.cumsum([0, *(len(pieces) for pieces in fitted.pieces)], dtype=np.int64)
+    first = starts([len(pieces) for pieces in fitted.pieces])
     every = [piece for pieces in fitted.pieces for piece in pieces]
     left = np.array([section.left_edge for _, _, section in every])
     right = np.array([section.right_edge for _, _, section in every])

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import owners, starts
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -73,7 +74,7 @@ def fit_polylines(
     fixed : (points,)
         Points that are neither left out nor moved.
     """
-    polyline = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    polyline = owners(start)
     keep, spikes = _simplify(points, polyline, np.zeros(len(points), bool) if fixed is None else fixed)
     kept = np.flatnonzero(keep)
     owner = polyline[kept]
@@ -266,7 +267,7 @@ def _table(
     s = end - length - base
     used = length > _ROUNDING
     curve = owner[used]
-    start = np.concatenate([[0], np.cumsum(np.bincount(curve, minlength=curves))]).astype(np.int64)
+    start = starts(np.bincount(curve, minlength=curves))
     # Sums over all curves leave rounding errors: each curve starts at 0 all the same.
     record_s = np.where(np.diff(curve, prepend=-1) > 0, 0.0, s[used])
     x, y = place[used].T.copy()

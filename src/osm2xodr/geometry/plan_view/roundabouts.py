@@ -13,7 +13,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import chain_curves, cut_curves, pose, reverse_curves, snap_cuts, stack_plan_views, wrapped
+from osm2xodr.curves import (
+    chain_curves,
+    cut_curves,
+    pose,
+    reverse_curves,
+    snap_cuts,
+    stack_plan_views,
+    starts,
+    wrapped,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.arc_splines import fit_arcs, turns_of
@@ -152,7 +161,7 @@ def _points(network: StreetNetwork, chain: _Chain) -> tuple[FloatArray, list[int
     The first node of a closed chain is not repeated at its end.
     """
     lines = [network.streets[street].points[:: 1 if along else -1] for street, along in chain.legs]
-    first = np.concatenate([[0], np.cumsum([len(line) - 1 for line in lines])]).tolist()
+    first = starts([len(line) - 1 for line in lines]).tolist()
     points = np.concatenate([line[:-1] for line in lines])
     return (points if chain.closed else np.concatenate([points, lines[-1][-1:]])), first
 
@@ -199,7 +208,7 @@ def _with_points_on_sides(outline: FloatArray, side: BoolArray) -> tuple[FloatAr
         one + (other - one) * np.arange(count)[:, None] / count
         for one, other, count in zip(outline[:-1], outline[1:], parts.tolist(), strict=True)
     ]
-    return np.concatenate([*lines, outline[-1:]]), np.concatenate([[0], np.cumsum(parts)]).tolist()
+    return np.concatenate([*lines, outline[-1:]]), starts(parts).tolist()
 
 
 def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | None:

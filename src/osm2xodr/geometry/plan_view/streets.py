@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import replace_curves
+from osm2xodr.curves import replace_curves, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import CORNER_RADIUS, CORNER_RADIUS_OTHER
 from osm2xodr.geometry.lanes import CrossSection, Piece, cross_section, end_lanes
@@ -33,7 +33,7 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     rings = fit_rings(network, diagnostics)
     on_ring = {street: number for number, street in enumerate(rings.streets)}
     lines = [_line(street, rings, street.id in on_ring) for street in network.streets]
-    start = np.cumsum([0, *(len(points) for points, _ in lines)], dtype=np.int64)
+    start = starts([len(points) for points, _ in lines])
     radius = np.array([_corner_radius(pieces) for _, pieces in lines])
     closed = np.array([street.start < 0 for street in network.streets], bool)
     fitted = fit_polylines(np.concatenate([points for points, _ in lines]), start, radius, closed)

@@ -18,6 +18,7 @@ from osm2xodr.curves import (
     cut_curves,
     dubins_curves,
     lengths,
+    owners,
     pose,
     replace_curves,
     snap_cuts,
@@ -82,7 +83,7 @@ def widen_bends(plan: PlanView, pieces: _Pieces, fixed: BoolArray) -> tuple[Plan
 
 def _tight_bends(plan: PlanView, pieces: _Pieces, reach: FloatArray, fixed: BoolArray) -> _Bends:
     """Return the bends that are too tight; `reach` is how far the carriageway of each street reaches at most, m."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    owner = owners(plan.start)
     bent = np.flatnonzero(np.abs(plan.curvature) * (reach[owner] + INNER_EDGE_RADIUS) > 1.0 + _ROUNDING)
     found: list[list[float]] = []
     for k in bent[~fixed[owner[bent]]].tolist():
@@ -139,7 +140,7 @@ def _distances(plan: PlanView, curve: IntArray, begin: FloatArray, end: FloatArr
     length = lengths(found)
     out = np.full(n, np.inf)
     shortest = np.full(n, np.inf)
-    np.minimum.at(shortest, np.repeat(np.arange(n), np.diff(found.start)), found.length)
+    np.minimum.at(shortest, owners(found.start), found.length)
     usable = np.flatnonzero((length > 0) & (shortest > _SLIVER))
     share = np.linspace(0.0, 1.0, _POINTS)
     for lo in range(0, len(usable), _LINES_AT_ONCE):

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import owners
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.reader.nodes import Node
 from osm2xodr.opendrive.reader.records import Records
@@ -126,14 +127,14 @@ class LaneReader:
         `lengths` are those of the roads, (roads,), m.
         """
         start = np.array(self._section_start, np.int64)
-        road = np.repeat(np.arange(len(start) - 1), np.diff(start))
+        road = owners(start)
         s = np.array(self._section_s, np.float64)
         end = lengths[road]
         followed = np.flatnonzero(road[1:] == road[:-1])
         end[followed] = s[followed + 1]
         sections = SectionTable(start, road, s, end, np.array(self._section_lines, np.int64))
         lane_start = np.array(self._lane_start, np.int64)
-        section = np.repeat(np.arange(len(s)), np.diff(lane_start))
+        section = owners(lane_start)
         numbers = np.array(self._rows, np.int64).reshape(-1, 4)
         width, width_lines = self._width.profile()
         border, border_lines = self._border.profile()

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from osm2xodr.curves import owners
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.tables import Misfit
 
@@ -45,8 +46,7 @@ class Records:
     @property
     def owner(self) -> IntArray:
         """Index of each row's owner, (rows,)."""
-        start = self.start
-        return np.repeat(np.arange(len(start) - 1), np.diff(start))
+        return owners(self.start)
 
     def table(self) -> tuple[FloatArray, IntArray, IntArray]:
         """Return all rows (rows, width) in ascending s per owner, their lines, and their places in the file."""

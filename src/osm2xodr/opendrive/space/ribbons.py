@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from osm2xodr.curves import owners, ranks, runs, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive.space.lanes import lane_borders, lane_ranks
 from osm2xodr.opendrive.space.profiles import lane_offset, points_beside
@@ -37,24 +38,20 @@ class Ribbons:
 def lane_ribbons(file: OpenDrive, stations: Stations) -> Ribbons:
     """Return the borders of all lanes of a file at the stations of `sample_roads`; lane heights are left out."""
     first, count = _stations_of_sections(file, stations)
-    ranks = lane_ranks(file)
-    borders = np.where(count > 0, ranks.left_count + ranks.right_count + 1, 0)
-    border_start = np.concatenate([[0], np.cumsum(borders)])
-    section = np.repeat(np.arange(len(borders)), borders)
-    rank = np.arange(len(section)) - border_start[section]
+    lanes = lane_ranks(file)
+    borders = np.where(count > 0, lanes.left_count + lanes.right_count + 1, 0)
+    border_start = starts(borders)
+    section, rank = owners(border_start), ranks(borders)
     # The lane whose outer border each one is; the border in the centre belongs to no lane.
     lane = np.full(len(section), ABSENT)
-    on_left = rank < ranks.left_count[section]
-    on_right = rank > ranks.left_count[section]
-    lane[on_left] = file.lanes.start[section[on_left]] + rank[on_left]
-    behind = rank[on_right] - ranks.left_count[section[on_right]] - 1
-    lane[on_right] = ranks.right[section[on_right]] + behind
-    points = count[section]
-    start = np.concatenate([[0], np.cumsum(points)]).astype(np.int64)
-    border = np.repeat(np.arange(len(section)), points)
-    index = np.arange(len(border)) - start[border]
-    station = first[section[border]] + index
-    t = _border_t(file, stations, section[border], lane[border], station, index == points[border] - 1)
+    behind = rank - lanes.left_count[section]
+    lane[behind < 0] = (file.lanes.start[section] + rank)[behind < 0]
+    lane[behind > 0] = (lanes.right[section] + behind - 1)[behind > 0]
+    start = starts(count[section])
+    border = owners(start)
+    station = runs(first[section], count[section])
+    last = station == (first + count - 1)[section[border]]
+    t = _border_t(file, stations, section[border], lane[border], station, last)
     base_x, base_y, base_z = stations.x[station], stations.y[station], stations.z[station]
     x, y, z = points_beside(base_x, base_y, base_z, stations.hdg[station], stations.roll[station], t)
     left, right = _bounds(file, border_start, count)
@@ -98,12 +95,12 @@ def _border_t(
 def _bounds(file: OpenDrive, border_start: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     """Return the borders to the left and right of each lane."""
     lanes = file.lanes
-    ranks = lane_ranks(file)
+    counted = lane_ranks(file)
     section = lanes.section
-    centre = border_start[section] + ranks.left_count[section]
-    inner = np.where(lanes.id > 0, centre - ranks.rank + 1, centre + ranks.rank - 1)
-    outer = np.where(lanes.id > 0, centre - ranks.rank, centre + ranks.rank)
+    centre = border_start[section] + counted.left_count[section]
+    inner = np.where(lanes.id > 0, centre - counted.rank + 1, centre + counted.rank - 1)
+    outer = np.where(lanes.id > 0, centre - counted.rank, centre + counted.rank)
     left, right = np.minimum(inner, outer), np.maximum(inner, outer)
-    missing = (ranks.rank <= 0) | (count[section] == 0)
+    missing = (counted.rank <= 0) | (count[section] == 0)
     left[missing] = right[missing] = ABSENT
     return left, right

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import cubic_value, ranks
+from osm2xodr.curves import cubic_value, owners, ranks
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.space.curves import curvature, pose
@@ -75,16 +75,13 @@ def _breaks(file: OpenDrive) -> tuple[IntArray, FloatArray]:
     tables = [
         (roads, np.zeros(len(roads))),
         (roads, length),
-        (np.repeat(roads, np.diff(file.plan_view.start)), file.plan_view.s),
-        *(
-            (np.repeat(roads, np.diff(profile.start)), profile.s)
-            for profile in (file.elevation, file.superelevation, file.lane_offset)
-        ),
+        (owners(file.plan_view.start), file.plan_view.s),
+        *((owners(profile.start), profile.s) for profile in (file.elevation, file.superelevation, file.lane_offset)),
         (sections.road, sections.s),
         *(
             (lane_road[owner], lane_s[owner] + profile.s)
             for profile in (file.lanes.width, file.lanes.border)
-            for owner in [np.repeat(np.arange(len(lane_s)), np.diff(profile.start))]
+            for owner in [owners(profile.start)]
         ),
     ]
     road = np.concatenate([table[0] for table in tables])
@@ -162,6 +159,6 @@ def _sideways(file: OpenDrive, road: IntArray, low: FloatArray, high: FloatArray
 def _bent(profile: CubicProfile) -> BoolArray:
     """Return which curves have records that are not straight, (curves,)."""
     out = np.zeros(len(profile.start) - 1, np.bool_)
-    owner = np.repeat(np.arange(len(out)), np.diff(profile.start))
+    owner = owners(profile.start)
     out[owner[(profile.c != 0) | (profile.d != 0)]] = True
     return out
