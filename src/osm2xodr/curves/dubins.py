@@ -5,6 +5,7 @@ Each is arc, line, arc or three arcs (Dubins 1957, doi:10.2307/2372560).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -25,8 +26,8 @@ _EQUALLY_LONG: Final = 1e-3
 _SLIVER: Final = 0.02
 _LARGER_RADII: Final = (1.03, 1.07, 1.15, 1.3)
 
-# Where the curve exists, the lengths of its pieces (n, 3) in radii, and the sense of the middle piece (1 left).
-_Candidate = tuple[BoolArray, FloatArray, float]
+# Where the curve exists, the lengths of its pieces (n, 3) in radii, and their senses: 1 left, -1 right, 0 straight.
+_Candidate = tuple[BoolArray, FloatArray, tuple[float, float, float]]
 _Points = npt.NDArray[np.complex128]
 
 
@@ -49,28 +50,20 @@ def dubins_curves(
     radius = np.broadcast_to(np.asarray(radius, np.float64), n)
     net = np.abs(wrapped(hdg1 - hdg0))
     most = np.where(net > defaults.SWING_BACK, defaults.MOST_SWING_BACK, defaults.MOST_SWING)
-    p0, p1 = (x0 + 1j * y0) / radius, (x1 + 1j * y1) / radius
-    totals, choices, senses = [], [], []
-    for first in (1.0, -1.0):
-        for last in (1.0, -1.0):
-            c0 = p0 + first * 1j * np.exp(1j * hdg0)
-            c1 = p1 + last * 1j * np.exp(1j * hdg1)
-            candidates = [_arc_line_arc(c0, c1, hdg0, hdg1, first, last)]
-            if first == last:
-                candidates += [_three_arcs(c0, c1, hdg0, hdg1, first, side) for side in (1.0, -1.0)]
-            for possible, pieces, middle in candidates:
-                turned = pieces[:, 0] + np.abs(middle) * pieces[:, 1] + pieces[:, 2]
-                totals.append(np.where(possible & (turned - net < most), pieces.sum(axis=1), np.inf))
-                choices.append(pieces)
-                senses.append((first, middle, last))
+    p0, p1 = (np.asarray(x + 1j * y, np.complex128) / radius for x, y in ((x0, y0), (x1, y1)))
+    candidates = list(_candidates(p0, p1, hdg0, hdg1))
+    totals = []
+    for possible, pieces, (_, middle, _) in candidates:
+        turned = pieces[:, 0] + np.abs(middle) * pieces[:, 1] + pieces[:, 2]
+        totals.append(np.where(possible & (turned - net < most), pieces.sum(axis=1), np.inf))
     total = np.stack(totals) * radius
-    size = np.stack(choices) * radius[:, None]
+    size = np.stack([pieces for _, pieces, _ in candidates]) * radius[:, None]
     shortest_record = np.where(size > SHORTEST_PIECE, size, np.inf).min(axis=2)
     equal = total <= total.min(axis=0) + _EQUALLY_LONG
     best = np.where(equal, shortest_record, -1.0).argmax(axis=0)
     exists = np.isfinite(total.min(axis=0))[:, None]
     length = np.where(exists, size[best, np.arange(n)], 0.0)
-    curvature = np.where(exists, np.array(senses)[best] / radius[:, None], 0.0)
+    curvature = np.where(exists, np.array([sense for _, _, sense in candidates])[best] / radius[:, None], 0.0)
     return curves_of(x0, y0, hdg0, length, curvature)
 
 
@@ -95,6 +88,18 @@ def dubins_without_slivers(
     return out
 
 
+def _candidates(p0: _Points, p1: _Points, hdg0: FloatArray, hdg1: FloatArray) -> Iterator[_Candidate]:
+    """Yield the curves of all kinds between poses, in radii."""
+    for first in (1.0, -1.0):
+        for last in (1.0, -1.0):
+            c0 = p0 + first * 1j * np.exp(1j * hdg0)
+            c1 = p1 + last * 1j * np.exp(1j * hdg1)
+            yield _arc_line_arc(c0, c1, hdg0, hdg1, first, last)
+            if first == last:
+                for side in (1.0, -1.0):
+                    yield _three_arcs(c0, c1, hdg0, hdg1, first, side)
+
+
 def _arc_line_arc(
     c0: _Points, c1: _Points, hdg0: FloatArray, hdg1: FloatArray, first: float, last: float
 ) -> _Candidate:
@@ -105,7 +110,8 @@ def _arc_line_arc(
     line = np.sqrt(np.maximum(apart**2 - 4.0, 0.0)) if cross else apart
     lean = first * np.arcsin(np.clip(2.0 / np.maximum(apart, 1e-12), 0.0, 1.0)) if cross else 0.0
     hdg = bearing + lean
-    return possible, np.stack([_turn(first * (hdg - hdg0)), line, _turn(last * (hdg1 - hdg))], axis=1), 0.0
+    pieces = np.stack([_turn(first * (hdg - hdg0)), line, _turn(last * (hdg1 - hdg))], axis=1)
+    return possible, pieces, (first, 0.0, last)
 
 
 def _three_arcs(
@@ -118,7 +124,7 @@ def _three_arcs(
     hdg_a = out + sense * np.pi / 2
     hdg_b = np.angle(c1 - middle) - sense * np.pi / 2
     pieces = [_turn(sense * (hdg_a - hdg0)), _turn(sense * (hdg_a - hdg_b)), _turn(sense * (hdg1 - hdg_b))]
-    return apart <= 4.0, np.stack(pieces, axis=1), -sense
+    return apart <= 4.0, np.stack(pieces, axis=1), (sense, -sense, sense)
 
 
 def _turn(angle: FloatArray) -> FloatArray:
