@@ -82,7 +82,7 @@ def test_parts_of_widths_say_what_the_whole_says(curve: tuple[list[Cubic], float
     assert evaluated(tables[1], 0, s - begin) == pytest.approx(evaluated(tables[0], 0, s), rel=1e-9, abs=1e-9)
 
 
-def test_what_is_not_cut_keeps_its_numbers() -> None:
+def test_curves_that_are_not_cut_keep_their_numbers() -> None:
     whole = profile_of([[Cubic(0.0, 0.1, 0.2, 0.3, 0.4), Cubic(7.0, 1 / 3)], [Cubic(0.0, 5.0)]])
     same = part_of_profile(whole, np.arange(2), np.zeros(2), np.array([9.0, 4.0]))
     for name in CubicProfile.__dataclass_fields__:

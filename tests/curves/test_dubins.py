@@ -75,7 +75,7 @@ def test_lanes_six_metres_apart_are_joined_by_half_a_circle() -> None:
     assert [round(length, 6) for _, _, length, _ in records(ahead, 0)] == [5.0, round(math.pi * RADIUS, 6)]
 
 
-def test_a_full_circle_is_no_turn() -> None:
+def test_a_full_circle_is_not_a_turn() -> None:
     # To be met one metre to the left in the same heading takes a circle.
     assert not found(shortest(Pose(0.0, 0.0, 0.0), Pose(-1.0, 1.0, 0.0)))
 

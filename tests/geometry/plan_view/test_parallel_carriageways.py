@@ -12,7 +12,7 @@ from osm2xodr.geometry.plan_view.streets import fit_streets
 
 
 def share_kept(case: Case) -> tuple[float, list[str]]:
-    """Return the share of its width that the first street keeps, and what was told."""
+    """Return the share of its width that the first street keeps, and what was reported."""
     network = case.stages().network
     fitted, diagnostics = fit_streets(network, Diagnostics()), Diagnostics()
     narrowed = narrow_parallel_streets(network, fitted, diagnostics)
@@ -36,9 +36,9 @@ def share_kept(case: Case) -> tuple[float, list[str]]:
 )
 def test_both_streets_fit(apart: float, share: float) -> None:
     nodes = {"a": (0.0, 0.0), "b": (200.0, 0.0), "c": (0.0, apart), "d": (200.0, apart)}
-    kept, told = share_kept(Case(nodes, {1: ("a b", "width=6"), 2: ("c d", "width=6")}))
+    kept, reported = share_kept(Case(nodes, {1: ("a b", "width=6"), 2: ("c d", "width=6")}))
     assert kept == pytest.approx(share, abs=0.011)
-    assert told == ([] if share == 1.0 else ["lanes-narrowed"] * 2)
+    assert reported == ([] if share == 1.0 else ["lanes-narrowed"] * 2)
 
 
 @pytest.mark.parametrize(("highway", "narrowed"), [("residential", True), ("motorway_link", False)])
@@ -46,6 +46,6 @@ def test_streets_that_part_slowly_are_arms_only_as_far_as_a_junction_reaches(hig
     """Both begin at one node, are 4.6 m apart after 30 m and stay so up to 95 m."""
     nodes = {"o": (0.0, 0.0), "a": (95.0, 0.0), "b": (30.0, 4.6), "c": (95.0, 4.6), "w": (-50.0, 0.0)}
     tags = f"highway={highway} width=5.5 oneway=no"
-    kept, told = share_kept(Case(nodes, {1: ("o a", tags), 2: ("o b c", tags), 3: ("w o", tags)}))
+    kept, reported = share_kept(Case(nodes, {1: ("o a", tags), 2: ("o b c", tags), 3: ("w o", tags)}))
     assert (kept < 1.0) is narrowed
-    assert told == (["lanes-narrowed"] * 2 if narrowed else [])
+    assert reported == (["lanes-narrowed"] * 2 if narrowed else [])

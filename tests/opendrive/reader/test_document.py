@@ -207,7 +207,7 @@ def test_header_and_where_its_texts_come_from(tmp_path: Path) -> None:
     assert dict(file.provenance) == {(-1, "c"): "v", (0, "osm"): "17"}
 
 
-def test_a_namespace_is_told_and_borne(tmp_path: Path) -> None:
+def test_a_namespace_is_reported_and_ignored(tmp_path: Path) -> None:
     text = document(road()).replace("<OpenDRIVE>", '<OpenDRIVE xmlns="http://code.asam.net/simulation">')
     file = read_text(tmp_path, text)
     assert rules(file) == ["namespace"]
