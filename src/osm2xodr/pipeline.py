@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from osm2xodr.curves import inside
+from osm2xodr.curves import inside_outline
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, place_furniture
 from osm2xodr.geometry import (
@@ -109,7 +109,9 @@ def _forget_others(path: Path, partition: Partition, diagnostics: Diagnostics) -
 
     outline = partition.outlines[partition.own]
     places = element_places(path, partition.frame, diagnostics.osm_ids())
-    diagnostics.forget({osm_id for osm_id, xy in places.items() if not inside(outline, xy[:, 0], xy[:, 1]).any()})
+    diagnostics.forget(
+        {osm_id for osm_id, xy in places.items() if not inside_outline(outline, xy[:, 0], xy[:, 1]).any()}
+    )
 
 
 def _neighbourhood(options: ConvertOptions, network: StreetNetwork) -> Neighbourhood | None:

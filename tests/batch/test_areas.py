@@ -21,7 +21,7 @@ from osm2xodr.batch.areas import (
 )
 from osm2xodr.batch.model import Area
 from osm2xodr.batch.partition_file import read_partition
-from osm2xodr.curves.polygons import inside
+from osm2xodr.curves.polygons import inside_outline
 from osm2xodr.errors import InputError
 from osm2xodr.model import Outline
 from osm2xodr.projection import make_frame, to_local
@@ -53,7 +53,7 @@ def test_tiles_cover_the_bounds_once() -> None:
     for tile in tiles:
         assert tile.frame == frame
         assert tile.outline is not None
-        covers += inside(tile.outline, x, y)
+        covers += inside_outline(tile.outline, x, y)
     assert (covers == 1).all()
     # 31.4 by 25.8 km.
     assert len(tiles) in range(7 * 6, 8 * 7 + 1)
@@ -140,7 +140,7 @@ def test_areas_from_geojson(tmp_path: Path) -> None:
     assert frame is not None
     x, y = to_local(frame, [1.02, 1.05, 1.22], [42.05, 42.05, 42.02])
     assert areas[0].outline is not None
-    assert inside(areas[0].outline, x, y).tolist() == [True, False, True]
+    assert inside_outline(areas[0].outline, x, y).tolist() == [True, False, True]
 
 
 @pytest.mark.parametrize(

@@ -164,7 +164,7 @@ def test_wrong_usage(path: Path, capsys: pytest.CaptureFixture[str], arguments: 
     ("arguments", "words"),
     [
         (["--road", "18", "--s", "0"], "has no road '18'"),
-        (["--road", "17", "--s", "100.5"], "road 17 is 100 m long, s=100.5 is not on it"),
+        (["--road", "17", "--s", "100.5"], "s=100.5 is not on road 17, which is 100 m long"),
         (["--road", "17", "--s", "1", "--lane", "-4"], "has no lane -4 there; its lanes are 1, 0, -1"),
         (["--road", "17", "--s", "1", "--offset", "1"], "give lane, too"),
         (["--road", "17", "--s", "1", "--t", "1", "--lane", "1"], "two ways"),
@@ -206,8 +206,8 @@ def test_what_is_left_out_is_told(capsys: pytest.CaptureFixture[str], tmp_path: 
     assert main(["locate", str(path), "--x", "1", "--y", "1", "--json"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out)["places"][0]["s"] == 1
-    assert "has 1 thing that OpenDRIVE does not have so" in err
-    assert "1 road has a <shape> across" in err
+    assert "has 1 thing that OpenDRIVE does not allow" in err
+    assert "1 road has a lateral <shape>" in err
 
 
 def test_files_without_a_place_on_earth(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

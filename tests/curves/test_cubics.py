@@ -1,3 +1,5 @@
+"""Piecewise cubics against their closed formulas, and parts of them against the whole."""
+
 from __future__ import annotations
 
 from itertools import pairwise
@@ -6,7 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from osm2xodr.curves.cubics import cubic_slope, cubic_value, part_of_cubics, part_of_profile, profile_of
+from osm2xodr.curves.cubics import (
+    cubic_slope,
+    cubic_value,
+    part_of_cubics,
+    part_of_profile,
+    profile_of,
+    stack_profiles,
+)
 from osm2xodr.model import Cubic, CubicProfile, FloatArray
 
 coefficient = st.floats(min_value=-1.0, max_value=1.0)
@@ -73,7 +82,7 @@ def test_parts_of_widths_say_what_the_whole_says(curve: tuple[list[Cubic], float
     assert evaluated(tables[1], 0, s - begin) == pytest.approx(evaluated(tables[0], 0, s), rel=1e-9, abs=1e-9)
 
 
-def test_what_is_not_cut_keeps_its_numbers() -> None:
+def test_curves_that_are_not_cut_keep_their_numbers() -> None:
     whole = profile_of([[Cubic(0.0, 0.1, 0.2, 0.3, 0.4), Cubic(7.0, 1 / 3)], [Cubic(0.0, 5.0)]])
     same = part_of_profile(whole, np.arange(2), np.zeros(2), np.array([9.0, 4.0]))
     for name in CubicProfile.__dataclass_fields__:
@@ -93,3 +102,37 @@ def test_a_cut_within_rounding_of_a_record_leaves_nothing_of_it() -> None:
 def test_nothing_before_the_first_record_but_the_first_record() -> None:
     assert part_of_cubics([Cubic(0.0, 1.0, 0.5), Cubic(4.0, 3.0)], -2.0, 3.0) == (Cubic(0.0, 0.0, 0.5),)
     assert part_of_cubics((), 1.0, 3.0) == ()
+
+
+def test_cubics_and_their_slopes() -> None:
+    profile = profile_of([[Cubic(0.0, 1.0, 2.0, 3.0, 4.0), Cubic(10.0, 5.0, -1.0)], [], [Cubic(0.0, 7.0)]])
+    curve = np.array([0, 0, 0, 1, 2])
+    s = np.array([0.0, 2.0, 12.0, 3.0, 99.0])
+    assert cubic_value(profile, curve, s).tolist() == [1.0, 1 + 4 + 12 + 32, 3.0, 0.0, 7.0]
+    assert cubic_slope(profile, curve, s).tolist() == [2.0, 2 + 12 + 48, -1.0, 0.0, 0.0]
+    assert cubic_value(profile, curve, s, order=2).tolist() == [6.0, 6 + 48, 0.0, 0.0, 0.0]
+    end = np.array([10.0])
+    assert cubic_value(profile, curve[:1], end).tolist() == [5.0]
+    assert cubic_value(profile, curve[:1], end, before=True).tolist() == [1 + 20 + 300 + 4000]
+
+
+def test_a_profile_of_no_cubics() -> None:
+    profile = profile_of([[], []])
+    assert profile.start.tolist() == [0, 0, 0]
+    assert cubic_value(profile, np.array([0, 1]), np.array([1.0, 2.0])).tolist() == [0.0, 0.0]
+    assert cubic_slope(profile, np.array([0, 1]), np.array([1.0, 2.0])).tolist() == [0.0, 0.0]
+
+
+def test_stacked_tables_hold_the_curves_of_both() -> None:
+    joined = stack_profiles(profile_of([[Cubic(0.0, 1.0)], []]), profile_of([[], [Cubic(0.0, 2.0), Cubic(1.0, 3.0)]]))
+    assert joined.start.tolist() == [0, 1, 1, 1, 3]
+    assert cubic_value(joined, np.array([0, 1, 2, 3]), np.full(4, 2.0)).tolist() == [1.0, 0.0, 0.0, 3.0]
+
+
+def test_a_cubic_that_begins_later_is_the_same_curve() -> None:
+    cubic = Cubic(10.0, 1.0, -0.5, 0.25, 0.125)
+    later = cubic.begun_later(2.0, 12.0)
+    assert (cubic.at(0.0), cubic.at(2.0)) == (1.0, 2.0)
+    assert later == Cubic(12.0, 2.0, 2.0, 1.0, 0.125)
+    assert [later.at(ds) for ds in (0.0, 1.0, 3.0)] == [cubic.at(2.0 + ds) for ds in (0.0, 1.0, 3.0)]
+    assert (cubic.is_flat, Cubic(0.0, 3.0).is_flat) == (False, True)

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings, strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
 from osm2xodr import defaults
-from osm2xodr.curves.dubins import shortest_curves, wide_curves
+from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
 from osm2xodr.curves.plan_views import curves_of
 from osm2xodr.model import PlanView
 
@@ -19,7 +19,7 @@ RADIUS = 3.0
 
 def shortest(one: Pose, other: Pose) -> PlanView:
     values = (one.x, one.y, one.hdg, other.x, other.y, other.hdg)
-    return shortest_curves(*(np.array([value]) for value in values), radius=RADIUS)
+    return dubins_curves(*(np.array([value]) for value in values), radius=RADIUS)
 
 
 def found(plan: PlanView) -> bool:
@@ -75,7 +75,7 @@ def test_lanes_six_metres_apart_are_joined_by_half_a_circle() -> None:
     assert [round(length, 6) for _, _, length, _ in records(ahead, 0)] == [5.0, round(math.pi * RADIUS, 6)]
 
 
-def test_a_full_circle_is_no_turn() -> None:
+def test_a_full_circle_is_not_a_turn() -> None:
     # To be met one metre to the left in the same heading takes a circle.
     assert not found(shortest(Pose(0.0, 0.0, 0.0), Pose(-1.0, 1.0, 0.0)))
 
@@ -86,7 +86,7 @@ def test_a_radius_a_little_larger_leaves_no_tiny_record() -> None:
     one, other = Pose(0.0, 0.0, 0.0), Pose(20.0 + RADIUS * math.sin(turn), RADIUS * (1 - math.cos(turn)), turn + 5e-5)
     values = [np.array([value]) for value in (one.x, one.y, one.hdg, other.x, other.y, other.hdg)]
     assert 0 < shortest(one, other).length.min() < 1e-2
-    plan = wide_curves(*values, radius=np.array([RADIUS]))
+    plan = dubins_without_slivers(*values, radius=np.array([RADIUS]))
     assert_smooth(plan, 0)
     assert plan.length.min() > 0.02
     assert RADIUS * (1 - 1e-12) <= smallest_radius_of(plan, 0) <= 1.3 * RADIUS * (1 + 1e-12)
@@ -106,7 +106,7 @@ def test_of_two_that_are_as_long_it_is_the_same_mirrored_and_backwards() -> None
         (end.turned(), Pose(0.0, 0.0, 0.0).turned(), -1, -1),
     ):
         values = (one.x, one.y, one.hdg, other.x, other.y, other.hdg)
-        plan = shortest_curves(*(np.array([value]) for value in values), radius=radius)
+        plan = dubins_curves(*(np.array([value]) for value in values), radius=radius)
         rows = records(plan, 0)[::step]
         assert [round(sense * radius * curvature) for _, _, _, curvature in rows] == [-1, 1, -1]
         assert [length for _, _, length, _ in rows] == pytest.approx([0.183068, 0.37486, 9.806871], abs=2e-3)

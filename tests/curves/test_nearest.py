@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.curves.nearest import CurveFinder, curvature_at, project
-from osm2xodr.curves.plan_views import curves_of, pose
+from osm2xodr.curves.nearest import CurveFinder, project
+from osm2xodr.curves.plan_views import curvature_at, curves_of, pose
 from osm2xodr.model import FloatArray, PlanView
 
 

@@ -1,4 +1,4 @@
-"""Lines, arcs and cubics against their closed formulas."""
+"""Lines and arcs against their closed formulas."""
 
 from __future__ import annotations
 
@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from osm2xodr.curves.cubics import cubic_slope, cubic_value, joined_profiles, profile_of
 from osm2xodr.curves.plan_views import (
     arc_step,
     find_record,
-    joined_plan_views,
     lengths,
     pose,
+    reverse_curves,
     smallest_radius,
-    turned_round,
+    stack_plan_views,
 )
-from osm2xodr.model import Cubic, PlanView
+from osm2xodr.model import PlanView
 
 
 def line_arc_line() -> PlanView:
@@ -103,39 +102,19 @@ def test_records_of_many_places_are_those_of_single_ones() -> None:
     assert find_record(start, begins, curve, s).tolist() == single
 
 
-def test_cubics_and_their_slopes() -> None:
-    profile = profile_of([[Cubic(0.0, 1.0, 2.0, 3.0, 4.0), Cubic(10.0, 5.0, -1.0)], [], [Cubic(0.0, 7.0)]])
-    curve = np.array([0, 0, 0, 1, 2])
-    s = np.array([0.0, 2.0, 12.0, 3.0, 99.0])
-    assert cubic_value(profile, curve, s, default=-4.0).tolist() == [1.0, 1 + 4 + 12 + 32, 3.0, -4.0, 7.0]
-    assert cubic_slope(profile, curve, s).tolist() == [2.0, 2 + 12 + 48, -1.0, 0.0, 0.0]
-
-
-def test_a_profile_of_no_cubics() -> None:
-    profile = profile_of([[], []])
-    assert profile.start.tolist() == [0, 0, 0]
-    assert cubic_value(profile, np.array([0, 1]), np.array([1.0, 2.0])).tolist() == [0.0, 0.0]
-    assert cubic_slope(profile, np.array([0, 1]), np.array([1.0, 2.0])).tolist() == [0.0, 0.0]
-
-
-def test_joined_tables_hold_the_curves_of_both() -> None:
+def test_stacked_tables_hold_the_curves_of_both() -> None:
     plan = line_arc_line()
-    both = joined_plan_views(plan, plan)
+    both = stack_plan_views(plan, plan)
     assert both.start.tolist() == [0, 3, 4, 7, 8]
     curve, s = np.array([0, 1]), np.array([20.0, 2.0])
     for one, other in zip(pose(plan, curve, s), pose(both, curve + 2, s), strict=True):
         assert one.tolist() == other.tolist()
-    joined = joined_profiles(
-        profile_of([[Cubic(0.0, 1.0)], []]), profile_of([[], [Cubic(0.0, 2.0), Cubic(1.0, 3.0)]])
-    )
-    assert joined.start.tolist() == [0, 1, 1, 1, 3]
-    assert cubic_value(joined, np.array([0, 1, 2, 3]), np.full(4, 2.0)).tolist() == [1.0, 0.0, 0.0, 3.0]
 
 
-def test_curves_turned_round_pass_the_same_places() -> None:
+def test_reversed_curves_pass_the_same_places() -> None:
     plan = line_arc_line()
     whole = lengths(plan)
-    turned = turned_round(plan, np.array([True, False]))
+    turned = reverse_curves(plan, np.array([True, False]))
     assert lengths(turned) == pytest.approx(whole)
     share = np.linspace(0.0, 1.0, 13)
     curve, s = np.repeat([0, 1], len(share)), np.concatenate([share * whole[0], share * whole[1]])
@@ -147,12 +126,3 @@ def test_curves_turned_round_pass_the_same_places() -> None:
     assert np.cos(found_hdg - hdg) == pytest.approx(np.where(back, -1.0, 1.0))
     assert turned.s.tolist() == pytest.approx([0.0, 5.0, 5.0 + 10.0 * math.pi, 0.0])
     assert turned.curvature.tolist() == [0.0, -0.05, 0.0, 0.0]
-
-
-def test_a_cubic_that_begins_later_is_the_same_curve() -> None:
-    cubic = Cubic(10.0, 1.0, -0.5, 0.25, 0.125)
-    later = cubic.begun_later(2.0, 12.0)
-    assert (cubic.at(0.0), cubic.at(2.0)) == (1.0, 2.0)
-    assert later == Cubic(12.0, 2.0, 2.0, 1.0, 0.125)
-    assert [later.at(ds) for ds in (0.0, 1.0, 3.0)] == [cubic.at(2.0 + ds) for ds in (0.0, 1.0, 3.0)]
-    assert (cubic.is_flat, Cubic(0.0, 3.0).is_flat) == (False, True)

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from sample_road_maps import crossing, plan_view, profile
 
+from osm2xodr.curves.plan_views import lengths as curve_lengths
 from osm2xodr.xodrWriter.formatting import position
-from osm2xodr.xodrWriter.tables import all_finite, cubic_texts, curve_lengths, plan_view_texts, says_nothing
+from osm2xodr.xodrWriter.tables import all_finite, cubic_texts, plan_view_texts, says_nothing
 
 
 def read(text: str) -> list[dict[str, float]]:
@@ -105,9 +106,10 @@ def test_elevation_records_meet(z: float, grade: float, grade_end: float, rise: 
 def test_nothing_starts_beyond_the_end_of_its_road(lengths: list[float]) -> None:
     s = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
     plan = plan_view([[(at, 0.0, 0.0, 0.0, length, 0.0) for at, length in zip(s, lengths, strict=True)]])
-    total = float(position(curve_lengths(plan)[0]))
-    heights = profile([[(at, 0.0, 0.0, 0.0, 0.0) for at in (*s, curve_lengths(plan)[0])]])
-    starts = [record["s"] for record in read(cubic_texts(heights, curve_lengths(plan), "elevation", 0, 1)[0])]
+    whole = curve_lengths(plan)
+    total = float(position(whole[0]))
+    heights = profile([[(at, 0.0, 0.0, 0.0, 0.0) for at in (*s, whole[0])]])
+    starts = [record["s"] for record in read(cubic_texts(heights, whole, "elevation", 0, 1)[0])]
     assert max(starts) <= total
     assert starts == sorted(starts)
     records = read(plan_view_texts(plan, 0, 1)[0])

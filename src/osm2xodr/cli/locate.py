@@ -19,7 +19,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.system import STANDARD_OUTPUT, stream_to
 
 if TYPE_CHECKING:
-    from osm2xodr.opendrive import Locator, Value
+    from osm2xodr.opendrive import FieldValue, Locator
 
 # Ways to name a place: the columns that are needed, and those that may be there besides.
 _WAYS: dict[tuple[str, ...], tuple[str, ...]] = {
@@ -141,7 +141,7 @@ def _point(way: tuple[str, ...], cells: dict[str, str], place: str) -> _Point:
     return _Point(way, numbers, cells.get("road", ""), cells)
 
 
-def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, Value]]]:
+def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, FieldValue]]]:
     """Return all places at each point, the best first."""
     import numpy as np
 
@@ -165,7 +165,7 @@ def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, Value]]
 # ---------------------------------------------------------------- output
 
 
-def _json(asked: list[_Point], found: list[list[dict[str, Value]]], every: bool, *, single: bool) -> object:
+def _json(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool, *, single: bool) -> object:
     """Return what JSON says: for one point its places, for many a list with one entry per point."""
     chosen = [places if every else places[:1] for places in found]
     if single:
@@ -173,24 +173,24 @@ def _json(asked: list[_Point], found: list[list[dict[str, Value]]], every: bool,
     return [{"point": item.columns, "places": places} for item, places in zip(asked, chosen, strict=True)]
 
 
-def _csv(asked: list[_Point], found: list[list[dict[str, Value]]], every: bool) -> str:
+def _csv(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool) -> str:
     """Return a table: what came with each point, then the place; without a place only the former."""
-    from osm2xodr.opendrive import FIELDS
+    from osm2xodr.opendrive import LOCATION_FIELDS
 
     text = io.StringIO(newline="")
     own = list(asked[0].columns) if asked else []
     # What came in keeps its name, unless it is the name of a result.
-    kept = {name: f"input_{name}" if name in FIELDS else name for name in own}
+    kept = {name: f"input_{name}" if name in LOCATION_FIELDS else name for name in own}
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*kept.values(), *FIELDS])
+    writer.writerow([*kept.values(), *LOCATION_FIELDS])
     for item, places in zip(asked, found, strict=True):
-        for place in (places if every else places[:1]) or [dict.fromkeys(FIELDS)]:
+        for place in (places if every else places[:1]) or [dict.fromkeys(LOCATION_FIELDS)]:
             cells = [item.columns[name] for name in own]
-            writer.writerow([*cells, *("" if place[name] is None else place[name] for name in FIELDS)])
+            writer.writerow([*cells, *("" if place[name] is None else place[name] for name in LOCATION_FIELDS)])
     return text.getvalue()
 
 
-def _text(places: list[dict[str, Value]], every: bool, locator: Locator) -> str:
+def _text(places: list[dict[str, FieldValue]], every: bool, locator: Locator) -> str:
     """Return places for people."""
     if not places:
         raise InputError(f"{locator.file.path} has no road that could be found; osm2xodr check says what is wrong")
@@ -202,7 +202,7 @@ def _text(places: list[dict[str, Value]], every: bool, locator: Locator) -> str:
     return "\n".join(blocks)
 
 
-def _lines(place: dict[str, Value], locator: Locator) -> Iterator[tuple[str, str]]:
+def _lines(place: dict[str, FieldValue], locator: Locator) -> Iterator[tuple[str, str]]:
     """Yield what is told of a place for people, line by line."""
     name = f" ({place['road_name']})" if place["road_name"] else ""
     junction = "" if place["junction"] is None else f", in junction {place['junction']}"
@@ -229,13 +229,13 @@ def _lines(place: dict[str, Value], locator: Locator) -> Iterator[tuple[str, str
         yield "roll", f"{roll:.6f} rad ({100 * math.tan(roll):.2f} % across)"
 
 
-def _aside(offset: Value) -> str:
+def _aside(offset: FieldValue) -> str:
     """Say where a place lies across its lane."""
     if not isinstance(offset, float):
         return "no lane near"
     return f"{_m(abs(offset))} {'right' if offset < 0 else 'left'} of its middle"
 
 
-def _m(value: Value) -> str:
+def _m(value: FieldValue) -> str:
     """Write a length to 0.1 mm."""
     return f"{value:.4f} m" if isinstance(value, float) else "unknown"

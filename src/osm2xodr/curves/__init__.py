@@ -1,57 +1,65 @@
-"""Curves of a network as flat arrays: lines, arcs and cubics, evaluated, cut and compared all at once."""
+"""Curves of a network as flat arrays: lines, arcs and cubics, evaluated, cut and compared all at once.
+
+`plan_views` lines and arcs · `cubics` piecewise cubics · `dubins` shortest curves between poses · `nearest` places
+nearest to points · `crossings` curves that cross · `polygons` points in areas · `ragged` groups in flat arrays
+"""
 
 from __future__ import annotations
 
-from osm2xodr.curves.crossings import crossing
+from osm2xodr.curves.crossings import curves_cross, segments_cross
 from osm2xodr.curves.cubics import (
     cubic_slope,
     cubic_value,
-    joined_profiles,
     part_of_cubics,
     part_of_profile,
     profile_of,
+    stack_profiles,
 )
-from osm2xodr.curves.dubins import shortest_curves, wide_curves
-from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, curvature_at, project, sampled
+from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
+from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, project, sample_curves
 from osm2xodr.curves.plan_views import (
+    advance,
     arc_step,
+    chain_curves,
+    curvature_at,
     curves_of,
     cut_curves,
     find_record,
-    joined_curves,
-    joined_plan_views,
     lengths,
     places_along,
     pose,
-    replaced,
+    replace_curves,
+    reverse_curves,
     smallest_radius,
     snap_cuts,
-    turned_round,
+    stack_plan_views,
     wrapped,
 )
-from osm2xodr.curves.polygons import area_of, box, boxes, distance, inside
-from osm2xodr.curves.ragged import ranks, runs
+from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
+from osm2xodr.curves.ragged import owners, ranks, runs, starts
 
 __all__ = [
     "SAMPLE_SPACING",
     "CurveFinder",
+    "advance",
     "arc_step",
-    "area_of",
-    "box",
-    "boxes",
-    "crossing",
+    "area_at",
+    "area_bounds",
+    "chain_curves",
     "cubic_slope",
     "cubic_value",
     "curvature_at",
+    "curves_cross",
     "curves_of",
     "cut_curves",
-    "distance",
+    "distance_to_outline",
+    "dubins_curves",
+    "dubins_without_slivers",
     "find_record",
-    "inside",
-    "joined_curves",
-    "joined_plan_views",
-    "joined_profiles",
+    "inside_outline",
     "lengths",
+    "outline_bounds",
+    "owners",
     "part_of_cubics",
     "part_of_profile",
     "places_along",
@@ -59,13 +67,15 @@ __all__ = [
     "profile_of",
     "project",
     "ranks",
-    "replaced",
+    "replace_curves",
+    "reverse_curves",
     "runs",
-    "sampled",
-    "shortest_curves",
+    "sample_curves",
+    "segments_cross",
     "smallest_radius",
     "snap_cuts",
-    "turned_round",
-    "wide_curves",
+    "stack_plan_views",
+    "stack_profiles",
+    "starts",
     "wrapped",
 ]

@@ -1,19 +1,20 @@
-"""Which connecting roads of a junction cross or merge."""
+"""Which curves cross each other."""
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# Connecting roads are compared as polylines of this many segments; pairs are worked off in parts of this many,
-# which the processor's cache holds.
-_SEGMENTS = 12
-_PART = 300
+# Curves are compared as polylines of this many segments, this many pairs at a time: the processor's cache holds them.
+_SEGMENTS: Final = 12
+_PAIRS_AT_ONCE: Final = 300
 
 
-def crossing(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
+def curves_cross(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
     """Say which pairs of curves cross, (n,).
 
     Parameters
@@ -24,37 +25,29 @@ def crossing(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
         Indices of the curves of each pair.
     """
     used = np.unique(np.concatenate([one, other]))
-    x, y = _polylines(plan, used)
+    share = np.linspace(0.0, 1.0, _SEGMENTS + 1)
+    s = lengths(plan)[used][:, None] * share
+    x, y, _ = pose(plan, np.repeat(used, _SEGMENTS + 1), s.ravel())
+    points = np.column_stack([x, y]).reshape(*s.shape, 2)
     one, other = np.searchsorted(used, one), np.searchsorted(used, other)
-    low, high = np.column_stack([x.min(1), y.min(1)]), np.column_stack([x.max(1), y.max(1)])
+    low, high = points.min(axis=1), points.max(axis=1)
     found: BoolArray = ((low[one] <= high[other]) & (low[other] <= high[one])).all(axis=1)
     near = np.flatnonzero(found)
-    for part in np.array_split(near, max(1, -(-len(near) // _PART))):
-        found[part] = _cross(x[one[part]], y[one[part]], x[other[part]], y[other[part]])
+    for part in np.array_split(near, max(1, -(-len(near) // _PAIRS_AT_ONCE))):
+        first, second = points[one[part]][:, :, None], points[other[part]][:, None]
+        found[part] = segments_cross(first[:, :-1], first[:, 1:], second[:, :, :-1], second[:, :, 1:]).any(
+            axis=(1, 2)
+        )
     return found
 
 
-def _polylines(plan: PlanView, curves: IntArray) -> tuple[FloatArray, FloatArray]:
-    share = np.linspace(0.0, 1.0, _SEGMENTS + 1)
-    s = lengths(plan)[curves][:, None] * share
-    x, y, _ = pose(plan, np.repeat(curves, _SEGMENTS + 1), s.ravel())
-    return x.reshape(s.shape), y.reshape(s.shape)
+def segments_cross(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> BoolArray:
+    """Say which segments a-b cross segments c-d, by the sides that their ends lie on; points (..., 2 or 3), level."""
+    return (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
 
 
-def _cross(x1: FloatArray, y1: FloatArray, x2: FloatArray, y2: FloatArray) -> BoolArray:
-    """Say which polylines cross those of the same row, by the sides that the ends of their segments lie on."""
-    ax, ay = x1[:, :-1, None], y1[:, :-1, None]
-    bx, by = x1[:, 1:, None], y1[:, 1:, None]
-    cx, cy = x2[:, None, :-1], y2[:, None, :-1]
-    dx, dy = x2[:, None, 1:], y2[:, None, 1:]
-
-    def side(
-        px: FloatArray, py: FloatArray, qx: FloatArray, qy: FloatArray, x: FloatArray, y: FloatArray
-    ) -> FloatArray:
-        out: FloatArray = (qx - px) * (y - py) - (qy - py) * (x - px)
-        return out
-
-    apart_1 = side(ax, ay, bx, by, cx, cy) * side(ax, ay, bx, by, dx, dy) < 0
-    apart_2 = side(cx, cy, dx, dy, ax, ay) * side(cx, cy, dx, dy, bx, by) < 0
-    out: BoolArray = (apart_1 & apart_2).any(axis=(1, 2))
+def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
+    """Return on which side of the lines from a to b points lie: positive on the left."""
+    along_x, along_y = b[..., 0] - a[..., 0], b[..., 1] - a[..., 1]
+    out: FloatArray = along_x * (p[..., 1] - a[..., 1]) - along_y * (p[..., 0] - a[..., 0])
     return out

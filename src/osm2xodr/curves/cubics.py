@@ -1,53 +1,67 @@
-"""Piecewise cubics: evaluated, joined and cut, many curves at once."""
+"""Piecewise cubics: evaluated, stacked and cut, many curves at once."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves.plan_views import find_record
-from osm2xodr.curves.ragged import ranks
+from osm2xodr.curves.ragged import ranks, starts
 from osm2xodr.model import BoolArray, Cubic, CubicProfile, FloatArray, IntArray
 
-# Shorter records are none, m: those around them say the same to less than is written.
-_NO_RECORD = 1e-6
+_COLUMNS: Final = ("s", "a", "b", "c", "d")
+# A cut leaves no record shorter than this, m: its neighbours say the same to less than is written.
+_SHORTEST_RECORD: Final = 1e-6
 
 
-def cubic_value(profile: CubicProfile, curve: IntArray, s: FloatArray, default: float = 0.0) -> FloatArray:
-    """Return the value of piecewise cubics at s of curves, (n,); `default` for curves without records."""
-    out = np.full(len(s), default)
-    has = profile.start[curve + 1] > profile.start[curve]
-    if has.any():
-        k = find_record(profile.start, profile.s, curve[has], s[has])
-        ds = s[has] - profile.s[k]
-        out[has] = profile.a[k] + ds * (profile.b[k] + ds * (profile.c[k] + ds * profile.d[k]))
-    return out
+def cubic_value(
+    profile: CubicProfile, curve: IntArray, s: FloatArray, *, order: int = 0, before: bool = False
+) -> FloatArray:
+    """Return piecewise cubics or their derivatives at s of curves, (n,); 0 for curves without records.
 
-
-def cubic_slope(profile: CubicProfile, curve: IntArray, s: FloatArray) -> FloatArray:
-    """Return the derivative of piecewise cubics at s of curves, (n,); 0 for curves without records."""
+    Parameters
+    ----------
+    profile, curve, s
+        Which cubics, and where, m.
+    order
+        0: the value; 1, 2: its first or second derivative.
+    before
+        Whether the limit from the left is meant.
+    """
     out = np.zeros(len(s))
-    has = profile.start[curve + 1] > profile.start[curve]
-    if has.any():
-        k = find_record(profile.start, profile.s, curve[has], s[has])
-        ds = s[has] - profile.s[k]
+    has = np.flatnonzero(profile.start[curve + 1] > profile.start[curve])
+    if not len(has):
+        return out
+    k = find_record(profile.start, profile.s, curve[has], s[has], before=before)
+    ds = s[has] - profile.s[k]
+    if order == 0:
+        out[has] = profile.a[k] + ds * (profile.b[k] + ds * (profile.c[k] + ds * profile.d[k]))
+    elif order == 1:
         out[has] = profile.b[k] + ds * (2 * profile.c[k] + 3 * ds * profile.d[k])
+    else:
+        out[has] = 2 * profile.c[k] + 6 * ds * profile.d[k]
     return out
 
 
-def joined_profiles(first: CubicProfile, second: CubicProfile) -> CubicProfile:
+def cubic_slope(profile: CubicProfile, curve: IntArray, s: FloatArray, *, before: bool = False) -> FloatArray:
+    """Return the first derivative of piecewise cubics; see `cubic_value`."""
+    return cubic_value(profile, curve, s, order=1, before=before)
+
+
+def stack_profiles(first: CubicProfile, second: CubicProfile) -> CubicProfile:
     """Return the curves of both tables in one, the second's after the first's."""
     return CubicProfile(
         np.concatenate([first.start, second.start[1:] + first.start[-1]]),
-        *(np.concatenate([getattr(first, name), getattr(second, name)]) for name in ("s", "a", "b", "c", "d")),
+        *(np.concatenate([getattr(first, name), getattr(second, name)]) for name in _COLUMNS),
     )
 
 
 def profile_of(curves: Sequence[Sequence[Cubic]]) -> CubicProfile:
     """Return a table of the cubics of many curves."""
-    start = np.concatenate([[0], np.cumsum([len(cubics) for cubics in curves])]).astype(np.int64)
+    start = starts([len(cubics) for cubics in curves])
     flat = np.array([(c.s, c.a, c.b, c.c, c.d) for cubics in curves for c in cubics]).reshape(-1, 5)
     return CubicProfile(start, *(np.ascontiguousarray(column) for column in flat.T))
 
@@ -64,18 +78,18 @@ def part_of_profile(profile: CubicProfile, curve: IntArray, begin: FloatArray, e
     """
     has: BoolArray = profile.start[curve + 1] > profile.start[curve]
     count, low = np.zeros(len(curve), np.int64), np.zeros(len(curve), np.int64)
-    low[has] = find_record(profile.start, profile.s, curve[has], begin[has] + _NO_RECORD)
-    high = find_record(profile.start, profile.s, curve[has], end[has] - _NO_RECORD)
+    low[has] = find_record(profile.start, profile.s, curve[has], begin[has] + _SHORTEST_RECORD)
+    high = find_record(profile.start, profile.s, curve[has], end[has] - _SHORTEST_RECORD)
     count[has] = np.maximum(high - low[has], 0) + 1
     part = np.repeat(np.arange(len(curve)), count)
     rank = ranks(count)
     k = low[part] + rank
-    s, a, b, c, d = (getattr(profile, name)[k] for name in ("s", "a", "b", "c", "d"))
+    s, a, b, c, d = (getattr(profile, name)[k] for name in _COLUMNS)
     u = np.where(rank == 0, begin[part] - s, 0.0)
     return CubicProfile(
-        np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
+        starts(count),
         np.where(rank == 0, 0.0, s - begin[part]),
-        # Taylor's series about the new start, which ends with its third term.
+        # The Taylor series about the new start, which ends with the third derivative.
         a + u * (b + u * (c + u * d)),
         b + u * (2 * c + 3 * u * d),
         c + 3 * u * d,
@@ -84,12 +98,12 @@ def part_of_profile(profile: CubicProfile, curve: IntArray, begin: FloatArray, e
 
 
 def part_of_cubics(cubics: Sequence[Cubic], begin: float, end: float) -> tuple[Cubic, ...]:
-    """Return what cubics say from s = begin to s = end, with s counted from there.
+    """Return the cubics from s = begin to s = end, with s counted from there.
 
-    `begin` may lie before the first record, which then holds from there on.
+    `begin` may lie before the first record, which is then extrapolated backwards.
     """
-    last = max((k for k, item in enumerate(cubics) if item.s < end - _NO_RECORD), default=0)
-    first = max((k for k, item in enumerate(cubics[: last + 1]) if item.s <= begin + _NO_RECORD), default=0)
+    last = max((k for k, item in enumerate(cubics) if item.s < end - _SHORTEST_RECORD), default=0)
+    first = max((k for k, item in enumerate(cubics[: last + 1]) if item.s <= begin + _SHORTEST_RECORD), default=0)
     return tuple(
         item.begun_later(begin - item.s, 0.0) if k == 0 else replace(item, s=item.s - begin)
         for k, item in enumerate(cubics[first : last + 1])

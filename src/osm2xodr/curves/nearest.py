@@ -1,40 +1,36 @@
-"""Finds the places on reference lines that are nearest to points."""
+"""The places on curves that are nearest to points."""
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves.plan_views import find_record, places_along, pose
+from osm2xodr.curves.plan_views import advance, places_along, pose
 from osm2xodr.curves.ragged import runs
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
-# Distance of the samples by which curves near a point are found, m; places are then exact.
-SAMPLE_SPACING = 4.0
+# Spacing of the points by which curves near a place are looked up, m: a choice of speed. The nearest place itself is
+# exact.
+SAMPLE_SPACING: Final = 4.0
 
 
 def project(
     plan: PlanView, curve: IntArray, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return s, t (left positive) and distance of the nearest place on a given curve of each point, all (n,), m.
+    """Project points x, y, each on the curve of a given index: s, t (left positive) and distance, all (n,), m.
 
     Points before the start or beyond the end of a curve get its start or end; their distance is then more than |t|.
-
-    Parameters
-    ----------
-    plan
-        The curves.
-    curve, x, y : (n,)
-        Index of the curve and local position of each point.
     """
     count = (plan.start[curve + 1] - plan.start[curve]).astype(np.int64)
     owner = np.repeat(np.arange(len(curve)), count)
     record = runs(plan.start[curve], count)
     along = _nearest_on_records(plan, record, x[owner], y[owner])
     s = plan.s[record] + along
-    px, py, hdg = _pose_on(plan, record, along)
+    px, py, hdg = advance(plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record], along)
     distance = np.hypot(x[owner] - px, y[owner] - py)
-    # The first of the nearest; rows of a point stand together.
+    # The nearest, of several the first; the rows of a point stand together.
     order = np.lexsort((np.arange(len(owner)), distance, owner))
     best = order[np.searchsorted(owner[order], np.arange(len(curve)))] if len(owner) else order
     t = (y - py[best]) * np.cos(hdg[best]) - (x - px[best]) * np.sin(hdg[best])
@@ -57,59 +53,25 @@ def _nearest_on_records(plan: PlanView, record: IntArray, x: FloatArray, y: Floa
     return out
 
 
-def _pose_on(plan: PlanView, record: IntArray, along: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    half = 0.5 * plan.curvature[record] * along
-    chord = along * np.sinc(half / np.pi)
-    hdg = plan.hdg[record]
-    return (
-        plan.x[record] + chord * np.cos(hdg + half),
-        plan.y[record] + chord * np.sin(hdg + half),
-        hdg + 2.0 * half,
-    )
-
-
-def sampled(plan: PlanView, curves: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return places along curves from end to end, at most `SAMPLE_SPACING` apart: index of the curve, x, y, all (n,).
-
-    Parameters
-    ----------
-    plan
-        The curves.
-    curves
-        Indices of those that count.
-    """
+def sample_curves(plan: PlanView, curves: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return points along curves of given indices, at most `SAMPLE_SPACING` apart: index of the curve, x, y, (n,)."""
     curve, s = places_along(plan, SAMPLE_SPACING, curves)
     x, y, _ = pose(plan, curve, s)
     return curve, x, y
 
 
 class CurveFinder:
-    """Finds the curves near points.
-
-    Parameters
-    ----------
-    plan
-        The curves.
-    curves
-        Indices of those that count; all by default.
-    """
+    """Finds those of a table's curves, all or those of given indices, that are near points."""
 
     def __init__(self, plan: PlanView, curves: IntArray | None = None) -> None:
         self._plan = plan
-        self._curve, x, y = sampled(plan, np.arange(len(plan.start) - 1) if curves is None else curves)
+        self._curve, x, y = sample_curves(plan, np.arange(len(plan.start) - 1) if curves is None else curves)
         self._tree = cKDTree(np.column_stack([x, y])) if len(x) else None
 
     def near(
         self, x: FloatArray, y: FloatArray, reach: float
     ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:
-        """Return all curves within reach of points.
-
-        Parameters
-        ----------
-        x, y : (n,)
-            Points.
-        reach
-            Largest distance, m.
+        """Return all curves within `reach`, m, of points (n,).
 
         Returns
         -------
@@ -119,8 +81,8 @@ class CurveFinder:
             As of `project`.
         """
         if self._tree is None or not len(x):
-            none = np.zeros(0)
-            return np.zeros(0, np.int64), np.zeros(0, np.int64), none, none, none
+            index, number = np.zeros(0, np.int64), np.zeros(0)
+            return index, index, number, number, number
         found = self._tree.query_ball_point(np.column_stack([x, y]), reach + SAMPLE_SPACING)
         pairs = [
             (k, curve)
@@ -140,9 +102,3 @@ class CurveFinder:
         curves, at, aside = np.full(len(x), -1, np.int64), np.full(len(x), np.nan), np.full(len(x), np.nan)
         curves[point[first]], at[point[first]], aside[point[first]] = curve[first], s[first], t[first]
         return curves, at, aside
-
-
-def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
-    """Return the curvature at s of curves, (n,), 1/m."""
-    out: FloatArray = plan.curvature[find_record(plan.start, plan.s, curve, s)]
-    return out

@@ -1,14 +1,29 @@
-"""Curves of lines and arcs, and piecewise cubics, evaluated over whole networks at once."""
+"""Curves of lines and arcs: evaluated, made, stacked, chained, reversed and cut, whole networks at once."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import ranks, runs
+from osm2xodr.curves.ragged import owners, ranks, runs, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+# Pieces of curves that are not longer than this are left out, m: rounding errors.
+SHORTEST_PIECE: Final = 1e-7
+# Lines that follow each other and whose headings differ by less are one line, rad.
+_SAME_HEADING: Final = 1e-8
+# Cuts leave out pieces that are not longer than this, m.
+_SHORTEST_CUT: Final = 1e-9
+# How far behind a place a record must begin to hold there when the limit from the left is asked for, m.
+_LEFT_LIMIT: Final = 1e-9
+# From this number of queries on a search over arrays is faster than one query after another.
+_VECTORISE_FROM: Final = 17
+
+_COLUMNS: Final = ("s", "x", "y", "hdg", "length", "curvature")
+_Pose = tuple[FloatArray, FloatArray, FloatArray]
 
 
 def wrapped(angle: FloatArray) -> FloatArray:
@@ -17,7 +32,7 @@ def wrapped(angle: FloatArray) -> FloatArray:
     return out
 
 
-def arc_step(curvature: FloatArray, ds: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def arc_step(curvature: FloatArray, ds: FloatArray) -> _Pose:
     """Return u, v and the turn of a curve of constant curvature after ds, in the frame of its start tangent.
 
     The chord is written with sinc, so that lines need no case of their own:
@@ -27,6 +42,13 @@ def arc_step(curvature: FloatArray, ds: FloatArray) -> tuple[FloatArray, FloatAr
     half = 0.5 * turn
     chord = ds * np.sinc(half / np.pi)
     return chord * np.cos(half), chord * np.sin(half), turn
+
+
+def advance(x: FloatArray, y: FloatArray, hdg: FloatArray, curvature: FloatArray, ds: FloatArray) -> _Pose:
+    """Return x, y and heading ds farther on curves of constant curvature, all (n,), m and rad."""
+    u, v, turn = arc_step(curvature, ds)
+    cos, sin = np.cos(hdg), np.sin(hdg)
+    return x + cos * u - sin * v, y + sin * u + cos * v, hdg + turn
 
 
 def lengths(plan: PlanView) -> FloatArray:
@@ -40,26 +62,22 @@ def lengths(plan: PlanView) -> FloatArray:
 def smallest_radius(plan: PlanView) -> FloatArray:
     """Return the smallest radius of each curve, (curves,), m; infinity for lines."""
     out = np.full(len(plan.start) - 1, np.inf)
-    owner = np.repeat(np.arange(len(out)), np.diff(plan.start))
+    owner = owners(plan.start)
     bent = plan.curvature != 0
     np.minimum.at(out, owner[bent], 1 / np.abs(plan.curvature[bent]))
     return out
 
 
-# Lines whose headings differ by less are one, rad.
-_SAME_HEADING = 1e-8
-# Shorter pieces of curves are none, m.
-SHORTEST_PIECE = 1e-7
-# So few queries are sooner answered one by one.
-_FEW = 16
-
-
-def find_record(start: IntArray, record_s: FloatArray, curve: IntArray, s: FloatArray) -> IntArray:
-    """Return the index of the record that holds at s of a curve, both (n,).
+def find_record(
+    start: IntArray, record_s: FloatArray, curve: IntArray, s: FloatArray, *, before: bool = False
+) -> IntArray:
+    """Return the index of the record that holds at s of a curve, both (n,); `before`: just before s.
 
     Positions before a curve's first record belong to the first, those beyond its end to the last.
     """
-    if len(curve) <= _FEW:
+    if before:
+        s = s - _LEFT_LIMIT
+    if len(curve) < _VECTORISE_FROM:
         pairs = zip(start[curve].tolist(), start[curve + 1].tolist(), s.tolist(), strict=True)
         return np.array([max(bisect_right(record_s, at, lo, hi) - 1, lo) for lo, hi, at in pairs], np.int64)
     out = start[curve].astype(np.int64)
@@ -78,25 +96,22 @@ def find_record(start: IntArray, record_s: FloatArray, curve: IntArray, s: Float
     return out
 
 
-def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
     """Return x, y and heading at s of curves, all (n,), m and rad. The heading is not wrapped."""
     k = find_record(plan.start, plan.s, curve, s)
-    u, v, turn = arc_step(plan.curvature[k], s - plan.s[k])
-    cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
-    return plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn
+    return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k])
+
+
+def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
+    """Return the curvature at s of curves, (n,), 1/m."""
+    out: FloatArray = plan.curvature[find_record(plan.start, plan.s, curve, s)]
+    return out
 
 
 def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None) -> tuple[IntArray, FloatArray]:
-    """Return evenly spread places along curves, from end to end: index of the curve and s, both (n,).
+    """Return places along all curves, or along those of given indices: index of the curve and s, both (n,).
 
-    Parameters
-    ----------
-    plan
-        The curves.
-    spacing
-        How far apart the places on a curve may be, m; each curve has two at least.
-    curves
-        Indices of those that count; all if not given.
+    They are evenly spread from end to end, at most `spacing` apart, m; each curve has two at least.
     """
     chosen = np.arange(len(plan.start) - 1) if curves is None else curves
     length = lengths(plan)[chosen]
@@ -105,14 +120,13 @@ def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None)
     return np.repeat(chosen, count), s
 
 
-def joined_plan_views(first: PlanView, second: PlanView) -> PlanView:
-    """Return the curves of both tables in one, the second's after the first's."""
+def stack_plan_views(*plans: PlanView) -> PlanView:
+    """Return the curves of several tables in one, table after table."""
+    first = starts([len(plan.s) for plan in plans])
+    start = [plan.start[:-1] + begin for plan, begin in zip(plans, first.tolist(), strict=False)]
+    columns = ([getattr(plan, name) for plan in plans] for name in _COLUMNS)
     return PlanView(
-        np.concatenate([first.start, second.start[1:] + first.start[-1]]),
-        *(
-            np.concatenate([getattr(first, name), getattr(second, name)])
-            for name in ("s", "x", "y", "hdg", "length", "curvature")
-        ),
+        np.concatenate([*start, first[-1:]]), *(np.concatenate([np.zeros(0), *column]) for column in columns)
     )
 
 
@@ -121,34 +135,26 @@ def curves_of(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray,
     places = []
     for k in range(length.shape[1]):
         places.append((x, y, hdg))
-        u, v, turn = arc_step(curvature[:, k], length[:, k])
-        x, y = x + np.cos(hdg) * u - np.sin(hdg) * v, y + np.sin(hdg) * u + np.cos(hdg) * v
-        hdg = hdg + turn
+        x, y, hdg = advance(x, y, hdg, curvature[:, k], length[:, k])
     used = length > SHORTEST_PIECE
-    start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
+    start = starts(used.sum(1))
     xs, ys, hdgs = (np.column_stack([place[k] for place in places])[used] for k in range(3))
     s = (np.cumsum(length * used, axis=1) - length * used)[used]
     return PlanView(start, s, xs, ys, hdgs, length[used], curvature[used])
 
 
-def joined_curves(plan: PlanView, first: IntArray) -> PlanView:
-    """Return the curves of a table joined to longer ones.
+def chain_curves(plan: PlanView, first: IntArray) -> PlanView:
+    """Return one curve for each group of curves, each of which goes on where the one before it in its group ends.
 
-    Parameters
-    ----------
-    plan
-        Curves each of which goes on where the one before it in its group ends.
-    first : (groups + 1,)
-        Index of each group's first curve.
+    `first` holds the index of each group's first curve, (groups + 1,). Lines that go on as lines become one record.
     """
     length = lengths(plan)
     end = np.cumsum(length)
     begin = end - length
-    group = np.repeat(np.arange(len(first) - 1), np.diff(first))
+    group = owners(first)
     before = begin - begin[np.minimum(first[:-1], max(len(begin) - 1, 0))][group]
-    curve = np.repeat(np.arange(len(length)), np.diff(plan.start))
+    curve = owners(plan.start)
     owner = group[curve]
-    # A line that goes on as a line is one.
     turn = np.abs(wrapped(np.diff(plan.hdg)))
     lines = (plan.curvature[1:] == 0) & (plan.curvature[:-1] == 0)
     goes_on = (owner[1:] == owner[:-1]) & lines & (turn < _SAME_HEADING)
@@ -164,33 +170,28 @@ def joined_curves(plan: PlanView, first: IntArray) -> PlanView:
     )
 
 
-def turned_round(plan: PlanView, turned: BoolArray) -> PlanView:
-    """Return the curves of a table, some of them, (curves,), from their end to their start."""
-    owner = np.repeat(np.arange(len(turned)), np.diff(plan.start))
-    back = turned[owner]
+def reverse_curves(plan: PlanView, which: BoolArray, *, wrap: bool = True) -> PlanView:
+    """Return the curves of a table, some of them, (curves,), from their end to their start, with wrapped headings."""
+    owner = owners(plan.start)
+    back = which[owner]
     every = np.arange(len(owner))
     source = np.where(back, (plan.start[:-1] + plan.start[1:] - 1)[owner] - every, every)
-    u, v, turn = arc_step(plan.curvature, plan.length)
-    cos, sin = np.cos(plan.hdg), np.sin(plan.hdg)
-    end = (
-        lengths(plan)[owner] - (plan.s + plan.length),
-        plan.x + cos * u - sin * v,
-        plan.y + sin * u + cos * v,
-        wrapped(plan.hdg + turn + np.pi),
-        plan.length,
-        -plan.curvature,
-    )
-    start = plan.s, plan.x, plan.y, plan.hdg, plan.length, plan.curvature
+    x, y, hdg = advance(plan.x, plan.y, plan.hdg, plan.curvature, plan.length)
+    s = lengths(plan)[owner] - (plan.s + plan.length)
+    backwards = s, x, y, wrapped(hdg + np.pi) if wrap else hdg + np.pi, plan.length, -plan.curvature
     return PlanView(
-        plan.start, *(np.where(back, after[source], before) for before, after in zip(start, end, strict=True))
+        plan.start,
+        *(
+            np.where(back, after[source], getattr(plan, name))
+            for name, after in zip(_COLUMNS, backwards, strict=True)
+        ),
     )
 
 
 def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[int] | IntArray) -> PlanView:
-    """Return the part from s = lo to s = hi of curves; all (parts,). The same curve may be cut several times.
+    """Return the parts from s = lo to s = hi of curves, all (parts,). The same curve may be cut several times.
 
-    The parts' s starts at 0. A cut closer than 1 cm to the border of two records is moved there by `snap_cuts`
-    beforehand if slivers are to be avoided.
+    The parts' s starts at 0. `snap_cuts` moves cuts beforehand so that they leave no slivers.
     """
     which = np.asarray(curve, np.int64)
     count = plan.start[which + 1] - plan.start[which]
@@ -198,29 +199,21 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
     k = runs(plan.start[which], count)
     begin = np.maximum(plan.s[k], lo[part])
     end = np.minimum(plan.s[k] + plan.length[k], hi[part])
-    used = end - begin > 1e-9
-    # What is cut off as too short to count must not leave the first record with an s above 0.
+    used = end - begin > _SHORTEST_CUT
     k, part, begin, end = k[used], part[used], begin[used], end[used]
-    u, v, turn = arc_step(plan.curvature[k], begin - plan.s[k])
-    cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
-    start = np.concatenate([[0], np.cumsum(np.bincount(part, minlength=len(which)))]).astype(np.int64)
-    return PlanView(
-        start,
-        np.where(np.diff(part, prepend=-1) > 0, 0.0, begin - lo[part]),
-        plan.x[k] + cos * u - sin * v,
-        plan.y[k] + sin * u + cos * v,
-        plan.hdg[k] + turn,
-        end - begin,
-        plan.curvature[k].copy(),
-    )
+    x, y, hdg = advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], begin - plan.s[k])
+    start = starts(np.bincount(part, minlength=len(which)))
+    # A piece that was left out must not leave the first record with an s above 0.
+    s = np.where(np.diff(part, prepend=-1) > 0, 0.0, begin - lo[part])
+    return PlanView(start, s, x, y, hdg, end - begin, plan.curvature[k].copy())
 
 
-def replaced(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
-    """Return the table with some of its curves replaced by those of another table."""
+def replace_curves(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
+    """Return the table with its curves `rows` replaced by the curves `other_rows` of another table."""
     curves = len(plan.start) - 1
     source = np.arange(curves)
     source[rows] = curves + other_rows
-    both = joined_plan_views(plan, other)
+    both = stack_plan_views(plan, other)
     return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
 
 

@@ -1,7 +1,7 @@
-"""Road networks for other programs: GeoJSON for maps, OBJ and glTF for scenes.
+"""Road networks for other programs: GeoJSON for maps, OBJ and glTF for 3D scenes.
 
-The files are simple enough to be written by hand, and are written faster so: a whole city is a few array operations
-and one pass of text. A library for meshes or maps would be a dependency for three short modules.
+The formats are simple enough to write without a library, and faster so: a whole city is a few array operations and
+one pass of text.
 """
 
 from __future__ import annotations

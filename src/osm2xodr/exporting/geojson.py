@@ -1,10 +1,11 @@
-"""Road networks as GeoJSON (RFC 7946): WGS 84, heights as third coordinates, one feature per line of the file."""
+"""Road networks as GeoJSON (RFC 7946): WGS 84, heights as third coordinates, one feature per line of text."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain, islice
 from typing import Any, Final
 
 import numpy as np
@@ -27,13 +28,15 @@ from osm2xodr.opendrive import (
 )
 from osm2xodr.system import ByteSink
 
-# Lanes that are nowhere wider than this are left out of maps, m: less than any road mark.
-_EXPORT_THINNEST: Final = 0.01
+# Lanes that are nowhere wider than this are left out of maps, m: it is less than any road mark.
+_NARROWEST_LANE: Final = 0.01
 
+_NO_GEOMETRY: Final = "null"
 LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
 
-# 1 mm on the ground, and in height.
+# Longitude, latitude and height to 1 mm.
 _COORDINATE: Final = "[%.8f,%.8f,%.3f]"
+# Features that are written at a time.
 _BLOCK: Final = 2000
 
 
@@ -42,19 +45,10 @@ def write_geojson(
 ) -> None:
     """Write a road network as GeoJSON.
 
-    The layers, which the property ``layer`` tells: reference lines of ``roads`` as lines; ``lanes`` as polygons;
+    The property ``layer`` holds one of `LAYERS`: reference lines of ``roads`` as lines; ``lanes`` as polygons;
     ``junctions`` as the convex hulls of their connecting roads; ``signals`` as points; ``objects`` as points, or as
     polygons where they have an outline. The attributes of signals and objects are properties by their names in
-    OpenDRIVE, as texts.
-
-    Parameters
-    ----------
-    file, stream
-        What and whereto.
-    tolerance, step
-        See `osm2xodr.opendrive.space.sample_roads`.
-    layers
-        Which of `LAYERS` to write.
+    OpenDRIVE, as texts. For `tolerance` and `step`, m, see `osm2xodr.opendrive.sample_roads`.
 
     Raises
     ------
@@ -71,36 +65,24 @@ def write_geojson(
         "roads": lambda: _roads(file, frame, stations),
         "lanes": lambda: _lanes(file, ribbons, texts),
         "junctions": lambda: _junctions(file, ribbons, texts),
-        "signals": lambda: _signals(file, frame),
+        "signals": lambda: _points(
+            file, frame, "signals", [x for x in file.furniture if x.kind.startswith("signal")]
+        ),
         "objects": lambda: _objects(file, frame),
     }
     stream.write(b'{"type":"FeatureCollection","features":[')
-    waiting: list[str] = []
-    written = False
-    for layer in LAYERS:
-        if layer not in layers:
-            continue
-        for feature in makers[layer]():
-            waiting.append(feature)
-            if len(waiting) >= _BLOCK:
-                written = _flush(stream, waiting, written)
-    _flush(stream, waiting, written)
+    features = chain.from_iterable(makers[layer]() for layer in LAYERS if layer in layers)
+    before = "\n"
+    while block := list(islice(features, _BLOCK)):
+        stream.write((before + ",\n".join(block)).encode())
+        before = ",\n"
     stream.write(b"\n]}\n")
-
-
-def _flush(stream: ByteSink, waiting: list[str], written: bool) -> bool:
-    """Write features that wait; return whether there are any in the file."""
-    if not waiting:
-        return written
-    stream.write((("," if written else "") + "\n" + ",\n".join(waiting)).encode())
-    waiting.clear()
-    return True
 
 
 def _feature(layer: str, geometry: str, properties: dict[str, Any]) -> str:
     """Return a feature; `geometry` is the text of a geometry, or ``null``."""
-    told = json.dumps({"layer": layer, **properties}, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    return f'{{"type":"Feature","geometry":{geometry},"properties":{told}}}'
+    text = json.dumps({"layer": layer, **properties}, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return f'{{"type":"Feature","geometry":{geometry},"properties":{text}}}'
 
 
 def _coordinates(frame: Frame, x: FloatArray, y: FloatArray, z: FloatArray) -> list[str]:
@@ -119,7 +101,7 @@ def _roads(file: OpenDrive, frame: Frame, stations: Stations) -> Iterator[str]:
     roads, start = file.roads, stations.start.tolist()
     for k, name in enumerate(roads.id):
         points = list(filter(None, texts[start[k] : start[k + 1]]))
-        geometry = f'{{"type":"LineString","coordinates":[{",".join(points)}]}}' if len(points) > 1 else "null"
+        geometry = f'{{"type":"LineString","coordinates":[{",".join(points)}]}}' if len(points) > 1 else _NO_GEOMETRY
         first, last = file.types.start[k], file.types.start[k + 1]
         properties = {
             "road": name,
@@ -141,11 +123,11 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
         left = slice(start[ribbons.left[k]], start[ribbons.left[k] + 1])
         right = slice(start[ribbons.right[k]], start[ribbons.right[k] + 1])
         width = ribbons.t[left] - ribbons.t[right]
-        if not np.nanmax(np.abs(width), initial=0.0) > _EXPORT_THINNEST:
+        if not np.nanmax(np.abs(width), initial=0.0) > _NARROWEST_LANE:
             continue
         # Counter-clockwise: along the right border, and back along the left one.
-        ring = list(filter(None, [*texts[right], *reversed(texts[left])]))
-        if len(ring) < 3:
+        geometry = _polygon([*texts[right], *reversed(texts[left])])
+        if geometry == _NO_GEOMETRY:
             continue
         section = int(lanes.section[k])
         road = int(sections.road[section])
@@ -159,7 +141,7 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
             "width": _number(float(np.nanmean(np.abs(width)))),
             "speed": _number(float(lanes.speed[k])),
         }
-        yield _feature("lanes", f'{{"type":"Polygon","coordinates":[[{",".join([*ring, ring[0]])}]]}}', properties)
+        yield _feature("lanes", geometry, properties)
 
 
 def _junctions(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]:
@@ -182,26 +164,21 @@ def _junctions(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[
 
 
 def _hull(ribbons: Ribbons, texts: list[str], rows: IntArray) -> str:
-    """Return the convex hull of points as the text of a geometry; ``null`` where they have none."""
+    """Return the convex hull of points as the text of a geometry; ``null`` where they span no area."""
     if not len(rows):
-        return "null"
+        return _NO_GEOMETRY
     try:
         corners = ConvexHull(np.column_stack([ribbons.x[rows], ribbons.y[rows]])).vertices
     except QhullError:
         # All points on one line: lanes without width.
-        return "null"
+        return _NO_GEOMETRY
     return _polygon([texts[row] for row in rows[corners].tolist()])
 
 
 def _polygon(texts: Sequence[str]) -> str:
-    """Return the text of a polygon."""
+    """Return the text of a polygon; unknown corners are left out, and it is ``null`` with fewer than three."""
     ring = list(filter(None, texts))
-    return f'{{"type":"Polygon","coordinates":[[{",".join([*ring, ring[0]])}]]}}' if len(ring) > 2 else "null"
-
-
-def _signals(file: OpenDrive, frame: Frame) -> Iterator[str]:
-    """Yield signals."""
-    yield from _points(file, frame, "signals", [item for item in file.furniture if item.kind.startswith("signal")])
+    return f'{{"type":"Polygon","coordinates":[[{",".join([*ring, ring[0]])}]]}}' if len(ring) > 2 else _NO_GEOMETRY
 
 
 def _objects(file: OpenDrive, frame: Frame) -> Iterator[str]:
@@ -222,11 +199,12 @@ def _points(file: OpenDrive, frame: Frame, layer: str, items: list[Furniture]) -
     s, t, h = (np.array([getattr(item, name) for item in items]) for name in ("s", "t", "z_offset"))
     texts = _coordinates(frame, *surface_points(file, road, s, t, np.nan_to_num(h)))
     for item, text in zip(items, texts, strict=True):
-        yield _feature(layer, f'{{"type":"Point","coordinates":{text}}}' if text else "null", _properties(file, item))
+        geometry = f'{{"type":"Point","coordinates":{text}}}' if text else _NO_GEOMETRY
+        yield _feature(layer, geometry, _properties(file, item))
 
 
 def _properties(file: OpenDrive, item: Furniture) -> dict[str, Any]:
-    """Return what is told of furniture; its own attributes do not hide the road and the kind."""
+    """Return the properties of furniture; its own attributes do not hide the road and the kind."""
     return {**item.attributes, "kind": item.kind, "road": file.roads.id[item.road]}
 
 

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
-from osm2xodr.exporting.materials import color_of
-from osm2xodr.exporting.mesh import RoadMesh
+from osm2xodr.exporting.mesh import RoadMesh, color_of
 from osm2xodr.opendrive import Header
 from osm2xodr.system import ByteSink
 
+# Numbers of the specification: of the file and its chunks, of types of components, of uses of buffers.
 _MAGIC: Final = 0x46546C67
 _JSON_CHUNK: Final = 0x4E4F534A
 _BINARY_CHUNK: Final = 0x004E4942
@@ -29,65 +31,76 @@ _ELEMENT_ARRAY_BUFFER: Final = 34963
 def write_glb(mesh: RoadMesh, header: Header, stream: ByteSink, version: str) -> None:
     """Write a mesh as one node of one mesh, with a primitive and a material per type of lane.
 
-    glTF has x, y and z where OpenDRIVE has x, z and -y. The node's extras tell the origin in inertial coordinates and
-    the geoReference.
-
-    Parameters
-    ----------
-    mesh, stream
-        What and whereto.
-    header
-        Of the road network.
-    version
-        Of this program.
+    x, y, z of glTF are x, z, -y of OpenDRIVE. The node's extras hold the origin in inertial coordinates and, from the
+    network's header, geoReference and offset; the asset holds the version of this program.
     """
     points = np.ascontiguousarray(mesh.vertices[:, [0, 2, 1]] * [1, 1, -1], "<f4")
     blocks = [points.tobytes(), *(np.ascontiguousarray(rows, "<u4").tobytes() for rows in mesh.faces.values())]
-    views, offset = [], 0
-    for k, block in enumerate(blocks):
-        target = _ELEMENT_ARRAY_BUFFER if k else _ARRAY_BUFFER
-        views.append({"buffer": 0, "byteOffset": offset, "byteLength": len(block), "target": target})
-        offset += len(block)
-    accessors: list[dict[str, Any]] = [
-        {
-            "bufferView": 0,
-            "componentType": _FLOAT,
-            "count": len(points),
-            "type": "VEC3",
-            "min": points.min(0).astype(float).tolist(),
-            "max": points.max(0).astype(float).tolist(),
-        }
-    ]
-    for k, rows in enumerate(mesh.faces.values(), 1):
-        bounds = {"min": [int(rows.min())], "max": [int(rows.max())]}
-        accessors.append(
-            {"bufferView": k, "componentType": _UNSIGNED_INT, "count": rows.size, "type": "SCALAR", **bounds}
-        )
-    primitives = [
-        {"attributes": {"POSITION": 0}, "indices": k, "material": k - 1, "mode": 4}
-        for k in range(1, len(mesh.faces) + 1)
-    ]
+    size = sum(map(len, blocks))
     extras = {"inertial_origin": list(mesh.origin), "geo_reference": header.geo_reference, "offset": header.offset}
     document = {
         "asset": {"version": "2.0", "generator": f"osm2xodr {version}"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": "road surface", "mesh": 0, "extras": extras}],
-        "meshes": [{"name": "road surface", "primitives": primitives}],
+        "meshes": [{"name": "road surface", "primitives": _primitives(mesh)}],
         "materials": [_material(kind) for kind in mesh.faces],
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{"byteLength": offset}],
+        "accessors": _accessors(mesh, points),
+        "bufferViews": _buffer_views(blocks),
+        "buffers": [{"byteLength": size}],
     }
     text = json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     # Floats and unsigned integers both have 4 bytes: the binary chunk needs no padding.
-    stream.write(struct.pack("<III", _MAGIC, 2, 12 + 8 + len(text) + 8 + offset))
+    stream.write(struct.pack("<III", _MAGIC, 2, 12 + 8 + len(text) + 8 + size))
     stream.write(struct.pack("<II", len(text), _JSON_CHUNK))
     stream.write(text)
-    stream.write(struct.pack("<II", offset, _BINARY_CHUNK))
+    stream.write(struct.pack("<II", size, _BINARY_CHUNK))
     for block in blocks:
         stream.write(block)
+
+
+def _buffer_views(blocks: Sequence[bytes]) -> list[dict[str, Any]]:
+    """Return where the blocks lie in the buffer: first the vertices, then the triangles of each material."""
+    views, offset = [], 0
+    for k, block in enumerate(blocks):
+        target = _ELEMENT_ARRAY_BUFFER if k else _ARRAY_BUFFER
+        views.append({"buffer": 0, "byteOffset": offset, "byteLength": len(block), "target": target})
+        offset += len(block)
+    return views
+
+
+def _accessors(mesh: RoadMesh, points: npt.NDArray[np.float32]) -> list[dict[str, Any]]:
+    """Return what the blocks hold."""
+    low, high = points.min(0).astype(float).tolist(), points.max(0).astype(float).tolist()
+    vertices = {
+        "bufferView": 0,
+        "componentType": _FLOAT,
+        "count": len(points),
+        "type": "VEC3",
+        "min": low,
+        "max": high,
+    }
+    triangles = [
+        {
+            "bufferView": k,
+            "componentType": _UNSIGNED_INT,
+            "count": rows.size,
+            "type": "SCALAR",
+            "min": [int(rows.min())],
+            "max": [int(rows.max())],
+        }
+        for k, rows in enumerate(mesh.faces.values(), 1)
+    ]
+    return [vertices, *triangles]
+
+
+def _primitives(mesh: RoadMesh) -> list[dict[str, Any]]:
+    """Return the parts of the mesh, one for each material; mode 4 is triangles."""
+    return [
+        {"attributes": {"POSITION": 0}, "indices": k, "material": k - 1, "mode": 4}
+        for k in range(1, len(mesh.faces) + 1)
+    ]
 
 
 def _material(kind: str) -> dict[str, Any]:

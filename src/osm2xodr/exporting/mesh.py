@@ -1,27 +1,52 @@
-"""The road surface as triangles."""
+"""The road surface as triangles, and their colours."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import owners, runs
 from osm2xodr.errors import InputError
-from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, rolled, sample_roads
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, points_beside, sample_roads
 
-# Up to here coordinates of meshes stay those of the file, m: single precision (24 bits) knows them to 1 mm at least.
-# Beyond, they count from a round place, m. Choices.
-_EXPORT_EXACT: Final = 16_384.0
-_EXPORT_ORIGIN_GRID: Final = 1000.0
-
+# Coordinates of meshes are those of the file up to here, m: single precision (24 bits) resolves them to 1 mm. Larger
+# ones count from an origin on a grid of this width, m. Choices.
+_LARGEST_COORDINATE: Final = 16_384.0
+_ORIGIN_GRID: Final = 1000.0
 # Points closer together than this across the road are one, m.
 _SAME: Final = 1e-6
+# Coordinates of damaged files may be larger than single precision can hold, m.
 _FARTHEST: Final = 1e30
-# What the steps between lanes of different heights are made of.
+# The type of the faces between lanes of different heights.
 KERB: Final = "kerb"
+
+_ASPHALT: Final = (0.22, 0.22, 0.24)
+_PAVING: Final = (0.55, 0.53, 0.50)
+_GRASS: Final = (0.30, 0.42, 0.20)
+# Linear red, green, blue from 0 to 1 by OpenDRIVE's types of lanes; choices.
+_COLORS: Final = MappingProxyType(
+    {
+        "biking": (0.45, 0.18, 0.14),
+        "border": _GRASS,
+        "bus": (0.30, 0.22, 0.22),
+        "curb": _PAVING,
+        KERB: _PAVING,
+        "median": _GRASS,
+        "none": _GRASS,
+        "parking": (0.32, 0.32, 0.36),
+        "rail": (0.28, 0.22, 0.18),
+        "restricted": (0.40, 0.38, 0.30),
+        "shoulder": (0.36, 0.35, 0.33),
+        "sidewalk": _PAVING,
+        "stop": (0.30, 0.30, 0.33),
+        "tram": (0.28, 0.22, 0.18),
+        "walking": _PAVING,
+    }
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,25 +54,18 @@ class RoadMesh:
     """Triangles of the surface of all lanes.
 
     Lanes that touch share their vertices, and so do lane sections that follow each other, so that the surface of a
-    road has no cracks. Zero-width parts of lanes have no faces.
+    road has no cracks. Parts of lanes without width have no faces.
     """
 
-    vertices: FloatArray  # (n, 3) x, y, z less `origin`, m; z is up
-    # Inertial x, y, z of the mesh's own zero, m: 0, 0, 0 unless coordinates are too large for single precision
+    vertices: FloatArray  # (n, 3) x, y, z from `origin`, m; z is up
+    # Inertial x, y, z, m: 0, 0, 0 unless coordinates are too large for single precision
     origin: tuple[float, float, float]
     # Vertices of triangles (m, 3) by the type of their lane, in alphabetical order; counter-clockwise from above
     faces: dict[str, IntArray]
 
 
 def road_mesh(file: OpenDrive, tolerance: float, step: float) -> RoadMesh:
-    """Return the surface of all lanes.
-
-    Parameters
-    ----------
-    file
-        The network.
-    tolerance, step
-        See `osm2xodr.opendrive.space.sample_roads`.
+    """Return the surface of all lanes; for `tolerance` and `step`, m, see `osm2xodr.opendrive.sample_roads`.
 
     Raises
     ------
@@ -59,15 +77,14 @@ def road_mesh(file: OpenDrive, tolerance: float, step: float) -> RoadMesh:
     lane, side, point = _corners(file, ribbons)
     lift = np.where(side == 0, *_heights(file, lane))
     vertex, unique = _merged(ribbons.station[point], ribbons.t[point], lift)
-    vertices = _placed(stations, ribbons.station[point][unique], ribbons.t[point][unique], lift[unique])
+    vertices = _points_in_space(stations, ribbons.station[point][unique], ribbons.t[point][unique], lift[unique])
     faces = _faces(file, lane, side, vertex)
     faces[KERB] = _kerbs(file, ribbons, lane, side, point, vertex)
-    # Damaged files have points that are nowhere, or so far out that single precision does not know them.
+    # Damaged files have points that are unknown or too far out for single precision.
     finite = (np.abs(vertices) < _FARTHEST).all(1)
-    usable = {kind: triangles[_real(triangles, finite)] for kind, triangles in sorted(faces.items())}
-    usable = {kind: triangles for kind, triangles in usable.items() if len(triangles)}
+    usable = {kind: rows for kind in sorted(faces) if len(rows := _usable(faces[kind], finite))}
     if not usable:
-        raise InputError(f"{file.path} has no lane with a surface; osm2xodr check says what is wrong with it")
+        raise InputError(f"{file.path} has no lane with a surface; osm2xodr check lists what is wrong with it")
     return _compact(vertices, usable)
 
 
@@ -105,15 +122,15 @@ def _merged(station: IntArray, t: FloatArray, lift: FloatArray) -> tuple[IntArra
     return vertex, order[apart]
 
 
-def _placed(stations: Stations, station: IntArray, t: FloatArray, lift: FloatArray) -> FloatArray:
+def _points_in_space(stations: Stations, station: IntArray, t: FloatArray, lift: FloatArray) -> FloatArray:
     """Return vertices in space, (n, 3)."""
     x, y, z = stations.x[station], stations.y[station], stations.z[station]
-    return np.column_stack(rolled(x, y, z, stations.hdg[station], stations.roll[station], t, lift))
+    return np.column_stack(points_beside(x, y, z, stations.hdg[station], stations.roll[station], t, lift))
 
 
 def _faces(file: OpenDrive, lane: IntArray, side: IntArray, vertex: IntArray) -> dict[str, IntArray]:
     """Return two triangles for each piece of each lane, by the type of the lane."""
-    # A left corner and the next one; the right ones lie as many rows farther as the lane has stations.
+    # A left corner and the next one; the right ones stand as many rows farther on as the lane has stations.
     goes_on = np.flatnonzero((side[:-1] == 0) & (side[1:] == 0) & (lane[1:] == lane[:-1]))
     across = np.bincount(lane[side == 0], minlength=len(file.lanes.id))[lane[goes_on]]
     quads = np.column_stack([goes_on + across, goes_on + across + 1, goes_on + 1, goes_on])
@@ -131,7 +148,7 @@ def _kerbs(
     # The vertex of each point as the right side of one lane and as the left side of the next.
     seen = np.full((len(ribbons.t), 2), ABSENT)
     seen[point, side] = vertex
-    border = np.repeat(np.arange(len(ribbons.section)), np.diff(ribbons.start))
+    border = owners(ribbons.start)
     row = np.flatnonzero((border[1:] == border[:-1]) & (seen[:-1] != ABSENT).all(1) & (seen[1:] != ABSENT).all(1))
     row = row[(seen[row, 0] != seen[row, 1]) | (seen[row + 1, 0] != seen[row + 1, 1])]
     of_left, of_right = seen[:, 1], seen[:, 0]
@@ -139,15 +156,15 @@ def _kerbs(
     return corners[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 
 
-def _real(triangles: IntArray, finite: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> IntArray:
-    """Return the triangles that have three corners, all of which are known."""
+def _usable(triangles: IntArray, finite: BoolArray) -> IntArray:
+    """Return the triangles that have three different corners, all of which are known."""
     a, b, c = triangles.T
-    rows: IntArray = np.flatnonzero((a != b) & (b != c) & (c != a) & finite[triangles].all(1))
-    return rows
+    out: IntArray = triangles[(a != b) & (b != c) & (c != a) & finite[triangles].all(1)]
+    return out
 
 
 def _compact(vertices: FloatArray, faces: dict[str, IntArray]) -> RoadMesh:
-    """Return a mesh of the vertices that are used, with an origin that single precision can bear."""
+    """Return a mesh of the vertices in use, with an origin from which single precision is enough."""
     used = np.zeros(len(vertices), np.bool_)
     for triangles in faces.values():
         used[triangles] = True
@@ -155,9 +172,14 @@ def _compact(vertices: FloatArray, faces: dict[str, IntArray]) -> RoadMesh:
     kept = vertices[used]
     low, high = kept.min(0), kept.max(0)
     origin = np.where(
-        np.maximum(np.abs(low), np.abs(high)) > _EXPORT_EXACT,
-        np.round(0.5 * (low + high) / _EXPORT_ORIGIN_GRID) * _EXPORT_ORIGIN_GRID,
+        np.maximum(np.abs(low), np.abs(high)) > _LARGEST_COORDINATE,
+        np.round(0.5 * (low + high) / _ORIGIN_GRID) * _ORIGIN_GRID,
         0.0,
     )
     x, y, z = origin.tolist()
     return RoadMesh(kept - origin, (x, y, z), {kind: number[triangles] for kind, triangles in faces.items()})
+
+
+def color_of(kind: str) -> tuple[float, float, float]:
+    """Return the colour of a type of lanes; unknown types look like asphalt."""
+    return _COLORS.get(kind, _ASPHALT)

@@ -7,11 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.exporting.materials import color_of
-from osm2xodr.exporting.mesh import RoadMesh
+from osm2xodr.exporting.mesh import RoadMesh, color_of
 from osm2xodr.system import ByteSink
 
-# Rows of text that are made at a time.
+# Rows of text that are formatted at a time.
 _BLOCK: Final = 100_000
 
 
@@ -21,11 +20,11 @@ def write_obj(mesh: RoadMesh, stream: ByteSink, library: str | None, *, y_up: bo
     Parameters
     ----------
     mesh, stream
-        What and whereto.
+        What to write, and where.
     library
         Name of the file of materials; None without one.
     y_up
-        Whether y is to be up and -z north, as in most programs for scenes, else z up and y north, as in OpenDRIVE.
+        Whether y is up and -z north, as in most programs for 3D scenes; else z is up and y north, as in OpenDRIVE.
     """
     x, y, z = mesh.origin
     axes = "y up, x east, -z north" if y_up else "z up, x east, y north"

@@ -37,10 +37,8 @@ CORNER_RADIUS: Final = MappingProxyType(
     }
 )
 CORNER_RADIUS_OTHER: Final = 6.0
-# Radius that the inner edge of a carriageway keeps in a bend, m, and how far the line may move for it. Choices: an
-# edge without a radius folds over itself, and nodes in bends are a metre or two off; hairpins of few nodes more.
+# Radius that the inner edge of a carriageway keeps in a bend, m. A choice: an edge without one folds over itself.
 INNER_EDGE_RADIUS: Final = 0.5
-BEND_ASIDE: Final = 2.5
 # Values of ``highway`` that are built for speed: long gores and tapers, wide marks.
 FAST_HIGHWAYS: Final = ("motorway", "motorway_link", "trunk", "trunk_link")
 
@@ -73,19 +71,14 @@ SWING_OF_TURN: Final = 0.7
 SWING: Final = 0.35
 TURNING_ROOM: Final = 0.75
 TURNING_ROOM_STEPS: Final = 8
-# A bend is tight where the outermost lane is longer than the reference line by more than this share; a junction takes
-# tight bends that end within this distance of its arm's end, m. Half a lane, m.
+# A bend is tight where the outermost lane is longer than the reference line by more than this share. Half a lane, m.
 TIGHT_BEND: Final = 0.08
-BEND_IN_JUNCTION: Final = 10.0
 HALF_LANE: Final = 1.4
 
 # ---------------------------------------------------------------- streets side by side
 
-# Streets are compared with those that run beside them, nearer than the reach, within the sine of their headings, at
-# places this far apart; a gap is left between their carriageways; lanes keep at least this share of their width (a
-# lane of 3.5 m becomes one of 2.45 m, about the narrowest that a car drives): m, ratio.
-PARALLEL_REACH: Final = 25.0
+# Streets run side by side where the sine of the angle between them is below this; they are compared at places this
+# far apart, m, and a gap is left between their carriageways, m. Choices.
 PARALLEL_SINE: Final = 0.2
 PARALLEL_SPACING: Final = 8.0
 PARALLEL_GAP: Final = 0.2
-NARROWEST: Final = 0.7

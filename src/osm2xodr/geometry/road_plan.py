@@ -40,11 +40,11 @@ from osm2xodr.geometry.margins import Margins, find_margins, lay_out_corners, ma
 from osm2xodr.geometry.plan_view import (
     FittedStreets,
     StreetEnds,
-    beyond_bends,
-    fit_side_by_side,
     fit_streets,
+    narrow_parallel_streets,
     outer_lanes,
     street_ends,
+    trims_clear_of_bends,
 )
 from osm2xodr.model import IntArray, StreetNetwork
 
@@ -75,7 +75,7 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     diagnostics
         Where repairs and compromises are told.
     """
-    fitted = fit_side_by_side(network, fit_streets(network, diagnostics), diagnostics)
+    fitted = narrow_parallel_streets(network, fit_streets(network, diagnostics), diagnostics)
     ends = _ends(network, fitted)
     layout = lay_out_junctions(network, ends)
     refuse_without_roads(layout)
@@ -90,7 +90,7 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     links = find_lane_links(parts, movements, network.rule)
     connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
     widened = widened_trims(ends, layout, parts, connecting)
-    trim = beyond_bends(ends, layout.junction, widened, layout.trim)
+    trim = trims_clear_of_bends(ends, layout.junction, widened, layout.trim)
     if (trim != layout.trim).any():
         layout = replace(layout, trim=trim)
         parts = cut_roads(network, fitted, layout, parts)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from osm2xodr.conventions import find_country
-from osm2xodr.curves import joined_plan_views, joined_profiles, profile_of
+from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.borders import Neighbourhood, find_borders, with_border_heights
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities, find_priorities
@@ -101,10 +101,10 @@ def build_roads(
             *_connecting(through, parts, lanes, numbers, network.rule),
         ),
         junctions=_junctions(network, layout, through, priorities, numbers),
-        plan_view=joined_plan_views(parts.plan_view, through.plan_view),
-        elevation=joined_profiles(solution.elevation, elevation),
-        superelevation=joined_profiles(solution.superelevation or none, superelevation),
-        lane_offset=joined_profiles(offsets, _connecting_offsets(through, network.rule)),
+        plan_view=stack_plan_views(parts.plan_view, through.plan_view),
+        elevation=stack_profiles(solution.elevation, elevation),
+        superelevation=stack_profiles(solution.superelevation or none, superelevation),
+        lane_offset=stack_profiles(offsets, _connecting_offsets(through, network.rule)),
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
             "connecting_road_km": float(connecting.length.sum()) / 1000,

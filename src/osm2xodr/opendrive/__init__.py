@@ -1,4 +1,4 @@
-"""Files of OpenDRIVE, whoever wrote them: as tables, and as places in the world."""
+"""Files of OpenDRIVE of any writer: as tables, and as places in the world."""
 
 from __future__ import annotations
 
@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
-    from osm2xodr.opendrive.locating import FIELDS as FIELDS, Locator as Locator, Value as Value, caveats as caveats
+    from osm2xodr.opendrive.locating import (
+        LOCATION_FIELDS as LOCATION_FIELDS,
+        FieldValue as FieldValue,
+        Locator as Locator,
+        caveats as caveats,
+    )
     from osm2xodr.opendrive.reader import read_xodr as read_xodr
     from osm2xodr.opendrive.space import (
         Frame as Frame,
@@ -22,9 +27,9 @@ if TYPE_CHECKING:
         lane_borders as lane_borders,
         lane_offset as lane_offset,
         lane_ribbons as lane_ribbons,
+        points_beside as points_beside,
         pose as pose,
         record_lengths as record_lengths,
-        rolled as rolled,
         sample_roads as sample_roads,
         section_at as section_at,
         superelevation as superelevation,
@@ -43,7 +48,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "locating": ("FIELDS", "Locator", "Value", "caveats"),
+        "locating": ("LOCATION_FIELDS", "FieldValue", "Locator", "caveats"),
         "reader": ("read_xodr",),
         "space": (
             "Frame",
@@ -58,9 +63,9 @@ __getattr__ = lazy_exports(
             "lane_borders",
             "lane_offset",
             "lane_ribbons",
+            "points_beside",
             "pose",
             "record_lengths",
-            "rolled",
             "sample_roads",
             "section_at",
             "superelevation",

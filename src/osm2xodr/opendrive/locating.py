@@ -9,16 +9,17 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import wrapped
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
-from osm2xodr.opendrive.reader import first_of
+from osm2xodr.opendrive.reader import first_index
 from osm2xodr.opendrive.space import (
     Frame,
     Places,
     RoadFinder,
     frame_of,
     grade,
-    lane_borders,
+    lane_middles,
     places_on,
     pose,
     section_at,
@@ -27,10 +28,10 @@ from osm2xodr.opendrive.space import (
 )
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 
-Value = str | int | float | None
+FieldValue = str | int | float | None
 
-# What is told of a place, in order, with the decimals of its numbers: 0.1 mm at most, and angles to match.
-FIELDS: Final[dict[str, int]] = {
+# What is known of a place, in order, with the decimals of its numbers: lengths to 1 um, angles to match at 1 km.
+LOCATION_FIELDS: Final[dict[str, int]] = {
     "lat": 10,
     "lon": 10,
     "x": 6,
@@ -56,15 +57,12 @@ FIELDS: Final[dict[str, int]] = {
 class Locator:
     """Finds places in a road network.
 
-    Parameters
+    Attributes
     ----------
     file
         The network.
-
-    Attributes
-    ----------
     frame
-        Where the file is on Earth; None where that is unknown.
+        Where it is on Earth; None where that is unknown.
     reason
         Why it is unknown.
     """
@@ -73,11 +71,11 @@ class Locator:
         self.file = file
         self.frame: Frame | None
         self.frame, self.reason = frame_of(file.header)
-        self._ids = first_of(list(file.roads.id))
+        self._ids = first_index(list(file.roads.id))
 
     @cached_property
     def _finder(self) -> RoadFinder:
-        """The index of roads, made when it is first asked."""
+        """The search index of roads, made when it is first needed."""
         return RoadFinder(self.file)
 
     def at_geographic(self, lat_deg: FloatArray, lon_deg: FloatArray) -> Places:
@@ -104,20 +102,9 @@ class Locator:
         lanes: Sequence[int | None],
         offset: FloatArray,
     ) -> Places:
-        """Return places given by their roads.
+        """Return places given by the ids of their roads, s, and either t or the id of a lane.
 
-        Parameters
-        ----------
-        roads
-            Ids.
-        s
-            m.
-        t
-            m; 0 where a lane is given.
-        lanes
-            Ids of lanes, or None where t says it.
-        offset
-            From the middle of the lane to the left, m.
+        `offset` counts from the middle of the lane to the left, m; places without a lane (None) are at t, m.
 
         Raises
         ------
@@ -128,16 +115,13 @@ class Locator:
         for name, k, at in zip(roads, index.tolist(), s.tolist(), strict=True):
             length = float(self.file.roads.length[k])
             if not 0 <= at <= length:
-                raise InputError(f"{self.file.path}: road {name} is {length:g} m long, s={at:g} is not on it")
+                raise InputError(f"{self.file.path}: s={at:g} is not on road {name}, which is {length:g} m long")
         asked = [k for k, lane in enumerate(lanes) if lane is not None]
         across = np.array(t, np.float64)
         if asked:
             section = section_at(self.file, index[asked], s[asked])
-            rows = [
-                self._lane(roads[k], int(part), lanes[k]) for k, part in zip(asked, section.tolist(), strict=True)
-            ]
-            inner, outer = lane_borders(self.file, np.array(rows, np.int64), s[asked])
-            across[asked] = 0.5 * (inner + outer) + offset[asked]
+            rows = [self._lane(roads[k], part, lanes[k]) for k, part in zip(asked, section.tolist(), strict=True)]
+            across[asked] = lane_middles(self.file, np.array(rows, np.int64), s[asked]) + offset[asked]
         return places_on(self.file, index, s, across)
 
     def _road(self, name: str) -> int:
@@ -155,20 +139,17 @@ class Locator:
             raise InputError(f"{self.file.path}: road {road} has no lane {lane} there; its lanes are {there}")
         return int(lanes.start[section]) + ids.index(lane)
 
-    def describe(self, places: Places) -> list[dict[str, Value]]:
-        """Return what there is to tell of places, by the names of `FIELDS`; None where it is unknown."""
+    def describe(self, places: Places) -> list[dict[str, FieldValue]]:
+        """Return all that is known of places, by the names of `LOCATION_FIELDS`; None where it is unknown."""
         file = self.file
         road, s, t = places.road, places.s, places.t
         x, y, z = surface_points(file, road, s, t)
         _, _, hdg = pose(file, road, s)
         unknown = np.full(len(s), np.nan)
         lon, lat = (unknown, unknown) if self.frame is None else self.frame.to_geographic(x, y)
-        section_s, middle = unknown.copy(), unknown.copy()
+        section_s = unknown.copy()
         known = places.section != ABSENT
         section_s[known] = file.sections.s[places.section[known]]
-        has = places.lane != ABSENT
-        inner, outer = lane_borders(file, places.lane[has], s[has])
-        middle[has] = 0.5 * (inner + outer)
         numbers = {
             "lat": lat,
             "lon": lon,
@@ -176,46 +157,46 @@ class Locator:
             "y": y,
             "z": z,
             "height": z if self.frame is None else self.frame.height(z),
-            "hdg": (hdg + np.pi) % (2 * np.pi) - np.pi,
+            "hdg": wrapped(hdg),
             "grade": grade(file, road, s),
             "superelevation": superelevation(file, road, s),
             "section_s": section_s,
             "s": s,
             "t": t,
-            "offset": t - middle,
+            "offset": t - lane_middles(file, places.lane, s),
             "distance": places.distance,
         }
-        rounded = {name: np.round(values, FIELDS[name]).tolist() for name, values in numbers.items()}
-        return [self._one(places, k, rounded) for k in range(len(s))]
+        rounded = {name: np.round(values, LOCATION_FIELDS[name]).tolist() for name, values in numbers.items()}
+        return [self._description(places, k, rounded) for k in range(len(s))]
 
-    def _one(self, places: Places, k: int, numbers: dict[str, list[float]]) -> dict[str, Value]:
-        """Return what there is to tell of one place."""
+    def _description(self, places: Places, k: int, numbers: dict[str, list[float]]) -> dict[str, FieldValue]:
+        """Return all that is known of the k-th place."""
         file = self.file
         road, lane = int(places.road[k]), int(places.lane[k])
-        words: dict[str, Value] = {
+        words: dict[str, FieldValue] = {
             "road": file.roads.id[road],
             "road_name": file.roads.name[road],
             "junction": None if file.roads.junction[road] == -1 else file.roads.junction_id[road],
             "lane": None if lane == ABSENT else int(file.lanes.id[lane]),
             "lane_type": None if lane == ABSENT else file.lanes.type[lane],
         }
-        return {name: words[name] if name in words else _known(numbers[name][k]) for name in FIELDS}
+        return {name: words[name] if name in words else _known(numbers[name][k]) for name in LOCATION_FIELDS}
 
 
 def caveats(file: OpenDrive) -> list[str]:
-    """Return sentences on what in a file its places and surfaces leave out."""
-    told = []
+    """Return sentences about what is wrong in a file or left out of its places and surfaces."""
+    out = []
     if file.misfits:
         count = len(file.misfits)
         what = "1 thing" if count == 1 else f"{count} things"
-        told.append(f"{file.path} has {what} that OpenDRIVE does not have so; osm2xodr check tells which")
+        out.append(f"{file.path} has {what} that OpenDRIVE does not allow; osm2xodr check lists them")
     shapes = int(np.count_nonzero(file.crossfall_shape))
     if shapes:
         roads = "1 road has" if shapes == 1 else f"{shapes} roads have"
-        told.append(f"{roads} a <shape> across, which is left out: heights beside the reference line are not true")
-    return told
+        out.append(f"{roads} a lateral <shape>, which is left out: heights beside the reference line are wrong there")
+    return out
 
 
 def _known(value: float) -> float | None:
-    """Return a number without a negative zero, or None."""
+    """Return a number, never as -0; None where it is not finite."""
     return value + 0.0 if math.isfinite(value) else None

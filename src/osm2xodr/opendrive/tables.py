@@ -1,11 +1,11 @@
-"""A file of OpenDRIVE as tables, as it was read: what `check`, `report`, `render`, `locate` and `export` share.
+"""A file of OpenDRIVE as tables: what `check`, `report`, `render`, `locate` and `export` share.
 
-Nothing is mended here: numbers that are missing or unreadable are NaN, ids that are named stay text, and every
-record knows the line of the file that it stands in. Rows stand in the order of the file, but where an owner's records
-are out of order: then they stand in ascending s, unreadable ones last, and a misfit tells. A column `start` of n + 1
-entries says where the rows of the k-th owner begin: rows start[k] to start[k + 1] are its own.
+Nothing is repaired here: missing and unreadable numbers are NaN, ids of other elements stay text, and every record
+knows its line in the file. Rows stand in the order of the file; records of one owner that are out of order there
+stand in ascending s, unreadable ones last, and a misfit says so. A column `start` of n + 1 entries says where the
+rows of each owner begin: rows start[k] to start[k + 1] belong to the k-th.
 
-Units are OpenDRIVE's own: m, rad, 1/m; speeds are turned into m/s.
+Units are OpenDRIVE's own: m, rad, 1/m; speeds are converted to m/s.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, freeze_arrays
 
-# No lane, no road, no junction: an index or lane id that is not there.
+# An index or lane id that does not exist: no lane, no road, no junction.
 ABSENT = np.iinfo(np.int64).min
 
 
@@ -35,7 +35,7 @@ class Shape(IntEnum):
 
 
 class End(IntEnum):
-    """Which end of a road touches, or what is said instead."""
+    """Which end of a road touches, if the file says."""
 
     UNSAID = -1
     START = 0
@@ -43,7 +43,7 @@ class End(IntEnum):
 
 
 class LinkKind(IntEnum):
-    """What a road's predecessor or successor names."""
+    """What the predecessor or successor of a road is."""
 
     NONE = 0
     ROAD = 1
@@ -52,7 +52,7 @@ class LinkKind(IntEnum):
 
 
 class _Frozen:
-    """Sets the arrays of dataclasses read-only."""
+    """Makes the arrays of dataclasses read-only."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -81,7 +81,7 @@ class GeometryTable(_Frozen):
     length: FloatArray
     shape: IntArray  # (records,) `Shape`
     # (records, 8) Arc: curvature. Spiral: curvStart, curvEnd. Poly3: a, b, c, d. ParamPoly3: aU, bU, cU, dU, aV, bV,
-    # cV, dV. The rest NaN.
+    # cV, dV. The rest is NaN.
     parameters: FloatArray
     normalized: BoolArray  # (records,) Whether a ParamPoly3's p runs from 0 to 1 instead of to the length
     line: IntArray  # (records,)
@@ -95,22 +95,21 @@ class RoadTable(_Frozen):
     id: tuple[str, ...]
     name: tuple[str, ...]
     length: FloatArray  # (n,) As written
-    # (n,) Index of the junction that the road belongs to; -1: none; `ABSENT`: one that is not in the file
+    # (n,) Index of the junction that the road belongs to; -1: none; `ABSENT`: a junction that is not in the file
     junction: IntArray
-    junction_id: tuple[str, ...]  # n texts As written
+    junction_id: tuple[str, ...]  # n texts as written
     left_hand: BoolArray  # (n,) Whether ``rule`` is LHT
     link_kind: IntArray  # (n, 2) `LinkKind` of predecessor and successor
-    # (n, 2) Index of the road or junction that is named there; `ABSENT` where it is not in the file or nothing is
-    # named.
+    # (n, 2) Index of the road or junction there; `ABSENT` where it is not in the file or there is none
     link: IntArray
-    link_id: tuple[tuple[str, str], ...]  # n pairs of texts As written; empty where there is none
+    link_id: tuple[tuple[str, str], ...]  # n pairs of texts as written; empty where there is none
     contact: IntArray  # (n, 2) `End` of the other road that touches
     line: IntArray  # (n,)
 
 
 @dataclass(frozen=True, eq=False)
 class TypeTable(_Frozen):
-    """``<type>`` records of all roads, with ``<speed>`` in m/s: NaN where unsaid, infinity for no limit."""
+    """``<type>`` records of all roads; ``<speed>`` in m/s is NaN where it is missing, infinite without a limit."""
 
     start: IntArray  # (roads + 1,)
     # (records,)
@@ -125,7 +124,7 @@ class SectionTable(_Frozen):
 
     start: IntArray  # (roads + 1,)
     road: IntArray  # (sections,) Index of the road
-    # (sections,) Where it begins (as written) and where the next one begins or the road ends
+    # (sections,) Where it begins (as written), and where the next one begins or the road ends
     s: FloatArray
     end: FloatArray
     line: IntArray  # (sections,)
@@ -133,25 +132,25 @@ class SectionTable(_Frozen):
 
 @dataclass(frozen=True, eq=False)
 class LaneTable(_Frozen):
-    """``<lane>`` elements of all sections, centre lanes among them, from left to right: the highest id first."""
+    """``<lane>`` elements of all sections, with the centre lanes, from left to right: the highest id first."""
 
     start: IntArray  # (sections + 1,)
     section: IntArray  # (lanes,) Index of the section
-    id: IntArray  # (lanes,) `ABSENT` where it is no number
+    id: IntArray  # (lanes,) `ABSENT` where it is not a number
     type: tuple[str, ...]  # texts
-    # (lanes,) Lane ids; `ABSENT` where none is named. Only the first is kept where several are (see `more_links`).
+    # (lanes,) Lane ids, the first of several; `ABSENT` without one
     predecessor: IntArray
     successor: IntArray
-    more_links: BoolArray  # (lanes,) Whether further predecessors or successors are named
-    # curves per lane Records of ``<width>`` and ``<border>``, s local to the section
+    # Curves per lane: ``<width>`` and ``<border>``, s local to the section
     width: CubicProfile
     border: CubicProfile
-    height: FloatArray  # (lanes, 2) The first ``<height>``'s inner and outer; 0 without one
-    speed: FloatArray  # (lanes,) m/s; NaN where unsaid
-    mark: tuple[str, ...]  # texts Type of the first road mark; empty without one
-    mark_color: tuple[str, ...]  # texts
+    height: FloatArray  # (lanes, 2) Inner and outer of the first ``<height>``; 0 without one
+    speed: FloatArray  # (lanes,) m/s; NaN where it is missing
+    # Type and colour of the first road mark of each lane; empty without one
+    mark: tuple[str, ...]
+    mark_color: tuple[str, ...]
     line: IntArray  # (lanes,)
-    # texts As written in 1.8 (``standard``, ``reversed``, ``both``); empty where unsaid
+    # As written in 1.8 (``standard``, ``reversed``, ``both``); empty where it is missing
     direction: tuple[str, ...] = ()
 
 
@@ -175,16 +174,16 @@ class ConnectionTable(_Frozen):
     """``<connection>`` elements of all junctions."""
 
     junction: IntArray  # (n,) Index of the junction
-    # n texts As written; empty where missing
+    # n texts as written; empty where missing
     id: tuple[str, ...]
     incoming_id: tuple[str, ...]
     connecting_id: tuple[str, ...]
-    # (n,) Indices of roads; `ABSENT` where not in the file. ``linkedRoad`` of direct junctions stands as connecting.
+    # (n,) Indices of roads; `ABSENT` where not in the file. ``linkedRoad`` of direct junctions counts as connecting.
     incoming: IntArray
     connecting: IntArray
     contact: IntArray  # (n,) `End` of the connecting road
     link_start: IntArray  # (n + 1,) Into the lane links
-    # (links,) Lane ids; `ABSENT` where no number
+    # (links,) Lane ids; `ABSENT` where they are not numbers
     link_from: IntArray
     link_to: IntArray
     line: IntArray  # (n,)
@@ -194,8 +193,7 @@ class ConnectionTable(_Frozen):
 class Furniture:
     """A ``<signal>`` or ``<object>``, a reference to one, a ``<bridge>`` or a ``<tunnel>``."""
 
-    # The element's name: ``signal``, ``signalReference``, ``object``, ``objectReference``, ``bridge``, ``tunnel``
-    kind: str
+    kind: str  # Name of the element
     road: int  # Index of the road
     attributes: Mapping[str, str]  # As written
     # As numbers; NaN where missing
@@ -231,7 +229,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class Misfit:
-    """Something that the reader could not take in as OpenDRIVE means it."""
+    """Something in the file that is not as OpenDRIVE defines it."""
 
     # Short name of the kind: ``missing-attribute``, ``bad-number``, ``unknown-element``, ``misplaced-element`` …
     rule: str
@@ -244,17 +242,15 @@ class Misfit:
 class OpenDrive(_Frozen):
     """A file of OpenDRIVE."""
 
-    path: Path  # The file
-    header: Header  # Its header
-    # roads, types, plan_view, sections, lanes, junctions, connections: Tables
+    path: Path
+    header: Header
     roads: RoadTable
     types: TypeTable
     plan_view: GeometryTable
-    # Piecewise cubics per road, as written (the first record need not begin at 0); ``<shape>`` records are only
-    # counted per road in `crossfall_shape`, (roads,).
+    # Piecewise cubics per road, as written: the first record need not begin at 0
     elevation: CubicProfile
     superelevation: CubicProfile
-    crossfall_shape: IntArray
+    crossfall_shape: IntArray  # (roads,) Number of ``<shape>`` records, which are not read
     lane_offset: CubicProfile
     sections: SectionTable
     lanes: LaneTable
@@ -267,4 +263,4 @@ class OpenDrive(_Frozen):
     controllers: tuple[Controller, ...]  # The top-level ones
     # Values of ``userData`` by (road index, code); those of the header have the index -1
     provenance: Mapping[tuple[int, str], str]
-    misfits: tuple[Misfit, ...]  # What could not be read
+    misfits: tuple[Misfit, ...]  # What could not be read as OpenDRIVE, in the order of the file

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from osm2xodr.curves import lengths
 from osm2xodr.errors import OutputError
 from osm2xodr.model import FloatArray, IntArray, RoadMap
 from osm2xodr.xodrWriter.furniture_check import furniture_defect
-from osm2xodr.xodrWriter.tables import all_finite, curve_lengths
+from osm2xodr.xodrWriter.tables import all_finite
 
 _DEFECT = "this is a defect of osm2xodr, please report it with the area"
 
@@ -37,14 +38,14 @@ def check_road_map(road_map: RoadMap) -> FloatArray:
         raise OutputError(msg)
     _check_not_empty(road_map.plan_view.start, "no geometry", road_map)
     _check_not_empty(road_map.elevation.start, "no height", road_map)
-    lengths = curve_lengths(road_map.plan_view)
-    if not (lengths > 0.0).all() or not (road_map.plan_view.length > 0.0).all():
+    length = lengths(road_map.plan_view)
+    if not (length > 0.0).all() or not (road_map.plan_view.length > 0.0).all():
         msg = f"a road or a piece of one has no length; {_DEFECT}"
         raise OutputError(msg)
-    defect = furniture_defect(road_map, lengths)
+    defect = furniture_defect(road_map, length)
     if defect:
         raise OutputError(f"{defect}; {_DEFECT}")
-    return lengths
+    return length
 
 
 def _check_index(start: IntArray, count: int) -> None:

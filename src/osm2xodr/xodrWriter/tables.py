@@ -86,13 +86,6 @@ def says_nothing(profile: CubicProfile, lengths: FloatArray, first: int, last: i
     return [bool(count == 0) for count in np.diff(before[start])]
 
 
-def curve_lengths(plan: PlanView) -> FloatArray:
-    """Return the length of each curve, m (curves,): where its last record ends."""
-    last = plan.start[1:] - 1
-    ends: FloatArray = plan.s[last] + plan.length[last]
-    return ends
-
-
 def _per_curve(text: str, count: int) -> list[str]:
     """Cut the text of several curves."""
     return text.split(_BETWEEN) if count else []

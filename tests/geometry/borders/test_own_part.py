@@ -17,8 +17,7 @@ from scene_files import SAMPLES
 
 from osm2xodr.checking import CheckOptions, Severity, check_drive
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
-from osm2xodr.curves.nearest import curvature_at
-from osm2xodr.curves.plan_views import lengths, pose, wrapped
+from osm2xodr.curves.plan_views import curvature_at, lengths, pose, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.borders.own_part import keep_own

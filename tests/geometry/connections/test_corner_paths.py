@@ -9,7 +9,7 @@ import pytest
 from road_measures import assert_sound
 from street_cases import Case, built_links, mirrored_links
 
-from osm2xodr.curves.plan_views import joined_curves, lengths, pose, smallest_radius
+from osm2xodr.curves.plan_views import chain_curves, lengths, pose, smallest_radius
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
 from osm2xodr.geometry.connections.street_paths import StreetPaths, street_paths
@@ -111,7 +111,7 @@ def test_what_keeps_near_its_way_is_left_alone() -> None:
 def test_curves_are_joined_end_to_start() -> None:
     rows = np.array([(0.0, 0.0, 0.0, 10.0, 10.0, np.pi / 2), (10.0, 10.0, np.pi / 2, 20.0, 20.0, 0.0)])
     pieces = connect(*rows.T)
-    joined = joined_curves(pieces, np.array([0, 2]))
+    joined = chain_curves(pieces, np.array([0, 2]))
     assert len(joined.start) == 2
     assert lengths(joined)[0] == pytest.approx(lengths(pieces).sum())
     x, y, hdg = pose(joined, np.array([0, 0]), np.array([lengths(pieces)[0], lengths(joined)[0]]))
@@ -129,7 +129,7 @@ def test_a_line_that_goes_on_as_a_line_is_one() -> None:
             (0.0, 5.0, 0.0, 7.0, 5.0, 0.0),
         ]
     )
-    joined = joined_curves(connect(*rows.T), np.array([0, 3, 4]))
+    joined = chain_curves(connect(*rows.T), np.array([0, 3, 4]))
     assert joined.start.tolist() == [0, 2, 3]
     assert joined.length == pytest.approx([15.0, 5.0 * np.pi, 7.0])
     assert joined.s == pytest.approx([0.0, 15.0, 0.0])

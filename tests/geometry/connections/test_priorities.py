@@ -5,14 +5,11 @@ Pairs are written as ``12>31``: who comes from way 1 and goes to way 2 goes befo
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from junction_cases import CASES
 from street_cases import Case
 
 from osm2xodr.conventions.street_signs import Sign, read_signs, sign_of
-from osm2xodr.curves.crossings import crossing
-from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import build_roads
 from osm2xodr.geometry.connections.priorities import Arm, goes_first
@@ -261,28 +258,3 @@ def test_a_sign_on_a_street_inside_the_junction_is_for_the_arm_before_it(rule: R
     assert len(roads.junctions) == 1
     assert roads.statistics["signs_followed"] == 1
     assert {pair.split(">")[1][0] for pair in pairs(roads)} == {"3"}
-
-
-def test_curves_that_cross() -> None:
-    """Turns of a square crossing whose lanes are 1.5 m off the middle cross as drawn by hand."""
-    roads = CASES["x"].case.build()
-    inner = np.array([k for k, road in enumerate(roads.roads) if road.junction is not None])
-    one, other = (grid.ravel() for grid in np.meshgrid(inner, inner))
-    found = crossing(roads.plan_view, one, other).reshape(len(inner), -1)
-    assert (found == found.T).all()
-    assert not np.diag(found).any()
-    # By dense samples: two curves cross where some points of one are within 3 cm of the other, away from their ends.
-    length = lengths(roads.plan_view)
-    for i, a in enumerate(inner.tolist()):
-        for j, b in enumerate(inner.tolist()[:i]):
-            if roads.roads[a].predecessor == roads.roads[b].predecessor:
-                continue
-            if roads.roads[a].successor == roads.roads[b].successor:
-                continue
-            lines = []
-            for curve in (a, b):
-                s = np.linspace(0.05 * length[curve], 0.95 * length[curve], 1500)
-                x, y, _ = pose(roads.plan_view, np.full(len(s), curve), s)
-                lines.append(x + 1j * y)
-            gap = np.abs(lines[0][:, None] - lines[1][None, ::5]).min()
-            assert found[i, j] == (gap < 0.03), (a, b, gap)

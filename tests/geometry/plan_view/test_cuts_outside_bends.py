@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr.geometry import defaults
-from osm2xodr.geometry.plan_view.cuts_outside_bends import beyond_bends
+from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.cuts_outside_bends import trims_clear_of_bends
 
 # A T whose stem turns off squarely 20 m from the node.
 BENT = Case(
@@ -36,7 +36,7 @@ def ended(trim: float, least: float) -> tuple[float, float, float]:
     at_least = np.zeros(len(trims))
     at_least[end] = least
     junction = np.where(np.arange(len(trims)) == end, 0, -1)
-    found = beyond_bends(replace(ends), junction, trims, at_least)
+    found = trims_clear_of_bends(replace(ends), junction, trims, at_least)
     return float(found[end]), *bend(stages, end)
 
 

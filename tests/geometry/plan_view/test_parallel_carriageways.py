@@ -6,16 +6,16 @@ import pytest
 from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import defaults
-from osm2xodr.geometry.plan_view.parallel_carriageways import fit_side_by_side
+from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.parallel_carriageways import narrow_parallel_streets
 from osm2xodr.geometry.plan_view.streets import fit_streets
 
 
 def share_kept(case: Case) -> tuple[float, list[str]]:
-    """Return the share of its width that the first street keeps, and what was told."""
+    """Return the share of its width that the first street keeps, and what was reported."""
     network = case.stages().network
     fitted, diagnostics = fit_streets(network, Diagnostics()), Diagnostics()
-    narrowed = fit_side_by_side(network, fitted, diagnostics)
+    narrowed = narrow_parallel_streets(network, fitted, diagnostics)
     before, after = (item.pieces[0][0][2] for item in (fitted, narrowed))
     share = (after.left_edge - after.right_edge) / (before.left_edge - before.right_edge)
     return share, [item.code for item in diagnostics]
@@ -28,17 +28,17 @@ def share_kept(case: Case) -> tuple[float, list[str]]:
         (6.3, 1.0),
         (5.6, 0.9),
         (5.0, 0.8),
-        (4.4, defaults.NARROWEST),
-        (3.4, defaults.NARROWEST),
+        (4.4, defaults.NARROWEST_SHARE),
+        (3.4, defaults.NARROWEST_SHARE),
         (3.1, 1.0),
         (1.0, 1.0),
     ],
 )
 def test_both_streets_fit(apart: float, share: float) -> None:
     nodes = {"a": (0.0, 0.0), "b": (200.0, 0.0), "c": (0.0, apart), "d": (200.0, apart)}
-    kept, told = share_kept(Case(nodes, {1: ("a b", "width=6"), 2: ("c d", "width=6")}))
+    kept, reported = share_kept(Case(nodes, {1: ("a b", "width=6"), 2: ("c d", "width=6")}))
     assert kept == pytest.approx(share, abs=0.011)
-    assert told == ([] if share == 1.0 else ["lanes-narrowed"] * 2)
+    assert reported == ([] if share == 1.0 else ["lanes-narrowed"] * 2)
 
 
 @pytest.mark.parametrize(("highway", "narrowed"), [("residential", True), ("motorway_link", False)])
@@ -46,6 +46,6 @@ def test_streets_that_part_slowly_are_arms_only_as_far_as_a_junction_reaches(hig
     """Both begin at one node, are 4.6 m apart after 30 m and stay so up to 95 m."""
     nodes = {"o": (0.0, 0.0), "a": (95.0, 0.0), "b": (30.0, 4.6), "c": (95.0, 4.6), "w": (-50.0, 0.0)}
     tags = f"highway={highway} width=5.5 oneway=no"
-    kept, told = share_kept(Case(nodes, {1: ("o a", tags), 2: ("o b c", tags), 3: ("w o", tags)}))
+    kept, reported = share_kept(Case(nodes, {1: ("o a", tags), 2: ("o b c", tags), 3: ("w o", tags)}))
     assert (kept < 1.0) is narrowed
-    assert told == (["lanes-narrowed"] * 2 if narrowed else [])
+    assert reported == (["lanes-narrowed"] * 2 if narrowed else [])

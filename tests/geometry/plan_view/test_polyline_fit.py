@@ -120,7 +120,7 @@ def test_a_closed_ring_goes_on_smoothly_where_it_was_cut() -> None:
     assert_smooth(plan, 0)
 
 
-def test_a_spike_is_left_out_and_told() -> None:
+def test_a_spike_is_left_out_and_reported() -> None:
     fitted = fit([(0.0, 0.0), (20.0, 0.0), (50.0, 0.0), (20.0, 0.01), (20.0, 40.0)])
     assert fitted.spikes.tolist() == [2]
     assert_smooth(fitted.plan_view, 0)

@@ -138,7 +138,7 @@ def test_a_waist_stays_a_waist() -> None:
     assert max(distances_to_nodes(network, fitted)) < defaults.RING_TOLERANCE + 0.02
 
 
-def test_a_sharp_corner_is_no_smooth_ring_and_that_is_told() -> None:
+def test_a_ring_with_a_sharp_corner_is_reported_as_uneven() -> None:
     """A drop: half a circle and a corner of 60 degrees, far from it, which no smooth curve passes."""
     arc = [(10 * math.cos(a), 10 * math.sin(a)) for a in np.deg2rad(np.arange(30.0, 331.0, 30.0))]
     drop = [*arc, (25.0, 0.0)]
@@ -156,7 +156,7 @@ def test_a_ring_that_the_area_cuts_off_is_part_of_a_circle() -> None:
     assert len(found) == 3
 
 
-def test_a_bend_tagged_as_roundabout_is_no_ring() -> None:
+def test_a_bend_tagged_as_roundabout_is_not_a_ring() -> None:
     bend = on_ellipse(14.0, 14.0, 12)[:4]
     network, fitted, diagnostics = fitted_case(roundabout(bend, (), closed=False))
     assert len(ring_streets(network)) == 1

@@ -123,7 +123,7 @@ def test_what_lies_along_the_street_moves_with_it() -> None:
     assert math.hypot(place.x - x, place.y - y) < defaults.CORNER_CUT
 
 
-def test_a_bend_without_room_is_told() -> None:
+def test_a_bend_without_room_is_reported() -> None:
     """Thirteen metres of carriageway turn back within one of ten."""
     nodes = bent((0, 40), (90, 5), (90, 40))
     fitted, _, diagnostics = street(nodes, "highway=primary lanes=6", Rule.RIGHT_HAND)

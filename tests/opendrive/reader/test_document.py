@@ -1,4 +1,4 @@
-"""Files become tables, and what cannot be taken in is told with its place."""
+"""Files become tables, and what is wrong in them is reported with its line."""
 
 from __future__ import annotations
 
@@ -130,12 +130,11 @@ def test_links_lead_to_rows(tmp_path: Path) -> None:
     assert file.controllers[0].signal_ids == ("s1",)
 
 
-def test_several_predecessors_of_a_lane(tmp_path: Path) -> None:
+def test_of_several_predecessors_of_a_lane_the_first_counts(tmp_path: Path) -> None:
     link = '<link><predecessor id="-1"/><predecessor id="-2"/><successor id="-1"/></link>'
     file = read_text(tmp_path, document(road(lanes=section(0.0, "", lane(-1, (0, 3.5), more=link)))))
     assert file.lanes.predecessor.tolist() == [ABSENT, -1]
     assert file.lanes.successor.tolist() == [ABSENT, -1]
-    assert file.lanes.more_links.tolist() == [False, True]
 
 
 def test_furniture(tmp_path: Path) -> None:
@@ -208,7 +207,7 @@ def test_header_and_where_its_texts_come_from(tmp_path: Path) -> None:
     assert dict(file.provenance) == {(-1, "c"): "v", (0, "osm"): "17"}
 
 
-def test_a_namespace_is_told_and_borne(tmp_path: Path) -> None:
+def test_a_namespace_is_reported_and_ignored(tmp_path: Path) -> None:
     text = document(road()).replace("<OpenDRIVE>", '<OpenDRIVE xmlns="http://code.asam.net/simulation">')
     file = read_text(tmp_path, text)
     assert rules(file) == ["namespace"]
@@ -267,14 +266,14 @@ def test_lines_beyond_65535(tmp_path: Path) -> None:
         (HEADER, "repeated-element", "header"),
     ],
 )
-def test_damage_is_told_and_does_no_harm(tmp_path: Path, text: str, rule: str, words: str) -> None:
+def test_damage_is_reported_and_does_no_harm(tmp_path: Path, text: str, rule: str, words: str) -> None:
     file = read_text(tmp_path, document(text))
     found = [item for item in file.misfits if item.rule == rule and words in item.text]
     assert found, file.misfits
     assert found[0].line > 2
 
 
-def test_records_out_of_order_are_put_in_order(tmp_path: Path) -> None:
+def test_records_out_of_order_are_sorted(tmp_path: Path) -> None:
     lanes = section(50.0, lane(1, (0, 2.0))) + section(0.0, lane(1, (5, 4.0), (0, 3.0)))
     file = read_text(tmp_path, document(road(elevation=cubics("elevation", (5, 1.0), (0, 0.0)), lanes=lanes)))
     assert file.elevation.s.tolist() == [0, 5]
@@ -284,7 +283,7 @@ def test_records_out_of_order_are_put_in_order(tmp_path: Path) -> None:
     assert file.lanes.width.a.tolist() == [3, 4, 2]
 
 
-def test_references_to_what_is_not_there(tmp_path: Path) -> None:
+def test_references_to_missing_elements(tmp_path: Path) -> None:
     connection = '<junction id="3"><connection id="0" incomingRoad="8" connectingRoad="9"/></junction>'
     file = read_text(tmp_path, document(road(junction="4"), connection))
     assert file.roads.junction.tolist() == [ABSENT]
@@ -312,7 +311,7 @@ def test_ids_used_twice_lead_to_the_first(tmp_path: Path) -> None:
         (b'<!DOCTYPE a [<!ENTITY b "c">]><OpenDRIVE>&b;</OpenDRIVE>', "<!DOCTYPE>"),
     ],
 )
-def test_what_is_no_opendrive_gives_one_sentence(tmp_path: Path, content: bytes, words: str) -> None:
+def test_other_files_give_one_sentence(tmp_path: Path, content: bytes, words: str) -> None:
     path = tmp_path / "map.xodr"
     path.write_bytes(content)
     with pytest.raises(InputError, match=re.escape(words)) as error:
@@ -320,7 +319,7 @@ def test_what_is_no_opendrive_gives_one_sentence(tmp_path: Path, content: bytes,
     assert "\n" not in str(error.value)
 
 
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+def test_a_missing_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_xodr(tmp_path / "none.xodr")
 

@@ -109,14 +109,13 @@ def test_beside_all_lanes_the_nearest_road_is_found(tmp_path: Path) -> None:
     assert [file.roads.id[k] for k in places.road] == ["1", "2"]
     assert places.inside.tolist() == [False, False]
     np.testing.assert_allclose(places.distance, [30.0, 4.0])
-    np.testing.assert_allclose(places.along, [0.0, 4.0])
     np.testing.assert_allclose(places.s, [30.0, 100.0])
     np.testing.assert_allclose(places.t, [33.5, 0.0], atol=1e-9)
     assert file.lanes.id[places.lane[0]] == 1
 
 
 def test_a_road_that_comes_by_twice(tmp_path: Path) -> None:
-    """A loop of 270 degrees crosses itself: both places are told."""
+    """A loop of 270 degrees crosses itself: both places are found."""
     plan = geometry("<line/>", 50.0) + geometry('<arc curvature="0.05"/>', 30 * math.pi, 50.0, 50.0, 0.0, 0.0)
     plan += geometry("<line/>", 50.0, 50 + 30 * math.pi, 30.0, 20.0, 1.5 * math.pi)
     file = read_text(tmp_path, document(road("loop", plan, 100 + 30 * math.pi)))

@@ -23,7 +23,7 @@ from osm2xodr.batch.cutting.streets import (
     make_way_cells,
 )
 from osm2xodr.batch.model import CutRequest
-from osm2xodr.curves import distance, ranks, runs
+from osm2xodr.curves import distance_to_outline, ranks, runs
 from osm2xodr.model import FloatArray, IntArray, LocalFrame, freeze_arrays
 
 # What comes this near to the border is cut out whole for both areas, m: roads lie some metres off OSM's lines.
@@ -128,12 +128,12 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
     kept = near.ways(reach)
     things = find_in_boxes(plan.thing_cells, box)
     at = _local(source, request.frame, things)
-    things = things[distance(request.outline, at[:, 0], at[:, 1], reach) <= reach]
+    things = things[distance_to_outline(request.outline, at[:, 0], at[:, 1], reach) <= reach]
     if request.context:
         found = _find_streets(plan, near.segments(_BORDER_REACH), driven)
         beside = _points_along(plan, request.frame, found.segments)
         # What is near the area is kept anyway.
-        off = distance(request.outline, beside[:, 0], beside[:, 1], reach)
+        off = distance_to_outline(request.outline, beside[:, 0], beside[:, 1], reach)
         beside = beside[off > reach - _CONTEXT_BESIDE - _SPACING]
         at_ends = _around(plan, request.frame, _local(source, request.frame, found.ends), _CONTEXT_REACH)
         along = _around(plan, request.frame, beside, _CONTEXT_BESIDE + 0.5 * _SPACING)
@@ -167,7 +167,7 @@ class _Near:
         self._of_ref = np.repeat(candidates, np.diff(source.first)[candidates])
         rows, self._ref = np.unique(source.row[refs], return_inverse=True)
         points = _local(source, request.frame, rows)
-        self._off = distance(request.outline, points[:, 0], points[:, 1], reach)
+        self._off = distance_to_outline(request.outline, points[:, 0], points[:, 1], reach)
         start = np.searchsorted(rows, segments.start[self._at])
         end = np.searchsorted(rows, segments.end[self._at])
         self._start, self._end = points[start], points[end]

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import box, ranks
+from osm2xodr.curves import outline_bounds, ranks
 from osm2xodr.model import BoolArray, FloatArray, Outline
 
 # Longer segments are looked at in parts of this length, m, but in no more parts than these.
@@ -25,12 +25,12 @@ def reached(outline: Outline, start: FloatArray, end: FloatArray, far: FloatArra
     start, end : (n, 2)
         Ends of the segments, local x, y, m.
     far : (n,)
-        How far the nearer end is off, m, as of `osm2xodr.curves.polygons.distance`.
+        How far the nearer end is off, m, as of `osm2xodr.curves.distance_to_outline`.
     reach
         Greatest distance, m; 0 for segments that touch the area itself.
     """
     out = far <= reach
-    west, south, east, north = box(outline)
+    west, south, east, north = outline_bounds(outline)
     beside = np.minimum(start, end) <= (east + reach, north + reach)
     beside &= np.maximum(start, end) >= (west - reach, south - reach)
     rest = np.flatnonzero(~out & beside.all(axis=1))

@@ -12,6 +12,7 @@ import numpy as np
 from osm2xodr.checking import defaults
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
+from osm2xodr.curves import segments_cross
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import End, Furniture, OpenDrive, elevation, lane_borders, pose, section_at
 
@@ -162,15 +163,6 @@ def _crossed(path: FloatArray, others: FloatArray) -> BoolArray:
     """Say which polylines a polyline crosses at its level, (n,)."""
     a, b = path[:-1][:, None], path[1:][:, None]
     c, d = others[:, None, :-1], others[:, None, 1:]
-    apart = (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
     level = np.abs(a[..., 2] - c[..., 2]) < defaults.CHECK_LEVELS
-    out: BoolArray = (apart & level).any(axis=(1, 2))
-    return out
-
-
-def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
-    """Return on which side of the line from a to b points lie: positive on the left."""
-    out: FloatArray = (b[..., 0] - a[..., 0]) * (p[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (
-        p[..., 0] - a[..., 0]
-    )
+    out: BoolArray = (segments_cross(a, b, c, d) & level).any(axis=(1, 2))
     return out

@@ -11,7 +11,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.conventions import Light, Sign, Signs, light_of, read_signs
-from osm2xodr.curves import crossing as paths_crossing, pose
+from osm2xodr.curves import curves_cross, pose
 from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on_roads
 from osm2xodr.furniture.lights.rows import LightRow, light_rows
 from osm2xodr.furniture.world import Approach, Crossing, World
@@ -163,7 +163,7 @@ def _crossing_the_lit(
         return {}
     owner, one, other = np.array(sorted(rows), np.int64).T
     out: dict[int, str] = {}
-    for k in np.unique(owner[paths_crossing(world.road_map.plan_view, one, other)]).tolist():
+    for k in np.unique(owner[curves_cross(world.road_map.plan_view, one, other)]).tolist():
         end = approaches[k].street_end
         out[k] = f"node/{before[end]}" if end in before else ""
         if not out[k]:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import SAMPLE_SPACING, lengths, project, sampled
+from osm2xodr.curves import SAMPLE_SPACING, lengths, project, sample_curves
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.street_pieces import pieces_on_road
 from osm2xodr.furniture.world.world import World
@@ -189,7 +189,7 @@ class RoadsideFinder:
 
 
 def _sampled(plan: PlanView, curves: IntArray) -> _Samples:
-    curve, x, y = sampled(plan, curves)
+    curve, x, y = sample_curves(plan, curves)
     # Few points are sought, so that a tree that is made fast serves best.
     return _Samples(cKDTree(np.column_stack([x, y]), balanced_tree=False, compact_nodes=False), curve)
 

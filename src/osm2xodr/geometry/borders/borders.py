@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from osm2xodr.curves import area_of, boxes, lengths, places_along, pose, snap_cuts
+from osm2xodr.curves import area_at, area_bounds, lengths, places_along, pose, snap_cuts
 from osm2xodr.geometry.borders import defaults
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView
 
@@ -44,9 +44,9 @@ def find_borders(
     road, s = places_along(plan_view, _STEP)
     count = np.bincount(road, minlength=len(length))
     x, y, _ = pose(plan_view, road, s)
-    box = boxes(partition)
-    area = area_of(partition, x, y, box)
-    junction_area = area_of(partition, junction_xy[:, 0], junction_xy[:, 1], box)
+    box = area_bounds(partition)
+    area = area_at(partition, x, y, box)
+    junction_area = area_at(partition, junction_xy[:, 0], junction_xy[:, 1], box)
     at_end = np.where(end_junction >= 0, np.append(junction_area, -1)[end_junction], -2)
     first = np.cumsum(count) - count
     lowest, highest = (
@@ -103,7 +103,7 @@ class _Line:
     def _areas(self, s: FloatArray) -> IntArray:
         """Return the areas of places, (n,), as the junctions at the ends have them."""
         x, y, _ = pose(self._plan_view, np.full(len(s), self._road), s)
-        out = area_of(self._partition, x, y, self._box)
+        out = area_at(self._partition, x, y, self._box)
         out[s < self._start_stub] = self._ends[0]
         out[s > self._end_stub] = self._ends[1]
         return out

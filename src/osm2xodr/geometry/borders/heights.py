@@ -13,7 +13,16 @@ from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
 
-from osm2xodr.curves import cubic_slope, cubic_value, cut_curves, distance, lengths, places_along, pose, runs
+from osm2xodr.curves import (
+    cubic_slope,
+    cubic_value,
+    cut_curves,
+    distance_to_outline,
+    lengths,
+    places_along,
+    pose,
+    runs,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.heights import ElevationOptions, Pins, ProfileProblem, ground_around, solve_profiles
@@ -108,7 +117,7 @@ def _roads_near(points: _Points, partition: Partition, areas: list[int]) -> IntA
     """Return the roads that come within `_BORDER_HEIGHT_REACH` of both areas, ascending."""
     near, reach = np.arange(len(points.road)), _BORDER_HEIGHT_REACH
     for area in areas:
-        near = near[distance(partition.outlines[area], points.x[near], points.y[near], reach) <= reach]
+        near = near[distance_to_outline(partition.outlines[area], points.x[near], points.y[near], reach) <= reach]
     out: IntArray = np.unique(points.road[near])
     return out
 

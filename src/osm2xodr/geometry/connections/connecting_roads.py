@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, joined_plan_views, lengths
+from osm2xodr.curves import cut_curves, lengths, stack_plan_views
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.lane_links import LaneLinks
 from osm2xodr.geometry.connections.pose_to_pose import connect
@@ -78,7 +78,7 @@ class ConnectingRoads:
         if not len(other.length):
             return self
         columns = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _FLAT}
-        plan = joined_plan_views(self.plan_view, other.plan_view)
+        plan = stack_plan_views(self.plan_view, other.plan_view)
         kinds, inner = self.set_apart + other.set_apart, self.inner + other.inner
         return ConnectingRoads(plan, **columns, set_apart=kinds, inner=inner)
 

@@ -10,7 +10,15 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import joined_curves, lengths, pose, replaced, smallest_radius, wide_curves, wrapped
+from osm2xodr.curves import (
+    chain_curves,
+    dubins_without_slivers,
+    lengths,
+    pose,
+    replace_curves,
+    smallest_radius,
+    wrapped,
+)
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
@@ -78,7 +86,7 @@ def follow_corners(
         # A way that goes to and fro turns round on the spot, and no curve does.
         bad |= has_kinks(turned)
         good = ~_all_of(path[rows], bad.astype(float), 0.5, len(paths.length))
-        plan = replaced(plan, rows[good], turned, np.flatnonzero(good))
+        plan = replace_curves(plan, rows[good], turned, np.flatnonzero(good))
         rows = rows[~good]
         t0, t1, strays, least = (column[~good] for column in (t0, t1, strays, least))
     return plan
@@ -263,7 +271,7 @@ def _turning(
     sharp = np.flatnonzero(smallest_radius(pieces) < CONNECTING_RADIUS)
     if len(sharp):
         radius = np.full(len(sharp), CONNECTING_RADIUS)
-        wide = wide_curves(*(column[sharp] for column in poses), radius=radius)
+        wide = dubins_without_slivers(*(column[sharp] for column in poses), radius=radius)
         there = np.flatnonzero(lengths(wide) > 0)
-        pieces = replaced(pieces, sharp[there], wide, there)
-    return joined_curves(pieces, start - np.arange(len(start)))
+        pieces = replace_curves(pieces, sharp[there], wide, there)
+    return chain_curves(pieces, start - np.arange(len(start)))

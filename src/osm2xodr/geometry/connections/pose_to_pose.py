@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import arc_step, lengths, pose, replaced, shortest_curves, smallest_radius, wrapped
+from osm2xodr.curves import arc_step, dubins_curves, lengths, pose, replace_curves, smallest_radius, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry import defaults
 from osm2xodr.model import BoolArray, FloatArray, PlanView
@@ -70,9 +70,9 @@ def connect(
     if not len(missed):
         return plan
     poses = (column[missed] for column in (x0, y0, hdg0, x1, y1, hdg1))
-    other = shortest_curves(*poses, radius=CONNECTING_RADIUS)
+    other = dubins_curves(*poses, radius=CONNECTING_RADIUS)
     found = np.flatnonzero(lengths(other) > 0)
-    return replaced(plan, missed[found], other, found)
+    return replace_curves(plan, missed[found], other, found)
 
 
 def wanting(plan: PlanView) -> BoolArray:

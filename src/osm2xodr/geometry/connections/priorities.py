@@ -19,7 +19,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.conventions import Sign, Signs, priority_rank, read_signs
-from osm2xodr.curves import crossing
+from osm2xodr.curves import curves_cross
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
@@ -103,7 +103,7 @@ def find_priorities(
             words = "signs make a road of higher class yield to one of lower class, they are followed"
             diagnostics.note("priority", f"node/{nodes[0]}", words)
     first, second = np.array(high, np.int64), np.array(low, np.int64)
-    keep = _merging(connecting, first, second) | crossing(connecting.plan_view, first, second)
+    keep = _merging(connecting, first, second) | curves_cross(connecting.plan_view, first, second)
     statistics = {**counts, "signs_followed": len(used), "priorities": int(keep.sum())}
     return Priorities(first[keep], second[keep], {name: float(count) for name, count in statistics.items()})
 

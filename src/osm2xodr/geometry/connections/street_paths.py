@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import find_record, lengths, pose, ranks, replaced, smallest_radius, wrapped
+from osm2xodr.curves import find_record, lengths, pose, ranks, replace_curves, smallest_radius, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.defaults import CORNER_RADIUS_OTHER
@@ -174,7 +174,7 @@ def follow_streets(
         return simple
     followed = _followed(simple, paths, streets, path[wanted], wanted, t0[wanted], t1[wanted])
     better = smallest_radius(followed) >= np.minimum(smallest_radius(simple)[wanted], CONNECTING_RADIUS)
-    return replaced(simple, wanted[better], followed, np.flatnonzero(better))
+    return replace_curves(simple, wanted[better], followed, np.flatnonzero(better))
 
 
 def _strays(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, replaced, smallest_radius, wide_curves
+from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius
 from osm2xodr.defaults import CONNECTING_RADIUS, WIDE_TURN_REACH
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
@@ -36,7 +36,7 @@ def with_wide_turns(connecting: ConnectingRoads, parts: RoadParts) -> Connecting
     if not len(row):
         return connecting
     poses = *pose(plan, row, np.zeros(len(row))), *pose(plan, row, connecting.length[row])
-    wide = wide_curves(*poses, radius=np.full(len(row), CONNECTING_RADIUS))
+    wide = dubins_without_slivers(*poses, radius=np.full(len(row), CONNECTING_RADIUS))
     found = np.flatnonzero(lengths(wide) > 0)
     at = _road_ends(parts)
     near = [at[junction] for junction in connecting.junction[row[found]].tolist()]
@@ -47,7 +47,7 @@ def with_wide_turns(connecting: ConnectingRoads, parts: RoadParts) -> Connecting
         for (x, y), ends in zip(paths, near, strict=True)
     ]
     found = found[np.array(free, bool)]
-    plan = replaced(plan, row[found], wide, found)
+    plan = replace_curves(plan, row[found], wide, found)
     plan = _unfolded(plan, connecting)
     return replace(connecting, plan_view=plan, length=lengths(plan))
 
@@ -60,9 +60,9 @@ def _unfolded(plan: PlanView, connecting: ConnectingRoads) -> PlanView:
         if not len(row):
             break
         poses = *pose(plan, row, np.zeros(len(row))), *pose(plan, row, lengths(plan)[row])
-        wide = wide_curves(*poses, radius=half[row] + share * defaults.INNER_EDGE_RADIUS)
+        wide = dubins_without_slivers(*poses, radius=half[row] + share * defaults.INNER_EDGE_RADIUS)
         found = np.flatnonzero(lengths(wide) > 0)
-        plan = replaced(plan, row[found], wide, found)
+        plan = replace_curves(plan, row[found], wide, found)
     return plan
 
 

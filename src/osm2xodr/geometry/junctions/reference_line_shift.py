@@ -16,7 +16,7 @@ from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.road_parts import RoadParts
 from osm2xodr.geometry.lanes import CrossSection
-from osm2xodr.geometry.plan_view import FittedStreets, bends_tightly, outermost_lanes
+from osm2xodr.geometry.plan_view import FittedStreets, has_tight_bend, outermost_lanes
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 _PROBES = np.arange(0.0, 3.01, 0.25)
@@ -133,7 +133,7 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     plan = fitted.plan_view
     out = np.zeros(len(plan.start) - 1)
     right, left = (np.array(column) for column in zip(*(outermost_lanes(p) for p in fitted.pieces), strict=True))
-    tight = bends_tightly(plan, np.arange(len(out)), right, left)
+    tight = has_tight_bend(plan, np.arange(len(out)), right, left)
     if not tight.any():
         return out
     street, s = _places(parts)

@@ -14,7 +14,7 @@ from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
 from osm2xodr.geometry.lanes import Piece, Stretch, stretches
-from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, out_of_bends, outermost_lanes
+from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
 
 # Rings close to this, m and rad.
@@ -113,7 +113,7 @@ def cut_roads(
     ]
     right, left = np.array([outermost_lanes(fitted.pieces[k]) for k in halves.tolist()]).reshape(-1, 2).T
     least, most = np.array([_room_to_halve(found) for found in before_halving]).reshape(-1, 2).T + begin[halves]
-    middle = out_of_bends(fitted.plan_view, halves, (least + most) / 2, right, left, length)
+    middle = places_clear_of_bends(fitted.plan_view, halves, (least + most) / 2, right, left, length)
     middle = np.clip(middle, least, most)
     lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
     hi = np.concatenate([end[whole], np.column_stack([middle, end[halves]]).ravel()])
@@ -214,7 +214,7 @@ def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> tuple[tuple[Piece
     curve = np.array([k for k, _ in inner], np.int64)
     s = np.array([fitted.pieces[k][i][0] for k, i in inner])
     right, left = np.array([outermost_lanes(fitted.pieces[k][i - 1 : i + 1]) for k, i in inner]).T
-    moved = out_of_bends(fitted.plan_view, curve, s, right, left, length)
+    moved = places_clear_of_bends(fitted.plan_view, curve, s, right, left, length)
     out = list(fitted.pieces)
     changed = np.unique(curve[moved != s])
     first, last = np.searchsorted(curve, changed), np.searchsorted(curve, changed, side="right")

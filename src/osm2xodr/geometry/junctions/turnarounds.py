@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import curves_of, ranks, replaced
+from osm2xodr.curves import curves_of, ranks, replace_curves
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET_BETWEEN_JUNCTIONS
@@ -283,4 +283,4 @@ def with_loops(
     curvature = sign * np.column_stack([-1 / ease, 1 / radius, -1 / ease])
     length = np.column_stack([ease * bend, radius * (np.pi + 2 * bend), ease * bend])
     loops = curves_of(plan.x[first], plan.y[first], plan.hdg[first], length, curvature)
-    return replaced(plan, row, loops, np.arange(len(row)))
+    return replace_curves(plan, row, loops, np.arange(len(row)))

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, lengths, pose, replaced, smallest_radius, turned_round, wide_curves, wrapped
+from osm2xodr.curves import (
+    cut_curves,
+    dubins_without_slivers,
+    lengths,
+    pose,
+    replace_curves,
+    reverse_curves,
+    smallest_radius,
+    wrapped,
+)
 from osm2xodr.geometry.connections import ConnectingRoads, connect
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -243,12 +252,12 @@ def _paths(
         x, y, hdg = pose(parts.plan_view, end // 2, np.where(end % 2 == 1, parts.length[end // 2], 0.0))
         poses += [x - t * np.sin(hdg), y + t * np.cos(hdg), hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
     plan = cut_curves(cars.plan_view, np.zeros(len(corners)), cars.length[source], source)
-    plan = turned_round(plan, _against_cars(beside))
+    plan = reverse_curves(plan, _against_cars(beside))
     alone = np.flatnonzero(own)
     if len(alone):
         half = np.array([max(item.one.width, item.other.width) / 2 for item in corners])[alone]
         curves = _unfolded([column[alone] for column in poses], half)
-        plan = replaced(plan, alone, curves, np.arange(len(alone)))
+        plan = replace_curves(plan, alone, curves, np.arange(len(alone)))
     return plan, own
 
 
@@ -260,9 +269,9 @@ def _unfolded(poses: Sequence[FloatArray], half: FloatArray) -> PlanView:
     if not len(tight):
         return plan
     # A little more than asked for, which rounding must not take.
-    wide = wide_curves(*(column[tight] for column in poses), radius=least[tight] * 1.001)
+    wide = dubins_without_slivers(*(column[tight] for column in poses), radius=least[tight] * 1.001)
     found = np.flatnonzero(lengths(wide) > 0)
-    return replaced(plan, tight[found], wide, found)
+    return replace_curves(plan, tight[found], wide, found)
 
 
 def _as_rows(

@@ -1,24 +1,33 @@
-"""Reference lines: streets as lines and arcs."""
+"""Reference lines: streets as lines and arcs; docs/method/plan_view.md is their theory.
+
+`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, `wide_bends`. Then come
+`parallel_carriageways`, `ends` and `cuts_outside_bends`.
+"""
 
 from __future__ import annotations
 
-from osm2xodr.geometry.plan_view.cuts_outside_bends import bends_tightly, beyond_bends, out_of_bends, outermost_lanes
+from osm2xodr.geometry.plan_view.cuts_outside_bends import (
+    has_tight_bend,
+    outermost_lanes,
+    places_clear_of_bends,
+    trims_clear_of_bends,
+)
 from osm2xodr.geometry.plan_view.ends import StreetEnds, outward_pose, street_ends
-from osm2xodr.geometry.plan_view.parallel_carriageways import fit_side_by_side
+from osm2xodr.geometry.plan_view.parallel_carriageways import narrow_parallel_streets
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets, outer_lanes
 
 __all__ = [
     "FittedStreets",
     "StreetEnds",
-    "bends_tightly",
-    "beyond_bends",
     "fit_polylines",
-    "fit_side_by_side",
     "fit_streets",
-    "out_of_bends",
+    "has_tight_bend",
+    "narrow_parallel_streets",
     "outer_lanes",
     "outermost_lanes",
     "outward_pose",
+    "places_clear_of_bends",
     "street_ends",
+    "trims_clear_of_bends",
 ]

@@ -1,4 +1,4 @@
-"""Roads end, and lanes change, beyond tight bends.
+"""Roads end, and streets are cut in two, outside tight bends.
 
 Readers that step along the reference line step too far on an outer lane of a tight bend. Inside a road that is a
 matter of its shape, but at its ends and where its lanes change they lose their way.
@@ -7,27 +7,33 @@ matter of its shape, but at its ends and where its lanes change they lose their 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import find_record
-from osm2xodr.geometry import defaults
+from osm2xodr.curves import find_record, owners
+from osm2xodr.geometry.defaults import HALF_LANE, SHORTEST_STREET_BETWEEN_JUNCTIONS, TIGHT_BEND, TURNING_ROOM
 from osm2xodr.geometry.lanes import Piece
+from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.ends import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-_PROBES = np.arange(0.0, 3.01, 0.25)
-_SLIVER = 0.01
-# An end that was moved lies where a bend ends: so far within the road, m, it is certain which side of that is meant.
-_WITHIN = 1e-6
-_SHIFTS = (0.0, *(sign * step for step in np.arange(2.0, 20.1, 2.0) for sign in (1.0, -1.0)))
+# A place is clear of bends where none is tight within the last of these distances, m: a few steps of a reader.
+_PROBES: Final = np.arange(0.0, 3.01, 0.25)
+# An end before a bend keeps this much more distance, m.
+_SLIVER: Final = 0.01
+# An end that was moved lies where a bend ends: this far within the road, m, it is certain on which side of that.
+_WITHIN: Final = 1e-6
+# How far places may move along their curves to be clear of bends, m, in the order of preference. Choices.
+_SHIFTS: Final = (0.0, *(sign * step for step in np.arange(2.0, 20.1, 2.0) for sign in (1.0, -1.0)))
+# Rounds in which ends move; a bend that begins where another ends takes one more.
+_ROUNDS: Final = 3
 
 
-def beyond_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray, least: FloatArray) -> FloatArray:
+def trims_clear_of_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray, least: FloatArray) -> FloatArray:
     """Return trims moved out of bends in which lanes are much longer than the reference line, (ends,), m.
 
-    Connecting roads run along the middle of their lane, so inside a junction a bend does no harm; on a road with
-    lanes beside the reference line, readers that step along it step too far in the outer lane.
+    Inside a junction a bend does no harm: connecting roads run along the middle of their lane.
 
     Parameters
     ----------
@@ -42,31 +48,31 @@ def beyond_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray, least: 
     """
     trim = trim.copy()
     candidates = np.flatnonzero(junction >= 0)
-    for _ in range(3):
+    for _ in range(_ROUNDS):
         bent, before, beyond = _first_bend(ends, candidates, trim[candidates])
-        back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * defaults.TURNING_ROOM)
+        back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * TURNING_ROOM)
         trim[candidates[back]] = before[back]
         candidates, bent, beyond = candidates[~back], bent[~back], beyond[~back]
         left = ends.length[candidates] - beyond - trim[candidates ^ 1]
         near = beyond - trim[candidates] < defaults.BEND_IN_JUNCTION
-        move = bent & near & (left > defaults.SHORTEST_STREET_BETWEEN_JUNCTIONS)
+        move = bent & near & (left > SHORTEST_STREET_BETWEEN_JUNCTIONS)
         if not move.any():
             break
-        # Both ends of a street must not move at once, lest they meet.
-        twice = np.isin(candidates ^ 1, candidates[move]) & (candidates % 2 == 1)
-        move &= ~twice
+        # If both ends of a street moved at once, they might meet: the second waits for the next round.
+        waits = np.isin(candidates ^ 1, candidates[move]) & (candidates % 2 == 1)
+        move &= ~waits
         trim[candidates[move]] = beyond[move]
-        candidates = candidates[move | twice]
+        candidates = candidates[move | waits]
     return trim
 
 
 def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[BoolArray, FloatArray, FloatArray]:
-    """Say which ends lie at a tight bend, how far from the node an end before it may lie, and where it is over."""
+    """Say which ends lie at a tight bend, how far from the node an end before it may lie, and where it is over, m."""
     plan = ends.plan_view
     # Lanes left and right of the street's own direction.
     at_end = end % 2 == 1
-    left = np.where(at_end, -ends.right[end], ends.left[end]) - defaults.HALF_LANE
-    right = np.where(at_end, -ends.left[end], ends.right[end]) + defaults.HALF_LANE
+    left = np.where(at_end, -ends.right[end], ends.left[end]) - HALF_LANE
+    right = np.where(at_end, -ends.left[end], ends.right[end]) + HALF_LANE
     bent = np.zeros(len(end), bool)
     before = np.full(len(end), np.inf)
     beyond = trim.copy()
@@ -74,7 +80,7 @@ def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[Bool
         u = np.minimum(trim + probe, ends.length[end])
         s = np.where(at_end, ends.length[end] - u, u)
         k = find_record(plan.start, plan.s, end // 2, s)
-        tight = _outer_excess(plan.curvature[k], right, left) > defaults.TIGHT_BEND
+        tight = _outer_excess(plan.curvature[k], right, left) > TIGHT_BEND
         over = np.where(at_end, ends.length[end] - plan.s[k], plan.s[k] + plan.length[k])
         under = np.where(at_end, ends.length[end] - plan.s[k] - plan.length[k], plan.s[k])
         before = np.where(tight, np.minimum(before, under - _PROBES[-1] - _SLIVER), before)
@@ -91,23 +97,23 @@ def _outer_excess(curvature: FloatArray, right: FloatArray, left: FloatArray) ->
 
 def outermost_lanes(pieces: Sequence[Piece]) -> tuple[float, float]:
     """Return t of about the middles of the outermost lanes of a street, right and left, m."""
-    right = min([section.right_edge for _, _, section in pieces]) + defaults.HALF_LANE
-    left = max([section.left_edge for _, _, section in pieces]) - defaults.HALF_LANE
+    right = min([section.right_edge for _, _, section in pieces]) + HALF_LANE
+    left = max([section.left_edge for _, _, section in pieces]) - HALF_LANE
     return right, max(left, right)
 
 
-def bends_tightly(plan: PlanView, curve: IntArray, right: FloatArray, left: FloatArray) -> BoolArray:
-    """Say which curves are somewhere too tight for lanes at right and left, all (n,)."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+def has_tight_bend(plan: PlanView, curve: IntArray, right: FloatArray, left: FloatArray) -> BoolArray:
+    """Say which curves are somewhere too tight for lanes at t = right and left, m, all (n,)."""
+    owner = owners(plan.start)
     least, most = np.zeros(len(plan.start) - 1), np.zeros(len(plan.start) - 1)
     np.minimum.at(least, owner, plan.curvature)
     np.maximum.at(most, owner, plan.curvature)
     excess = np.maximum(_outer_excess(least[curve], right, left), _outer_excess(most[curve], right, left))
-    out: BoolArray = excess > defaults.TIGHT_BEND
+    out: BoolArray = excess > TIGHT_BEND
     return out
 
 
-def out_of_bends(
+def places_clear_of_bends(
     plan: PlanView, curve: IntArray, s: FloatArray, right: FloatArray, left: FloatArray, length: FloatArray
 ) -> FloatArray:
     """Return places moved along their curves, by as little as possible, to where no bend is tight, (n,), m.
@@ -125,18 +131,18 @@ def out_of_bends(
     """
     moved = s.copy()
     # Most curves bend nowhere that much: their places stay unless they are close to an end.
-    fits = (s > _PROBES[-1]) & (s < length[curve] - _PROBES[-1]) & ~bends_tightly(plan, curve, right, left)
-    todo = np.flatnonzero(~fits)
+    clear = (s > _PROBES[-1]) & (s < length[curve] - _PROBES[-1]) & ~has_tight_bend(plan, curve, right, left)
+    todo = np.flatnonzero(~clear)
     # Towards the middle of the curve first, whichever way that is drawn.
     inwards = np.where(s < length[curve] / 2, 1.0, -1.0)
     for shift in _SHIFTS:
         at = s[todo] + inwards[todo] * shift
-        fits = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])
+        clear = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])
         for probe in (*-_PROBES[:0:-1], *_PROBES):
             k = find_record(plan.start, plan.s, curve[todo], at + probe)
-            fits &= _outer_excess(plan.curvature[k], right[todo], left[todo]) <= defaults.TIGHT_BEND
-        moved[todo[fits]] = at[fits]
-        todo = todo[~fits]
+            clear &= _outer_excess(plan.curvature[k], right[todo], left[todo]) <= TIGHT_BEND
+        moved[todo[clear]] = at[clear]
+        todo = todo[~clear]
         if not len(todo):
             break
     return moved

@@ -1,21 +1,30 @@
-"""Default numbers of reference lines: meaning, unit, source. SI units unless the name says otherwise."""
+"""Default numbers of reference lines: meaning, unit, source. SI units unless the name says otherwise.
+
+docs/method/plan_view.md says where each is used.
+"""
 
 from __future__ import annotations
 
 from types import MappingProxyType
 from typing import Final
 
-# ---------------------------------------------------------------- plan view
+# ---------------------------------------------------------------- lines and arcs
 
 # How far a vertex of an OSM way may be left out of its curve. OSM's own error is 1 to 2 m (Haklay 2010,
 # doi:10.1068/b35097); 0.2 m changes no heading that a driver notices.
 SIMPLIFY_TOLERANCE: Final = 0.2
-# How far a curve cuts a corner of the polyline at least (where the place allows) and at most for turns up to 90
-# degrees, and at most for hairpins of one node. With 0.5 m and half of it given back outwards, curves through
-# polylines of true alignments come closest to them.
+# How far a curve cuts a corner of the polyline at least (where there is room), at most for turns up to 90 degrees,
+# and at most for hairpins of one node, m. With 0.5 m and half of it given back outwards, curves through polylines of
+# true alignments come closest to them.
 CORNER_CUT: Final = 0.5
 CORNER_CUT_MAX: Final = 2.0
 CORNER_CUT_HAIRPIN: Final = 6.0
+# How far the line may move so that the inner edge of a carriageway keeps its radius in a bend, m. A choice: nodes in
+# bends are a metre or two off, hairpins of few nodes more.
+BEND_SHIFT_MAX: Final = 2.5
+
+# ---------------------------------------------------------------- roundabouts
+
 # How far, m, a roundabout's ring may pass its nodes: at most, and as the root of the mean square if it is a circle,
 # and if it is another smooth curve. Nodes set by hand on an image are a few decimetres off their neighbours (the 1 to
 # 2 m of Haklay 2010 are mostly common to all); a round shape is likelier than any other. Of 37 rings of 8 places 32
@@ -27,9 +36,19 @@ RING_CURVE_RMS: Final = 0.2
 RING_ARC: Final = 4.0
 RING_SIDE: Final = 5.0
 
+# ---------------------------------------------------------------- streets side by side
+
+# Streets are compared with those that run beside them nearer than this, m: a choice, wider than two carriageways.
+PARALLEL_REACH: Final = 25.0
+# Lanes keep at least this share of their width: one of 3.5 m becomes one of 2.45 m, about the narrowest that a car
+# drives.
+NARROWEST_SHARE: Final = 0.7
+
 # ---------------------------------------------------------------- junctions
 
-# Radius of the kerb at a corner between two streets, by the lesser street's highway value: RASt 06 section 6.3.5
+# A junction takes tight bends that end within this distance of its arm's end, m; a choice.
+BEND_IN_JUNCTION: Final = 10.0
+# Radius of the kerb at a corner between two streets, m, by the lesser street's highway value: RASt 06 section 6.3.5
 # recommends 5 to 8 m for minor roads; private access is tighter.
 KERB_RADIUS: Final = MappingProxyType(
     {"residential": 4.0, "living_street": 3.0, "unclassified": 4.0, "road": 4.0, "service": 2.0, "track": 2.0}

@@ -1,4 +1,4 @@
-"""What junctions need to know of the streets that meet in them, as flat arrays over all street ends.
+"""The ends of streets as flat arrays: what junctions need to know of the streets that meet in them.
 
 Street end number 2 k is the start of street k, number 2 k + 1 its end. Seen from a junction, an end runs outwards:
 its distance u grows away from the junction, its left is left of the outward direction.
@@ -23,12 +23,12 @@ class StreetEnds:
 
     plan_view: PlanView  # Curves of the streets
     length: FloatArray  # (ends,) Length of the end's street, m
-    node: IntArray  # (ends,) Intersection it lies at; -1 for rings without one
+    node: IntArray  # (ends,) Intersection that it lies at; -1 for rings without one
     # (ends,) Edges of the carriageway left (positive) and right (negative) of the outward direction, m
     left: FloatArray
     right: FloatArray
     hdg: FloatArray  # (ends,) Outward heading at the node, rad
-    # (ends,) Whether traffic runs on it into the junction, and out of it
+    # (ends,) Whether cars drive on it into the junction, and out of it
     enters: BoolArray
     leaves: BoolArray
     kerb: FloatArray  # (ends,) Radius that its corners should have, m
@@ -46,32 +46,27 @@ def street_ends(
     sections: tuple[tuple[CrossSection, CrossSection], ...],
     aside: FloatArray | None = None,
 ) -> StreetEnds:
-    """Collect all street ends.
+    """Collect the ends of all streets.
 
     Parameters
     ----------
-    network
-        The streets.
-    plan
-        Their curves.
+    network, plan
+        The streets and their curves.
     sections
         Cross-sections at each street's start and end.
     aside : (streets,)
-        How far left of the lines of OSM the curves lie, m; nowhere if left out.
+        How far left of the lines of OSM the curves lie, m; 0 if left out.
     """
     streets = network.streets
-    n = 2 * len(streets)
     length = np.repeat(lengths(plan), 2)
-    end_index = np.arange(n)
-    at_end = end_index % 2 == 1
-    hdg = pose(plan, end_index // 2, np.where(at_end, length, 0.0))[2] + np.where(at_end, np.pi, 0.0)
+    end = np.arange(2 * len(streets))
+    at_end = end % 2 == 1
+    hdg = pose(plan, end // 2, np.where(at_end, length, 0.0))[2] + np.where(at_end, np.pi, 0.0)
     attributes = [piece[1] for street in streets for piece in (street.pieces[0], street.pieces[-1])]
-    flat = [section for pair in sections for section in pair]
-    left_edge = np.array([section.left_edge for section in flat])
-    right_edge = np.array([section.right_edge for section in flat])
-    directions = [item.car_directions() for item in attributes]
-    forward = np.array([1 in found for found in directions], bool)
-    backward = np.array([-1 in found for found in directions], bool)
+    left_edge = np.array([section.left_edge for pair in sections for section in pair])
+    right_edge = np.array([section.right_edge for pair in sections for section in pair])
+    forward = np.array([1 in item.car_directions() for item in attributes], bool)
+    backward = np.array([-1 in item.car_directions() for item in attributes], bool)
     highway = [item.highway for item in attributes]
     return StreetEnds(
         plan_view=plan,
@@ -87,7 +82,7 @@ def street_ends(
         roundabout=np.array([item.roundabout for item in attributes], bool),
         raised=np.array([item.structure is not Structure.GROUND for item in attributes], bool),
         layer=np.array([item.layer for item in attributes], np.int64),
-        aside=np.zeros(n) if aside is None else np.repeat(aside, 2) * np.where(at_end, -1.0, 1.0),
+        aside=np.zeros(len(end)) if aside is None else np.repeat(aside, 2) * np.where(at_end, -1.0, 1.0),
     )
 
 

@@ -1,8 +1,8 @@
-"""Polylines of OSM become smooth curves of lines and arcs: all streets at once.
+"""Polylines of OSM become smooth curves of lines and arcs, all streets at once (docs/method/plan_view.md).
 
-Every vertex of a simplified polyline gets a fillet. A fillet alone lies inside of every corner, so vertices are
-first moved outwards by half of what the fillet cuts off: the curve then runs as far outside of the vertices as
-inside of the segments, as the road that the nodes were set on does.
+Every vertex of a simplified polyline gets a fillet. A fillet alone lies inside its corner, so vertices first move
+outwards by half of what the fillet cuts off: the curve then passes the vertices on the inside by as much as it passes
+the segments on the outside.
 """
 
 from __future__ import annotations
@@ -12,22 +12,35 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import owners, starts
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# Nodes closer than this carry no direction of their own.
+# Nodes closer than this give no direction of their own, m: it would be that of their errors.
 _SHORTEST_SEGMENT: Final = 0.5
-# Radius above which a curve is no longer told from a line; also keeps single-precision readers exact.
+# Larger radii cannot be told from a line, m, and cost readers with single precision their exactness.
 _LARGEST_RADIUS: Final = 2000.0
-
-_SPIKE = np.deg2rad(170.0)
-_LEFTOVER_LINE = 0.1
-# Between two arcs lies a line at least so long, or none, m: some readers round to centimetres.
-_SHORTEST_LINE = 0.02
-_NO_LINE = 1e-9
-_POINT = 1e-6
-# A smaller turn is none, rad: its arc would be shorter than a centimetre even with the largest radius.
-_NO_TURN = 5e-6
+# A polyline that turns by more at a node goes back on itself, rad: no street does.
+_SPIKE_TURN: Final = np.deg2rad(170.0)
+# From this turn on a corner is meant as one: its fillet gets the radius wished for where the cut allows, rad. Choice.
+_CORNER_TURN: Final = np.deg2rad(25.0)
+# Turns between which the largest cut grows from a corner's to a hairpin's, rad. Choices.
+_HAIRPIN_TURNS: Final = np.deg2rad([90.0, 150.0])
+# At its ends a street stays straight for this length, m, or this share of a short segment, so that the heading of its
+# ends is that of its line. Choices.
+_STRAIGHT_END: Final = 0.1
+_STRAIGHT_END_SHARE: Final = 0.2
+# Between two arcs lies no line, or one at least this long, m: some readers round to centimetres.
+_SHORTEST_LINE: Final = 0.02
+# Lengths up to this are rounding errors, m.
+_ROUNDING: Final = 1e-9
+# Length of the line that stands for a polyline which has shrunk to a point, m.
+_LENGTH_OF_POINT: Final = 1e-6
+# Smaller turns are left out, rad: even with the largest radius their arcs would be shorter than a centimetre.
+_SMALLEST_TURN: Final = 5e-6
+# Rounds in which moved vertices and fillets, and the fillets of neighbours, settle: more change nothing that matters.
+_FILLET_ROUNDS: Final = 4
+_SHARE_ROUNDS: Final = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +49,7 @@ class FittedPolylines:
 
     plan_view: PlanView  # One curve per polyline
     station: FloatArray  # (points,) s of every point of the polylines on its curve, m
-    spikes: IntArray  # (spikes,) Indices of points that were left out because the polyline turns back on itself there
+    spikes: IntArray  # (spikes,) Indices of points that were left out because the polyline goes back on itself there
 
 
 def fit_polylines(
@@ -61,7 +74,7 @@ def fit_polylines(
     fixed : (points,)
         Points that are neither left out nor moved.
     """
-    polyline = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    polyline = owners(start)
     keep, spikes = _simplify(points, polyline, np.zeros(len(points), bool) if fixed is None else fixed)
     kept = np.flatnonzero(keep)
     owner = polyline[kept]
@@ -77,22 +90,25 @@ def fit_polylines(
     plan, kept_station = _records(moved, tangent, turn, owner, len(start) - 1)
     chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     station = np.interp(chainage, chainage[kept], kept_station)
-    # An end of one polyline and the start of the next have chainages of their own, but may coincide in place.
+    # Where an end of one polyline and the start of the next coincide, interpolation cannot tell them apart.
     station[kept] = kept_station
     return FittedPolylines(plan, station, spikes)
 
 
-def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple[BoolArray, IntArray]:
-    """Say which points are needed to stay within the tolerance, and which were spikes.
+# ---------------------------------------------------------------- which points count
 
-    Passes over all polylines take out the least important point of each neighbourhood. What a segment already
-    passed over counts towards what it may still pass over, so the tolerance holds.
+
+def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple[BoolArray, IntArray]:
+    """Say which points are needed to stay within `SIMPLIFY_TOLERANCE`, and which were spikes.
+
+    Each pass over all polylines takes out the least important point of each neighbourhood. The error that a segment
+    has already made adds to the error of leaving out its ends, so the tolerance holds.
     """
     ends = np.flatnonzero(np.diff(polyline, prepend=-1)), np.flatnonzero(np.diff(polyline, append=-1))
     # A loop needs two points besides the one that it begins and ends at.
     comes_back = np.hypot(*(points[ends[0]] - points[ends[1]]).T) < _SHORTEST_SEGMENT
     keep = np.ones(len(points), bool)
-    passed_over = np.zeros(len(points))
+    error_so_far = np.zeros(len(points))
     spikes: list[IntArray] = []
     while True:
         k = np.flatnonzero(keep)
@@ -101,18 +117,10 @@ def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple
         before, here, after = k[:-2], k[1:-1], k[2:]
         interior = (polyline[before] == polyline[here]) & (polyline[here] == polyline[after]) & ~fixed[here]
         interior &= ~comes_back[polyline[here]] | (np.bincount(polyline[k])[polyline[here]] > 4)
-        a, b, c = points[before], points[here], points[after]
-        first, second, chord = b - a, c - b, c - a
-        len_first, len_second = np.hypot(*first.T), np.hypot(*second.T)
-        cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-        dot = (first * second).sum(1)
-        turn = np.abs(np.arctan2(cross, dot))
-        along = (first * chord).sum(1) / np.maximum((chord * chord).sum(1), 1e-12)
-        off = np.hypot(*(first - np.clip(along, 0, 1)[:, None] * chord).T)
-        error = off + np.maximum(passed_over[before], passed_over[here])
-        spike = turn > _SPIKE
-        crowded = np.minimum(len_first, len_second) < _SHORTEST_SEGMENT
-        wanted = interior & (spike | crowded | (error <= defaults.SIMPLIFY_TOLERANCE))
+        shorter, turn, off = _corners(points[k])
+        error = off + np.maximum(error_so_far[before], error_so_far[here])
+        spike = turn > _SPIKE_TURN
+        wanted = interior & (spike | (shorter < _SHORTEST_SEGMENT) | (error <= defaults.SIMPLIFY_TOLERANCE))
         cost = np.where(wanted, np.where(spike, -1.0, off), np.inf)
         left = np.concatenate([[np.inf], cost[:-1]])
         right = np.concatenate([cost[1:], [np.inf]])
@@ -120,17 +128,23 @@ def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple
         if not drop.any():
             break
         spikes.append(here[drop & spike])
-        passed_over[before[drop]] = error[drop]
+        error_so_far[before[drop]] = error[drop]
         keep[here[drop]] = False
     return keep, np.sort(np.concatenate(spikes)) if spikes else np.zeros(0, np.int64)
 
 
-def _corner_cut(turn: FloatArray, corner_radius: FloatArray) -> FloatArray:
-    """Return how far the curve may cut each corner, m."""
-    wish = corner_radius * (1.0 / np.maximum(np.cos(turn / 2), 0.05) - 1.0)
-    most = np.interp(turn, np.deg2rad([90.0, 150.0]), [defaults.CORNER_CUT_MAX, defaults.CORNER_CUT_HAIRPIN])
-    cut: FloatArray = np.where(turn > np.deg2rad(25.0), np.clip(wish, defaults.CORNER_CUT, most), defaults.CORNER_CUT)
-    return cut
+def _corners(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return of inner points the shorter segment, m, the size of the turn, rad, the distance from the chord, m."""
+    first, second, chord = points[1:-1] - points[:-2], points[2:] - points[1:-1], points[2:] - points[:-2]
+    shorter = np.minimum(np.hypot(*first.T), np.hypot(*second.T))
+    cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    turn = np.abs(np.arctan2(cross, (first * second).sum(1)))
+    along = (first * chord).sum(1) / np.maximum((chord * chord).sum(1), 1e-12)
+    off = np.hypot(*(first - np.clip(along, 0, 1)[:, None] * chord).T)
+    return shorter, turn, off
+
+
+# ---------------------------------------------------------------- fillets
 
 
 def _displaced_fillets(
@@ -138,10 +152,9 @@ def _displaced_fillets(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return moved vertices (n, 2), tangent lengths of their fillets (n,), m, and their turns (n,), rad."""
     moved = original.copy()
-    tangent = np.zeros(len(original))
-    turn = np.zeros(len(original))
-    for _ in range(4):
-        step = np.diff(moved, axis=0)
+    for _ in range(_FILLET_ROUNDS):
+        vertex = moved
+        step = np.diff(vertex, axis=0)
         length = np.hypot(*step.T)
         unit = step / np.maximum(length, 1e-12)[:, None]
         turn = _turns(unit, interior)
@@ -151,28 +164,14 @@ def _displaced_fillets(
             _corner_cut(size, corner_radius) / np.maximum(quarter, 1e-9),
             _LARGEST_RADIUS * np.tan(np.minimum(size, 3.1) / 2),
         )
-        tangent = _share(np.where(interior, wish, 0.0), length, interior)
-        bisector = np.zeros_like(moved)
+        tangent = _share_segments(np.where(interior, wish, 0.0), length, interior)
+        bisector = np.zeros_like(vertex)
         bisector[1:-1] = unit[:-1] - unit[1:]
         bisector /= np.maximum(np.hypot(*bisector.T), 1e-12)[:, None]
         out = np.where(interior & ~anchored, np.minimum(0.5 * tangent * quarter, 0.5 * defaults.CORNER_CUT_MAX), 0.0)
-        last_moved = moved
         moved = original + out[:, None] * bisector
     # The last tangents belong to the vertices that they were computed for.
-    return last_moved, _without_slivers(tangent, length), turn
-
-
-def _without_slivers(tangent: FloatArray, length: FloatArray) -> FloatArray:
-    """Return tangents some of which are a little shorter, so that no line between two arcs is too short to count.
-
-    Either of the two may give way, and on its other side, too, a line long enough is left then.
-    """
-    left = length - tangent[:-1] - tangent[1:]
-    short = np.flatnonzero((left > _NO_LINE) & (left < _SHORTEST_LINE))
-    longer = np.where(tangent[short] >= tangent[short + 1], short, short + 1)
-    out = tangent.copy()
-    out[longer] = np.maximum(out[longer] - _SHORTEST_LINE, 0.5 * out[longer])
-    return out
+    return vertex, _without_slivers(tangent, length), turn
 
 
 def _turns(unit: FloatArray, interior: BoolArray) -> FloatArray:
@@ -180,15 +179,23 @@ def _turns(unit: FloatArray, interior: BoolArray) -> FloatArray:
     turn = np.zeros(len(interior))
     cross = unit[:-1, 0] * unit[1:, 1] - unit[:-1, 1] * unit[1:, 0]
     turn[1:-1] = np.arctan2(cross, (unit[:-1] * unit[1:]).sum(1))
-    turn[~interior | (np.abs(turn) < _NO_TURN)] = 0.0
+    turn[~interior | (np.abs(turn) < _SMALLEST_TURN)] = 0.0
     return turn
 
 
-def _share(wish: FloatArray, length: FloatArray, interior: BoolArray) -> FloatArray:
-    """Give each vertex as much of its two segments as it wishes and its neighbours leave."""
+def _corner_cut(turn: FloatArray, corner_radius: FloatArray) -> FloatArray:
+    """Return how far the curve may cut each corner, m, by the size of its turn, rad."""
+    wish = corner_radius * (1.0 / np.maximum(np.cos(turn / 2), 0.05) - 1.0)
+    most = np.interp(turn, _HAIRPIN_TURNS, [defaults.CORNER_CUT_MAX, defaults.CORNER_CUT_HAIRPIN])
+    cut: FloatArray = np.where(turn > _CORNER_TURN, np.clip(wish, defaults.CORNER_CUT, most), defaults.CORNER_CUT)
+    return cut
+
+
+def _share_segments(wish: FloatArray, length: FloatArray, interior: BoolArray) -> FloatArray:
+    """Return tangent lengths, (n,), m: as much of its segments as each vertex wishes and its neighbours leave."""
     # Arcs may follow one another, but a street's end stays straight for a little.
     at_end = ~(interior[:-1] & interior[1:])
-    room = length - np.where(at_end, np.minimum(_LEFTOVER_LINE, 0.2 * length), 0.0)
+    room = length - np.where(at_end, np.minimum(_STRAIGHT_END, _STRAIGHT_END_SHARE * length), 0.0)
     before = np.concatenate([[0.0], room])
     after = np.concatenate([room, [0.0]])
     free_before = np.concatenate([[True], ~interior[:-1]])
@@ -196,7 +203,7 @@ def _share(wish: FloatArray, length: FloatArray, interior: BoolArray) -> FloatAr
     tangent = np.minimum(
         wish, np.minimum(np.where(free_before, before, before / 2), np.where(free_after, after, after / 2))
     )
-    for _ in range(3):
+    for _ in range(_SHARE_ROUNDS):
         left = np.concatenate([[0.0], tangent[:-1]])
         right = np.concatenate([tangent[1:], [0.0]])
         grown = np.minimum(wish, np.minimum(before - left, after - right))
@@ -208,46 +215,60 @@ def _share(wish: FloatArray, length: FloatArray, interior: BoolArray) -> FloatAr
     return out
 
 
+def _without_slivers(tangent: FloatArray, length: FloatArray) -> FloatArray:
+    """Return tangents some of which are a little shorter, so that no line between two arcs is too short to write.
+
+    The longer of the two gives way, which leaves a line that is long enough on its other side, too.
+    """
+    left = length - tangent[:-1] - tangent[1:]
+    short = np.flatnonzero((left > _ROUNDING) & (left < _SHORTEST_LINE))
+    longer = np.where(tangent[short] >= tangent[short + 1], short, short + 1)
+    out = tangent.copy()
+    out[longer] = np.maximum(out[longer] - _SHORTEST_LINE, 0.5 * out[longer])
+    return out
+
+
+# ---------------------------------------------------------------- lines and arcs
+
+
 def _records(
     vertex: FloatArray, tangent: FloatArray, turn: FloatArray, owner: IntArray, curves: int
 ) -> tuple[PlanView, FloatArray]:
-    """Write out lines and arcs; also return s of each vertex (of its arc's middle)."""
+    """Return the lines and arcs of vertices with fillets, and s of each vertex (of the middle of its arc)."""
     step = np.diff(vertex, axis=0)
-    length = np.hypot(*step.T)
+    distance = np.hypot(*step.T)
     same = owner[1:] == owner[:-1]
-    unit = step / np.maximum(length, 1e-12)[:, None]
-    hdg = np.arctan2(unit[:, 1], unit[:, 0])
+    unit = step / np.maximum(distance, 1e-12)[:, None]
     n = len(vertex)
     # Two slots per vertex: the line that leads to it from the one before, then its arc.
-    shape = (n, 2)
-    rx, ry, rh, rl, rk = (np.zeros(shape) for _ in range(5))
-    line_start = vertex[:-1] + tangent[:-1, None] * unit
-    rx[1:, 0], ry[1:, 0], rh[1:, 0] = line_start[:, 0], line_start[:, 1], hdg
-    rl[1:, 0] = np.where(same, length - tangent[:-1] - tangent[1:], 0.0)
-    bend = np.abs(turn) > 1e-9
+    place, hdg, length, curvature = np.zeros((n, 2, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2))
+    place[1:, 0] = vertex[:-1] + tangent[:-1, None] * unit
+    place[1:, 1] = vertex[1:] - tangent[1:, None] * unit
+    hdg[1:] = np.arctan2(unit[:, 1], unit[:, 0])[:, None]
+    length[1:, 0] = np.where(same, distance - tangent[:-1] - tangent[1:], 0.0)
+    bend = turn != 0.0
     radius = tangent / np.tan(np.where(bend, np.abs(turn), 1.0) / 2)
-    arc_start = vertex[1:] - tangent[1:, None] * unit
-    rx[1:, 1], ry[1:, 1], rh[1:, 1] = arc_start[:, 0], arc_start[:, 1], hdg
-    rl[:, 1] = np.where(bend, radius * np.abs(turn), 0.0)
-    rk[:, 1] = np.where(bend, np.sign(turn) / np.maximum(radius, 1e-9), 0.0)
-    # A polyline that comes to a point keeps a heading: what is made of it is dropped for its length.
+    length[:, 1] = np.where(bend, radius * np.abs(turn), 0.0)
+    curvature[:, 1] = np.where(bend, np.sign(turn) / np.maximum(radius, 1e-9), 0.0)
+    # A polyline that shrinks to a point keeps place and heading; roads made of it are dropped for their length.
     last = np.flatnonzero(np.concatenate([~same, [True]]))
-    point = np.bincount(np.repeat(owner, 2), (rl > _NO_LINE).ravel(), curves)[owner[last]] == 0
-    rx[last[point], 0], ry[last[point], 0] = vertex[last[point], 0], vertex[last[point], 1]
-    rl[last[point], 0] = _POINT
-    flat_length = rl.ravel()
-    end_s = np.cumsum(flat_length)
-    first_of = np.concatenate([[True], ~same])
-    base = np.repeat((end_s[0::2] - flat_length[0::2])[first_of], np.diff(np.append(np.flatnonzero(first_of), n)))
-    s = end_s - flat_length - np.repeat(base, 2)
-    station = s[1::2] + 0.5 * flat_length[1::2]
-    used = flat_length > _NO_LINE
-    curve = np.repeat(owner, 2)[used]
-    per_curve = np.bincount(curve, minlength=curves)
-    start = np.concatenate([[0], np.cumsum(per_curve)]).astype(np.int64)
+    point = last[np.bincount(np.repeat(owner, 2), (length > _ROUNDING).ravel(), curves)[owner[last]] == 0]
+    place[point, 0], length[point, 0] = vertex[point], _LENGTH_OF_POINT
+    return _table(place.reshape(-1, 2), hdg.ravel(), length.ravel(), curvature.ravel(), np.repeat(owner, 2), curves)
+
+
+def _table(
+    place: FloatArray, hdg: FloatArray, length: FloatArray, curvature: FloatArray, owner: IntArray, curves: int
+) -> tuple[PlanView, FloatArray]:
+    """Return a table of the slots that have a length, and s of the middle of every second slot."""
+    end = np.cumsum(length)
+    first = np.flatnonzero(np.diff(owner, prepend=-1))
+    base = np.repeat((end - length)[first], np.diff(np.append(first, len(owner))))
+    s = end - length - base
+    used = length > _ROUNDING
+    curve = owner[used]
+    start = starts(np.bincount(curve, minlength=curves))
     # Sums over all curves leave rounding errors: each curve starts at 0 all the same.
     record_s = np.where(np.diff(curve, prepend=-1) > 0, 0.0, s[used])
-    plan = PlanView(
-        start, record_s, rx.ravel()[used], ry.ravel()[used], rh.ravel()[used], flat_length[used], rk.ravel()[used]
-    )
-    return plan, station
+    x, y = place[used].T.copy()
+    return PlanView(start, record_s, x, y, hdg[used], length[used], curvature[used]), s[1::2] + 0.5 * length[1::2]

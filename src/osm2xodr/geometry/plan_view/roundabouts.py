@@ -1,7 +1,7 @@
 """Rings of roundabouts become circles, or smooth closed curves, whatever the streets that they consist of.
 
 A ring is a row of streets, all of them part of a roundabout, that follow each other around. It is fitted as a whole
-and then shared out among its streets; the ends of other streets that join it move onto it.
+and then cut into the curves of its streets; the ends of other streets that join it move onto it.
 """
 
 from __future__ import annotations
@@ -13,24 +13,31 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, joined_curves, pose, snap_cuts, wrapped
+from osm2xodr.curves import (
+    chain_curves,
+    cut_curves,
+    pose,
+    reverse_curves,
+    snap_cuts,
+    stack_plan_views,
+    starts,
+    wrapped,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.arc_splines import fit_arcs, turns_of
 from osm2xodr.model import BoolArray, FloatArray, PlanView, Street, StreetNetwork
 
-# By how much a circle may leave the line between two nodes of a ring, m (one of 12 m drawn with four nodes leaves it
-# by 3.5 m); and from how much on, on a ring that is no circle, that line is a straight side. Choices.
+# How far a circle may lie off the line between two nodes of a ring, m (one of 12 m drawn with four nodes is 3.5 m
+# off), and from which distance on that line is a straight side of a ring that is not a circle. Choices.
 _RING_OFF_CIRCLE: Final = 4.0
 _RING_OFF_LINE: Final = 1.0
-# Least turn of an open row of streets that is taken for part of a ring (extracts cut some), rad (120 degrees).
+# Least turn of an open row of streets that counts as part of a ring (extracts cut some), rad (120 degrees).
 _RING_TURN_MIN: Final = 2.09
-# Over this length of a street that joins a ring the line follows its end, which is moved onto the ring, m.
+# Over this length of a street that joins a ring the line follows its end, which moves onto the ring, m. A choice.
 _RING_ARM_BLEND: Final = 15.0
-
-# Intersections this near to the border of two arcs move onto it, m, lest a sliver is left between.
-_SLIVER = 0.1
-_COLUMNS = ("s", "x", "y", "hdg", "length", "curvature")
+# Intersections this near to the border of two arcs move onto it, m, so that no sliver is left between.
+_SLIVER: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,7 +60,7 @@ class _Chain:
 
 
 def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:
-    """Fit the rings of a network; streets of rings that are no smooth curve are left out, and that is told."""
+    """Fit the rings of a network; rings that are not smooth curves are reported and left out."""
     streets: list[int] = []
     stations: list[FloatArray] = []
     moved: dict[int, FloatArray] = {}
@@ -65,56 +72,30 @@ def fit_rings(network: StreetNetwork, diagnostics: Diagnostics) -> FittedRings:
         found = _fitted(points, chain.closed)
         if found is None:
             way = network.streets[chain.legs[0][0]].pieces[0][1].osm_way_id
-            words = "the ring is neither a circle nor a smooth curve, its streets are drawn one by one"
-            diagnostics.note("ring-uneven", f"way/{way}", words)
+            text = "the ring is neither a circle nor a smooth curve, its streets are drawn one by one"
+            diagnostics.note("ring-uneven", f"way/{way}", text)
             continue
-        parts, s = _shared_out(found[0], found[1], first)
+        parts, s = _cut_at_intersections(*found, first)
+        plans.append(reverse_curves(parts, np.array([not along for _, along in chain.legs]), wrap=False))
         for number, (street, along) in enumerate(chain.legs):
-            item = network.streets[street]
-            curve = _one(parts, number)
-            plans.append(curve if along else _turned_round(curve))
             stations.append(s[number] if along else s[number][-1] - s[number][::-1])
             streets.append(street)
-            _move(network, item, plans[-1], stations[-1], moved)
-    # Sides of several lines that are one: checkers count such records as redundant.
-    plan = joined_curves(_joined(plans), np.arange(len(plans) + 1))
+            ends = pose(plans[-1], np.array([number, number]), stations[-1][[0, -1]])
+            for node, x, y in zip(
+                (network.streets[street].start, network.streets[street].end), *ends[:2], strict=True
+            ):
+                if node >= 0 and node not in moved:
+                    item = network.intersections[node]
+                    moved[node] = np.array([x - item.x, y - item.y])
+    # Straight sides consist of several lines in a row, which become one: checkers call such records redundant.
+    plan = chain_curves(stack_plan_views(*plans), np.arange(len(streets) + 1))
     return FittedRings(tuple(streets), plan, tuple(stations), moved)
 
 
-def _one(plan: PlanView, curve: int) -> PlanView:
-    """Return one curve of a table."""
-    part = slice(int(plan.start[curve]), int(plan.start[curve + 1]))
-    start = np.array([0, part.stop - part.start], np.int64)
-    return PlanView(start, *(getattr(plan, name)[part] for name in _COLUMNS))
-
-
-def _joined(plans: Sequence[PlanView]) -> PlanView:
-    """Return many tables of one curve each as one."""
-    start = np.concatenate([[0], np.cumsum([len(plan.s) for plan in plans])]).astype(np.int64)
-    columns = ([getattr(plan, name) for plan in plans] for name in _COLUMNS)
-    return PlanView(start, *(np.concatenate([np.zeros(0), *column]) for column in columns))
-
-
-def _move(
-    network: StreetNetwork, street: Street, plan: PlanView, station: FloatArray, moved: dict[int, FloatArray]
-) -> None:
-    for node, s in ((street.start, 0.0), (street.end, float(station[-1]))):
-        if node >= 0 and node not in moved:
-            x, y, _ = pose(plan, np.zeros(1, np.int64), np.array([s]))
-            item = network.intersections[node]
-            moved[node] = np.array([x[0] - item.x, y[0] - item.y])
-
-
-def moved_ends(points: FloatArray, at_start: FloatArray | None, at_end: FloatArray | None) -> FloatArray:
-    """Return the nodes of a street whose ends have moved, (n, 2); the line follows them over some length.
-
-    Parameters
-    ----------
-    points : (n, 2)
-        Local x, y, m.
-    at_start, at_end : (2,)
-        By how much its ends have moved, m; None if they have not.
-    """
+def move_ends(points: FloatArray, at_start: FloatArray | None, at_end: FloatArray | None) -> FloatArray:
+    """Move the ends of a street with nodes (n, 2) by x, y, (2,), m; the line follows over `_RING_ARM_BLEND`."""
+    if at_start is None and at_end is None:
+        return points
     chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     blend = min(_RING_ARM_BLEND, float(chainage[-1]))
     out = points.copy()
@@ -156,6 +137,7 @@ def _chains(network: StreetNetwork) -> list[_Chain]:
 
 
 def _chain(street: Street, follows: Mapping[int, int]) -> _Chain:
+    """Return the row of streets that a street belongs to; `follows` leads from street end to street end."""
     if street.start < 0:
         return _Chain(((street.id, True),), True)
     first = 2 * street.id
@@ -174,9 +156,12 @@ def _chain(street: Street, follows: Mapping[int, int]) -> _Chain:
 
 
 def _points(network: StreetNetwork, chain: _Chain) -> tuple[FloatArray, list[int]]:
-    """Return the nodes of a chain, the first of a closed one once, and where each leg begins and the last ends."""
+    """Return the nodes of a chain, (n, 2), and the indices where each leg begins and the last ends.
+
+    The first node of a closed chain is not repeated at its end.
+    """
     lines = [network.streets[street].points[:: 1 if along else -1] for street, along in chain.legs]
-    first = np.concatenate([[0], np.cumsum([len(line) - 1 for line in lines])]).tolist()
+    first = starts([len(line) - 1 for line in lines]).tolist()
     points = np.concatenate([line[:-1] for line in lines])
     return (points if chain.closed else np.concatenate([points, lines[-1][-1:]])), first
 
@@ -185,7 +170,7 @@ def _points(network: StreetNetwork, chain: _Chain) -> tuple[FloatArray, list[int
 
 
 def _fitted(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | None:
-    """Return the curve of a ring and s of its nodes, and of the first again if it is closed."""
+    """Return the curve of a ring and s of its nodes, and of the first again if it is closed; None without one."""
     middle = points.mean(axis=0)
     own = points - middle
     outline = np.concatenate([own, own[:1]]) if closed else own
@@ -193,7 +178,7 @@ def _fitted(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
         return None
     found = None if _sides(outline, _RING_OFF_CIRCLE).any() else _circle(own, closed)
     if found is None:
-        line, node = _with_places(outline, _sides(outline, _RING_OFF_LINE))
+        line, node = _with_points_on_sides(outline, _sides(outline, _RING_OFF_LINE))
         found = fit_arcs(line[:-1] if closed else line, closed)
         if found is None:
             return None
@@ -207,7 +192,7 @@ def _fitted(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
 
 
 def _sides(outline: FloatArray, most: float) -> BoolArray:
-    """Say which segments a circle of the outline's length would leave by more than this, m, (nodes - 1,)."""
+    """Say which segments, (nodes - 1,), are more than `most`, m, off a circle of the outline's length."""
     size = np.hypot(*np.diff(outline, axis=0).T)
     radius = float(size.sum()) / (2 * np.pi)
     half = np.minimum(size / 2, radius)
@@ -215,22 +200,22 @@ def _sides(outline: FloatArray, most: float) -> BoolArray:
     return out
 
 
-def _with_places(outline: FloatArray, side: BoolArray) -> tuple[FloatArray, list[int]]:
-    """Return a line with places on those segments that are straight sides, and the indices of its nodes."""
+def _with_points_on_sides(outline: FloatArray, side: BoolArray) -> tuple[FloatArray, list[int]]:
+    """Return a line with points along those segments that are straight sides, and the indices of its nodes."""
     size = np.hypot(*np.diff(outline, axis=0).T)
     parts = np.where(side, np.ceil(size / defaults.RING_SIDE), 1).astype(np.int64)
     lines = [
         one + (other - one) * np.arange(count)[:, None] / count
         for one, other, count in zip(outline[:-1], outline[1:], parts.tolist(), strict=True)
     ]
-    return np.concatenate([*lines, outline[-1:]]), np.concatenate([[0], np.cumsum(parts)]).tolist()
+    return np.concatenate([*lines, outline[-1:]]), starts(parts).tolist()
 
 
 def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | None:
-    """Return the circle that passes nearest to points and s of each; None where one lies too far off.
+    """Return the circle that passes nearest to points and s of each; None where a point lies too far off.
 
-    Least squares of the algebraic distance (Kåsa 1976, doi:10.1109/TIM.1976.6312298): the points of a ring lie all
-    around, where it has no bias to speak of.
+    Least squares of the algebraic distance (Kåsa 1976, doi:10.1109/TIM.1976.6312298). Its bias towards small circles
+    is negligible here: the points of a ring lie all around.
     """
     system = np.column_stack([2 * points, np.ones(len(points))])
     x, y, rest = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)[0]
@@ -262,8 +247,8 @@ def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
     return plan, s
 
 
-def _shared_out(plan: PlanView, s: FloatArray, first: Sequence[int]) -> tuple[PlanView, list[FloatArray]]:
-    """Cut a ring's curve at its intersections; also return s of each leg's nodes on the leg's own curve."""
+def _cut_at_intersections(plan: PlanView, s: FloatArray, first: Sequence[int]) -> tuple[PlanView, list[FloatArray]]:
+    """Cut a ring's curve where its legs begin and end; also return s of each leg's nodes on the leg's own curve."""
     curve = np.zeros(len(first), np.int64)
     cut = snap_cuts(plan, curve, s[np.array(first)], _SLIVER)
     cut[0], cut[-1] = 0.0, s[-1]
@@ -276,19 +261,3 @@ def _shared_out(plan: PlanView, s: FloatArray, first: Sequence[int]) -> tuple[Pl
         own[0], own[-1] = 0.0, cut[k + 1] - cut[k]
         legs.append(own)
     return parts, legs
-
-
-def _turned_round(plan: PlanView) -> PlanView:
-    """Return a single curve from its end to its start."""
-    length = plan.length[::-1]
-    x, y, hdg = pose(plan, np.zeros(len(length), np.int64), plan.s + plan.length)
-    # The end of each record, by its own arc: pose at a border belongs to the next record, which is the same place.
-    return PlanView(
-        plan.start.copy(),
-        np.cumsum(length) - length,
-        x[::-1].copy(),
-        y[::-1].copy(),
-        hdg[::-1] + np.pi,
-        length.copy(),
-        -plan.curvature[::-1],
-    )

@@ -1,4 +1,4 @@
-"""Streets get their curves and cross-sections: what the rest of the geometry works on."""
+"""Streets get their curves and cross-sections, which the rest of the geometry works on."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import replaced
+from osm2xodr.curves import replace_curves, starts
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import defaults
+from osm2xodr.geometry.defaults import CORNER_RADIUS, CORNER_RADIUS_OTHER
 from osm2xodr.geometry.lanes import CrossSection, Piece, cross_section, end_lanes
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
-from osm2xodr.geometry.plan_view.roundabouts import FittedRings, fit_rings, moved_ends
-from osm2xodr.geometry.plan_view.wide_bends import with_wide_bends
+from osm2xodr.geometry.plan_view.roundabouts import FittedRings, fit_rings, move_ends
+from osm2xodr.geometry.plan_view.wide_bends import widen_bends
 from osm2xodr.model import FloatArray, LaneSpec, PlanView, Rule, Street, StreetAttributes, StreetNetwork
+
+# Attributes, each with the index of the point from which on they hold.
+_AttributesFrom = tuple[tuple[int, StreetAttributes], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,25 +33,15 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     rings = fit_rings(network, diagnostics)
     on_ring = {street: number for number, street in enumerate(rings.streets)}
     lines = [_line(street, rings, street.id in on_ring) for street in network.streets]
-    start = np.concatenate([[0], np.cumsum([len(points) for points, _ in lines])]).astype(np.int64)
-    # Of ways of several classes the least, so that it does not matter which comes first.
-    radius = np.array(
-        [
-            min(defaults.CORNER_RADIUS.get(item.highway, defaults.CORNER_RADIUS_OTHER) for _, item in pieces)
-            for _, pieces in lines
-        ]
-    )
+    start = starts([len(points) for points, _ in lines])
+    radius = np.array([_corner_radius(pieces) for _, pieces in lines])
     closed = np.array([street.start < 0 for street in network.streets], bool)
     fitted = fit_polylines(np.concatenate([points for points, _ in lines]), start, radius, closed)
     for index in fitted.spikes.tolist():
         street = network.streets[int(np.searchsorted(start, index, side="right")) - 1]
-        if street.id in on_ring:
-            continue
-        diagnostics.repaired(
-            "spike",
-            f"way/{street.pieces[0][1].osm_way_id}",
-            "the line turns straight back on itself at a node, which was left out",
-        )
+        if street.id not in on_ring:
+            text = "the line turns straight back on itself at a node, which was left out"
+            diagnostics.repaired("spike", f"way/{street.pieces[0][1].osm_way_id}", text)
     station = fitted.station.copy()
     for street_id, number in on_ring.items():
         station[start[street_id] : start[street_id + 1]] = rings.stations[number]
@@ -62,27 +55,28 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     )
     plan = fitted.plan_view
     if rings.streets:
-        plan = replaced(plan, np.array(rings.streets), rings.plan_view, np.arange(len(rings.streets)))
+        plan = replace_curves(plan, np.array(rings.streets), rings.plan_view, np.arange(len(rings.streets)))
     round_about = np.zeros(len(pieces), bool)
     round_about[list(rings.streets)] = True
-    plan, pieces, narrow = with_wide_bends(plan, pieces, round_about)
+    plan, pieces, narrow = widen_bends(plan, pieces, round_about)
     for k in narrow.tolist():
         way = pieces[k][0][1].osm_way_id
         diagnostics.note("tight-bend", f"way/{way}", "a bend is tighter than its carriageway is wide")
     return FittedStreets(plan, pieces, np.zeros(len(pieces)))
 
 
-def _line(
-    street: Street, rings: FittedRings, on_ring: bool
-) -> tuple[FloatArray, tuple[tuple[int, StreetAttributes], ...]]:
-    """Return the points that a street's curve is fitted to, and what holds from which of them on."""
+def _line(street: Street, rings: FittedRings, on_ring: bool) -> tuple[FloatArray, _AttributesFrom]:
+    """Return the points that a street's curve is fitted to, and the attributes that hold from which of them on."""
     if on_ring:
         return street.points, street.pieces
     if street.start < 0:
         return _opened(street)
-    ends = rings.moved.get(street.start), rings.moved.get(street.end)
-    moved = any(shift is not None for shift in ends)
-    return (moved_ends(street.points, *ends) if moved else street.points), street.pieces
+    return move_ends(street.points, rings.moved.get(street.start), rings.moved.get(street.end)), street.pieces
+
+
+def _corner_radius(pieces: _AttributesFrom) -> float:
+    """Return the radius wished for at a street's corners, m: of several classes the least, in whatever order."""
+    return min(CORNER_RADIUS.get(item.highway, CORNER_RADIUS_OTHER) for _, item in pieces)
 
 
 def _section(
@@ -96,7 +90,7 @@ def _section(
     return found
 
 
-def _opened(street: Street) -> tuple[np.ndarray, tuple[tuple[int, StreetAttributes], ...]]:  # type: ignore[type-arg]
+def _opened(street: Street) -> tuple[FloatArray, _AttributesFrom]:
     """Cut a closed ring in the middle of its longest segment, so that its curve starts and ends on a straight."""
     points = street.points
     longest = int(np.hypot(*np.diff(points, axis=0).T).argmax())
@@ -110,7 +104,7 @@ def _opened(street: Street) -> tuple[np.ndarray, tuple[tuple[int, StreetAttribut
 
 
 def outer_lanes(fitted: FittedStreets, rule: Rule, street: int, along: bool) -> tuple[float, float]:
-    """Return t of the middles of the outermost lanes of one direction, right and left as their drivers see them."""
+    """Return t of the middles of a street's outermost lanes of one direction, right and left as drivers see it, m."""
     lanes = end_lanes(fitted.pieces[street][0 if along else -1][2], rule, along)
     if not lanes:
         return -np.inf, np.inf

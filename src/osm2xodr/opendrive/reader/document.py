@@ -1,10 +1,10 @@
-"""The file as a whole."""
+"""The document as a whole."""
 
 from __future__ import annotations
 
 import contextlib
 import gc
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -14,7 +14,7 @@ from osm2xodr.opendrive.reader.furniture import read_furniture
 from osm2xodr.opendrive.reader.junctions import JunctionReader, read_controller
 from osm2xodr.opendrive.reader.lanes import LaneReader
 from osm2xodr.opendrive.reader.nodes import Node, TreeReader
-from osm2xodr.opendrive.reader.roads import RoadReader, first_of
+from osm2xodr.opendrive.reader.roads import RoadReader, first_index
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import Controller, Furniture, Header, OpenDrive
 
@@ -22,32 +22,47 @@ _ROOT: Final = "OpenDRIVE"
 _ROOT_UNREAD: Final = frozenset({"junctionGroup", "station"})
 _ROAD_UNREAD: Final = frozenset({"surface", "railroad"})
 _HEADER_UNREAD: Final = frozenset({"license", "defaultRegulations"})
-# Elements that a road has once.
+# Elements that a road has only once.
 _ONCE: Final = frozenset({"link", "planView", "elevationProfile", "lateralProfile", "lanes", "objects", "signals"})
 _NO_HEADER: Final = Header((-1, -1), MappingProxyType({}), None, None)
 
 
-def read_document(path: Path) -> OpenDrive:
-    """Read a file; see `osm2xodr.opendrive.reader.read_xodr`."""
+def read_xodr(path: Path) -> OpenDrive:
+    """Read a file of OpenDRIVE.
+
+    Numbers that are missing or unreadable become NaN, references to what is not in the file `ABSENT`; each becomes a
+    `Misfit` with the line of the file. Where ids are used twice, references lead to the first of them. Records of
+    one owner stand in ascending s (lanes from left to right), whatever their order in the file.
+
+    Parameters
+    ----------
+    path
+        The file, plain or compressed by gzip; ``-`` is standard input.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is not XML, or is not OpenDRIVE.
+    """
     reader = TreeReader(path)
     document = _Document()
     with _no_collection():
         for node in reader.trees():
             if reader.root is not None and reader.root.tag != _ROOT:
                 break
-            document.take(node)
+            document.add(node)
     root = reader.root
     if root is None or root.tag != _ROOT:
         tag = "" if root is None else f": its root is <{root.tag}>"
         raise InputError(f"{path} is XML, but not OpenDRIVE{tag}; give a file of OpenDRIVE (.xodr)")
     if "xmlns" in root.attributes:
-        document.values.tell("namespace", root, f"<{_ROOT}> has the namespace {root.attributes['xmlns']!r}")
-    return document.done(path, root)
+        document.values.report("namespace", root, f"<{_ROOT}> has the namespace {root.attributes['xmlns']!r}")
+    return document.tables(path, root)
 
 
 @contextlib.contextmanager
 def _no_collection() -> Iterator[None]:
-    """Look for no garbage in circles meanwhile: there is none, and looking costs a third of the time."""
+    """Suspend the collection of cyclic garbage: there is none, and looking for it costs a third of the time."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -58,7 +73,7 @@ def _no_collection() -> Iterator[None]:
 
 
 class _Document:
-    """Takes the elements of the root one by one."""
+    """Collects the elements of the root one by one."""
 
     def __init__(self) -> None:
         self.values = Values()
@@ -70,7 +85,7 @@ class _Document:
         self._controllers: list[Controller] = []
         self._provenance: dict[tuple[int, str], str] = {}
 
-    def take(self, node: Node) -> None:
+    def add(self, node: Node) -> None:
         """Read an element of the root."""
         if node.tag == "road":
             self.values.road = len(self._roads.ids)
@@ -84,9 +99,9 @@ class _Document:
             if self._header is None:
                 self._header = self._read_header(node)
             else:
-                self.values.tell("repeated-element", node, "the file has more than one <header>; the first is taken")
+                self.values.report("repeated-element", node, "the file has more than one <header>; the first is used")
         else:
-            self.values.other(node, Node(_ROOT, {}, node.line), _ROOT_UNREAD)
+            self.values.check_known(node, Node(_ROOT, {}, node.line), _ROOT_UNREAD)
 
     def _road(self, node: Node) -> None:
         """Read a road."""
@@ -97,17 +112,17 @@ class _Document:
             tag = child.tag
             if tag in _ONCE:
                 if tag in parts:
-                    self.values.only(child, node, parts[tag])
+                    self.values.first_only(child, node, parts[tag])
                     continue
                 parts[tag] = child
             self._road_part(child, node, sections)
         if "lanes" not in parts or not sections:
-            self.values.tell("missing-element", node, "<road> has no <lanes> with a <laneSection>")
+            self.values.report("missing-element", node, "<road> has no <lanes> with a <laneSection>")
         self._lanes.road(sections)
         self._roads.end(node, parts.get("link"))
 
     def _road_part(self, child: Node, road: Node, sections: list[Node]) -> None:
-        """Read a child of a road; its sections are gathered, its link waits."""
+        """Read a child of a road, except its link; lane sections are added to `sections`."""
         roads = self._roads
         tag = child.tag
         if tag == "planView":
@@ -120,10 +135,8 @@ class _Document:
             for part in child.children:
                 if part.tag == "laneSection":
                     sections.append(part)
-                elif part.tag == "laneOffset":
-                    roads.lane_offset(part)
                 else:
-                    self.values.other(part, child)
+                    roads.lane_offset(part, child)
         elif tag == "type":
             roads.type(child)
         elif tag in ("objects", "signals"):
@@ -131,10 +144,10 @@ class _Document:
         elif tag == "userData":
             self._user_data(child)
         elif tag != "link":
-            self.values.other(child, road, _ROAD_UNREAD)
+            self.values.check_known(child, road, _ROAD_UNREAD)
 
     def _user_data(self, node: Node) -> None:
-        """Remember a ``<userData>`` of a road or of the header."""
+        """Keep the first ``<userData>`` of each code of a road or of the header."""
         self._provenance.setdefault((self.values.road, node.get("code")), node.get("value"))
 
     def _read_header(self, node: Node) -> Header:
@@ -144,13 +157,13 @@ class _Document:
         offset: Node | None = None
         for child in node.children:
             if child.tag == "geoReference":
-                reference = values.only(child, node, reference)
+                reference = values.first_only(child, node, reference)
             elif child.tag == "offset":
-                offset = values.only(child, node, offset)
+                offset = values.first_only(child, node, offset)
             elif child.tag == "userData":
                 self._user_data(child)
             else:
-                values.other(child, node, _HEADER_UNREAD)
+                values.check_known(child, node, _HEADER_UNREAD)
         revision = (self._revision(node, "revMajor"), self._revision(node, "revMinor"))
         shift = None
         if offset is not None:
@@ -160,22 +173,21 @@ class _Document:
         return Header(revision, MappingProxyType(node.attributes), text, shift)
 
     def _revision(self, node: Node, name: str) -> int:
-        """Return a part of the version; -1 where it is missing or no whole number."""
+        """Return a part of the version; -1 where it is missing or not an integer."""
         value = self.values.number(node, name)
         return int(value) if value == value and value == int(value) else -1
 
-    def done(self, path: Path, root: Node) -> OpenDrive:
+    def tables(self, path: Path, root: Node) -> OpenDrive:
         """Return all tables."""
         if self._header is None:
-            self.values.tell("missing-element", root, "the file has no <header>")
-        road_index, junction_index = first_of(self._roads.ids), first_of(self._junctions.ids)
+            self.values.report("missing-element", root, "the file has no <header>")
+        road_index, junction_index = first_index(self._roads.ids), first_index(self._junctions.ids)
         types, type_lines = self._roads.types()
         profiles, lines = self._roads.profiles()
         sections, lanes, lane_lines, lane_misfits = self._lanes.tables(self._roads.lengths)
         junctions, connections = self._junctions.tables(road_index)
         misfits = [*self.values.misfits, *self._roads.misfits(), *lane_misfits]
         misfits.sort(key=lambda item: item.line)
-        provenance: Mapping[tuple[int, str], str] = MappingProxyType(self._provenance)
         return OpenDrive(
             path=path,
             header=self._header or _NO_HEADER,
@@ -193,6 +205,6 @@ class _Document:
             record_lines=MappingProxyType({**lines, **lane_lines, "type": type_lines}),
             furniture=tuple(self._furniture),
             controllers=tuple(self._controllers),
-            provenance=provenance,
+            provenance=MappingProxyType(self._provenance),
             misfits=tuple(misfits),
         )

@@ -1,4 +1,4 @@
-"""Signals and objects beside and on roads."""
+"""Signals and objects on and beside roads."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _KINDS: Final = {
     "signals": frozenset({"signal", "signalReference"}),
     "objects": frozenset({"object", "objectReference", "bridge", "tunnel"}),
 }
-# Those that have no t of their own.
+# Elements without a t of their own.
 _ALONG: Final = frozenset({"bridge", "tunnel"})
 _UNREAD: Final = frozenset(
     {
@@ -38,21 +38,21 @@ _UNREAD: Final = frozenset(
 _CORNERS: Final = {"cornerRoad": ("s", "t", "dz", "height"), "cornerLocal": ("u", "v", "z", "height")}
 _REPEAT: Final = ("s", "length", "distance", "tStart", "tEnd")
 
-# Its corners, and whether they are local.
+# The corners of an outline, and whether they are local.
 _Outline = tuple[tuple[tuple[float, float, float, float], ...], bool]
 
 
 def read_furniture(values: Values, node: Node) -> Iterator[Furniture]:
-    """Yield what stands in ``<signals>`` or ``<objects>`` of the present road."""
+    """Yield the furniture in ``<signals>`` or ``<objects>`` of the current road."""
     for child in node.children:
         if child.tag in _KINDS[node.tag]:
             yield _item(values, child)
         else:
-            values.other(child, node, frozenset({"vmsGroup"}))
+            values.check_known(child, node, frozenset({"vmsGroup"}))
 
 
 def _item(values: Values, node: Node) -> Furniture:
-    """Read one."""
+    """Read a signal, an object or a reference to one."""
     old: list[_Outline] = []
     outlines: list[_Outline] = []
     validity: list[tuple[int, int]] = []
@@ -68,10 +68,10 @@ def _item(values: Values, node: Node) -> Furniture:
             s, length, distance, start, end = values.row(child, _REPEAT)
             repeats.append((s, length, distance, start, end, values.optional(child, "widthStart", NAN)))
         else:
-            values.other(child, node, _UNREAD)
+            values.check_known(child, node, _UNREAD)
     along = node.tag in _ALONG
     heading = "hOffset" if node.tag.startswith("signal") else "hdg"
-    taken = outlines or old
+    used = outlines or old
     return Furniture(
         kind=node.tag,
         road=values.road,
@@ -83,8 +83,8 @@ def _item(values: Values, node: Node) -> Furniture:
         length=values.number(node, "length") if along else values.optional(node, "length", NAN),
         width=values.optional(node, "width", NAN),
         height=values.optional(node, "height", NAN),
-        outlines=tuple(corners for corners, _ in taken),
-        local_outlines=tuple(local for _, local in taken),
+        outlines=tuple(corners for corners, _ in used),
+        local_outlines=tuple(local for _, local in used),
         validity=tuple(validity),
         line=node.line,
         old_outline=old[0][0] if old else (),
@@ -99,26 +99,26 @@ def _outlines(values: Values, node: Node) -> Iterator[_Outline]:
         if outline.tag == "outline":
             yield from _outline(values, outline)
         else:
-            values.other(outline, node)
+            values.check_known(outline, node)
 
 
 def _outline(values: Values, node: Node) -> Iterator[_Outline]:
-    """Read an ``<outline>``; one whose corners are of both kinds gives those of its first."""
+    """Read an ``<outline>``; of corners of both kinds only those of the first one's kind are used."""
     corners: list[tuple[float, float, float, float]] = []
     kind = ""
     for child in node.children:
         if child.tag not in _CORNERS:
-            values.other(child, node)
+            values.check_known(child, node)
         elif kind in ("", child.tag):
             kind = child.tag
             a, b, c, d = _CORNERS[kind]
-            # Version 1.4 has files without height; the place alone is needed.
+            # Files of version 1.4 may have no height; only the place is needed.
             place = (values.number(child, a), values.number(child, b), values.optional(child, c, 0.0))
             corners.append((*place, values.optional(child, d, 0.0)))
         else:
             text = f"<outline> has corners of two kinds; <{child.tag}> is left out"
-            values.tell("misplaced-element", child, text)
+            values.report("misplaced-element", child, text)
     if corners:
         yield tuple(corners), kind == "cornerLocal"
     else:
-        values.tell("missing-element", node, "<outline> has no corner")
+        values.report("missing-element", node, "<outline> has no corner")

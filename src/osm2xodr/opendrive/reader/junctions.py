@@ -10,7 +10,7 @@ from osm2xodr.opendrive.reader.nodes import Node
 from osm2xodr.opendrive.reader.values import Values
 from osm2xodr.opendrive.tables import ABSENT, ConnectionTable, Controller, JunctionTable
 
-# What junctions may hold besides, by version 1.8.
+# Other elements that a junction may have in version 1.8.
 _UNREAD: Final = frozenset(
     {
         "surface",
@@ -29,13 +29,7 @@ _CONNECTION_UNREAD: Final = frozenset({"predecessor", "successor"})
 
 
 class JunctionReader:
-    """Reads ``<junction>`` after ``<junction>``.
-
-    Parameters
-    ----------
-    values
-        Reads attributes.
-    """
+    """Collects one ``<junction>`` after another."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
@@ -65,7 +59,7 @@ class JunctionReader:
             elif child.tag == "controller":
                 self._controllers.append((index, values.text(child, "id")))
             else:
-                values.other(child, node, _UNREAD)
+                values.check_known(child, node, _UNREAD)
         self._start.append(len(self._texts))
 
     def _connection(self, junction: int, node: Node) -> None:
@@ -75,7 +69,7 @@ class JunctionReader:
             if child.tag == "laneLink":
                 self._links.append((values.lane_id(child, "from"), values.lane_id(child, "to")))
             else:
-                values.other(child, node, _CONNECTION_UNREAD)
+                values.check_known(child, node, _CONNECTION_UNREAD)
         self._link_start.append(len(self._links))
         linked = "linkedRoad" if "linkedRoad" in node.attributes else "connectingRoad"
         virtual = any(child.tag in _CONNECTION_UNREAD for child in node.children)
@@ -84,7 +78,7 @@ class JunctionReader:
         self._numbers.append((junction, values.contact(node), node.line))
 
     def tables(self, roads: dict[str, int]) -> tuple[JunctionTable, ConnectionTable]:
-        """Return junctions and connections, their roads resolved by id."""
+        """Return junctions and connections; `roads` are the indices of roads by id."""
         numbers = np.array(self._numbers, np.int64).reshape(-1, 3)
         links = np.array(self._links, np.int64).reshape(-1, 2)
         junctions = JunctionTable(
@@ -119,5 +113,5 @@ def read_controller(values: Values, node: Node) -> Controller:
         if child.tag == "control":
             signals.append(values.text(child, "signalId"))
         else:
-            values.other(child, node)
+            values.check_known(child, node)
     return Controller(values.text(node, "id"), node.get("name"), tuple(signals), node.line)

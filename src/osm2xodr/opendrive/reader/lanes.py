@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import owners
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.reader.nodes import Node
 from osm2xodr.opendrive.reader.records import Records
@@ -18,13 +19,7 @@ _UNREAD: Final = frozenset({"material", "access", "rule", "visibility"})
 
 
 class LaneReader:
-    """Reads the ``<laneSection>`` elements of road after road.
-
-    Parameters
-    ----------
-    values
-        Reads attributes.
-    """
+    """Collects the ``<laneSection>`` elements of one road after another."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
@@ -44,7 +39,7 @@ class LaneReader:
         sections = [(self._values.number(node, "s"), node) for node in nodes]
         for k in range(1, len(sections)):
             if sections[k][0] < sections[k - 1][0]:
-                self._values.tell("unsorted-records", sections[k][1], "<laneSection> stands after one of a greater s")
+                self._values.report("unsorted-records", sections[k][1], "<laneSection> follows one of a greater s")
                 sections.sort(key=lambda item: (item[0] != item[0], item[0]))
                 break
         for s, node in sections:
@@ -59,35 +54,35 @@ class LaneReader:
         lanes: list[tuple[int, Node]] = []
         for side in node.children:
             if side.tag not in _SIDES:
-                values.other(side, node)
+                values.check_known(side, node)
                 continue
             for lane in side.children:
                 if lane.tag != "lane":
-                    values.other(lane, side)
+                    values.check_known(lane, side)
                     continue
                 number = values.lane_id(lane)
                 self._check_side(number, lane, side.tag)
                 lanes.append((number, lane))
         ids = [number for number, _ in lanes]
         if 0 not in ids:
-            values.tell("missing-element", node, "<laneSection> has no centre lane")
+            values.report("missing-element", node, "<laneSection> has no centre lane")
         if any(b > a for a, b in zip(ids, ids[1:])):  # noqa: B905, RUF007 - pairs, and fast
-            values.tell("unsorted-records", node, "the lanes do not stand from left to right; they are read in order")
+            values.report("unsorted-records", node, "the lanes do not stand from left to right; they are sorted")
             lanes.sort(key=lambda item: -item[0])
         for number, lane in lanes:
             self._lane(number, lane)
         self._lane_start.append(len(self._texts))
 
     def _check_side(self, number: int, lane: Node, side: str) -> None:
-        """See that a lane stands on the side that its id says."""
+        """Check that a lane stands on the side that its id says."""
         right = number > 0 if side == "left" else number < 0 if side == "right" else number == 0
         if not right and number != ABSENT:
-            self._values.tell("misplaced-element", lane, f"lane {number} stands in <{side}>")
+            self._values.report("misplaced-element", lane, f"lane {number} stands in <{side}>")
 
     def _lane(self, number: int, node: Node) -> None:
         """Read a lane."""
         values = self._values
-        links = (ABSENT, ABSENT, False)
+        links = (ABSENT, ABSENT)
         speed, mark, color, height = NAN, None, "", None
         for child in node.children:
             tag = child.tag
@@ -106,50 +101,41 @@ class LaneReader:
                 if height is None:
                     height = values.row(child, ("inner", "outer"))
             else:
-                values.other(child, node, _UNREAD)
+                values.check_known(child, node, _UNREAD)
         self._width.close()
         self._border.close()
-        self._rows.extend((number, links[0], links[1], links[2], node.line))
+        self._rows.extend((number, *links, node.line))
         self._heights.extend(height or (0.0, 0.0))
         self._speeds.append(speed)
         self._texts.append((values.text(node, "type"), mark or "", color, node.get("direction")))
 
-    def _links(self, node: Node) -> tuple[int, int, bool]:
-        """Return a lane's first predecessor and successor, and whether there are more."""
-        before, after, more = ABSENT, ABSENT, False
+    def _links(self, node: Node) -> tuple[int, int]:
+        """Return a lane's first predecessor and successor."""
+        before, after = ABSENT, ABSENT
         for child in node.children:
             if child.tag == "predecessor":
-                if before == ABSENT:
-                    before = self._values.lane_id(child)
-                else:
-                    more = True
+                before = self._values.lane_id(child) if before == ABSENT else before
             elif child.tag == "successor":
-                if after == ABSENT:
-                    after = self._values.lane_id(child)
-                else:
-                    more = True
+                after = self._values.lane_id(child) if after == ABSENT else after
             else:
-                self._values.other(child, node)
-        return before, after, more
+                self._values.check_known(child, node)
+        return before, after
 
     def tables(self, lengths: FloatArray) -> tuple[SectionTable, LaneTable, dict[str, IntArray], list[Misfit]]:
-        """Return sections, lanes, the lines of their records, and notes on the order of those.
+        """Return sections, lanes, the lines of widths and borders, and reports of those out of order.
 
-        Parameters
-        ----------
-        lengths : (roads,)
-            m.
+        `lengths` are those of the roads, (roads,), m.
         """
         start = np.array(self._section_start, np.int64)
-        road = np.repeat(np.arange(len(start) - 1), np.diff(start))
+        road = owners(start)
         s = np.array(self._section_s, np.float64)
         end = lengths[road]
         followed = np.flatnonzero(road[1:] == road[:-1])
         end[followed] = s[followed + 1]
         sections = SectionTable(start, road, s, end, np.array(self._section_lines, np.int64))
         lane_start = np.array(self._lane_start, np.int64)
-        section = np.repeat(np.arange(len(s)), np.diff(lane_start))
-        numbers = np.array(self._rows, np.int64).reshape(-1, 5)
+        section = owners(lane_start)
+        numbers = np.array(self._rows, np.int64).reshape(-1, 4)
         width, width_lines = self._width.profile()
         border, border_lines = self._border.profile()
         kinds, marks, colors, directions = zip(*self._texts, strict=True) if self._texts else ((), (), (), ())
@@ -160,14 +146,13 @@ class LaneReader:
             type=kinds,
             predecessor=numbers[:, 1].copy(),
             successor=numbers[:, 2].copy(),
-            more_links=numbers[:, 3] != 0,
             width=width,
             border=border,
             height=np.array(self._heights, np.float64).reshape(-1, 2),
             speed=np.array(self._speeds, np.float64),
             mark=marks,
             mark_color=colors,
-            line=numbers[:, 4].copy(),
+            line=numbers[:, 3].copy(),
             direction=directions,
         )
         roads = road[section]

@@ -1,7 +1,7 @@
 """XML as small trees, one top-level element at a time.
 
 The parser is expat: it counts lines beyond 65535, never opens a second file, and is part of Python. Declarations of
-document types are refused, since they can make a small file grow without bounds.
+document types are refused: entities can make a small file grow without bounds.
 """
 
 from __future__ import annotations
@@ -46,15 +46,10 @@ class _DoctypeError(Exception):
 class TreeReader:
     """Reads a document; see `trees`.
 
-    Parameters
-    ----------
-    path
-        The file.
-
     Attributes
     ----------
     root
-        The outermost element, once there is one; its children are handed out instead of kept.
+        The outermost element, once it has begun; its children are yielded instead of kept.
     """
 
     def __init__(self, path: Path) -> None:
@@ -75,7 +70,7 @@ class TreeReader:
         Raises
         ------
         InputError
-            If the file cannot be read or is no XML.
+            If the file cannot be read or is not XML.
         """
         try:
             with _opened(self._path) as stream:
@@ -94,7 +89,7 @@ class TreeReader:
                 f"{self._path} declares a document type, which OpenDRIVE does not have; remove <!DOCTYPE>"
             ) from error
         except (LookupError, ValueError) as error:
-            # From expat's search for an encoding that it does not know itself.
+            # Raised by expat when Python has no codec for the declared encoding.
             raise InputError(
                 f"{self._path} has an encoding that cannot be read ({error}); write it in UTF-8"
             ) from error
@@ -103,7 +98,7 @@ class TreeReader:
             raise InputError(f"cannot read {self._path}: {reason}; give a file of OpenDRIVE") from error
 
     def _taken(self) -> list[Node]:
-        """Return the trees that are done and forget them."""
+        """Return the trees that are complete and forget them."""
         done, self._done = self._done, []
         return done
 
@@ -122,7 +117,7 @@ class TreeReader:
             self._parser.CharacterDataHandler = self._texts.append
 
     def _end(self, tag: str) -> None:
-        """End an element, and hand it out if it is one of the root's."""
+        """End an element; it is complete if it is a child of the root."""
         node = self._open.pop()
         if len(self._open) == 1:
             self._done.append(node)
@@ -132,13 +127,13 @@ class TreeReader:
             self._parser.CharacterDataHandler = None
 
     def _refuse(self, *_: object) -> None:
-        """Stop at a declaration of the document's type."""
+        """Stop at a declaration of a document type."""
         raise _DoctypeError
 
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
-    """Open a file that may be packed."""
+    """Open a file that may be compressed."""
     if path == _STANDARD_INPUT:
         yield sys.stdin.buffer
         return
@@ -150,4 +145,4 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
             yield stream
             return
         with gzip.open(stream) as unpacked:
-            yield unpacked  # type: ignore[misc]  # reads bytes, which is all that is asked of it
+            yield unpacked  # type: ignore[misc]  # it reads bytes, and nothing else is needed

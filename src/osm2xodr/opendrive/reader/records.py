@@ -1,4 +1,4 @@
-"""Rows of numbers that belong to owners, gathered one by one and made tables at the end."""
+"""Rows of numbers that belong to owners, collected one by one and turned into tables at the end."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from osm2xodr.curves import owners
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.tables import Misfit
 
@@ -14,15 +15,7 @@ _Item = TypeVar("_Item")
 
 
 class Records:
-    """Rows of numbers, the first of them s, of owners one after another.
-
-    Parameters
-    ----------
-    element
-        Name of the element that makes a row.
-    width
-        Numbers per row.
-    """
+    """Rows of `width` numbers, the first of them s, from elements of one name, of one owner after another."""
 
     def __init__(self, element: str, width: int) -> None:
         self.element = element
@@ -32,7 +25,7 @@ class Records:
         self._start = [0]
 
     def add(self, values: Iterable[float], line: int) -> None:
-        """Add a row to the present owner."""
+        """Add a row to the current owner."""
         self._flat.extend(values)
         self._lines.append(line)
 
@@ -41,9 +34,9 @@ class Records:
         self._start.append(len(self._lines))
 
     @property
-    def present(self) -> int:
-        """Number of rows of the present owner."""
-        return len(self._lines) - self._start[-1]
+    def is_empty(self) -> bool:
+        """Whether the current owner has no rows."""
+        return len(self._lines) == self._start[-1]
 
     @property
     def start(self) -> IntArray:
@@ -53,11 +46,10 @@ class Records:
     @property
     def owner(self) -> IntArray:
         """Index of each row's owner, (rows,)."""
-        start = self.start
-        return np.repeat(np.arange(len(start) - 1), np.diff(start))
+        return owners(self.start)
 
     def table(self) -> tuple[FloatArray, IntArray, IntArray]:
-        """Return all rows (rows, width) in ascending s per owner, their lines, and where each stood before."""
+        """Return all rows (rows, width) in ascending s per owner, their lines, and their places in the file."""
         rows = np.array(self._flat, np.float64).reshape(-1, self._width)
         lines = np.array(self._lines, np.int64)
         order = np.arange(len(rows))
@@ -66,19 +58,12 @@ class Records:
         return rows[order], lines[order], order
 
     def unsorted(self, s: FloatArray) -> IntArray:
-        """Return the rows that lie before the row above them, of the same owner."""
-        back = np.diff(s) < 0
+        """Return the rows whose s is less than that of the row before them, of the same owner."""
         owner = self.owner
-        return 1 + np.flatnonzero(back & (owner[1:] == owner[:-1]))
+        return 1 + np.flatnonzero((np.diff(s) < 0) & (owner[1:] == owner[:-1]))
 
     def misfits(self, roads: IntArray | None = None) -> list[Misfit]:
-        """Return notes on rows out of order.
-
-        Parameters
-        ----------
-        roads : (owners,)
-            Index of each owner's road; by default the owners are the roads.
-        """
+        """Report rows out of order; `roads` holds the road of each owner, (owners,), unless owners are roads."""
         rows = np.array(self._flat, np.float64).reshape(-1, self._width)
         owner = self.owner if roads is None else roads[self.owner]
         return [
@@ -86,7 +71,7 @@ class Records:
                 "unsorted-records",
                 self._lines[row],
                 int(owner[row]),
-                f"<{self.element}> at {rows[row, 0]:g} follows one at {rows[row - 1, 0]:g}; they are read in order",
+                f"<{self.element}> at {rows[row, 0]:g} follows one at {rows[row - 1, 0]:g}; they are sorted",
             )
             for row in self.unsorted(rows[:, 0]).tolist()
         ]

@@ -1,4 +1,4 @@
-"""Roads, but for their lanes and what stands beside them."""
+"""Roads without their lanes, signals and objects."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _SHAPES: Final[dict[str, tuple[Shape, tuple[str, ...]]]] = {
     "paramPoly3": (Shape.PARAM_POLY3, ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")),
 }
 _LINK_KINDS: Final = {"road": LinkKind.ROAD, "junction": LinkKind.JUNCTION}
-# What a shape of no or few parameters leaves of its row.
-_NOTHING: Final = {count: [NAN] * (_PARAMETERS - count) for count in range(_PARAMETERS + 1)}
+# Padding of the parameters of a shape, by their number.
+_PADDING: Final = {count: [NAN] * (_PARAMETERS - count) for count in range(_PARAMETERS + 1)}
 
 # (kind, id, contact) of a link.
 _Link = tuple[int, str, int]
@@ -32,13 +32,7 @@ _NO_LINK: Final[_Link] = (LinkKind.NONE, "", -1)
 
 
 class RoadReader:
-    """Reads attributes, links, types, plan views and profiles of road after road.
-
-    Parameters
-    ----------
-    values
-        Reads attributes.
-    """
+    """Collects attributes, links, types, plan views and profiles of one road after another."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
@@ -49,7 +43,6 @@ class RoadReader:
         self._lengths: list[float] = []
         self._lines: list[int] = []
         self._links: list[tuple[_Link, _Link]] = []
-        self._link_nodes: list[Node | None] = []
         self._types = Records("type", 2)
         self._type_words: list[str] = []
         self._plan = Records("geometry", 7 + _PARAMETERS)
@@ -68,16 +61,15 @@ class RoadReader:
         self._lines.append(node.line)
         rule = node.get("rule")
         if rule not in ("", "RHT", "LHT"):
-            values.tell("bad-value", node, f"rule={rule!r} of <road> is neither RHT nor LHT")
+            values.report("bad-value", node, f"rule={rule!r} of <road> is neither RHT nor LHT")
         self._left_hand.append(rule == "LHT")
         self._shapes.append(0)
 
     def end(self, node: Node, link: Node | None) -> None:
         """End a road's records, and read its links."""
-        if not self._plan.present:
-            self._values.tell("missing-element", node, "<road> has no <planView> with a <geometry>")
+        if self._plan.is_empty:
+            self._values.report("missing-element", node, "<road> has no <planView> with a <geometry>")
         self._links.append(self._link(link))
-        self._link_nodes.append(link)
         for records in (self._types, self._plan, self._elevation, self._superelevation, self._lane_offset):
             records.close()
 
@@ -88,7 +80,7 @@ class RoadReader:
             if child.tag == "speed":
                 speed = self._values.speed(child)
             else:
-                self._values.other(child, node)
+                self._values.check_known(child, node)
         self._types.add((self._values.number(node, "s"), speed), node.line)
         self._type_words.append(self._values.text(node, "type"))
 
@@ -100,7 +92,7 @@ class RoadReader:
                 row.extend(self._shape(child))
                 self._plan.add(row, child.line)
             else:
-                self._values.other(child, node)
+                self._values.check_known(child, node)
 
     def _shape(self, node: Node) -> list[float]:
         """Return kind, whether normalized, and parameters of a ``<geometry>``."""
@@ -109,27 +101,27 @@ class RoadReader:
         for child in node.children:
             shape = _SHAPES.get(child.tag)
             if shape is None:
-                values.other(child, node)
+                values.check_known(child, node)
             elif found is not None:
-                values.tell("repeated-element", child, "<geometry> has more than one shape; the first is taken")
+                values.report("repeated-element", child, "<geometry> has more than one shape; the first is used")
             else:
                 kind, names = shape
                 found = [kind, self._normalized(child)] if kind is Shape.PARAM_POLY3 else [kind, 0.0]
                 if names:
                     found.extend(values.row(child, names))
-                found.extend(_NOTHING[len(names)])
+                found.extend(_PADDING[len(names)])
         if found is None:
-            values.tell("missing-shape", node, "<geometry> has no shape")
-            return [Shape.UNKNOWN, 0.0, *_NOTHING[0]]
+            values.report("missing-shape", node, "<geometry> has no shape")
+            return [Shape.UNKNOWN, 0.0, *_PADDING[0]]
         return found
 
     def _normalized(self, node: Node) -> float:
-        """Whether the parameter of a ``<paramPoly3>`` runs from 0 to 1; it does where nothing is said."""
+        """Return 1 if the parameter of a ``<paramPoly3>`` runs from 0 to 1, as it does by default, else 0."""
         word = node.get("pRange")
         if word not in ("arcLength", "normalized"):
             if word:
                 text = f"pRange={word!r} of <paramPoly3> is neither arcLength nor normalized"
-                self._values.tell("bad-value", node, text)
+                self._values.report("bad-value", node, text)
             else:
                 self._values.text(node, "pRange")
         return 0.0 if word == "arcLength" else 1.0
@@ -137,24 +129,26 @@ class RoadReader:
     def elevation_profile(self, node: Node) -> None:
         """Read an ``<elevationProfile>``."""
         for child in node.children:
-            if child.tag == "elevation":
-                self._elevation.add(self._values.row(child, _CUBIC), child.line)
-            else:
-                self._values.other(child, node)
+            self._cubic(self._elevation, child, node)
 
     def lateral_profile(self, node: Node) -> None:
         """Read a ``<lateralProfile>``."""
         for child in node.children:
-            if child.tag == "superelevation":
-                self._superelevation.add(self._values.row(child, _CUBIC), child.line)
-            elif child.tag == "shape":
+            if child.tag == "shape":
                 self._shapes[-1] += 1
             else:
-                self._values.other(child, node, frozenset({"crossfall", "crossSectionSurface"}))
+                self._cubic(self._superelevation, child, node, frozenset({"crossfall", "crossSectionSurface"}))
 
-    def lane_offset(self, node: Node) -> None:
-        """Read a ``<laneOffset>``."""
-        self._lane_offset.add(self._values.row(node, _CUBIC), node.line)
+    def lane_offset(self, node: Node, parent: Node) -> None:
+        """Read a ``<laneOffset>``, or report another element of ``<lanes>``."""
+        self._cubic(self._lane_offset, node, parent)
+
+    def _cubic(self, records: Records, node: Node, parent: Node, known: frozenset[str] = frozenset()) -> None:
+        """Add an element to its records, or report it unless it is known."""
+        if node.tag == records.element:
+            records.add(self._values.row(node, _CUBIC), node.line)
+        else:
+            self._values.check_known(node, parent, known)
 
     def _link(self, node: Node | None) -> tuple[_Link, _Link]:
         """Return a road's predecessor and successor."""
@@ -164,11 +158,11 @@ class RoadReader:
         after: Node | None = None
         for child in node.children:
             if child.tag == "predecessor":
-                before = self._values.only(child, node, before)
+                before = self._values.first_only(child, node, before)
             elif child.tag == "successor":
-                after = self._values.only(child, node, after)
+                after = self._values.first_only(child, node, after)
             else:
-                self._values.other(child, node, frozenset({"neighbor"}))
+                self._values.check_known(child, node, frozenset({"neighbor"}))
         return self._side(before), self._side(after)
 
     def _side(self, node: Node | None) -> _Link:
@@ -179,7 +173,7 @@ class RoadReader:
         kind = _LINK_KINDS.get(word, LinkKind.UNKNOWN)
         if word and kind is LinkKind.UNKNOWN:
             text = f"elementType={word!r} of <{node.tag}> is neither road nor junction"
-            self._values.tell("bad-value", node, text)
+            self._values.report("bad-value", node, text)
         return kind, self._values.text(node, "elementId"), self._values.contact(node)
 
     # ------------------------------------------------------------ tables
@@ -190,8 +184,8 @@ class RoadReader:
         return np.array(self._lengths, np.float64)
 
     def roads(self, junctions: dict[str, int]) -> RoadTable:
-        """Return the table of roads, links resolved."""
-        index = first_of(self.ids)
+        """Return the table of roads; `junctions` are the indices of junctions by id."""
+        index = first_index(self.ids)
         where: dict[int, dict[str, int]] = {LinkKind.ROAD: index, LinkKind.JUNCTION: junctions}
         target = [[where.get(kind, {}).get(name, ABSENT) for kind, name, _ in pair] for pair in self._links]
         own = [-1 if name in ("-1", "") else junctions.get(name, ABSENT) for name in self._junctions]
@@ -246,12 +240,12 @@ class RoadReader:
         return np.array(self._shapes, np.int64)
 
     def misfits(self) -> list[Misfit]:
-        """Return notes on records out of order."""
+        """Report records out of order."""
         records = (self._types, self._plan, self._elevation, self._superelevation, self._lane_offset)
         return [item for record in records for item in record.misfits()]
 
 
-def first_of(ids: list[str]) -> dict[str, int]:
+def first_index(ids: list[str]) -> dict[str, int]:
     """Return the first index of each id."""
     index: dict[str, int] = {}
     for k, name in enumerate(ids):

@@ -1,4 +1,4 @@
-"""Attributes as numbers, and the notes on those that are none."""
+"""Attributes as numbers, and reports of what is wrong with them."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from osm2xodr.opendrive.tables import ABSENT, End, Misfit
 
 NAN: Final = math.nan
 
-# No length, coefficient or curvature of a road is as large as this; what is would overflow when it is multiplied.
+# No length, coefficient or curvature of a road is as large as this; larger ones might overflow when multiplied.
 _TOO_LARGE: Final = 1e12
 
-# m/s per unit; OpenDRIVE takes m/s where no unit is given.
+# m/s per unit; m/s is OpenDRIVE's default.
 _UNITS: Final = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
 
 # Elements that may stand anywhere.
 _ANYWHERE: Final = frozenset({"userData", "include", "dataQuality"})
 
-# Readers take the last child of these for what it is not.
+# Elements of which some readers take the last child for the content, whatever it is.
 _NO_USER_DATA: Final = frozenset({"geometry", "elevationProfile"})
 
 
 class Values:
-    """Reads attributes and remembers what it could not read.
+    """Reads attributes and reports what it could not read.
 
     Attributes
     ----------
     misfits
-        What was told so far.
+        Reports so far.
     road
-        Index of the road that is being read; -1 outside of roads.
+        Index of the road that is being read; -1 outside roads.
     """
 
     def __init__(self) -> None:
         self.misfits: list[Misfit] = []
         self.road = -1
 
-    def tell(self, rule: str, node: Node, text: str) -> None:
-        """Remember something that does not fit."""
+    def report(self, rule: str, node: Node, text: str) -> None:
+        """Report something that is wrong with an element."""
         self.misfits.append(Misfit(rule, node.line, self.road, text))
 
     def row(self, node: Node, names: Sequence[str]) -> list[float]:
@@ -50,18 +50,18 @@ class Values:
             values = [float(attributes[name]) for name in names]
         except (KeyError, ValueError):
             return [self.number(node, name) for name in names]
-        # What is too large or not a number shows in the sum.
+        # Numbers that are too large, and NaN, show in the sum.
         return values if sum(map(abs, values)) < _TOO_LARGE else [self.number(node, name) for name in names]
 
     def number(self, node: Node, name: str) -> float:
-        """Return the number of a required attribute; NaN where it is missing or none."""
+        """Return the number of a required attribute; NaN where it is missing or not a number."""
         if name not in node.attributes:
-            self.tell("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
+            self.report("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
             return NAN
         return self.optional(node, name, NAN)
 
     def optional(self, node: Node, name: str, default: float) -> float:
-        """Return the number of an attribute, or a default where there is none."""
+        """Return the number of an attribute; a default where it is missing, NaN where it is not a number."""
         text = node.attributes.get(name)
         if text is None:
             return default
@@ -70,22 +70,22 @@ class Values:
         except ValueError:
             value = NAN
         if not abs(value) < _TOO_LARGE:
-            self.tell("bad-number", node, f"{name}={text!r} of <{node.tag}> is no number that can be used")
+            self.report("bad-number", node, f"{name}={text!r} of <{node.tag}> is not a usable number")
             return NAN
         return value
 
     def lane_id(self, node: Node, name: str = "id") -> int:
-        """Return a lane id; `ABSENT` where it is missing or no whole number."""
+        """Return a lane id; `ABSENT` where it is missing or not an integer."""
         text = node.attributes.get(name)
         if text is None:
-            self.tell("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
+            self.report("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
             return ABSENT
         try:
             value = int(text)
         except ValueError:
             value = ABSENT
         if not -(2**62) < value < 2**62:
-            self.tell("bad-number", node, f"{name}={text!r} of <{node.tag}> is no lane id")
+            self.report("bad-number", node, f"{name}={text!r} of <{node.tag}> is not a lane id")
             return ABSENT
         return value
 
@@ -93,7 +93,7 @@ class Values:
         """Return a required attribute; empty where it is missing."""
         text = node.attributes.get(name)
         if text is None:
-            self.tell("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
+            self.report("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
             return ""
         return text
 
@@ -105,36 +105,36 @@ class Values:
         if text == "end":
             return End.END
         if text:
-            self.tell("bad-value", node, f"contactPoint={text!r} of <{node.tag}> is neither start nor end")
+            self.report("bad-value", node, f"contactPoint={text!r} of <{node.tag}> is neither start nor end")
         return End.UNSAID
 
     def speed(self, node: Node) -> float:
-        """Return the speed limit of a ``<speed>``, m/s; infinity for no limit, NaN where none is known."""
+        """Return the speed limit of a ``<speed>``, m/s; infinity for no limit, NaN where it is unknown."""
         text, unit = self.text(node, "max"), node.get("unit")
         if text == "no limit":
             return math.inf
         if text in ("undefined", ""):
             return NAN
         if unit and unit not in _UNITS:
-            self.tell("bad-value", node, f"unit={unit!r} of <speed> is none of {', '.join(_UNITS)}")
+            self.report("bad-value", node, f"unit={unit!r} of <speed> is not one of {', '.join(_UNITS)}")
             return NAN
         return self.optional(node, "max", NAN) * _UNITS.get(unit, 1.0)
 
-    def other(self, node: Node, parent: Node, known: frozenset[str] = frozenset()) -> None:
-        """Judge an element that is not read."""
+    def check_known(self, node: Node, parent: Node, known: frozenset[str] = frozenset()) -> None:
+        """Report an element that is not read, unless it is one of the `known` children of its parent."""
         tag = node.tag
         if tag in known:
             return
         if tag == "include":
-            self.tell("include", node, f"<include> of {node.get('file')!r} is not followed: what it holds is missing")
+            self.report("include", node, f"<include> of {node.get('file')!r} is not followed: its content is missing")
         elif tag == "userData" and parent.tag in _NO_USER_DATA:
-            self.tell("misplaced-user-data", node, f"<userData> stands in <{parent.tag}>, which readers take amiss")
+            self.report("misplaced-user-data", node, f"<userData> stands in <{parent.tag}>, which misleads readers")
         elif tag not in _ANYWHERE:
-            self.tell("unknown-element", node, f"<{tag}> has no place in <{parent.tag}>")
+            self.report("unknown-element", node, f"<{tag}> does not belong in <{parent.tag}>")
 
-    def only(self, node: Node, parent: Node, found: Node | None) -> Node:
-        """Return the first of elements of which there may be one."""
+    def first_only(self, node: Node, parent: Node, found: Node | None) -> Node:
+        """Return the first of elements of which there may be only one; report a further one."""
         if found is None:
             return node
-        self.tell("repeated-element", node, f"<{parent.tag}> has more than one <{node.tag}>; the first is taken")
+        self.report("repeated-element", node, f"<{parent.tag}> has more than one <{node.tag}>; the first is used")
         return found

@@ -1,10 +1,10 @@
-"""The space of a road network that was read: from road coordinates to inertial ones and back.
+"""From the road coordinates of a network that was read to inertial ones, and back.
 
 Everything is evaluated over arrays: `road` is an index into `OpenDrive.roads`, `s` and `t` are road coordinates, all
-of one shape (n,). What cannot be known, since the file is damaged there, comes out as NaN.
+of one shape (n,). What is unknown because the file is damaged comes out as NaN.
 
 Positions beyond a road's ends extrapolate its first or last record. `before` asks for the limit from the left where
-records change, as at the end of a lane section whose successor brings a step of the lane offset.
+records change, as at the end of a lane section after which the lane offset jumps.
 """
 
 from __future__ import annotations
@@ -12,13 +12,12 @@ from __future__ import annotations
 from osm2xodr.opendrive.space.curves import curvature, pose, record_lengths
 from osm2xodr.opendrive.space.finder import Places, RoadFinder, places_on
 from osm2xodr.opendrive.space.georeference import Frame, frame_of
-from osm2xodr.opendrive.space.lanes import lane_at, lane_borders, section_at
+from osm2xodr.opendrive.space.lanes import lane_borders, lane_middles, section_at
 from osm2xodr.opendrive.space.profiles import (
-    cubic,
     elevation,
     grade,
     lane_offset,
-    rolled,
+    points_beside,
     superelevation,
     surface_points,
 )
@@ -31,19 +30,18 @@ __all__ = [
     "Ribbons",
     "RoadFinder",
     "Stations",
-    "cubic",
     "curvature",
     "elevation",
     "frame_of",
     "grade",
-    "lane_at",
     "lane_borders",
+    "lane_middles",
     "lane_offset",
     "lane_ribbons",
     "places_on",
+    "points_beside",
     "pose",
     "record_lengths",
-    "rolled",
     "sample_roads",
     "section_at",
     "superelevation",

@@ -13,23 +13,21 @@ from osm2xodr.curves import arc_step, find_record
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.tables import GeometryTable, OpenDrive, Shape
 
-# Records this close behind a place count as not yet begun when the limit from the left is asked for, m.
-LEFT: Final = 1e-9
-
-# Gauss-Legendre: a panel that turns by 2 rad is integrated to the last digit by so many points.
-_POINTS: Final = 12
-_PANEL_TURN: Final = 2.0
-# Only damaged files have spirals that turn more often than so many panels allow.
-_MOST_PANELS: Final = 256
-# Of polynomials: panels per record, and rounds of Newton's method inside of one.
+# Spirals by Gauss-Legendre: this many points integrate a panel that turns by 2 rad to the last digit; only damaged
+# files have spirals that need more than so many panels.
+_SPIRAL_POINTS: Final = 12
+_SPIRAL_PANEL_TURN: Final = 2.0
+_MOST_SPIRAL_PANELS: Final = 256
+# Arc lengths of polynomials: panels per record, points per panel, and rounds of Newton's method inside one.
 _PANELS: Final = 8
 _PANEL_POINTS: Final = 6
-_ROUNDS: Final = 8
-# An error of arc length that is none, m: Newton's method has squared it by the time it stops.
-_ENOUGH: Final = 1e-6
-_TINY: Final = 1e-12
+_NEWTON_ROUNDS: Final = 8
+# Newton's method ends where the arc length is off by less, m: its last step has then squared the error.
+_ARC_TOLERANCE: Final = 1e-6
+# Least speed of a polynomial curve that steps are divided by, m per unit of its parameter.
+_LEAST_SPEED: Final = 1e-12
 
-_NODES, _WEIGHTS = roots_legendre(_POINTS)
+_SPIRAL_NODES, _SPIRAL_WEIGHTS = roots_legendre(_SPIRAL_POINTS)
 _PANEL_NODES, _PANEL_WEIGHTS = roots_legendre(_PANEL_POINTS)
 
 _Triple = tuple[FloatArray, FloatArray, FloatArray]
@@ -48,27 +46,27 @@ def curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = 
 
 
 def pose_and_curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> _Quadruple:
-    """Return what `pose` and `curvature` do, at the price of one."""
+    """Return what `pose` and `curvature` do, at the cost of one."""
     plan = file.plan_view
     if not len(plan.s):
-        nothing = np.full(len(s), np.nan)
-        return nothing, nothing.copy(), nothing.copy(), nothing.copy()
+        unknown = np.full(len(s), np.nan)
+        return unknown, unknown.copy(), unknown.copy(), unknown.copy()
     k = _record(plan, road, s, before)
     # Damaged records may overflow: then the pose is unknown.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        u, v, turn, bend = _local(plan, k, s - plan.s[k])
+        u, v, turn, bend = _local_pose(plan, k, s - plan.s[k])
     cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
     out = (plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn, bend)
-    gone = plan.start[road + 1] == plan.start[road]
+    missing = plan.start[road + 1] == plan.start[road]
     for values in out:
-        values[gone | ~np.isfinite(values)] = np.nan
+        values[missing | ~np.isfinite(values)] = np.nan
     return out
 
 
 def record_lengths(file: OpenDrive) -> FloatArray:
     """Return the arc length of every plan-view record, (records,), m.
 
-    It is the length as written, but for ParamPoly3, whose parameters say where the curve ends.
+    That is the length as written, except for ParamPoly3, whose parameters say where the curve ends.
     """
     plan = file.plan_view
     out = plan.length.copy()
@@ -83,11 +81,11 @@ def _record(plan: GeometryTable, road: IntArray, s: FloatArray, before: bool) ->
     k = np.zeros(len(s), np.int64)
     has = np.flatnonzero(plan.start[road + 1] > plan.start[road])
     if len(has):
-        k[has] = find_record(plan.start, plan.s, road[has], s[has] - LEFT if before else s[has])
+        k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
     return k
 
 
-def _local(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
+def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
     """Return u, v, the turn and the curvature after ds of records, in the frames of their starts."""
     shape, p = plan.shape[k], plan.parameters[k]
     bend = np.where(shape == Shape.ARC, p[:, 0], 0.0)
@@ -110,19 +108,19 @@ def _local(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
 def spiral_step(first: FloatArray, rate: FloatArray, ds: FloatArray) -> _Triple:
     """Return u, v and the turn after ds of clothoids, (n,), in the frames of their starts.
 
-    The curvature is first + rate · s. The integrals of cos and sin of its turn are taken by Gauss-Legendre in as many
-    panels as the turn needs.
+    The curvature is first + rate · s. Gauss-Legendre quadrature integrates cos and sin of the turn in as many panels
+    as the turn needs.
     """
     bend = np.fmax(np.abs(first), np.abs(first + rate * ds)) * np.abs(ds)
     most = np.nan_to_num(np.fmax.reduce(bend, initial=0.0), posinf=np.inf)
-    panels = int(min(max(np.ceil(most / _PANEL_TURN), 1), _MOST_PANELS))
+    panels = int(min(max(np.ceil(most / _SPIRAL_PANEL_TURN), 1), _MOST_SPIRAL_PANELS))
     u, v = np.zeros(len(ds)), np.zeros(len(ds))
     half = ds / (2 * panels)
     for panel in range(panels):
-        at = (2 * panel + 1) * half[:, None] + half[:, None] * _NODES
+        at = (2 * panel + 1) * half[:, None] + half[:, None] * _SPIRAL_NODES
         turn = at * (first[:, None] + 0.5 * rate[:, None] * at)
-        u += half * (np.cos(turn) @ _WEIGHTS)
-        v += half * (np.sin(turn) @ _WEIGHTS)
+        u += half * (np.cos(turn) @ _SPIRAL_WEIGHTS)
+        v += half * (np.sin(turn) @ _SPIRAL_WEIGHTS)
     return u, v, ds * (first + 0.5 * rate * ds)
 
 
@@ -140,23 +138,23 @@ class _Polynomials:
     v: FloatArray
     end: FloatArray  # (rows,) q at the end; of Poly3, a q beyond it
     arc: FloatArray  # (rows, panels + 1) Arc length at equal steps of q
-    # (rows,) Arc length per s: 1, but where a ParamPoly3's length is not as written. Its ends lie where the
-    # parameter's do, as all readers take it.
+    # (rows,) Arc length per s: 1, except where the length of a ParamPoly3 is not as written: all readers let it end
+    # where its parameter does.
     scale: FloatArray
 
 
-_KNOWN: WeakKeyDictionary[GeometryTable, _Polynomials] = WeakKeyDictionary()
+_CACHE: WeakKeyDictionary[GeometryTable, _Polynomials] = WeakKeyDictionary()
 
 
 def _polynomials(plan: GeometryTable) -> _Polynomials:
-    """Return the polynomials of a plan view, worked out once."""
-    found = _KNOWN.get(plan)
+    """Return the polynomials of a plan view; measured once, then remembered."""
+    found = _CACHE.get(plan)
     if found is None:
-        found = _KNOWN[plan] = _measured(plan)
+        found = _CACHE[plan] = _measure(plan)
     return found
 
 
-def _measured(plan: GeometryTable) -> _Polynomials:
+def _measure(plan: GeometryTable) -> _Polynomials:
     """Find the arc lengths of all polynomials."""
     record = np.flatnonzero((plan.shape == Shape.POLY3) | (plan.shape == Shape.PARAM_POLY3))
     row = np.zeros(len(plan.shape), np.int64)
@@ -169,7 +167,7 @@ def _measured(plan: GeometryTable) -> _Polynomials:
     arc = np.zeros((len(record), _PANELS + 1))
     for panel in range(_PANELS):
         low, high = end * panel / _PANELS, end * (panel + 1) / _PANELS
-        arc[:, panel + 1] = arc[:, panel] + _arc(u, v, low, high)
+        arc[:, panel + 1] = arc[:, panel] + _arc_length(u, v, low, high)
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.where(plain, 1.0, np.where(length > 0, arc[:, -1] / length, 0.0))
     return _Polynomials(record, row, u, v, end, arc, scale)
@@ -195,18 +193,18 @@ def _parameter(table: _Polynomials, row: IntArray, ds: FloatArray) -> FloatArray
     before, after = table.arc[row, panel], table.arc[row, panel + 1]
     u, v = table.u[row], table.v[row]
     q = np.where(after > before, low + step * (goal - before) / (after - before), low)
-    # Inside of the panel, unless the place lies beyond the record.
+    # Inside the panel, unless the place lies beyond the record.
     least = np.where((panel == 0) & (goal < before), -np.inf, low)
     most = np.where((panel == _PANELS - 1) & (goal > after), np.inf, low + step)
-    for _ in range(_ROUNDS):
-        missing = goal - before - _arc(u, v, low, q)
-        q = np.clip(q + missing / np.maximum(np.hypot(_slope(u, q), _slope(v, q)), _TINY), least, most)
-        if not np.any(np.abs(missing) > _ENOUGH):
+    for _ in range(_NEWTON_ROUNDS):
+        missing = goal - before - _arc_length(u, v, low, q)
+        q = np.clip(q + missing / np.maximum(np.hypot(_slope(u, q), _slope(v, q)), _LEAST_SPEED), least, most)
+        if not np.any(np.abs(missing) > _ARC_TOLERANCE):
             break
     return q
 
 
-def _arc(u: FloatArray, v: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def _arc_length(u: FloatArray, v: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Return the arc length from one parameter to another."""
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
     total = np.zeros(len(low))

@@ -8,26 +8,26 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import runs
 from osm2xodr.defaults import SAMPLE_TOLERANCE
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive.space.curves import pose, pose_and_curvature
-from osm2xodr.opendrive.space.lanes import lane_borders, lane_ranks, section_at
+from osm2xodr.opendrive.space.lanes import lane_borders, lane_middles, lanes_of, outermost_lanes, section_at
 from osm2xodr.opendrive.space.profiles import superelevation
 from osm2xodr.opendrive.space.sampling import Stations, sample_roads
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 
-# Distance between the points by which roads are looked up, m: near enough that the nearest point of a curve lies
-# next to the nearest of them.
+# Distance between the points by which roads are looked up, m: so small that the nearest place of a curve lies next to
+# the nearest of them.
 _FIND_STEP: Final = 4.0
-# Roads are looked up so far beside their reference lines at most, m; wider ones are a damage of the file.
+# Roads are looked up at most this far beside their reference lines, m; no sound file has wider ones.
 _FIND_REACH: Final = 100.0
-# How far from a lane's border a place still lies on the lane, m: rounding of what is typed in.
+# How far beyond a lane's border a place still counts as on the lane, m: coordinates that are typed in are rounded.
 _FIND_SLACK: Final = 1e-6
 
-# Rounds of the search for the foot of a perpendicular; bisection alone narrows the first 8 m to 1e-9 m in 33.
+# Rounds of the search for the foot of a perpendicular, and the step after which it ends, m; bisection alone narrows
+# the first 8 m to 1e-9 m in 33 rounds.
 _ROUNDS: Final = 40
-_CLOSE: Final = 1e-10
+_LAST_STEP: Final = 1e-10
 # Feet nearer to each other than this are the same, m.
 _SAME_FOOT: Final = 1e-4
 
@@ -45,24 +45,16 @@ class Places:
     # (n,) m
     s: FloatArray
     t: FloatArray
-    # (n,) Rows of the tables: the lane that the place is on, else the nearest; `ABSENT` where there is none
+    # (n,) Rows of the lane section, and of the lane that the place is on or else the nearest; `ABSENT` without one
     section: IntArray
     lane: IntArray
     inside: BoolArray  # (n,) Whether the place is on the lane
     # (n,) From the point to the nearest point of the road's lanes across from it, level, m; 0 inside
     distance: FloatArray
-    # (n,) How far the point lies beyond the road's end (behind its start: negative), level, m; 0 beside the road
-    along: FloatArray
 
 
 class RoadFinder:
-    """Finds road coordinates of inertial ones; keeps an index of all roads, so that it can be asked again and again.
-
-    Parameters
-    ----------
-    file
-        The network.
-    """
+    """Finds the road coordinates of inertial ones; keeps an index of all roads of a file for many queries."""
 
     def __init__(self, file: OpenDrive) -> None:
         self._file = file
@@ -73,12 +65,9 @@ class RoadFinder:
         self._reach = min(_reach(file, self._stations), _FIND_REACH)
 
     def find(self, x: FloatArray, y: FloatArray) -> Places:
-        """Return all roads whose lanes lie at points, or else the nearest road, for each point.
+        """Return all roads whose lanes lie at inertial x, y, (points,), m, or else the nearest road, for each point.
 
-        Parameters
-        ----------
-        x, y : (points,)
-            Inertial, m. Points that are not finite have no places.
+        Points that are not finite have no places.
         """
         asked = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
         if self._tree is None or not len(asked):
@@ -91,7 +80,7 @@ class RoadFinder:
         return _selected(places, _best(self._file, places), len(x))
 
     def _near(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
-        """Return pairs of points and stations where a perpendicular may stand: the nearest of each pass of a road."""
+        """Return pairs of points and stations near possible perpendiculars: the nearest of each pass of a road."""
         assert self._tree is not None
         points = np.column_stack([x, y])
         nearest, _ = self._tree.query(points)
@@ -120,28 +109,28 @@ class RoadFinder:
         low = self._stations.s[np.maximum(station - 1, begin)]
         high = self._stations.s[np.minimum(station + 1, end)]
         s = self._stations.s[station]
-        open_ = np.arange(len(s))
+        todo = np.arange(len(s))
         for _ in range(_ROUNDS):
-            at = s[open_]
-            px, py, hdg, bend = pose_and_curvature(self._file, road[open_], at)
-            dx, dy = x[open_] - px, y[open_] - py
+            at = s[todo]
+            px, py, hdg, bend = pose_and_curvature(self._file, road[todo], at)
+            dx, dy = x[todo] - px, y[todo] - py
             cos, sin = np.cos(hdg), np.sin(hdg)
             ahead, beside = dx * cos + dy * sin, dy * cos - dx * sin
-            low[open_] = np.where(ahead > 0, at, low[open_])
-            high[open_] = np.where(ahead > 0, high[open_], at)
+            low[todo] = np.where(ahead > 0, at, low[todo])
+            high[todo] = np.where(ahead > 0, high[todo], at)
             slope = 1 - bend * beside
             with np.errstate(divide="ignore", invalid="ignore"):
                 new = at + ahead / slope
             # At the very ends of a road the bracket closes on the end itself.
-            good = (slope > 0) & (low[open_] <= new) & (new <= high[open_])
-            s[open_] = np.where(good, new, 0.5 * (low[open_] + high[open_]))
-            open_ = open_[np.abs(s[open_] - at) > _CLOSE]
-            if not len(open_):
+            good = (slope > 0) & (low[todo] <= new) & (new <= high[todo])
+            s[todo] = np.where(good, new, 0.5 * (low[todo] + high[todo]))
+            todo = todo[np.abs(s[todo] - at) > _LAST_STEP]
+            if not len(todo):
                 break
         return s
 
     def _places(self, x: FloatArray, y: FloatArray, point: IntArray, road: IntArray, s: FloatArray) -> Places:
-        """Return t, lane and distance of the feet of perpendiculars."""
+        """Return the places at the feet of perpendiculars."""
         file = self._file
         px, py, hdg = pose(file, road, s)
         dx, dy = x[point] - px, y[point] - py
@@ -149,26 +138,21 @@ class RoadFinder:
         across = dy * np.cos(hdg) - dx * np.sin(hdg)
         level = np.cos(superelevation(file, road, s))
         t = across / level
-        # Beside a kink a point lies ahead of one piece and behind the next, by less than a chord may be off; only
-        # points beyond the road's end lie farther ahead or behind, and those that have no perpendicular here.
+        # Beside a kink a point lies ahead of one piece and behind the next, by less than a chord's error. Only points
+        # beyond the road's end, and those without a perpendicular here, lie farther ahead or behind.
         at_end = (s <= 0) | (s >= file.roads.length[road])
         beyond = np.where(at_end | (np.abs(along) > SAMPLE_TOLERANCE), along, 0.0)
         section, lane, outside = _nearest_lane(file, road, s, t)
         aside = np.where(np.isfinite(outside), outside * level, np.abs(across))
         inside = (lane != ABSENT) & (outside <= _FIND_SLACK) & (np.abs(beyond) <= _FIND_SLACK)
         distance = np.where(inside, 0.0, np.hypot(aside, beyond))
-        return Places(np.zeros(0, np.int64), point, road, s, t, section, lane, inside, distance, beyond)
+        return Places(np.zeros(0, np.int64), point, road, s, t, section, lane, inside, distance)
 
 
 def _reach(file: OpenDrive, stations: Stations) -> float:
     """Return how far any lane lies from its reference line at most, m."""
-    ranks = lane_ranks(file)
-    section = section_at(file, stations.road, stations.s)
-    known = np.flatnonzero(section >= 0)
     reach = 0.0
-    for count, first, sign in ((ranks.left_count, ranks.left, -1), (ranks.right_count, ranks.right, 1)):
-        has = known[count[section[known]] > 0]
-        lane = first[section[has]] + sign * (count[section[has]] - 1)
+    for has, lane in outermost_lanes(file, section_at(file, stations.road, stations.s)):
         for border in lane_borders(file, lane, stations.s[has]):
             finite = np.abs(border[np.isfinite(border)])
             reach = max(reach, float(np.max(finite, initial=0.0)))
@@ -178,15 +162,11 @@ def _reach(file: OpenDrive, stations: Stations) -> float:
 def _nearest_lane(
     file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return section and lane at or nearest to s, t of roads, and how far t lies outside of the lane, m."""
+    """Return section and lane at or nearest to s, t of roads, and how far t lies outside the lane, m; all (n,)."""
     section = section_at(file, road, s)
     lanes = np.full(len(s), ABSENT)
     outside = np.full(len(s), np.inf)
-    known = np.flatnonzero(section != ABSENT)
-    first = file.lanes.start[section[known]]
-    count = file.lanes.start[section[known] + 1] - first
-    place = np.repeat(known, count)
-    lane = runs(first, count)
+    place, lane = lanes_of(file, section)
     beside = np.flatnonzero((file.lanes.id[lane] != 0) & (file.lanes.id[lane] != ABSENT))
     place, lane = place[beside], lane[beside]
     inner, outer = lane_borders(file, lane, s[place])
@@ -204,14 +184,10 @@ def _nearest_lane(
 
 def _best(file: OpenDrive, places: Places) -> IntArray:
     """Return the rows to keep, in order: for each point all that are inside, or else the nearest."""
-    middle = np.full(len(places.s), np.inf)
-    has = np.flatnonzero(places.lane != ABSENT)
-    inner, outer = lane_borders(file, places.lane[has], places.s[has])
-    middle[has] = np.abs(places.t[has] - 0.5 * (inner + outer))
-    order = np.lexsort((places.s, places.road, middle, places.distance, ~places.inside, places.point))
-    point, road, s = places.point[order], places.road[order], places.s[order]
-    first = np.ones(len(order), np.bool_)
-    first[1:] = np.diff(point) != 0
+    aside = np.abs(places.t - lane_middles(file, places.lane, places.s))
+    aside[places.lane == ABSENT] = np.inf
+    order = np.lexsort((places.s, places.road, aside, places.distance, ~places.inside, places.point))
+    first = np.diff(places.point[order], prepend=-1) != 0
     kept = order[places.inside[order] | first]
     # A foot can be found from two stations.
     point, road, s = places.point[kept], places.road[kept], places.s[kept]
@@ -231,13 +207,13 @@ def places_on(file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray) -> 
     distance = np.where(inside, 0.0, np.where(np.isfinite(outside), outside, np.abs(t)) * level)
     point = np.arange(len(s))
     start = np.arange(len(s) + 1)
-    return Places(start, point, road, s, t, section, lane, inside, distance, np.zeros(len(s)))
+    return Places(start, point, road, s, t, section, lane, inside, distance)
 
 
 def _no_places(points: int) -> Places:
     """Return a table without places."""
-    none, flat, never = np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.bool_)
-    return Places(np.zeros(points + 1, np.int64), none, none, flat, flat, none, none, never, flat, flat)
+    rows, numbers, flags = np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.bool_)
+    return Places(np.zeros(points + 1, np.int64), rows, rows, numbers, numbers, rows, rows, flags, numbers)
 
 
 def _selected(places: Places, rows: IntArray, points: int) -> Places:
@@ -247,8 +223,5 @@ def _selected(places: Places, rows: IntArray, points: int) -> Places:
     return Places(
         start,
         point,
-        *(
-            getattr(places, name)[rows]
-            for name in ("road", "s", "t", "section", "lane", "inside", "distance", "along")
-        ),
+        *(getattr(places, name)[rows] for name in ("road", "s", "t", "section", "lane", "inside", "distance")),
     )

@@ -17,11 +17,11 @@ from osm2xodr.projection import WGS84
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Takes inertial coordinates of a file to WGS 84 and back.
+    """Converts inertial coordinates of a file to WGS 84 and back.
 
     The header's ``<offset>`` lies between the file's coordinates and those of its projection, as OpenDRIVE defines
-    it: x, y are turned by its hdg, then moved by its x, y; z is moved by its z. Heights stay what they are in the
-    projection: nothing is said about their datum.
+    it: x, y are turned by its hdg, then moved by its x, y; z is moved by its z. Heights are those of the projection,
+    whatever their datum.
     """
 
     crs: CRS  # Of the projection, in metres
@@ -36,13 +36,13 @@ class Frame:
         return Transformer.from_crs(WGS84, self.crs, always_xy=True)
 
     def to_geographic(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return longitude and latitude (degrees, WGS 84) of inertial x, y, m; not finite where there is none."""
+        """Return longitude and latitude (degrees, WGS 84) of inertial x, y, m; not finite outside the projection."""
         east, north, _, turn = self.offset
         cos, sin = math.cos(turn), math.sin(turn)
         return _transformed(self._forward, cos * x - sin * y + east, sin * x + cos * y + north)
 
     def to_inertial(self, lon_deg: FloatArray, lat_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return inertial x, y (m) of longitude and latitude, degrees, WGS 84; not finite where there are none."""
+        """Return inertial x, y (m) of longitude and latitude, degrees, WGS 84; not finite outside the projection."""
         east, north, _, turn = self.offset
         cos, sin = math.cos(turn), math.sin(turn)
         u, v = _transformed(self._back, lon_deg, lat_deg)
@@ -57,7 +57,7 @@ class Frame:
 def _transformed(transformer: Transformer, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return transformed coordinates."""
     if np.size(x) == 1:
-        # pyproj takes an array of one element for a number, which numpy will not allow any more.
+        # pyproj converts an array of one element to a number, which numpy deprecates.
         one, other = transformer.transform(float(np.ravel(x)[0]), float(np.ravel(y)[0]))
         return np.full(np.shape(x), one), np.full(np.shape(y), other)
     first, second = transformer.transform(x, y)
@@ -65,18 +65,18 @@ def _transformed(transformer: Transformer, x: FloatArray, y: FloatArray) -> tupl
 
 
 def frame_of(header: Header) -> tuple[Frame | None, str]:
-    """Return the frame that a header describes, or None and a sentence that says why there is none."""
+    """Return the frame that a header describes, or None and a sentence that says why not."""
     text = header.geo_reference
     if not text:
         return None, "the file has no geoReference, so where it lies on Earth is unknown"
     offset = header.offset or (0.0, 0.0, 0.0, 0.0)
     if not all(math.isfinite(item) for item in offset):
-        # Missing parts of an offset were told by the reader, and are no reason to guess.
+        # The reader has reported the missing parts; guessing them would put the file somewhere else.
         return None, "the header's offset has numbers that are missing or unreadable"
     try:
         crs = CRS.from_user_input(text)
         if not crs.is_projected:
-            return None, f"the geoReference {_short(text)} is no projection in metres"
+            return None, f"the geoReference {_short(text)} is not a projection in metres"
         if any(abs(axis.unit_conversion_factor - 1.0) > 1e-12 for axis in crs.axis_info[:2]):
             return None, f"the geoReference {_short(text)} is not in metres"
         Transformer.from_crs(crs, WGS84, always_xy=True)
@@ -87,6 +87,6 @@ def frame_of(header: Header) -> tuple[Frame | None, str]:
 
 
 def _short(text: str) -> str:
-    """Return a text fit for a sentence."""
+    """Return a text short enough for a sentence."""
     line = " ".join(text.split())
     return repr(line if len(line) <= 80 else f"{line[:77]}...")

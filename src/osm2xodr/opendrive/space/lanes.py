@@ -1,23 +1,23 @@
-"""Lanes across the road: where their borders are, and which lies at a place."""
+"""Lanes across the road: where their borders are, and which sections and lanes there are."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.curves import find_record, runs
+from osm2xodr.curves import cubic_value, find_record, runs
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive.space.curves import LEFT
-from osm2xodr.opendrive.space.profiles import cubic, lane_offset
+from osm2xodr.opendrive.space.profiles import lane_offset
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 
 
 @dataclass(frozen=True, eq=False)
 class LaneRanks:
-    """How lanes are counted from the centre outwards."""
+    """The lanes of all sections, counted from the centre outwards."""
 
-    # (sections,) Index of the lane next to the centre on either side, if there is one
+    # (sections,) Row of the lane next to the centre on either side, if there is one
     left: IntArray
     right: IntArray
     # (sections,) Lanes on either side
@@ -47,22 +47,11 @@ def lane_ranks(file: OpenDrive) -> LaneRanks:
 def lane_borders(
     file: OpenDrive, lanes: IntArray, s: FloatArray, *, before: bool = False
 ) -> tuple[FloatArray, FloatArray]:
-    """Return t of the inner and outer borders of lanes at s of their roads, each (n,), m.
+    """Return t of the inner and outer borders of lanes (rows of `OpenDrive.lanes`) at s of their roads, each (n,), m.
 
     Each lane is evaluated in its own section, even where s lies beyond it. Widths add up from the lane offset
-    outwards. A lane without widths takes its ``<border>``, which counts from the lane offset, too; one without
-    either has no width. Lanes whose id is unreadable give NaN.
-
-    Parameters
-    ----------
-    file
-        The network.
-    lanes : (n,)
-        Rows of `OpenDrive.lanes`.
-    s : (n,)
-        m, from the start of the road.
-    before
-        Whether the limit from the left is meant.
+    outwards. A lane without widths has its ``<border>``, which counts from the lane offset, too; one without either
+    has no width. Lanes whose id is unreadable give NaN. `before` asks for the limit from the left.
     """
     table = file.lanes
     section = table.section[lanes]
@@ -75,7 +64,7 @@ def lane_borders(
     for step in range(int(rank.max(initial=0))):
         at = np.flatnonzero(rank > step)
         lane = np.where(is_left[at], ranks.left[section[at]] - step, ranks.right[section[at]] + step)
-        width = cubic(table.width, lane, ds[at], before=before)
+        width = cubic_value(table.width, lane, ds[at], before=before)
         inner[at] = outer[at]
         beyond = outer[at] + np.where(is_left[at], width, -width)
         bare = np.flatnonzero(
@@ -83,10 +72,19 @@ def lane_borders(
             & (table.border.start[lane + 1] > table.border.start[lane])
         )
         if len(bare):
-            beyond[bare] = middle[at[bare]] + cubic(table.border, lane[bare], ds[at[bare]], before=before)
+            beyond[bare] = middle[at[bare]] + cubic_value(table.border, lane[bare], ds[at[bare]], before=before)
         outer[at] = beyond
     inner[rank < 0] = outer[rank < 0] = np.nan
     return inner, outer
+
+
+def lane_middles(file: OpenDrive, lanes: IntArray, s: FloatArray) -> FloatArray:
+    """Return t of the middles of lanes at s of their roads, (n,), m; NaN for `ABSENT` ones."""
+    out = np.full(len(s), np.nan)
+    has = np.flatnonzero(lanes != ABSENT)
+    inner, outer = lane_borders(file, lanes[has], s[has])
+    out[has] = 0.5 * (inner + outer)
+    return out
 
 
 def section_at(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> IntArray:
@@ -95,36 +93,22 @@ def section_at(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool =
     out = np.full(len(s), ABSENT)
     has = np.flatnonzero(start[road + 1] > start[road])
     if len(has):
-        out[has] = find_record(start, file.sections.s, road[has], s[has] - LEFT if before else s[has])
+        out[has] = find_record(start, file.sections.s, road[has], s[has], before=before)
     return out
 
 
-def lane_at(
-    file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray, slack: float = 0.0, *, before: bool = False
-) -> IntArray:
-    """Return the lanes at s and t of roads, (n,): rows of `OpenDrive.lanes`; `ABSENT` where there is none.
-
-    Where lanes overlap or touch there, the leftmost is returned.
-
-    Parameters
-    ----------
-    file, road, s, t
-        Where.
-    slack
-        How far beside a lane a place still counts as on it, m.
-    before
-        Whether the limit from the left is meant.
-    """
-    section = section_at(file, road, s, before=before)
+def lanes_of(file: OpenDrive, section: IntArray) -> tuple[IntArray, IntArray]:
+    """Return all lanes of sections (n,), or `ABSENT`: the index into `section` and the row of each lane."""
     known = np.flatnonzero(section != ABSENT)
     first = file.lanes.start[section[known]]
     count = file.lanes.start[section[known] + 1] - first
-    place = np.repeat(known, count)
-    lane = runs(first, count)
-    inner, outer = lane_borders(file, lane, s[place], before=before)
-    low, high = np.minimum(inner, outer) - slack, np.maximum(inner, outer) + slack
-    holds = (low <= t[place]) & (t[place] <= high) & (file.lanes.id[lane] != 0)
-    out = np.full(len(s), ABSENT)
-    # Backwards, so that the first of several stays.
-    out[place[holds][::-1]] = lane[holds][::-1]
-    return out
+    return np.repeat(known, count), runs(first, count)
+
+
+def outermost_lanes(file: OpenDrive, section: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield the outermost lanes of sections (n,), side by side: the index into `section` and the row of each lane."""
+    known = np.flatnonzero(section != ABSENT)
+    ranks = lane_ranks(file)
+    for count, first, sign in ((ranks.left_count, ranks.left, -1), (ranks.right_count, ranks.right, 1)):
+        has = known[count[section[known]] > 0]
+        yield has, first[section[has]] + sign * (count[section[has]] - 1)

@@ -1,4 +1,4 @@
-"""Lanes as ribbons between borders, which neighbours share."""
+"""Lanes as ribbons between borders that neighbours share."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from osm2xodr.curves import owners, ranks, runs, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive.space.lanes import lane_borders, lane_ranks
-from osm2xodr.opendrive.space.profiles import lane_offset, rolled
+from osm2xodr.opendrive.space.profiles import lane_offset, points_beside
 from osm2xodr.opendrive.space.sampling import SAME, Stations
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 
@@ -17,8 +18,8 @@ from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 class Ribbons:
     """The borders of all lanes as lines in space, and which of them bound each lane.
 
-    Sections have one border more than lanes beside the centre, from left to right; all borders of a section have a
-    point at the same stations. Sections that are shorter than a micrometre, or whose road has no stations, have none.
+    A section has one border more than lanes beside the centre, from left to right; all its borders have a point at
+    the same stations. Sections shorter than a micrometre, or of roads without stations, have no borders.
     """
 
     start: IntArray  # (borders + 1,) Index of each border's first point
@@ -35,36 +36,24 @@ class Ribbons:
 
 
 def lane_ribbons(file: OpenDrive, stations: Stations) -> Ribbons:
-    """Return the borders of all lanes at stations; lane heights are left out.
-
-    Parameters
-    ----------
-    file
-        The network.
-    stations
-        Of `sample_roads` for this file.
-    """
+    """Return the borders of all lanes of a file at the stations of `sample_roads`; lane heights are left out."""
     first, count = _stations_of_sections(file, stations)
-    ranks = lane_ranks(file)
-    borders = np.where(count > 0, ranks.left_count + ranks.right_count + 1, 0)
-    border_start = np.concatenate([[0], np.cumsum(borders)])
-    section = np.repeat(np.arange(len(borders)), borders)
-    rank = np.arange(len(section)) - border_start[section]
-    # The lane whose outer border each one is; the centre's belongs to none.
+    lanes = lane_ranks(file)
+    borders = np.where(count > 0, lanes.left_count + lanes.right_count + 1, 0)
+    border_start = starts(borders)
+    section, rank = owners(border_start), ranks(borders)
+    # The lane whose outer border each one is; the border in the centre belongs to no lane.
     lane = np.full(len(section), ABSENT)
-    on_left = rank < ranks.left_count[section]
-    on_right = rank > ranks.left_count[section]
-    lane[on_left] = file.lanes.start[section[on_left]] + rank[on_left]
-    behind = rank[on_right] - ranks.left_count[section[on_right]] - 1
-    lane[on_right] = ranks.right[section[on_right]] + behind
-    points = count[section]
-    start = np.concatenate([[0], np.cumsum(points)]).astype(np.int64)
-    border = np.repeat(np.arange(len(section)), points)
-    index = np.arange(len(border)) - start[border]
-    station = first[section[border]] + index
-    t = _border_t(file, stations, section[border], lane[border], station, index == points[border] - 1)
+    behind = rank - lanes.left_count[section]
+    lane[behind < 0] = (file.lanes.start[section] + rank)[behind < 0]
+    lane[behind > 0] = (lanes.right[section] + behind - 1)[behind > 0]
+    start = starts(count[section])
+    border = owners(start)
+    station = runs(first[section], count[section])
+    last = station == (first + count - 1)[section[border]]
+    t = _border_t(file, stations, section[border], lane[border], station, last)
     base_x, base_y, base_z = stations.x[station], stations.y[station], stations.z[station]
-    x, y, z = rolled(base_x, base_y, base_z, stations.hdg[station], stations.roll[station], t)
+    x, y, z = points_beside(base_x, base_y, base_z, stations.hdg[station], stations.roll[station], t)
     left, right = _bounds(file, border_start, count)
     return Ribbons(start, section, station, t, x, y, z, left, right)
 
@@ -106,12 +95,12 @@ def _border_t(
 def _bounds(file: OpenDrive, border_start: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     """Return the borders to the left and right of each lane."""
     lanes = file.lanes
-    ranks = lane_ranks(file)
+    counted = lane_ranks(file)
     section = lanes.section
-    centre = border_start[section] + ranks.left_count[section]
-    inner = np.where(lanes.id > 0, centre - ranks.rank + 1, centre + ranks.rank - 1)
-    outer = np.where(lanes.id > 0, centre - ranks.rank, centre + ranks.rank)
+    centre = border_start[section] + counted.left_count[section]
+    inner = np.where(lanes.id > 0, centre - counted.rank + 1, centre + counted.rank - 1)
+    outer = np.where(lanes.id > 0, centre - counted.rank, centre + counted.rank)
     left, right = np.minimum(inner, outer), np.maximum(inner, outer)
-    gone = (ranks.rank <= 0) | (count[section] == 0)
-    left[gone] = right[gone] = ABSENT
+    missing = (counted.rank <= 0) | (count[section] == 0)
+    left[missing] = right[missing] = ABSENT
     return left, right
