@@ -11,6 +11,7 @@ if TYPE_CHECKING:
         GENERIC as GENERIC,
         KMH as KMH,
         MPH as MPH,
+        SPEED_UNITS as SPEED_UNITS,
         Country as Country,
         MarkStyle as MarkStyle,
         find_country as find_country,
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "find_country"),
+        "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "find_country"),
         "street_signs": (
             "Light",
             "Sign",

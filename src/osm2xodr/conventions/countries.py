@@ -29,7 +29,8 @@ from osm2xodr.defaults import WALKING_SPEED_KMH
 
 KMH: Final = "km/h"
 MPH: Final = "mph"
-_UNITS: Final[Mapping[str, float]] = MappingProxyType({KMH: 1.0 / 3.6, MPH: 0.44704})
+# Units of speed limits, m/s.
+SPEED_UNITS: Final[Mapping[str, float]] = MappingProxyType({KMH: 1.0 / 3.6, MPH: 0.44704})
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,5 +112,5 @@ def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> 
 def _speed(limit: float | str, unit: str) -> float:
     """Return a limit of the table, m/s."""
     if isinstance(limit, str):
-        return {"none": math.inf, "walk": WALKING_SPEED_KMH * _UNITS[KMH]}[limit]
-    return limit * _UNITS[unit]
+        return {"none": math.inf, "walk": WALKING_SPEED_KMH * SPEED_UNITS[KMH]}[limit]
+    return limit * SPEED_UNITS[unit]

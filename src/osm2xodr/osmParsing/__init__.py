@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     )
     from osm2xodr.osmParsing.options import DRIVABLE as DRIVABLE
     from osm2xodr.osmParsing.roadside import is_thing as is_thing, node_keys as node_keys, way_values as way_values
-    from osm2xodr.osmParsing.tags import ACCESS_TAGS as ACCESS_TAGS, left_out as left_out
+    from osm2xodr.osmParsing.tags import ACCESS_TAGS as ACCESS_TAGS, reason_left_out as reason_left_out
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -87,6 +87,6 @@ __getattr__ = lazy_exports(
         ),
         "options": ("DRIVABLE",),
         "roadside": ("is_thing", "node_keys", "way_values"),
-        "tags": ("ACCESS_TAGS", "left_out"),
+        "tags": ("ACCESS_TAGS", "reason_left_out"),
     },
 )

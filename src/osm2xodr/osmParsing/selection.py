@@ -10,7 +10,7 @@ from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.osmParsing.file import OsmFile, OtherWays, RawRelation, RawWay, count_contents, read_ways
 from osm2xodr.osmParsing.options import HIGHWAYS, ParseOptions
 from osm2xodr.osmParsing.roadside import ways_beside
-from osm2xodr.osmParsing.tags import WAY_TAGS, left_out
+from osm2xodr.osmParsing.tags import WAY_TAGS, reason_left_out
 
 # Values of ``highway`` for roads that are not there yet; reported, because maps show them.
 _UNBUILT: Final = frozenset({"construction", "proposed", "planned"})
@@ -82,7 +82,7 @@ def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagno
         if highway in _UNBUILT:
             diagnostics.dropped("not-built", name, f"highway={highway} is not there yet and is left out")
             continue
-        reason = left_out(way.tags, options.ways, options.include_private)
+        reason = reason_left_out(way.tags, options.ways, options.include_private)
         if reason is None:
             ways.append(way)
             if highway == "road":
@@ -162,7 +162,7 @@ def nothing_to_drive_on(file: OsmFile, asked: Sequence[RawWay], options: ParseOp
     if not highways:
         return f"{file.path} has no ways with highway=*; export the area with its roads"
     reasons = Counter(
-        reason[0] for way in asked if (reason := left_out(way.tags, options.ways, options.include_private))
+        reason[0] for way in asked if (reason := reason_left_out(way.tags, options.ways, options.include_private))
     )
     remedies = ["--ways all reads more kinds of ways"]
     if reasons["closed"] and not options.include_private:

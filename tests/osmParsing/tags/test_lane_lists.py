@@ -106,4 +106,4 @@ def test_the_first_direction_that_is_there_counts() -> None:
 def test_unknown_arrows_are_dropped_and_said() -> None:
     findings: Findings = []
     assert read_turns("left; through;none;banana", findings) == {"left", "through"}
-    assert findings == [(Kind.DROPPED, "turn", "'banana' is no way to turn and is ignored")]
+    assert findings == [(Kind.DROPPED, "turn", "'banana' is not a direction of a turn and is ignored")]

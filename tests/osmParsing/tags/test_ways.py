@@ -77,7 +77,7 @@ def test_priority_roads(tags: str, expected: bool) -> None:
 )
 def test_what_holds_at_times_only_is_told(tag: str) -> None:
     attributes, direction, said = read(tag)
-    assert said == [(Kind.DROPPED, "conditional", f"{tag} holds at times only and is not kept")]
+    assert said == [(Kind.DROPPED, "conditional", f"{tag} holds at certain times only and is not carried")]
     assert (attributes.speed_forward, direction) == (None, 0)
 
 
