@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from osm_builder import write_osm
 
-from osm2xodr.osmParsing.file.places import element_places
+from osm2xodr.osmParsing.file.reader import element_places
 from osm2xodr.projection import make_frame, to_geographic
 
 FRAME = make_frame(42.5, 1.5)
