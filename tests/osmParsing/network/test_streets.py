@@ -370,7 +370,7 @@ def test_ways_that_are_left_out_are_told_by_kind(tmp_path: Path) -> None:
         "2 ways left out: highway=track is not among the ways asked for",
     ]
     assert [(item.osm_id, item.message) for item in about(diagnostics, "highway-class")] == [
-        ("way/24", f"highway={'x' * 37}... is no class of roads that can be carried, it is left out")
+        ("way/24", f"highway={'x' * 37}... is not a class of roads that can be carried, it is left out")
     ]
 
 

@@ -7,11 +7,12 @@ Ways are cut where streets may meet (`pieces`), joined between intersections (`c
 from __future__ import annotations
 
 from osm2xodr.osmParsing.network.country import find_place
-from osm2xodr.osmParsing.network.pieces import cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
+from osm2xodr.osmParsing.network.pieces import Pieces, cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
 from osm2xodr.osmParsing.network.relations import read_connectivities, read_restrictions
 from osm2xodr.osmParsing.network.streets import make_streets, tags_on_streets
 
 __all__ = [
+    "Pieces",
     "cut_at_shared_nodes",
     "cut_gaps",
     "find_place",

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from osm2xodr.model import FloatArray, Street
-from osm2xodr.surface.street_points import points_along
+from osm2xodr.surface.reading import points_along
 
 
 def street(points: list[tuple[float, float]]) -> Street:
