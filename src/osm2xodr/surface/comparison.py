@@ -17,14 +17,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.model import FloatArray
-from osm2xodr.surface.grids import (
-    Cells,
-    all_corners,
-    fill_voids,
-    fit_polynomial,
-    make_interpolator,
-    term_count,
-)
+from osm2xodr.surface.grids import Cells, all_corners, fill_voids, fit_polynomial, make_interpolator, term_count
 
 _INTERPOLATIONS: Final = ("nearest", "bilinear", "bicubic")
 _ORDERS: Final = (2, 3, 4, 5)  # Total degrees of polynomials

@@ -26,10 +26,7 @@ _OPTIONAL: Final = re.compile(r"\(([^()]*)\)")
 
 
 def read_restrictions(
-    relations: Sequence[RawRelation],
-    ways: Sequence[RawWay],
-    same_node: Mapping[int, int],
-    diagnostics: Diagnostics,
+    relations: Sequence[RawRelation], ways: Sequence[RawWay], same_node: Mapping[int, int], diagnostics: Diagnostics
 ) -> tuple[TurnRestriction, ...]:
     """Read the turn restrictions that hold for cars at all times.
 
@@ -50,10 +47,7 @@ def read_restrictions(
 
 
 def read_connectivities(
-    relations: Sequence[RawRelation],
-    ways: Sequence[RawWay],
-    same_node: Mapping[int, int],
-    diagnostics: Diagnostics,
+    relations: Sequence[RawRelation], ways: Sequence[RawWay], same_node: Mapping[int, int], diagnostics: Diagnostics
 ) -> tuple[LaneConnectivity, ...]:
     """Read the relations that connect lanes; parameters as of `read_restrictions`."""
     carried = {way.id: way for way in ways}

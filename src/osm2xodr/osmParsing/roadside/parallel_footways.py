@@ -21,12 +21,7 @@ import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Direction, Footway, IntArray, LaneType, MarginSpec, Street, StreetAttributes
-from osm2xodr.osmParsing.defaults import (
-    CYCLE_TRACK_WIDTH,
-    CYCLE_TRACK_WIDTH_BOTH,
-    FOOTWAY_BESIDE,
-    SIDEWALK_WIDTH,
-)
+from osm2xodr.osmParsing.defaults import CYCLE_TRACK_WIDTH, CYCLE_TRACK_WIDTH_BOTH, FOOTWAY_BESIDE, SIDEWALK_WIDTH
 from osm2xodr.osmParsing.roadside.footway_cuts import cut_where_footways_end, join_like_pieces
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered, match_footways
 from osm2xodr.osmParsing.roadside.reach import StreetSamples
