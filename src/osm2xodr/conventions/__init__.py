@@ -1,4 +1,4 @@
-"""What differs by country and by reader of OpenDRIVE."""
+"""Conventions that several stages share: laws and designs by country, readers of OpenDRIVE, OSM's signs on nodes."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
         Sign as Sign,
         Signs as Signs,
         light_of as light_of,
-        meant_direction as meant_direction,
-        meant_ends as meant_ends,
         priority_rank as priority_rank,
         read_signs as read_signs,
+        signed_direction as signed_direction,
+        signed_ends as signed_ends,
         stops_all as stops_all,
     )
     from osm2xodr.conventions.targets import (
@@ -43,8 +43,8 @@ __getattr__ = lazy_exports(
             "Sign",
             "Signs",
             "light_of",
-            "meant_direction",
-            "meant_ends",
+            "signed_direction",
+            "signed_ends",
             "priority_rank",
             "read_signs",
             "stops_all",
