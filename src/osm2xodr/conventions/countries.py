@@ -67,8 +67,8 @@ class Country:
     code: str = ""  # ISO 3166-1 alpha-2 or ISO 3166-2; empty for `GENERIC`
     speed_unit: str = KMH  # Unit of its speed limit signs: `KMH` or `MPH`
     # Legal limits, m/s, by OSM's values of ``maxspeed:type`` (``urban``, ``rural``, ``motorway``, ``trunk``,
-    # ``living_street`` …); ``residential`` where such streets have a limit of their own. Infinity where there is none;
-    # absent where the law differs within the country.
+    # ``living_street`` …); ``residential`` where such streets have a limit of their own. Infinity where there is
+    # none; absent where the law differs within the country.
     speeds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     # Width of a lane, m, by highway value, where it differs from `LANE_WIDTH`
     lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)

@@ -53,7 +53,8 @@ _SPECIAL_LIGHTS: Final = {
 _ALL_WAY: Final = frozenset({"all", "4-way", "4way"})
 _ALONG: Final = {"forward": True, "backward": False}
 _COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
-# A sign that faces within 20 degrees of straight across the street tells no direction: the sine of that angle, a choice.
+# A sign that faces within 20 degrees of straight across the street tells no direction: the sine of that angle. A
+# choice.
 _FACING_MIN: Final = 0.34
 
 

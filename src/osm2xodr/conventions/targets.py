@@ -44,8 +44,8 @@ class Target:
     lane_types: tuple[tuple[str, str], ...] = ()
     # Where it looks for the corners of crosswalks; in version 1.4, BOTH is written as STANDARD
     crosswalks: Crosswalks = Crosswalks.STANDARD
-    # Whether connecting roads refer to the lights that govern them: CARLA needs this; SUMO does not, and takes some for
-    # lights of the next junction (measured with netconvert 1.28)
+    # Whether connecting roads refer to the lights that govern them: CARLA needs this; SUMO does not, and takes some
+    # for lights of the next junction (measured with netconvert 1.28)
     light_references: bool = True
     lights_for_people: bool = True  # Whether crossings have lights for people; SUMO takes them for lights for cars
     # Whether ``laneChange`` of road marks is as drivers see it. In the standard, ``increase`` and ``decrease`` mean

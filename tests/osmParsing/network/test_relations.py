@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from osm_builder import Area, about, tags_of
+from osm_builder import ROAD, ROW, Area, about, tags_of
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import LaneConnectivity, TurnRestriction
@@ -257,3 +257,22 @@ def test_connectivity_from_a_file(tmp_path: Path) -> None:
     network, diagnostics = area.parse(tmp_path)
     assert network.connectivities == (LaneConnectivity(5, 1, 2, (), 2, ((1, 1, False), (2, 2, False), (2, 3, True))),)
     assert about(diagnostics, "connectivity") == []
+
+
+def test_restrictions_of_carried_ways(tmp_path: Path) -> None:
+    members = [("way", 20, "from"), ("node", 2, "via"), ("way", 21, "to")]
+    area = Area(
+        ROW,
+        {20: ([1, 2], ROAD), 21: ([2, 3], ROAD), 22: ([2, 12], ROAD), 23: ([2, 11], "highway=footway")},
+        {
+            9: (members, "type=restriction restriction=no_left_turn"),
+            8: ([*members[:2], ("way", 22, "to")], "type=restriction restriction=only_right_turn"),
+            7: ([*members[:2], ("way", 23, "to")], "type=restriction restriction=no_right_turn"),
+        },
+    )
+    network, diagnostics = area.parse(tmp_path)
+    assert [(item.osm_relation_id, item.only, item.to_ways) for item in network.restrictions] == [
+        (8, True, (22,)),
+        (9, False, (21,)),
+    ]
+    assert [item.osm_id for item in about(diagnostics, "restriction")] == ["relation/7"]

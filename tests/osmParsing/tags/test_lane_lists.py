@@ -3,7 +3,8 @@ from osm_builder import tags_of
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import LaneType
-from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes, read_slots, read_turns
+from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes, read_slots, read_turns
+from osm2xodr.osmParsing.tags.values import Findings
 
 LETTERS = {
     LaneType.DRIVING: "d",

@@ -16,9 +16,9 @@ from osm2xodr.model import Direction, LaneType, Rule
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_counts import SIDES, LaneGroups
-from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes
+from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, SIDE_KEYS, names_of_side
-from osm2xodr.osmParsing.tags.values import parse_count, parse_length
+from osm2xodr.osmParsing.tags.values import Findings, first_width, parse_count
 
 CYCLE_TAGS: Final = (
     "oneway:bicycle",
@@ -139,16 +139,8 @@ def _along(tags: Mapping[str, str], side: str, usual: Direction, findings: Findi
 
 
 def _width(tags: Mapping[str, str], side: str, findings: Findings) -> float | None:
-    for name in names_of_side("cycleway", side):
-        for what in ("width", "est_width"):
-            text = tags.get(f"{name}:{what}")
-            if text is None:
-                continue
-            width = parse_length(text)
-            if width is not None and TAGGED_LANE_WIDTH_MIN <= width <= TAGGED_LANE_WIDTH_MAX:
-                return width
-            findings.append((Kind.DROPPED, _CODE, f"{name}:{what}={text} is not the width of a lane and is ignored"))
-    return None
+    keys = (f"{name}:{what}" for name in names_of_side("cycleway", side) for what in ("width", "est_width"))
+    return first_width(tags, keys, (TAGGED_LANE_WIDTH_MIN, TAGGED_LANE_WIDTH_MAX), _CODE, "a lane", findings)
 
 
 def _with_cycle_lane(

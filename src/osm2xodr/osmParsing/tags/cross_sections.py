@@ -21,13 +21,12 @@ from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_BUS, LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, lane_groups
-from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Findings, Slot
+from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
-from osm2xodr.osmParsing.tags.values import parse_length
+from osm2xodr.osmParsing.tags.values import Findings, first_width
 
 # Widths of a carriageway that are believed, m: from a car's to ten wide lanes with their margins.
-_CARRIAGEWAY_WIDTH_MIN: Final = 1.5
-_CARRIAGEWAY_WIDTH_MAX: Final = 60.0
+_CARRIAGEWAY_WIDTHS: Final = (1.5, 60.0)
 
 _WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
 _PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
@@ -118,7 +117,7 @@ def _carriageway(
     parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
     if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
         return _Carriageway()
-    width = _carriageway_width(tags, findings)
+    width = first_width(tags, _WIDTH_TAGS, _CARRIAGEWAY_WIDTHS, "width", "a road", findings)
     if width is None or not parked:
         return _Carriageway(width)
     parking = margins.parking_left + margins.parking_right
@@ -167,18 +166,6 @@ def _beside_width(kind: LaneType, usual: float) -> float:
     if kind is LaneType.BUS:
         return max(usual, LANE_WIDTH_BUS)
     return usual if kind in MOTOR_LANES else LANE_WIDTH_BICYCLE
-
-
-def _carriageway_width(tags: Mapping[str, str], findings: Findings) -> float | None:
-    for key in _WIDTH_TAGS:
-        text = tags.get(key)
-        if text is None:
-            continue
-        width = parse_length(text)
-        if width is not None and _CARRIAGEWAY_WIDTH_MIN <= width <= _CARRIAGEWAY_WIDTH_MAX:
-            return width
-        findings.append((Kind.DROPPED, "width", f"{key}={text} is not the width of a road and is ignored"))
-    return None
 
 
 # ---------------------------------------------------------------- placement

@@ -20,9 +20,8 @@ from osm2xodr.osmParsing.defaults import (
 )
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.beside_lanes import REVERSE, near_side, side_value
-from osm2xodr.osmParsing.tags.lane_lists import Findings
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, SIDE_KEYS, keys_of_sides, names_of_side, width_of_side
-from osm2xodr.osmParsing.tags.values import parse_length
+from osm2xodr.osmParsing.tags.values import Findings, add_once, parse_length
 
 _SEPARATION: Final = tuple(f":{what}{side}" for what in ("separation", "buffer") for side in SIDE_KEYS)
 # In addition to those of `beside_lanes`.
@@ -83,9 +82,7 @@ def read_track(
     if value not in (_TRACK, _OPPOSITE):
         return None
     if value == _OPPOSITE and not direction:
-        said = (Kind.DROPPED, _CODE, f"{key}={value} on a two-way road is ignored")
-        if said not in findings:
-            findings.append(said)
+        add_once(findings, Kind.DROPPED, _CODE, f"{key}={value} on a two-way road is ignored")
         return None
     runs = _runs(tags, side, direction, own, value, key)
     width_keys = [name for end in (":width", ":est_width") for name in names_of_side("cycleway", side, end)]

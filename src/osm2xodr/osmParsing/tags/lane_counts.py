@@ -16,8 +16,8 @@ from osm2xodr.diagnostics import Kind
 from osm2xodr.model import LaneType
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.osmParsing.tags.access import NO_VALUES
-from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes, read_change, read_slots, read_turns
-from osm2xodr.osmParsing.tags.values import parse_count
+from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes, read_change, read_slots, read_turns
+from osm2xodr.osmParsing.tags.values import Findings, parse_count
 
 COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
 # Tags that open one direction of a road to buses or bicycles alone, or close it to bicycles.

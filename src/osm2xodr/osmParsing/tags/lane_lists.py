@@ -22,10 +22,7 @@ from osm2xodr.osmParsing.defaults import (
     TAGGED_LANE_WIDTH_MIN,
 )
 from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES
-from osm2xodr.osmParsing.tags.values import parse_length
-
-# Diagnostics about a way's tags without its id: kind, code, words.
-Findings = list[tuple[Kind, str, str]]
+from osm2xodr.osmParsing.tags.values import Findings, parse_length
 
 MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")

@@ -18,7 +18,6 @@ from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import SHOULDER_WIDTH, SHOULDER_WIDTH_OTHER, SIDEWALK_WIDTH, VERGE_WIDTH
 from osm2xodr.osmParsing.tags.beside_lanes import CYCLE_TAGS, near_side
 from osm2xodr.osmParsing.tags.cycle_tracks import TRACK_TAGS, Track, read_track, report_unknown_cycleways
-from osm2xodr.osmParsing.tags.lane_lists import Findings
 from osm2xodr.osmParsing.tags.parking import (
     HALF_ON_KERB,
     LANE,
@@ -39,7 +38,7 @@ from osm2xodr.osmParsing.tags.sides import (
     sides_of,
     width_of_side,
 )
-from osm2xodr.osmParsing.tags.values import parse_length
+from osm2xodr.osmParsing.tags.values import Findings, add_once, parse_length
 
 # The second is a common typing error.
 _OLD_WIDTHS: Final = (":width", ".width")
@@ -198,20 +197,14 @@ def kerb_height(tags: Tags, side: str, findings: Findings) -> float:
             height = parse_length(tags[name])
             if height is not None and height <= KERB_HEIGHT_MAX:
                 return height
-            _ignore_kerb(name, tags[name], findings)
+            add_once(findings, Kind.DROPPED, "kerb", f"{name}={tags[name]} is not a known kerb and is ignored")
     for name in (*names_of_side("sidewalk", side, ":kerb"), *names_of_side("kerb", side)):
         if name in tags:
             height = KERB_HEIGHT.get(tags[name])
             if height is not None:
                 return height
-            _ignore_kerb(name, tags[name], findings)
+            add_once(findings, Kind.DROPPED, "kerb", f"{name}={tags[name]} is not a known kerb and is ignored")
     return KERB_HEIGHT["raised"]
-
-
-def _ignore_kerb(name: str, value: str, findings: Findings) -> None:
-    finding = (Kind.DROPPED, "kerb", f"{name}={value} is not a known kind of kerb and is ignored")
-    if finding not in findings:
-        findings.append(finding)
 
 
 @lru_cache(maxsize=4096)

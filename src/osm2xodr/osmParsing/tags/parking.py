@@ -12,8 +12,8 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.osmParsing.defaults import PARKING_WIDTH
-from osm2xodr.osmParsing.tags.lane_lists import Findings
 from osm2xodr.osmParsing.tags.sides import Tags, width_of_side
+from osm2xodr.osmParsing.tags.values import Findings, add_once
 
 _OLD: Final = "parking:lane"
 _NEW: Final = "parking"
@@ -83,14 +83,16 @@ def read_parking(tags: Tags, side: str, findings: Findings) -> Parking | None:
     if new is None and old is None:
         return None
     if new is not None and old is not None and (new[0] == "") != (old[0] == ""):
-        _report(findings, Kind.REPAIRED, "parking:lane contradicts the newer tags of parking, which are taken")
+        add_once(
+            findings, Kind.REPAIRED, _CODE, "parking:lane contradicts the newer tags of parking, which are taken"
+        )
     place, orientation = new or old or ("", "")
     if not place:
         return None
     if new and not orientation and old:
         orientation = old[1]
     if not orientation:
-        _report(findings, Kind.GUESSED, "no orientation of parking given, parallel assumed")
+        add_once(findings, Kind.GUESSED, _CODE, "no orientation of parking given, parallel assumed")
     keys = [f"{key}:{name}:width" for key in (_NEW, _OLD) for name in (side, "both")]
     width = width_of_side(tags, keys, _CODE, findings)
     return Parking(place, width or PARKING_WIDTH[orientation or "parallel"], width is not None)
@@ -105,7 +107,9 @@ def _newer(tags: Tags, side: str, findings: Findings) -> tuple[str, str] | None:
         if value in _NONE:
             return "", ""
         if value == "yes":
-            _report(findings, Kind.GUESSED, f"{name}=yes does not say where cars stand, on the carriageway assumed")
+            add_once(
+                findings, Kind.GUESSED, _CODE, f"{name}=yes does not say where cars stand, on the carriageway assumed"
+            )
         names = (f"{_NEW}:{side}:orientation", f"{_NEW}:both:orientation")
         orientation = next((found for key in names if (found := _first(tags, key, _ORIENTATIONS, findings))), "")
         return _PLACES.get(value, LANE), _ORIENTATIONS.get(orientation, "")
@@ -133,12 +137,7 @@ def _first(tags: Tags, name: str, known: Sequence[str] | dict[str, str], finding
         return None
     value = next((part.strip() for part in text.split(";") if part.strip() in known), None)
     if value is None:
-        _report(findings, Kind.DROPPED, f"{name}={text} is not known and is ignored")
+        add_once(findings, Kind.DROPPED, _CODE, f"{name}={text} is not known and is ignored")
     elif value != text:
-        _report(findings, Kind.GUESSED, f"{name}={text} taken for {value}")
+        add_once(findings, Kind.GUESSED, _CODE, f"{name}={text} taken for {value}")
     return value
-
-
-def _report(findings: Findings, kind: Kind, words: str) -> None:
-    if (kind, _CODE, words) not in findings:
-        findings.append((kind, _CODE, words))

@@ -10,8 +10,7 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.osmParsing.defaults import MARGIN_WIDTH_MAX, MARGIN_WIDTH_MIN
-from osm2xodr.osmParsing.tags.lane_lists import Findings
-from osm2xodr.osmParsing.tags.values import parse_length
+from osm2xodr.osmParsing.tags.values import Findings, first_width
 
 Tags = Mapping[str, str]
 
@@ -99,16 +98,6 @@ def _read(value: str, about: Sequence[str], yes: Sequence[str]) -> dict[str, str
     return {side: YES if side in named else rest for side in about}
 
 
-def width_of_side(tags: Tags, names: Sequence[str], code: str, findings: Findings) -> float | None:
-    """Return the width of a strip from the first of some keys that has a valid one, m; None if none has."""
-    for name in names:
-        text = tags.get(name)
-        if text is None:
-            continue
-        width = parse_length(text)
-        if width is not None and MARGIN_WIDTH_MIN <= width <= MARGIN_WIDTH_MAX:
-            return width
-        finding = (Kind.DROPPED, code, f"{name}={text} is not the width of a strip beside a road and is ignored")
-        if finding not in findings:
-            findings.append(finding)
-    return None
+def width_of_side(tags: Tags, keys: Sequence[str], code: str, findings: Findings) -> float | None:
+    """Return the width of a strip beside a road from the first of some keys with a valid one, m; None if none has."""
+    return first_width(tags, keys, (MARGIN_WIDTH_MIN, MARGIN_WIDTH_MAX), code, "a strip beside a road", findings)

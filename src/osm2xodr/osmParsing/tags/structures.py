@@ -7,8 +7,7 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Structure, StructureTags
-from osm2xodr.osmParsing.tags.lane_lists import Findings
-from osm2xodr.osmParsing.tags.values import parse_layer
+from osm2xodr.osmParsing.tags.values import Findings, parse_layer
 
 STRUCTURE_TAGS: Final = (
     "bridge",

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 from osm2xodr.conventions import KMH, MPH, SPEED_UNITS, find_country
 from osm2xodr.defaults import WALKING_SPEED_KMH
+from osm2xodr.diagnostics import Kind
 
 # Steeper than the steepest streets (0.35 to 0.38) and tracks; a larger ``incline`` is a mistake, rise per metre.
 _GRADE_PLAUSIBLE_MAX: Final = 0.45
@@ -47,6 +49,16 @@ _ZONE: Final = re.compile(r"(?:zone:?)?(\d{1,3})", re.ASCII)
 _ALIASES: Final = {"UK": "GB"}
 
 
+# Diagnostics about a way's tags without its id: kind, code, words.
+Findings = list[tuple[Kind, str, str]]
+
+
+def add_once(findings: Findings, kind: Kind, code: str, words: str) -> None:
+    """Add a finding that both sides of a way may have."""
+    if (kind, code, words) not in findings:
+        findings.append((kind, code, words))
+
+
 def _number(text: str) -> float:
     return float(text.replace(",", "."))
 
@@ -64,6 +76,27 @@ def parse_length(text: str) -> float | None:
     if not found or found[2] not in _LENGTH_UNITS:
         return None
     return _number(found[1]) * _LENGTH_UNITS[found[2]]
+
+
+def first_width(
+    tags: Mapping[str, str],
+    keys: Iterable[str],
+    limits: tuple[float, float],
+    code: str,
+    noun: str,
+    findings: Findings,
+) -> float | None:
+    """Return the width from the first of some keys with one within limits, m; None if none has one.
+
+    Other values become findings: they are not the width of such a thing (the noun).
+    """
+    for key in keys:
+        if key in tags:
+            width = parse_length(tags[key])
+            if width is not None and limits[0] <= width <= limits[1]:
+                return width
+            add_once(findings, Kind.DROPPED, code, f"{key}={tags[key]} is not the width of {noun} and is ignored")
+    return None
 
 
 def parse_count(text: str) -> tuple[int | None, bool]:

@@ -9,8 +9,7 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction
-from osm2xodr.osmParsing.tags.lane_lists import Findings
-from osm2xodr.osmParsing.tags.values import parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, parse_speed
 
 _OVERTAKING: Final = {
     "": (Direction.FORWARD, Direction.BACKWARD),

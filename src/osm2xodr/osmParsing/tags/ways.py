@@ -13,12 +13,11 @@ from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
 from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
-from osm2xodr.osmParsing.tags.lane_lists import Findings
 from osm2xodr.osmParsing.tags.legal_speeds import EVIDENCE_TAGS, legal_speed, speed_guess
 from osm2xodr.osmParsing.tags.margins import seen_backwards
 from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours
 from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, structure_of, structure_tags
-from osm2xodr.osmParsing.tags.values import parse_grade, parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, parse_grade, parse_speed
 from osm2xodr.osmParsing.tags.way_marks import (
     MARK_TAGS,
     has_tram,
