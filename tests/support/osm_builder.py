@@ -1,4 +1,4 @@
-"""OSM files made by hand, in a few words."""
+"""Small OSM files for tests."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def tags_of(text: str) -> dict[str, str]:
 
 @dataclass
 class Area:
-    """An area: nodes as x, y in m, ways as (node ids, tags), relations as (members, tags)."""
+    """An area: nodes as x, y (m), ways as (node ids, tags), relations as (members, tags)."""
 
     nodes: Mapping[int, tuple[float, float]]
     ways: Mapping[int, tuple[Sequence[int], str]] = field(default_factory=dict)
@@ -79,7 +79,7 @@ def document(elements: Iterable[str]) -> str:
 
 
 def about(diagnostics: Diagnostics, code: str) -> list[Diagnostic]:
-    """Return what was said under a code."""
+    """Return the diagnostics with a code."""
     return [item for item in diagnostics if item.code == code]
 
 

@@ -32,16 +32,9 @@ def make_chains(
 ) -> list[Chain]:
     """Join pieces into chains, in ascending order of the lowest piece of each.
 
-    Parameters
-    ----------
-    start, end : (m,)
-        Nodes at the ends of each piece. Pieces are in ascending OSM id of their ways.
-    flow : (m,)
-        1 or -1 where traffic runs only along or against the piece, else 0.
-    points : (n, 2)
-        Local x, y of the nodes, m.
-    neighbour : (2 m, 2)
-        Local x, y of the node next to each end of each piece (2 x piece, plus 1 for its end), m.
+    `start` and `end` (m,) are the nodes at the ends of each piece, `points` (n, 2) all nodes, m. `flow` (m,) is 1 or
+    -1 where traffic runs only along or against the piece, else 0; `neighbour` (2 m, 2) is the position of the node
+    next to each end of each piece (2 x piece, plus 1 for its end). Pieces are in ascending OSM id of their ways.
     """
     mates: list[int] = _mates(start, end, flow, points, neighbour).tolist()
     flows: list[int] = flow.tolist()

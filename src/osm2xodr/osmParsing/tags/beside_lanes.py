@@ -37,6 +37,7 @@ _AGAINST: Final = frozenset({"opposite_lane"})
 _FAR_SIDE: Final = frozenset({"opposite_lane", "opposite_track"})
 _MARKED: Final = frozenset({"exclusive", "advisory", "soft_lane", "mandatory", "suggested"})
 REVERSE: Final = frozenset({"-1", "reverse"})
+_BOTH: Final = (Direction.FORWARD, Direction.BACKWARD)
 _CODE: Final = "cycle-lane"
 
 
@@ -63,7 +64,7 @@ def with_beside_lanes(
             findings.append((Kind.DROPPED, "bus-lane", f"{key}={tags[key]} is not a number of lanes and is ignored"))
     groups = _with_bus_lanes(groups, tags, direction, rule, findings)
     found = [lane for side in LEFT_RIGHT if (lane := _cycle_lane(tags, side, direction, rule, findings))]
-    listed = {runs for runs, slots in _by_direction(groups) if any(slot.type is LaneType.BIKING for slot in slots)}
+    listed = {runs for runs in _BOTH if any(slot.type is LaneType.BIKING for slot in groups.of(runs))}
     for lane in found:
         if lane.runs not in listed:
             groups = _with_cycle_lane(groups, lane, tags, direction, rule, findings)
@@ -73,18 +74,6 @@ def with_beside_lanes(
 def near_side(runs: Direction, rule: Rule) -> str:
     """Return the side of the way (seen along it) at which a direction of traffic has its outer edge."""
     return "right" if (runs is Direction.FORWARD) == (rule is Rule.RIGHT_HAND) else "left"
-
-
-def _by_direction(groups: LaneGroups) -> tuple[tuple[Direction, tuple[Slot, ...]], ...]:
-    return (Direction.FORWARD, groups.forward), (Direction.BACKWARD, groups.backward)
-
-
-def _slots(groups: LaneGroups, runs: Direction) -> tuple[Slot, ...]:
-    return groups.forward if runs is Direction.FORWARD else groups.backward
-
-
-def _replaced(groups: LaneGroups, runs: Direction, slots: tuple[Slot, ...]) -> LaneGroups:
-    return replace(groups, forward=slots) if runs is Direction.FORWARD else replace(groups, backward=slots)
 
 
 # ---------------------------------------------------------------- bicycles
@@ -149,12 +138,12 @@ def _with_cycle_lane(
     """Add one bicycle lane at its edge of the carriageway."""
     runs = lane.runs
     outer = near_side(runs, rule) == lane.side
-    if not outer and (groups.both_ways or _slots(groups, Direction(-runs))):
+    if not outer and (groups.both_ways or groups.of(-runs)):
         # OpenDRIVE has no place for it beyond the lanes of the other direction.
         runs, outer = Direction(-runs), True
         words = "a bicycle lane against the traffic beside it is written as running with it"
         findings.append((Kind.REPAIRED, _CODE, words))
-    slots = _slots(groups, runs)
+    slots = groups.of(runs)
     at_end = outer == (rule is Rule.RIGHT_HAND)
     edge = slots[-1 if at_end else 0] if slots else None
     slot = Slot(LaneType.BIKING, width=lane.width, beside=True)
@@ -162,7 +151,7 @@ def _with_cycle_lane(
         # Lists such as ``turn:lanes`` count the bicycle lane, ``lanes`` does not.
         slot = replace(edge, type=LaneType.BIKING, width=edge.width or lane.width)
         slots = slots[:-1] if at_end else slots[1:]
-    return _replaced(groups, runs, (*slots, slot) if at_end else (slot, *slots))
+    return groups.with_slots(runs, (*slots, slot) if at_end else (slot, *slots))
 
 
 def _tagged(tags: Mapping[str, str], runs: Direction, direction: int) -> int:
@@ -170,7 +159,7 @@ def _tagged(tags: Mapping[str, str], runs: Direction, direction: int) -> int:
     if direction and direction != runs:
         return -1
     key = "lanes" if direction else f"lanes:{SIDES[runs.value]}"
-    return (parse_count(tags[key])[0] or -1) if key in tags else -1
+    return parse_count(tags.get(key, ""))[0] or -1
 
 
 # ---------------------------------------------------------------- buses
@@ -180,7 +169,8 @@ def _with_bus_lanes(
     groups: LaneGroups, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
 ) -> LaneGroups:
     """Reserve outer lanes for buses unless lists say which lanes are theirs."""
-    for runs, slots in _by_direction(groups):
+    for runs in _BOTH:
+        slots = groups.of(runs)
         if not motor_lanes(slots) or any(slot.type is LaneType.BUS for slot in slots):
             continue
         at_near, at_far = _bus_lanes(tags, runs, direction, rule, findings)
@@ -189,7 +179,7 @@ def _with_bus_lanes(
         for count, at_end in ((at_near, rule is Rule.RIGHT_HAND), (at_far, rule is Rule.LEFT_HAND)):
             if count:
                 slots = _reserve_lanes(slots, count, at_end, room, findings)
-        groups = _replaced(groups, runs, slots)
+        groups = groups.with_slots(runs, slots)
     return groups
 
 
@@ -237,7 +227,7 @@ def _bus_lanes(
 
 def _count(tags: Mapping[str, str], key: str) -> int:
     """Read a number of lanes; 0 if there is none."""
-    count = (parse_count(tags[key])[0] or 0) if key in tags else 0
+    count = parse_count(tags.get(key, ""))[0] or 0
     return count if count <= LANES_PLAUSIBLE_MAX else 0
 
 

@@ -42,6 +42,14 @@ class LaneGroups:
     both_ways: tuple[Slot, ...] = ()  # Between them, seen along the way
     shared: bool = False  # Whether both directions share the width of a single lane
 
+    def of(self, direction: int) -> tuple[Slot, ...]:
+        """Return the lanes along (1) or against (-1) the way."""
+        return self.forward if direction > 0 else self.backward
+
+    def with_slots(self, direction: int, slots: tuple[Slot, ...]) -> LaneGroups:
+        """Return the groups with other lanes along (1) or against (-1) the way."""
+        return replace(self, forward=slots) if direction > 0 else replace(self, backward=slots)
+
 
 def lane_groups(
     tags: Mapping[str, str], direction: int, findings: Findings, closed: int = 0, contraflow_bus: bool = False
@@ -60,9 +68,7 @@ def lane_groups(
         # The width of one lane, on which cars drive one way.
         return _oneway_groups(tags, -closed, contraflow_bus, findings)
     groups = _twoway_groups(tags, findings)
-    if closed > 0:
-        return replace(groups, forward=_closed_to_cars(groups.forward, tags, closed))
-    return replace(groups, backward=_closed_to_cars(groups.backward, tags, closed))
+    return groups.with_slots(closed, _closed_to_cars(groups.of(closed), tags, closed))
 
 
 def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: int) -> tuple[Slot, ...]:
