@@ -6,8 +6,8 @@
 
 Source: https://github.com/rapideditor/country-coder, ISC licence, (c) country-coder contributors; the licence is
 beside the table. The table has the outlines of all places with a geometry, in units of 1e-4 degrees (11 m; over water
-the source is much coarser), the ISO 3166-1 alpha-2 code of each, whether traffic drives on the left, and whether speed
-limits are in miles per hour.
+the source is much coarser), the ISO 3166-1 alpha-2 code of each, whether traffic drives on the left, and whether
+speed limits are in miles per hour.
 
 The table is JSON, compressed with gzip::
 

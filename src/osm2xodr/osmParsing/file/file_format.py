@@ -26,7 +26,7 @@ _PROLOG_MAX: Final = 1 << 16
 # parsers grows with the square of such lengths, and a small file can decompress to a long one.
 _CHUNK: Final = 1 << 20
 _ELEMENT_MAX: Final = 16 * _CHUNK
-# OSM's text is compressed some fifteenfold; beyond so many bytes of text, a ratio above this is refused.
+# OSM's text is compressed some fifteenfold; beyond this many bytes of text, a ratio above this is refused.
 _RATIO_MAX: Final = 200
 _RATIO_CHECKED_FROM: Final = 64 * _CHUNK
 _ELEMENTS: Final = (b"<node", b"<way", b"<relation")

@@ -20,11 +20,11 @@ from osm2xodr.surface.grids.voids import rim_of
 _STEP: Final = 30.0
 _STEP_GRADE: Final = 2.5
 _STEP_SIGMAS: Final = 8.0
-# Patches are outliers if they also differ from the polynomial trend by so many standard deviations, or have a single
+# Patches are outliers if they also differ from the polynomial trend by this many standard deviations, or have a single
 # value, and have the step along this share of their rim. Choices, checked likewise.
 _TREND_SIGMAS: Final = 6.0
 _RIM_SHARE: Final = 0.9
-# Patches have at least so many cells; smaller blobs are only compared with the ring of cells around them.
+# Patches have at least this many cells; smaller blobs are only compared with the ring of cells around them.
 _PATCH_CELLS_MIN: Final = 10
 # Longest rim of a patch off the trend, in pairs of cells across it, by the root of its number of cells: discs have
 # 13, squares 12. Gorges with sheer walls have more; fillings may have any shape.
@@ -34,7 +34,7 @@ _ANY_RIM_RATIO: Final = 1e9
 _MODEL_SHARE: Final = 0.5
 # Share of the cells around a blob that must have a height.
 _KNOWN_SHARE: Final = 0.5
-# The robust trend: number of fits, and residuals trimmed beyond so many standard deviations.
+# The robust trend: number of fits, and residuals trimmed beyond this many standard deviations.
 _FITS: Final = 3
 _TRIM_SIGMAS: Final = 3.0
 # Number of cells that are processed at a time, and that the trend is fitted to.

@@ -26,7 +26,7 @@ _BAND: Final = 4
 _EVALUATED: Final = 250_000
 # Rows that are processed at a time, to bound memory.
 _STRIP: Final = 256
-# Gaps in adjacent blocks of so many cells are filled together.
+# Gaps in adjacent blocks of this many cells in either direction are filled together.
 _BLOCK: Final = 64
 
 
