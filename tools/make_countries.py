@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
-"""Make the table of countries that osm2xodr carries, from the borders of country-coder. Run by hand.
+"""Make the table of countries in the package from the borders of country-coder. Run by hand.
 
     npm pack @rapideditor/country-coder && tar xzf rapideditor-country-coder-*.tgz
     tools/make_countries.py package/src/data/borders.json package/package.json
 
-Source: https://github.com/rapideditor/country-coder, ISC licence, (c) country-coder contributors; the licence text
-stands beside the table. Kept are the outlines of all places with a geometry, in units of 1e-4 degrees (11 m; over
-water they are much coarser than that from the start), the ISO 3166-1 alpha-2 code of each, whether traffic drives on
-the left, and whether speed limits are in miles per hour.
+Source: https://github.com/rapideditor/country-coder, ISC licence, (c) country-coder contributors; the licence is
+beside the table. The table has the outlines of all places with a geometry, in units of 1e-4 degrees (11 m; over water
+the source is much coarser), the ISO 3166-1 alpha-2 code of each, whether traffic drives on the left, and whether
+speed limits are in miles per hour.
 
 The table is JSON, compressed with gzip::
 
     {"source": text, "unit_deg": 1e-4,
      "places": [{"code": "MT", "left": true, "mph": false, "rings": [[x0, y0, dx1, dy1, ...], ...]}, ...]}
 
-Rings of holes are not told from outer rings: a point is inside where it is inside an odd number of them.
+Holes are rings like any other: a point is inside a place if it is inside an odd number of its rings.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from typing import Any
 UNIT_DEG = 1e-4
 TARGET = Path(__file__).resolve().parent.parent / "src/osm2xodr/osmParsing/network/data/countries.json.gz"
 
-# The one place that country-coder gives neither a code nor a country nor groups.
+# The only place to which country-coder gives neither a code nor a country nor groups.
 OTHERS = {"Northern Cyprus": "CY"}
-# Groups that have a two-letter code but are no country or territory.
+# Groups with a two-letter code that are neither countries nor territories.
 UNIONS = {"EU", "UN"}
 
 
 def own_code(properties: dict[str, Any]) -> str:
-    """Return a place's own code, unless ISO 3166-1 merely reserves it (as AC for Ascension, a part of SH)."""
+    """Return a place's own code, unless ISO 3166-1 only reserves it (such as AC for Ascension, part of SH)."""
     return "" if properties.get("isoStatus") == "excRes" else str(properties.get("iso1A2", ""))
 
 
@@ -47,7 +47,7 @@ def code_of(properties: dict[str, Any], codes: dict[str, str]) -> str:
 
 
 def deltas(ring: list[list[float]]) -> list[int]:
-    """Return a ring as whole units, each point relative to the one before; points that do not move are left out."""
+    """Return a ring in whole units, each point relative to the one before; repeated points are left out."""
     out: list[int] = []
     last = (0, 0)
     for lon, lat in ring:

@@ -22,9 +22,9 @@ from osm2xodr.geometry import (
     keep_own,
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
-from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.reporting import Conversion, summarize
-from osm2xodr.surface import FlatSurface, SurfaceOptions, points_along, read_surface
+from osm2xodr.surface import FlatSurface, SurfaceOptions
 from osm2xodr.system import Task
 
 if TYPE_CHECKING:
@@ -68,6 +68,9 @@ def convert(
     Osm2xodrError
         If it cannot be done, with a sentence that says why and what to do.
     """
+    # Readers are imported where they are needed: they take a while to load, and a flat world needs but one.
+    from osm2xodr.osmParsing import parse_osm
+
     on_stage(f"reading {options.area}")
     parse = replace(options.parse, frame=options.partition.frame) if options.partition else options.parse
     network = parse_osm(options.area, parse, diagnostics)
@@ -76,6 +79,8 @@ def convert(
     elevation_models: tuple[DemSummary, ...] = ()
     ground: Task[Ground] | None = None
     if options.dems:
+        from osm2xodr.surface import points_along, read_surface
+
         on_stage("reading the elevation model")
         x, y = points_along(network.streets)
         measured = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
@@ -124,6 +129,8 @@ def _neighbourhood(options: ConvertOptions, network: StreetNetwork) -> Neighbour
     def surface_around(x: FloatArray, y: FloatArray) -> Surface:
         if not options.dems:
             return FlatSurface()
+        from osm2xodr.surface import read_surface
+
         return read_surface(options.dems, network.frame, x, y, choices, Diagnostics())
 
     return Neighbourhood(options.partition, surface_around)

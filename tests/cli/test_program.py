@@ -313,7 +313,7 @@ def test_surface_that_cannot_be(
         ([], "Missing argument 'AREA'"),
         (["{area}"], "Missing option '-o'"),
         (["{area}", "-o", "{out}", "--xodr-version", "1.5"], "'1.5' is not one of '1.4', '1.6', '1.7', '1.8'"),
-        (["{area}", "-o", "{out}", "--ways", "footway"], "--ways: 'footway' is no kind of way that cars drive on"),
+        (["{area}", "-o", "{out}", "--ways", "footway"], "--ways: 'footway' is not a kind of way that cars drive on"),
         (["{area}", "-o", "{out}", "--default-lane-width", "0"], "--default-lane-width: a lane cannot be 0 m wide"),
         (["{area}", "-o", "{out}", "--left-hand", "--right-hand"], "--left-hand and --right-hand exclude each other"),
         (["{area}", "-o", "{out}", "--polynomial-order", "9"], "9 is not in the range 2<=x<=5"),

@@ -11,8 +11,8 @@ import pytest
 
 from osm2xodr.conventions.countries import GENERIC, KMH, MPH, MarkStyle, countries, find_country
 from osm2xodr.conventions.defaults import LANE_WIDTH, LANE_WIDTH_OTHER
-from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN, SPEED_PLAUSIBLE_MAX_KMH
-from osm2xodr.osmParsing.tags.values import parse_speed
+from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
+from osm2xodr.osmParsing.tags.values import _SPEED_PLAUSIBLE_MAX_KMH, parse_speed
 
 TABLE = json.loads(resources.files("osm2xodr.conventions").joinpath("countries.json").read_text(encoding="utf-8"))
 
@@ -105,7 +105,7 @@ def test_every_entry_is_sound_and_names_its_sources() -> None:
         assert country.code == code
         assert country.sources, code
         for speed in country.speeds.values():
-            assert 5.0 <= speed * 3.6 <= SPEED_PLAUSIBLE_MAX_KMH or math.isinf(speed), code
+            assert 5.0 <= speed * 3.6 <= _SPEED_PLAUSIBLE_MAX_KMH or math.isinf(speed), code
         for highway, width in country.lane_widths.items():
             assert highway in LANE_WIDTH, code
             assert LANE_WIDTH_MIN < width < LANE_WIDTH_MAX, code

@@ -45,11 +45,11 @@ def test_lists(text: str, expected: WaySelection) -> None:
     [
         (
             "motorways",
-            "'motorways' is no kind of way that cars drive on; choose from major, drivable, all or a list of ",
+            "'motorways' is not a kind of way that cars drive on; choose from major, drivable, all or a list of ",
         ),
-        ("residential,footway", "'footway' is no kind of way"),
-        ("", "no kind of way is named; choose from major, drivable, all"),
-        (" , ", "no kind of way is named"),
+        ("residential,footway", "'footway' is not a kind of way"),
+        ("", "no kind of way is given; choose from major, drivable, all"),
+        (" , ", "no kind of way is given"),
     ],
 )
 def test_unknown_kinds_of_ways(text: str, start: str) -> None:

@@ -1,4 +1,4 @@
-"""Makes small elevation models whose heights are known everywhere."""
+"""Small elevation models with known heights."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OREGON = make_frame(45.5, -122.7)
 
 
 def in_crs(frame: LocalFrame, crs: Any, x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Take local x, y to a CRS by way of longitude and latitude."""
+    """Convert local x, y to a CRS via longitude and latitude."""
     lon, lat = Transformer.from_crs(frame.proj, 4326, always_xy=True).transform(x, y)
     px, py = Transformer.from_crs(4326, crs, always_xy=True).transform(lon, lat)
     return np.asarray(px, np.float64), np.asarray(py, np.float64)
@@ -51,7 +51,7 @@ def moved(transform: Affine, x: float, y: float) -> Affine:
 
 
 def to_local(frame: LocalFrame, crs: Any, px: npt.ArrayLike, py: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Take positions in a CRS to local x, y."""
+    """Convert positions in a CRS to local x, y."""
     x, y = Transformer.from_crs(crs, frame.proj, always_xy=True).transform(px, py)
     return np.asarray(x, np.float64), np.asarray(y, np.float64)
 
@@ -106,7 +106,7 @@ def scatter(half: float = 900.0, count: int = 500, seed: int = 3) -> tuple[Float
 def read(
     paths: Path | list[Path], frame: LocalFrame, x: npt.ArrayLike, y: npt.ArrayLike, **options: Any
 ) -> tuple[DemSurface, Diagnostics]:
-    """Read a surface and what was said about it; bilinear, which one can check by hand, unless told otherwise."""
+    """Read a surface and its diagnostics; bilinear by default, which can be checked by hand."""
     options = {"method": "bilinear", **options}
     diagnostics = Diagnostics()
     files = [paths] if isinstance(paths, Path) else paths

@@ -1,7 +1,7 @@
 """Lanes in a short notation, from left to right, and random tags of lanes.
 
-^ along the way, v against it, = both ways; before it b for bus, t for taxi, c for bicycle, - for none, nothing for
-all cars; behind it the first letters of the arrows.
+A lane is ^ along the way, v against it, = in both directions; before it b for buses, t for taxis, c for bicycles, -
+for nobody, nothing for all cars; after it the letters of its arrows.
 """
 
 from __future__ import annotations
@@ -20,12 +20,9 @@ from osm2xodr.osmParsing.tags.lane_counts import USER_TAGS
 
 RIGHT = Rule.RIGHT_HAND
 
-
 TYPES = {LaneType.DRIVING: "", LaneType.BUS: "b", LaneType.TAXI: "t", LaneType.BIKING: "c", LaneType.NONE: "-"}
 
-
 WAYS = {Direction.FORWARD: "^", Direction.BACKWARD: "v", Direction.BOTH: "="}
-
 
 ARROWS = {
     "left": "l",
@@ -58,16 +55,13 @@ def codes(section: CrossSection, *besides: str) -> list[tuple[Kind, str]]:
 
 COUNTS = st.sampled_from(["1", "2", "3", "4", "5", "2;3", "0", "-1", "1.5", "x", "300"])
 
-
 LISTS = st.lists(
     st.sampled_from(["", "yes", "no", "left", "through", "designated", "3.5", "2", "bus", "none"]), max_size=5
 ).map("|".join)
 
-
 PLACES = st.builds(
     "{}:{}".format, st.sampled_from(["left_of", "right_of", "middle_of"]), st.integers(-1, 6)
 ) | st.just("transition")
-
 
 BESIDE = st.sampled_from(["lane", "opposite_lane", "no", "yes", "-1", "exclusive", "track", "2.5", "0.1"])
 

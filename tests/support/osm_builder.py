@@ -1,4 +1,4 @@
-"""OSM files made by hand, in a few words."""
+"""Small OSM files for tests."""
 
 from __future__ import annotations
 
@@ -16,6 +16,11 @@ LAT_0, LON_0 = 50.0, 10.0
 LAT_PER_METRE = 1.0 / 111_229.0
 LON_PER_METRE = 1.0 / 71_696.0
 
+ROAD = "highway=unclassified lanes=2 width=6"
+ONEWAY = "highway=residential oneway=yes lanes=1 width=3"
+# Nodes 1 to 9 in a row from west to east, every 100 m, and nodes 11 to 19 100 m north of them.
+ROW = {k: (100.0 * k, 0.0) for k in range(1, 10)} | {10 + k: (100.0 * k, 100.0) for k in range(1, 10)}
+
 
 def tags_of(text: str) -> dict[str, str]:
     """Read ``key=value key=value``."""
@@ -24,7 +29,7 @@ def tags_of(text: str) -> dict[str, str]:
 
 @dataclass
 class Area:
-    """An area: nodes as x, y in m, ways as (node ids, tags), relations as (members, tags)."""
+    """An area: nodes as x, y (m), ways as (node ids, tags), relations as (members, tags)."""
 
     nodes: Mapping[int, tuple[float, float]]
     ways: Mapping[int, tuple[Sequence[int], str]] = field(default_factory=dict)
@@ -74,13 +79,19 @@ def document(elements: Iterable[str]) -> str:
 
 
 def about(diagnostics: Diagnostics, code: str) -> list[Diagnostic]:
-    """Return what was said under a code."""
+    """Return the diagnostics with a code."""
     return [item for item in diagnostics if item.code == code]
 
 
 def ways_of(network: StreetNetwork) -> list[list[tuple[int, bool]]]:
     """Return the ways of each street, each with whether the street runs against it."""
     return [[(piece.osm_way_id, piece.reversed) for _, piece in street.pieces] for street in network.streets]
+
+
+def ends_of(network: StreetNetwork) -> list[tuple[int, int]]:
+    """Return the OSM ids of the nodes at the ends of each street; -1 for rings."""
+    ids = {item.id: item.osm_node_id for item in network.intersections} | {-1: -1}
+    return [(ids[street.start], ids[street.end]) for street in network.streets]
 
 
 def nodes_of(network: StreetNetwork) -> list[list[int]]:

@@ -1,12 +1,9 @@
 from __future__ import annotations
 
-import tracemalloc
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import rasterio
 from affine import Affine
 from dem_factory import (
     BAVARIA,
@@ -23,12 +20,10 @@ from dem_factory import (
     write_raster,
 )
 from hypothesis import HealthCheck, given, settings, strategies as st
-from pyproj import Transformer
 
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.errors import InputError
-from osm2xodr.model import FloatArray, LocalFrame, Surface
-from osm2xodr.surface import METHODS, FlatSurface, SurfaceOptions, read_surface
+from osm2xodr.model import LocalFrame
+from osm2xodr.surface import METHODS
 
 DEGREES_30_M = 1 / 3600
 
@@ -127,73 +122,6 @@ def test_any_affine_transform(tmp_path: Path, turn: tuple[float, float, float, f
     assert surface.cell_size == pytest.approx(np.sqrt(lengths), rel=1e-3)
 
 
-def test_pixel_is_point(tmp_path: Path) -> None:
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    px, _ = centres(transform, rows, cols)
-    heights = 0.1 * (px - px.mean())
-    area = write_raster(tmp_path / "area.tif", heights, transform, "EPSG:32632")
-    point = write_raster(tmp_path / "point.tif", heights, transform, "EPSG:32632", tags={"AREA_OR_POINT": "Point"})
-    with rasterio.open(area) as a, rasterio.open(point) as b:
-        assert a.tags()["AREA_OR_POINT"] != b.tags()["AREA_OR_POINT"]
-    # The two files state other tie points for the same cells; the heights are where they are.
-    assert area.read_bytes() != point.read_bytes()
-    x, y = scatter()
-    z_area, z_point = (read(path, BAVARIA, x, y)[0].heights(x, y)[0] for path in (area, point))
-    assert np.array_equal(z_area, z_point)
-    expected = 0.1 * (in_crs(BAVARIA, "EPSG:32632", x, y)[0] - px.mean())
-    assert np.abs(z_point - expected).max() < 1e-5
-
-
-@pytest.mark.parametrize(
-    ("units", "crs", "factor"),
-    [
-        ("ft", "EPSG:32632", 0.3048),
-        ("US survey foot", "EPSG:32632", 1200 / 3937),
-        ("m", "EPSG:32632", 1.0),
-        ("cm", "EPSG:32632", 0.01),
-        (None, "EPSG:25832+5783", 1.0),
-        (None, "EPSG:26910+6360", 1200 / 3937),
-        (None, "EPSG:26910+8228", 0.3048),
-        ("m", "EPSG:26910+8228", 1.0),
-    ],
-)
-def test_units(tmp_path: Path, units: str | None, crs: str, factor: float) -> None:
-    frame = OREGON if "26910" in crs else BAVARIA
-    transform, rows, cols = around(frame, crs.split("+")[0], 20.0)
-    path = write_raster(tmp_path / "a.tif", np.full((rows, cols), 1234.5), transform, crs, units=units)
-    surface, diagnostics = read(path, frame, *scatter())
-    z, _ = surface.heights(*scatter())
-    assert np.abs(z - 1234.5 * factor).max() < 1e-6
-    assert kinds(diagnostics) == []
-
-
-def test_units_that_are_guessed(tmp_path: Path) -> None:
-    transform, rows, cols = around(OREGON, "EPSG:2269", 50.0)
-    cells = np.full((rows, cols), 100.0)
-    feet = write_raster(tmp_path / "feet.tif", cells, transform, "EPSG:2269")
-    surface, diagnostics = read(feet, OREGON, *scatter())
-    assert surface.heights(*scatter())[0] == pytest.approx(100.0)
-    assert [(item.kind, item.code) for item in diagnostics] == [(Kind.GUESSED, "dem-unit")]
-    cubits = write_raster(tmp_path / "cubits.tif", cells, transform, "EPSG:2269", units="cubit")
-    _, diagnostics = read(cubits, OREGON, *scatter())
-    assert [item.message for item in diagnostics] == [
-        f"{cubits}: the unit of heights 'cubit' is not known; they were taken as metres."
-    ]
-
-
-@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "int32", "float32", "float64"])
-def test_scale_offset_and_every_type_of_cells(tmp_path: Path, dtype: str) -> None:
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    cells = np.broadcast_to(np.arange(cols) % 200, (rows, cols)).astype(dtype)
-    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632", scale=0.5, offset=-100.0)
-    x, y = scatter()
-    surface, diagnostics = read(path, BAVARIA, x, y, method="nearest")
-    col = (in_crs(BAVARIA, "EPSG:32632", x, y)[0] - transform.c) / 20.0
-    assert np.array_equal(surface.heights(x, y)[0], np.floor(col) % 200 * 0.5 - 100.0)
-    assert surface.dems[0].dtype == dtype
-    assert kinds(diagnostics) == []
-
-
 def test_voids_are_flagged_and_filled_without_a_step(tmp_path: Path) -> None:
     transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
     px, py = centres(transform, rows, cols)
@@ -231,148 +159,6 @@ def test_a_point_is_measured_only_if_all_its_cells_are(tmp_path: Path) -> None:
     assert surface.heights(x, y)[1].tolist() == [True, True, False, False, False, True]
     nearest, _ = read(path, BAVARIA, x, y, allow_partial=True, method="nearest")
     assert nearest.heights(x, y)[1].tolist() == [True, True, True, False, True, True]
-
-
-@pytest.mark.parametrize("value", [-32768, -9999])
-def test_undeclared_sentinels_are_voids(tmp_path: Path, value: int) -> None:
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    cells = np.full((rows, cols), 321, np.int16)
-    cells[:, 40:44] = value
-    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632")
-    surface, diagnostics = read(path, BAVARIA, *scatter())
-    z, measured = surface.heights(*scatter())
-    assert z == pytest.approx(321.0)
-    assert 0.01 < np.mean(~measured) < 0.1
-    assert [(item.kind, item.code) for item in diagnostics] == [
-        (Kind.REPAIRED, "dem-sentinel"),
-        (Kind.GUESSED, "dem-gap"),
-    ]
-    assert next(iter(diagnostics)).message == (
-        f"{path}: {4 * rows} cells hold values that are no heights ({value}) and that the file does not declare as "
-        "nodata; they were taken for voids."
-    )
-
-
-@pytest.mark.parametrize("value", [3.4028235e38, -3.4028235e38, 1e20, 12345.0, np.inf, np.nan])
-def test_impossible_heights_are_voids(tmp_path: Path, value: float) -> None:
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    cells = np.full((rows, cols), 321, np.float32)
-    cells[40:44] = value
-    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632", nodata=-32768)
-    surface, diagnostics = read(path, BAVARIA, *scatter())
-    z, measured = surface.heights(*scatter())
-    assert z == pytest.approx(321.0)
-    assert 0.01 < np.mean(~measured) < 0.1
-    assert ("dem-sentinel" in kinds(diagnostics)) == np.isfinite(value)
-
-
-def test_real_heights_are_no_sentinels(tmp_path: Path) -> None:
-    # 9999 ft are a pass in Colorado, -410 m the shore of the Dead Sea, -9999 mm the ground of a polder.
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    for value, profile, expected in (
-        (9999, {"units": "ft"}, 9999 * 0.3048),
-        (-410, {}, -410.0),
-        (-9999, {"scale": 0.001}, -9.999),
-    ):
-        path = write_raster(
-            tmp_path / "a.tif", np.full((rows, cols), value, np.int32), transform, "EPSG:32632", **profile
-        )
-        surface, diagnostics = read(path, BAVARIA, *scatter())
-        assert surface.heights(*scatter())[0] == pytest.approx(expected)
-        assert kinds(diagnostics) == []
-
-
-def test_mask_band_and_alpha(tmp_path: Path) -> None:
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    cells = np.full((2, rows, cols), 100, np.uint16)
-    cells[1] = 65535
-    cells[1, :, :30] = 0
-    path = tmp_path / "alpha.tif"
-    write_raster(path, cells, transform, "EPSG:32632", photometric="MINISBLACK", alpha="YES")
-    x, y = scatter()
-    surface, diagnostics = read(path, BAVARIA, x, y)
-    col = (in_crs(BAVARIA, "EPSG:32632", x, y)[0] - transform.c) / 20.0
-    assert np.array_equal(surface.heights(x, y)[1], col >= 30.5)
-    assert kinds(diagnostics) == ["dem-gap"]
-
-
-def test_first_of_several_bands(tmp_path: Path) -> None:
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    cells = np.stack([np.full((rows, cols), 11.0), np.full((rows, cols), 99.0)]).astype(np.float32)
-    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632")
-    surface, diagnostics = read(path, BAVARIA, *scatter())
-    assert surface.heights(*scatter())[0] == pytest.approx(11.0)
-    assert kinds(diagnostics) == ["dem-bands"]
-
-
-def test_hgt_and_virtual_raster(tmp_path: Path) -> None:
-    row, col = np.mgrid[0:1201, 0:1201]
-    cells = (200 + col // 4 + row // 8).astype(np.int16)
-    cells[600, 600] = -32768
-    hgt = tmp_path / "N49E011.hgt"
-    hgt.write_bytes(cells.astype(">i2").tobytes())
-    x, y = scatter(half=5000.0)
-    lon, lat = in_crs(BAVARIA, 4326, x, y)
-    # Tiles hold the heights at the whole three arc seconds from corner to corner.
-    at_row, at_col = np.floor((50 - lat) * 1200 + 0.5), np.floor((lon - 11) * 1200 + 0.5)
-    expected = 200 + at_col // 4 + at_row // 8
-    hole = (at_row == 600) & (at_col == 600)
-    surface, _ = read(hgt, BAVARIA, x, y, method="nearest")
-    z, measured = surface.heights(x, y)
-    assert surface.dems[0].driver == "SRTMHGT"
-    assert np.array_equal(measured, ~hole)
-    assert np.array_equal(z[measured], expected[measured])
-    vrt = tmp_path / "all.vrt"
-    vrt.write_text(
-        '<VRTDataset rasterXSize="1201" rasterYSize="1201"><SRS>EPSG:4326</SRS>'
-        f"<GeoTransform>{11 - 1 / 2400!r}, {1 / 1200!r}, 0, {50 + 1 / 2400!r}, 0, {-1 / 1200!r}</GeoTransform>"
-        '<VRTRasterBand dataType="Int16" band="1"><NoDataValue>-32768</NoDataValue><SimpleSource>'
-        '<SourceFilename relativeToVRT="1">N49E011.hgt</SourceFilename><SourceBand>1</SourceBand>'
-        "</SimpleSource></VRTRasterBand></VRTDataset>"
-    )
-    virtual, _ = read(vrt, BAVARIA, x, y, method="nearest")
-    assert virtual.dems[0].driver == "VRT"
-    assert np.array_equal(virtual.heights(x, y)[0], z)
-
-
-def test_only_the_window_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "huge.tif"
-    size, cell = 20000, 5.0
-    centre = in_crs(BAVARIA, "EPSG:32632", 0.0, 0.0)
-    transform = Affine(cell, 0, float(centre[0]) - 40000, 0, -cell, float(centre[1]) + 60000)
-    with rasterio.open(
-        path, "w", driver="GTiff", width=size, height=size, count=1, dtype="float32", crs="EPSG:32632", nodata=-1.0,
-        transform=transform, tiled=True, blockxsize=256, blockysize=256, sparse_ok=True,
-    ) as dataset:  # fmt: skip
-        dataset.write(np.full((1, 512, 512), 55.0, np.float32), window=rasterio.windows.Window(7744, 11744, 512, 512))
-    x, y = scatter()
-    read(path, BAVARIA, x, y)
-    tracemalloc.start()
-    surface, _ = read(path, BAVARIA, x, y)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert surface.heights(x, y)[0] == pytest.approx(55.0)
-    # 1800 m of roads at 5 m, and 50 m on every side.
-    assert 360**2 < surface.dems[0].cells < 390**2
-    # The whole raster takes 1.6 GB.
-    assert peak < 20e6
-
-
-def test_large_windows_are_averaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("osm2xodr.surface.defaults.DEM_CELLS_MAX", 5000)
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 10.0)
-    px, py = centres(transform, rows, cols)
-    heights = 0.1 * (px - px.mean()) - 0.2 * (py - py.mean())
-    heights[::7, ::5] = np.nan
-    path = write_raster(tmp_path / "a.tif", heights, transform, "EPSG:32632")
-    x, y = scatter(half=800.0)
-    surface, diagnostics = read(path, BAVARIA, x, y)
-    assert surface.dems[0].cells <= 5000
-    assert surface.cell_size == pytest.approx(30.0, rel=1e-3)
-    at_x, at_y = in_crs(BAVARIA, "EPSG:32632", x, y)
-    # Voids shift a block's mean by less than a cell.
-    assert np.abs(surface.heights(x, y)[0] - 0.1 * (at_x - px.mean()) + 0.2 * (at_y - py.mean())).max() < 0.5
-    assert kinds(diagnostics) == ["dem-averaged"]
 
 
 def test_longitudes_beyond_half_a_turn(tmp_path: Path) -> None:
@@ -433,28 +219,6 @@ def test_beyond_the_edge_heights_go_on_without_a_step_and_are_not_measured(tmp_p
     assert kinds(diagnostics) == ["dem-gap"]
 
 
-def test_summary(tmp_path: Path) -> None:
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    cells = np.full((rows, cols), 300, np.int16)
-    cells[0, :3] = -1
-    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632", nodata=-1, units="ft")
-    away = write_raster(tmp_path / "b.tif", cells, moved(transform, 0.0, 50000.0), "EPSG:32632")
-    surface, diagnostics = read([path, away], BAVARIA, *scatter(half=990.0))
-    used, unused = surface.dems
-    assert (used.path, used.driver, used.crs, used.dtype, used.unit, used.nodata) == (
-        path, "GTiff", "EPSG:32632", "int16", "ft", -1.0,
-    )  # fmt: skip
-    assert used.cell_size == pytest.approx(20.0, rel=1e-3)
-    assert (used.cells, used.voids, used.share) == (rows * cols, 3, 1.0)
-    lon, lat = Transformer.from_crs("EPSG:32632", 4326, always_xy=True).transform(
-        *place(transform, np.array([0, cols, 0, cols]) - 0.5, np.array([0, 0, rows, rows]) - 0.5)
-    )
-    assert used.bounds_deg == pytest.approx((lon.min(), lat.min(), lon.max(), lat.max()), abs=1e-6)
-    assert surface.extent_deg == used.bounds_deg
-    assert (unused.cells, unused.share) == (0, 0.0)
-    assert [(item.kind, item.code) for item in diagnostics] == [(Kind.NOTE, "dem-unused")]
-
-
 def test_sigma(tmp_path: Path) -> None:
     transform, rows, cols = around(BAVARIA, "EPSG:32632", 30.0)
     rng = np.random.default_rng(1)
@@ -468,42 +232,3 @@ def test_sigma(tmp_path: Path) -> None:
     assert read(loud, BAVARIA, x, y, sigma=0.7)[0].sigma == 0.7
     rough = read(loud, BAVARIA, x, y, sigma=0.1, method="polynomial")[0]
     assert rough.sigma == rough.polynomial.rms == pytest.approx(0.5, rel=0.05)
-
-
-def test_flat_surface() -> None:
-    surface: Surface = FlatSurface()
-    z, measured = surface.heights(np.array([1.0, 2.0]), np.array([3.0, 4.0]))
-    assert (z.tolist(), measured.tolist()) == ([0.0, 0.0], [True, True])
-    assert (surface.cell_size, surface.sigma) == (0.0, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"method": "kriging"}, "choose one of nearest, bilinear"),
-        ({"polynomial_order": 6}, "choose 2 to 5"),
-        ({"sigma": 0.0}, "not above 0"),
-        ({"sigma": float("nan")}, "not above 0"),
-    ],
-)
-def test_options_out_of_range(options: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        SurfaceOptions(**options)
-
-
-def test_nothing_to_read() -> None:
-    nowhere: FloatArray = np.zeros(0)
-    with pytest.raises(InputError, match="name at least one file"):
-        read_surface([], BAVARIA, np.zeros(1), np.zeros(1), SurfaceOptions(), Diagnostics())
-    with pytest.raises(InputError, match="no roads"):
-        read_surface([Path("a.tif")], BAVARIA, nowhere, nowhere, SurfaceOptions(), Diagnostics())
-
-
-def test_same_input_same_surface(tmp_path: Path) -> None:
-    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
-    cells = np.random.default_rng(5).normal(100, 3, (rows, cols)).astype(np.float32)
-    cells[20:40, 30:50] = np.nan
-    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632")
-    x, y = scatter()
-    first, second = (read(path, BAVARIA, x, y)[0].heights(x, y)[0] for _ in range(2))
-    assert first.tobytes() == second.tobytes()

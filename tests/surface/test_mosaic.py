@@ -1,15 +1,17 @@
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import rasterio
 from affine import Affine
 from dem_factory import BAVARIA, around, centres, in_crs, moved, read, scatter, write_raster
 from pyproj import Transformer
 
-from osm2xodr.diagnostics import Kind
+from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import FloatArray
 
 
@@ -203,3 +205,47 @@ def test_the_polynomial_surface(tmp_path: Path, order: int) -> None:
     assert np.array_equal(z, surface.polynomial.heights(x, y))
     # The hills are even in one direction and odd in the other: every second order takes more of them.
     assert np.sqrt(np.mean((z - truth(x, y)) ** 2)) < {2: 6.5, 3: 6.5, 4: 1.7, 5: 1.7}[order]
+
+
+def kinds(diagnostics: Diagnostics) -> list[str]:
+    return [item.code for item in diagnostics]
+
+
+def test_only_the_window_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "huge.tif"
+    size, cell = 20000, 5.0
+    centre = in_crs(BAVARIA, "EPSG:32632", 0.0, 0.0)
+    transform = Affine(cell, 0, float(centre[0]) - 40000, 0, -cell, float(centre[1]) + 60000)
+    with rasterio.open(
+        path, "w", driver="GTiff", width=size, height=size, count=1, dtype="float32", crs="EPSG:32632", nodata=-1.0,
+        transform=transform, tiled=True, blockxsize=256, blockysize=256, sparse_ok=True,
+    ) as dataset:  # fmt: skip
+        dataset.write(np.full((1, 512, 512), 55.0, np.float32), window=rasterio.windows.Window(7744, 11744, 512, 512))
+    x, y = scatter()
+    read(path, BAVARIA, x, y)
+    tracemalloc.start()
+    surface, _ = read(path, BAVARIA, x, y)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert surface.heights(x, y)[0] == pytest.approx(55.0)
+    # 1800 m of roads at 5 m, and 50 m on every side.
+    assert 360**2 < surface.dems[0].cells < 390**2
+    # The whole raster takes 1.6 GB.
+    assert peak < 20e6
+
+
+def test_large_windows_are_averaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("osm2xodr.surface.reading._CELLS_MAX", 5000)
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 10.0)
+    px, py = centres(transform, rows, cols)
+    heights = 0.1 * (px - px.mean()) - 0.2 * (py - py.mean())
+    heights[::7, ::5] = np.nan
+    path = write_raster(tmp_path / "a.tif", heights, transform, "EPSG:32632")
+    x, y = scatter(half=800.0)
+    surface, diagnostics = read(path, BAVARIA, x, y)
+    assert surface.dems[0].cells <= 5000
+    assert surface.cell_size == pytest.approx(30.0, rel=1e-3)
+    at_x, at_y = in_crs(BAVARIA, "EPSG:32632", x, y)
+    # Voids shift a block's mean by less than a cell.
+    assert np.abs(surface.heights(x, y)[0] - 0.1 * (at_x - px.mean()) + 0.2 * (at_y - py.mean())).max() < 0.5
+    assert kinds(diagnostics) == ["dem-averaged"]

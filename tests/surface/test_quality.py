@@ -94,7 +94,7 @@ def test_surface_models_are_told_by_their_heights(tmp_path: Path) -> None:
     assert [item.kind for item in said] == [Kind.GUESSED]
     assert said[0].message == (
         f"{path}: by its heights the elevation model shows canopy and roofs, and was taken for a surface model; if "
-        "it shows the ground, say --dem-type dtm."
+        "it shows the ground, give --dem-type dtm."
     )
     for dem_type, covered in (("dtm", False), ("dsm", True)):
         surface, diagnostics = read(paths, BAVARIA, *scatter(), dem_type=dem_type)
@@ -153,7 +153,7 @@ def test_outliers_are_not_used(tmp_path: Path) -> None:
     lon, lat = in_crs_degrees(px[20, 70], transform.f - 20.5 * 20.0)
     assert first.message == (
         f"{path}: 5 cells of {cells[20:22, 70:72].min():.0f} to {cells[50, 50]:.0f} m, the first at {lon:.5f} E, "
-        f"{lat:.5f} N, stand off all ground around them by more than 50 m, as no ground does; they were taken for "
+        f"{lat:.5f} N, differ from all ground around them by more than 50 m, as no ground does; they were taken for "
         "voids."
     )
 
@@ -166,7 +166,7 @@ def in_crs_degrees(px: float, py: float) -> tuple[float, float]:
 
 
 def test_outliers_of_averaged_models_leave_no_fringe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("osm2xodr.surface.defaults.DEM_CELLS_MAX", 5000)
+    monkeypatch.setattr("osm2xodr.surface.reading._CELLS_MAX", 5000)
     transform, rows, cols = around(BAVARIA, "EPSG:32632", 10.0)
     cells = np.full((rows, cols), 600.0, np.float32) + np.random.default_rng(1).normal(0, 0.5, (rows, cols))
     row, col = np.mgrid[:rows, :cols]

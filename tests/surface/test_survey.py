@@ -49,7 +49,7 @@ def test_a_box(tmp_path: Path) -> None:
 
 
 def test_patches_of_a_large_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("osm2xodr.surface.defaults.COMPARISON_CELLS", 9 * 20 * 20)
+    monkeypatch.setattr("osm2xodr.surface.survey._CELLS_MAX", 9 * 20 * 20)
     model = compare_surfaces([parabolic(tmp_path / "a.tif", 10.0)], WHOLE, Diagnostics()).models[0]
     assert [patch.z.shape for patch in model.grid.patches] == [(20, 20)] * 9
     assert model.cells == 3600
@@ -94,7 +94,7 @@ def test_what_cannot_be_compared(tmp_path: Path) -> None:
     for box in ((12.0, 49.0, 11.0, 50.0), (11.0, 50.0, 12.0, 49.0), (11.0, 49.0, float("nan"), 50.0)):
         with pytest.raises(InputError, match="give west, south, east, north in degrees"):
             compare_surfaces([path], box, Diagnostics())
-    with pytest.raises(CoverageError, match=r"nothing in the box 5,40,6,41; give another --bbox"):
+    with pytest.raises(CoverageError, match=r"does not reach into the box 5,40,6,41; give another --bbox"):
         compare_surfaces([path], (5.0, 40.0, 6.0, 41.0), Diagnostics())
     with pytest.raises(InputError, match="cells are too few to compare anything"):
         compare_surfaces([path], (11.5, 49.5, 11.5005, 49.5005), Diagnostics())

@@ -34,11 +34,7 @@ def test_the_pipeline_loads_no_reader() -> None:
     assert {"numpy", "scipy.sparse", "osm2xodr.geometry.roads"} <= found
     assert found & (READERS | HEAVY) == set()
     assert (found & NEEDLESS) - loaded(LIBRARIES) == set()
-    assert {name for name in found if name.startswith("osm2xodr.surface.")} <= {
-        "osm2xodr.surface.flat",
-        "osm2xodr.surface.options",
-        "osm2xodr.surface.street_points",
-    }
+    assert {name for name in found if name.startswith("osm2xodr.surface.")} == {"osm2xodr.surface.options"}
 
 
 @pytest.mark.parametrize("with_dem", [False, True])

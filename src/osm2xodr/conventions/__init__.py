@@ -1,4 +1,4 @@
-"""What differs by country and by reader of OpenDRIVE."""
+"""Conventions that several stages share: laws and designs by country, readers of OpenDRIVE, OSM's signs on nodes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
         GENERIC as GENERIC,
         KMH as KMH,
         MPH as MPH,
+        SPEED_UNITS as SPEED_UNITS,
         Country as Country,
         MarkStyle as MarkStyle,
         find_country as find_country,
@@ -20,10 +21,10 @@ if TYPE_CHECKING:
         Sign as Sign,
         Signs as Signs,
         light_of as light_of,
-        meant_direction as meant_direction,
-        meant_ends as meant_ends,
         priority_rank as priority_rank,
         read_signs as read_signs,
+        signed_direction as signed_direction,
+        signed_ends as signed_ends,
         stops_all as stops_all,
     )
     from osm2xodr.conventions.targets import (
@@ -36,14 +37,14 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "find_country"),
+        "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "find_country"),
         "street_signs": (
             "Light",
             "Sign",
             "Signs",
             "light_of",
-            "meant_direction",
-            "meant_ends",
+            "signed_direction",
+            "signed_ends",
             "priority_rank",
             "read_signs",
             "stops_all",

@@ -1,7 +1,6 @@
-"""What differs from country to country: speed limits by law, widths of lanes, colours and widths of road marks.
+"""Speed limits by law, widths of lanes, colours and widths of road marks by country.
 
-The table is `countries.json`, where every country names its sources. What a country lacks, and all of it for
-unknown countries, is as `osm2xodr.defaults` says.
+The table is `countries.json`, with the sources of each country. Where it has no entry, `conventions.defaults` holds.
 """
 
 from __future__ import annotations
@@ -29,49 +28,52 @@ from osm2xodr.defaults import WALKING_SPEED_KMH
 
 KMH: Final = "km/h"
 MPH: Final = "mph"
-_UNITS: Final[Mapping[str, float]] = MappingProxyType({KMH: 1.0 / 3.6, MPH: 0.44704})
+# Units of speed limits, m/s.
+SPEED_UNITS: Final[Mapping[str, float]] = MappingProxyType({KMH: 1.0 / 3.6, MPH: 0.44704})
 
 
 @dataclass(frozen=True, slots=True)
 class MarkStyle:
-    """How a country paints its roads; colours in OpenDRIVE's words, where ``standard`` is white."""
+    """Road marks of a country; colours in OpenDRIVE's words, where ``standard`` is white."""
 
-    # Colour of the line between opposite directions where it is broken, and where any of it is solid
+    # Colour of centre lines (between opposite directions) where they are broken, and where any of them is solid
     centre: str = "standard"
     centre_solid: str = "standard"
-    # Colour of solid centre lines of two lanes that forbid to overtake; empty where it is `centre_solid`
+    # Colour of solid centre lines on roads of two lanes that forbid overtaking; empty if it is `centre_solid`
     no_overtaking: str = ""
     no_change: str = "standard"  # Colour of solid lines between lanes of one direction
-    # Colour of edge lines; the latter at that side of a one-way carriageway on which oncoming traffic would be
+    # Colour of edge lines; the second on the side of a one-way carriageway where oncoming traffic would be
     outer_edge: str = "standard"
     median_edge: str = "standard"
-    double_from: int = 0  # Number of lanes for cars from which on the centre line is double; 0 where it never is
-    double_no_overtaking: bool = False  # Whether the centre line of two lanes is double where nobody may overtake
-    # Width of a line, m, the latter on `FAST_HIGHWAYS`; of each line where it is double
+    double_from: int = 0  # Least number of lanes for cars with a double centre line; 0 for none
+    double_no_overtaking: bool = (
+        False  # Whether centre lines on roads of two lanes are double where nobody may overtake
+    )
+    # Width of a line, or of each line of a double one, m; the second on `FAST_HIGHWAYS`
     width: float = MARK_WIDTH
     width_fast: float = MARK_WIDTH_WIDE
-    # Of edge lines, m
+    # Width of edge lines, m
     edge_width: float = EDGE_MARK_WIDTH
     edge_width_fast: float = EDGE_MARK_WIDTH_FAST
-    # Of lines beside lanes for buses, taxis or bicycles, m
+    # Width of lines beside lanes for buses, taxis or bicycles, m
     special_width: float = SPECIAL_MARK_WIDTH
     special_width_fast: float = SPECIAL_MARK_WIDTH_FAST
 
 
 @dataclass(frozen=True, slots=True)
 class Country:
-    """What is usual or law in a country, or in a part of one."""
+    """Laws and usual designs in a country, or in a part of one."""
 
-    code: str = ""  # ISO 3166-1 alpha-2 or ISO 3166-2; empty for what holds in general
-    speed_unit: str = KMH  # Unit of the numbers on its signs: ``km/h`` or ``mph``
-    # Limits that the law sets, m/s, by what OSM calls them in ``maxspeed:type`` (``urban``, ``rural``, ``motorway``,
-    # ``trunk``, ``living_street`` …); ``residential`` where such streets have a limit of their own. Infinity where
-    # there is none; absent where the law differs within the country.
+    code: str = ""  # ISO 3166-1 alpha-2 or ISO 3166-2; empty for `GENERIC`
+    speed_unit: str = KMH  # Unit of its speed limit signs: `KMH` or `MPH`
+    # Legal limits, m/s, by OSM's values of ``maxspeed:type`` (``urban``, ``rural``, ``motorway``, ``trunk``,
+    # ``living_street`` …); ``residential`` where such streets have a limit of their own. Infinity where there is
+    # none; absent where the law differs within the country.
     speeds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
-    # Width of a lane, m, by highway value, where it is not that of `LANE_WIDTH`
+    # Width of a lane, m, by highway value, where it differs from `LANE_WIDTH`
     lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
-    marks: MarkStyle = MarkStyle()  # How roads are painted
-    sources: tuple[str, ...] = ()  # Titles of the laws and guides that this is from
+    marks: MarkStyle = MarkStyle()
+    sources: tuple[str, ...] = ()  # Titles of the laws and guides
 
     def lane_width(self, highway: str) -> float:
         """Return the usual width of a lane by highway value, m."""
@@ -83,7 +85,7 @@ GENERIC: Final = Country()
 
 
 def find_country(code: str) -> Country:
-    """Return what is known of a country by its ISO 3166-1 alpha-2 (or 3166-2) code; `GENERIC` if nothing is."""
+    """Return the country with an ISO 3166-1 alpha-2 (or 3166-2) code; `GENERIC` if it is not in the table."""
     return countries().get(code, GENERIC)
 
 
@@ -111,5 +113,5 @@ def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> 
 def _speed(limit: float | str, unit: str) -> float:
     """Return a limit of the table, m/s."""
     if isinstance(limit, str):
-        return {"none": math.inf, "walk": WALKING_SPEED_KMH * _UNITS[KMH]}[limit]
-    return limit * _UNITS[unit]
+        return {"none": math.inf, "walk": WALKING_SPEED_KMH * SPEED_UNITS[KMH]}[limit]
+    return limit * SPEED_UNITS[unit]

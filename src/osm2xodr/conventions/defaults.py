@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-# ---------------------------------------------------------------- reading OSM
+# ---------------------------------------------------------------- widths of lanes
 
 # Width of one lane by OSM's highway value, m: RAA 2008 (motorways 3.75), RAL 2012 (rural roads 3.50 and 3.25) and
 # RASt 06 (6.50 m of carriageway for main streets with buses, 5.50 m for residential ones, 4.75 m where a car passes a
@@ -37,9 +37,9 @@ LANE_WIDTH_OTHER: Final = 2.75
 
 # ---------------------------------------------------------------- priorities at junctions
 
-# Rank of a road by OSM's highway value where nothing is signed: who comes from a road of less rank yields. Ramps
-# yield to all roads, whoever leaves a property, a track or a street with walking speed to all others (StVO, sections
-# 8, 10 and 18; Vienna Convention on Road Traffic, article 18). Residential and unclassified roads are alike.
+# Rank of a road by OSM's highway value where nothing is signed: traffic from a road of lower rank yields. Ramps yield
+# to all roads; traffic from properties, tracks and streets with walking speed yields to all others (StVO, sections 8,
+# 10 and 18; Vienna Convention on Road Traffic, article 18). Residential and unclassified roads have equal rank.
 PRIORITY_RANK: Final = MappingProxyType(
     {
         "motorway": 9,
@@ -60,7 +60,7 @@ PRIORITY_RANK: Final = MappingProxyType(
 PRIORITY_RANK_LINK: Final = 3
 PRIORITY_RANK_OTHER: Final = 4
 
-# ---------------------------------------------------------------- lanes along a road
+# ---------------------------------------------------------------- road marks
 
 # Width of narrow marks and of wide ones (motorway edges), m: German RMS 1993.
 MARK_WIDTH: Final = 0.12

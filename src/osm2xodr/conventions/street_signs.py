@@ -1,6 +1,6 @@
-"""Signs and signals of OSM that stand before a street's end: highway=stop, give_way and traffic_signals on nodes.
+"""OSM's signs and signals before the ends of streets: ``highway=stop``, ``give_way``, ``traffic_signals`` on nodes.
 
-Crossings with lights count as signals of the junction that they lie at.
+Crossings with lights count as signals of their junction.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from osm2xodr.conventions import defaults
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.model import Direction, Street, StreetNetwork
 
-# Share of a junction's entries that must have a signal for the junction to be one with signals; a choice.
+# Least share of a junction's entries with a signal for a signalled junction; a choice.
 _SIGNALLED_SHARE: Final = 0.5
 
 
 class Sign(str, Enum):
-    """What regulates the traffic that comes to a street's end, in OSM's words."""
+    """Regulation of the traffic that arrives at a street's end, in OSM's words."""
 
     STOP = "stop"
     GIVE_WAY = "give_way"
@@ -31,10 +31,10 @@ class Sign(str, Enum):
 
 
 class Light(str, Enum):
-    """What a node with lights is about.
+    """The purpose of lights on a node.
 
-    ``ROAD`` lights stand apart from junctions and crossings (ramp meters, tunnels, fire stations), ``OTHER`` ones do
-    not tell cars to go.
+    ``ROAD`` lights are away from junctions and crossings (ramp meters, tunnels, fire stations), ``OTHER`` ones do not
+    let cars go.
     """
 
     JUNCTION = "junction"
@@ -46,46 +46,30 @@ class Light(str, Enum):
 _SIGNS: Final = frozenset(sign.value for sign in Sign)
 # Signals that are not those of a junction (OSM wiki, Key:traffic_signals).
 _SPECIAL_LIGHTS: Final = {
-    "pedestrian_crossing": Light.CROSSING,
-    "crossing": Light.CROSSING,
-    "tunnel": Light.ROAD,
-    "ramp_meter": Light.ROAD,
-    "emergency": Light.ROAD,
-    "bottleneck": Light.ROAD,
-    "bridge": Light.ROAD,
-    "level_crossing": Light.OTHER,
-    "blinker": Light.OTHER,
-    "blink_mode": Light.OTHER,
-    "no": Light.OTHER,
+    **dict.fromkeys(("pedestrian_crossing", "crossing"), Light.CROSSING),
+    **dict.fromkeys(("tunnel", "ramp_meter", "emergency", "bottleneck", "bridge"), Light.ROAD),
+    **dict.fromkeys(("level_crossing", "blinker", "blink_mode", "no"), Light.OTHER),
 }
 _ALL_WAY: Final = frozenset({"all", "4-way", "4way"})
 _ALONG: Final = {"forward": True, "backward": False}
 _COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
-# Signs that face along a street by less than this, the sine of 20 degrees, say nothing of its directions.
-_ALONG_IT: Final = 0.34
+# A sign that faces within 20 degrees of straight across the street tells no direction: the sine of that angle. A
+# choice.
+_FACING_MIN: Final = 0.34
 
 
 @dataclass(frozen=True, slots=True)
 class Signs:
-    """Signs of a street network."""
+    """Signs of a street network. Street ends are numbered 2 x street, plus 1 for its end."""
 
-    # The sign that holds for who comes to a street end (2 x street, plus 1 for its end)
-    before_end: Mapping[int, Sign]
-    all_way: frozenset[int]  # Those of the street ends where all arms have to stop
-    nodes: Mapping[int, Sign]  # Signs on the nodes where streets meet, by OSM node id; they name no arm
-    all_way_nodes: frozenset[int]  # Those of them where all arms have to stop
-    ends_of: Mapping[int, tuple[int, ...]]  # The street ends that the sign on a node inside a street is meant for
+    before_end: Mapping[int, Sign]  # Signs for traffic that arrives at a street end
+    all_way: frozenset[int]  # Street ends where all arms have to stop
+    nodes: Mapping[int, Sign]  # Signs on nodes where streets meet, which name no arm, by OSM node id
+    all_way_nodes: frozenset[int]  # Those of these nodes where all arms have to stop
+    ends_of: Mapping[int, tuple[int, ...]]  # Street ends that the sign on a node inside a street applies to
 
     def signalled(self, nodes: Collection[int], entries: Sequence[int]) -> bool:
-        """Say whether a junction has signals: on its nodes, or before enough of its entries.
-
-        Parameters
-        ----------
-        nodes
-            OSM ids of the nodes where its streets meet.
-        entries
-            The street ends that traffic enters it from.
-        """
+        """Whether a junction has signals: on its nodes (OSM ids), or before enough of its entries (street ends)."""
         if any(self.nodes.get(node) is Sign.SIGNALS for node in nodes):
             return True
         count = sum(self.before_end.get(end) is Sign.SIGNALS for end in entries)
@@ -93,7 +77,7 @@ class Signs:
 
 
 def light_of(tags: Mapping[str, str]) -> Light | None:
-    """Return what the lights of a node are about; None for nodes without lights."""
+    """Return the purpose of a node's lights; None if it has none."""
     crossing = tags.get("crossing") == "traffic_signals" or tags.get("crossing:signals") == "yes"
     if tags.get("highway") == "traffic_signals":
         return _SPECIAL_LIGHTS.get(tags.get("traffic_signals", ""), Light.JUNCTION)
@@ -101,7 +85,7 @@ def light_of(tags: Mapping[str, str]) -> Light | None:
 
 
 def sign_of(tags: Mapping[str, str]) -> Sign | None:
-    """Return the sign that a node's tags speak of; None for signals that are not a junction's."""
+    """Return the sign on a node by its tags; None without one, or for signals that are not a junction's."""
     value = tags.get("highway", "")
     if value in _SIGNS and value != Sign.SIGNALS.value:
         return Sign(value)
@@ -109,12 +93,12 @@ def sign_of(tags: Mapping[str, str]) -> Sign | None:
 
 
 def stops_all(tags: Mapping[str, str]) -> bool:
-    """Say whether a stop sign stands before all arms of its junction, by the tags of its node."""
+    """Whether a stop sign, by the tags of its node, applies to all arms of its junction."""
     return tags.get("stop") in _ALL_WAY
 
 
 def priority_rank(highway: str) -> int:
-    """Return how a road of a class of OSM ranks among those that it meets, see `PRIORITY_RANK`."""
+    """Return the rank of a road of a class of OSM (`PRIORITY_RANK`) among those that it meets."""
     if highway.endswith("_link"):
         return defaults.PRIORITY_RANK_LINK
     return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
@@ -123,10 +107,10 @@ def priority_rank(highway: str) -> int:
 def read_signs(network: StreetNetwork) -> Signs:
     """Find the signs of all street ends.
 
-    A sign inside a street is meant for the end that ``direction`` names, else for the only end that traffic comes
-    to, else for the one whose traffic it faces, else for the nearer one, as long as that is within `SIGN_REACH`. Of
-    several the one nearest to the end counts.
-    Lights of a crossing are meant for the nearer end within `SIGNALLED_CROSSING_REACH` if traffic comes to it.
+    A sign inside a street applies to the end that ``direction`` names, else to the only end that traffic arrives at,
+    else to the one whose traffic it faces, else to the nearer one, if that is within `SIGN_REACH`. Of several signs
+    the one nearest to the end counts. Lights of a crossing apply to the nearer end if traffic arrives there and it is
+    within `SIGNALLED_CROSSING_REACH`.
     """
     signed = {node: sign for node, tags in network.node_tags.items() if (sign := sign_of(tags)) is not None}
     all_way = {node for node in signed if stops_all(network.node_tags[node])}
@@ -139,14 +123,14 @@ def read_signs(network: StreetNetwork) -> Signs:
         distance = _distances(street, place)
         crossing = light_of(tags) is Light.CROSSING
         reach = SIGNALLED_CROSSING_REACH if crossing else SIGN_REACH
-        for end in _meant(street, place, tags, distance, crossing):
+        for end in _ends_of_sign(street, place, tags, distance, crossing):
             if distance[end] <= reach:
                 key = 2 * street.id + end
                 ends_of[node].append(key)
-                # What is said of the junction itself goes before what follows from a crossing.
+                # A sign of the junction itself takes precedence over a crossing.
                 found = (crossing, distance[end], signed[node], node)
                 before[key] = min(before.get(key, found), found)
-    # Lights for people where streets meet are for one of the arms.
+    # Lights of a crossing on a node where streets meet belong to one of the arms.
     at_nodes = {
         node: sign
         for node, sign in signed.items()
@@ -177,15 +161,15 @@ def _on_streets(network: StreetNetwork, nodes: set[int]) -> list[tuple[Street, i
 
 
 def _distances(street: Street, place: int) -> tuple[float, float]:
-    """Return how far a node is from the street's start and end along it, m."""
+    """Return the distances of a node from the street's start and end along it, m."""
     step = np.hypot(*np.diff(street.points, axis=0).T)
     return float(step[:place].sum()), float(step[place:].sum())
 
 
-def _meant(
+def _ends_of_sign(
     street: Street, place: int, tags: Mapping[str, str], distance: tuple[float, float], crossing: bool
 ) -> tuple[int, ...]:
-    """Return the ends (0 start, 1 end) that a sign inside a street is meant for."""
+    """Return the ends (0 start, 1 end) that a sign inside a street applies to."""
     attributes = street.attributes_at(place)
     runs = attributes.car_directions()
     nearer = int(distance[1] < distance[0])
@@ -204,31 +188,26 @@ def _meant(
 
 
 def _faced(street: Street, place: int, text: str) -> int | None:
-    """Return the end that traffic comes to that sees a sign which faces so many degrees from north, clockwise.
+    """Return the end at which the traffic arrives that a sign faces, given its direction in degrees from north.
 
-    None where that is no number, or the sign stands along the street.
+    None if that is not a number, or the sign faces the side of the street.
     """
     if not _COMPASS.fullmatch(text):
         return None
     step = street.points[min(place + 1, len(street.points) - 1)] - street.points[max(place - 1, 0)]
     angle = np.deg2rad(float(text))
     against = float(step[0] * np.sin(angle) + step[1] * np.cos(angle))
-    return None if abs(against) < _ALONG_IT * float(np.hypot(*step)) else int(against < 0.0)
+    return None if abs(against) < _FACING_MIN * float(np.hypot(*step)) else int(against < 0.0)
 
 
-def meant_ends(street: Street, place: int, tags: Mapping[str, str]) -> tuple[int, ...]:
-    """Return the ends (0 start, 1 end) of a street that a stop or give-way sign on one of its nodes is meant for.
+def signed_ends(street: Street, place: int, tags: Mapping[str, str]) -> tuple[int, ...]:
+    """Return the ends (0 start, 1 end) of a street that a stop or give-way sign on one of its nodes applies to.
 
-    Parameters
-    ----------
-    street, place
-        The street, and the index of the node in it.
-    tags
-        Of the node.
+    `place` is the index of the node in the street, `tags` are those of the node.
     """
-    return _meant(street, place, tags, _distances(street, place), crossing=False)
+    return _ends_of_sign(street, place, tags, _distances(street, place), crossing=False)
 
 
-def meant_direction(tags: Mapping[str, str]) -> bool | None:
-    """Return whether a sign is for traffic along its way (else against it); None where it may be for both."""
+def signed_direction(tags: Mapping[str, str]) -> bool | None:
+    """Whether a sign is for traffic along its way (False: against it); None if it may be for both."""
     return _ALONG.get(tags.get("traffic_signals:direction") or tags.get("direction", ""))

@@ -1,44 +1,41 @@
-"""Default numbers of reading OSM: meaning, unit, source. SI units unless the name says otherwise."""
+"""Numbers of reading OSM that have a source or serve several modules: meaning, unit, source.
+
+SI units unless the name says otherwise.
+"""
 
 from __future__ import annotations
 
 from types import MappingProxyType
 from typing import Final
 
-# ---------------------------------------------------------------- reading OSM
+# ---------------------------------------------------------------- lanes
 
 # Narrowest and widest lane that is made from a carriageway's width, m. RASt 06: two cars pass each other slowly on
-# 4.10 m, and lanes that two cars use side by side begin at 5.50 m; what is beyond that is room for parking. Widths
-# that ``width:lanes`` gives for a lane itself are believed within wider limits, narrower ones for other than cars.
+# 4.10 m, and lanes that two cars use side by side begin at 5.50 m; any width beyond that is room for parking. Widths
+# that ``width:lanes`` gives for a lane itself are believed within wider limits, the narrow ones not for cars.
 LANE_WIDTH_MIN: Final = 2.0
 LANE_WIDTH_MAX: Final = 5.5
 TAGGED_LANE_WIDTH_MIN: Final = 0.5
 TAGGED_LANE_WIDTH_MAX: Final = 10.0
-# Lanes narrower than this are for bicycles if there are more widths than lanes for cars, m (RASt 06: lanes for cars
-# and lorries from 2.75, bicycle lanes up to 2.50 with their marks and safety strips).
+# Where OSM gives more widths than lanes for cars, lanes narrower than this are for bicycles, m (RASt 06: lanes for
+# cars and lorries from 2.75, bicycle lanes up to 2.50 with their marks and safety strips).
 NARROW_LANE: Final = 2.5
-# Lanes beside those for cars, m: RASt 06, bus lanes 3.25 to 3.50, bicycle lanes 1.50 (advisory) to 1.85.
+# Bus and bicycle lanes, m: RASt 06, bus lanes 3.25 to 3.50, bicycle lanes 1.50 (advisory) to 1.85.
 LANE_WIDTH_BUS: Final = 3.25
 LANE_WIDTH_BICYCLE: Final = 1.5
-# Lanes of a one-way road without ``lanes`` (OSM wiki, Key:lanes, assumptions); all others have one each way.
+# Lanes of one-way roads without ``lanes`` (OSM wiki, Key:lanes, assumptions); all other roads have one each way.
 ONEWAY_LANES: Final = MappingProxyType({"motorway": 2, "trunk": 2})
-# Over so many ways without ``lanes`` a street's number of lanes is looked for on either side; a choice.
-LANES_FROM_NEIGHBOURS_STEPS: Final = 5
 # More lanes than any carriageway has (toll plazas reach 25); a larger ``lanes`` is a mistake.
 LANES_PLAUSIBLE_MAX: Final = 25
-# Faster than any limit that is signed; a larger ``maxspeed`` is a mistake, km/h.
-SPEED_PLAUSIBLE_MAX_KMH: Final = 250.0
-# Layers beyond these are mistakes (OSM wiki, Key:layer: -5 to 5; stacked interchanges keep within 8).
-LAYER_PLAUSIBLE_MAX: Final = 10
 
-# ---------------------------------------------------------------- furniture: what lies beside the carriageway
+# ---------------------------------------------------------------- margins
 
-# Widths of strips beside the carriageway that a tag can mean, m: from the narrowest strip that people walk on to a
+# Widths of strips beside the carriageway that are believed, m: from the narrowest strip that people walk on to a
 # promenade. A choice.
 MARGIN_WIDTH_MIN: Final = 0.3
 MARGIN_WIDTH_MAX: Final = 15.0
-# Sidewalks without a width, m: Inclusive Mobility (DfT 2021), 2.00 under normal circumstances; between the 1.5 of
-# AASHTO's guide for pedestrian facilities and the 2.50 of RASt 06 for new streets.
+# Sidewalks without a tagged width, m: Inclusive Mobility (DfT 2021), 2.00 under normal circumstances; between the 1.5
+# of AASHTO's guide for pedestrian facilities and the 2.50 of RASt 06 for new streets.
 SIDEWALK_WIDTH: Final = 2.0
 # Bicycle tracks for one direction and for both, m (ERA 2010: 2.00 and 2.50), and the strip between the carriageway
 # and them, with and without parked cars beside it, m (ERA 2010: 0.75 and 0.50).
@@ -47,33 +44,22 @@ CYCLE_TRACK_WIDTH_BOTH: Final = 2.5
 CYCLE_TRACK_GAP: Final = 0.5
 CYCLE_TRACK_GAP_PARKING: Final = 0.75
 # Strips for parking by orientation, m: RASt 06 and EAR 05, 2.00 lengthwise, 5.00 deep at right angles and 4.85 at 50
-# gon (45 degrees), what hangs over the kerb among it.
+# gon (45 degrees), including the overhang over the kerb.
 PARKING_WIDTH: Final = MappingProxyType({"parallel": 2.0, "diagonal": 4.85, "perpendicular": 5.0})
 # Shoulders, m: RAA 2008, 2.50 beside motorways; RAL 2012, 1.50 beside rural roads. Verges: as those.
 SHOULDER_WIDTH: Final = MappingProxyType({"motorway": 2.5, "trunk": 2.5})
 SHOULDER_WIDTH_OTHER: Final = 1.5
 VERGE_WIDTH: Final = 1.5
 
-# ---- furniture: what lies beside streets
+# ---------------------------------------------------------------- roadside
 
 # How far from a carriageway's edge a thing still belongs to the street, m: RPS 2009 wants guard rails where trees
-# stand within 7.5 m of a rural road (12 m above 100 km/h); a footway behind a verge and a hedge lies as far. A
+# stand within 7.5 m of a rural road (12 m above 100 km/h); a footway behind a verge and a hedge lies as far away. A
 # choice.
 ROADSIDE_REACH: Final = 15.0
-# Distance of the points along streets and along footways at which they are compared, m: well below the length of a
-# crossing's gap in a sidewalk.
+# Spacing of the points along streets and footways at which they are compared, m: well below the length of the gap
+# that a crossing leaves in a sidewalk.
 BESIDE_SPACING: Final = 5.0
-# A footway that is mapped apart runs along a street where its middle is at most this far from the carriageway's edge,
-# or this far inside (carriageways are drawn by assumed widths), m, within so many degrees of its heading. Choices: of
-# the ways tagged as sidewalks that are so near in five towns, nine tenths lie within 5.0 to 6.8 m. Those that no tag
-# calls a sidewalk must be nearer, and nearer still beside drives and alleys.
+# A footway mapped apart runs along a street where its middle is at most this far from the edge of the carriageway, m.
+# A choice: of the ways tagged as sidewalks this near in five towns, nine tenths lie within 5.0 to 6.8 m.
 FOOTWAY_BESIDE: Final = 8.0
-FOOTWAY_BESIDE_UNTAGGED: Final = 6.0
-FOOTWAY_BESIDE_SERVICE: Final = 4.0
-FOOTWAY_INSIDE: Final = 1.5
-FOOTWAY_ANGLE_DEG: Final = 20.0
-# Streets are cut where a footway beside them begins or ends if it is there, and is not, for so long, and if a node is
-# so near; sidewalks shorter than the last are left out, m. Choices.
-FOOTWAY_RUN: Final = 30.0
-FOOTWAY_CUT_NEAR: Final = 15.0
-FOOTWAY_STRIP_MIN: Final = 10.0

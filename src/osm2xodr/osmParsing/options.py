@@ -1,4 +1,4 @@
-"""What the user may choose about what is read. Imports nothing heavy: the command line reads it first."""
+"""Options of reading OSM. Imports nothing heavy, as the command line needs it first."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MAJOR: Final = frozenset(
 _DRIVABLE: Final = _MAJOR | {"unclassified", "residential", "living_street", "service", "road"}
 _ALL: Final = _DRIVABLE | {"track"}
 
-# Every value of ``highway`` that can be asked for: roads that cars fit on.
+# All values of ``highway`` that can be asked for: roads wide enough for cars.
 HIGHWAYS: Final = _ALL | {"busway", "pedestrian", "raceway"}
 
 
@@ -25,8 +25,8 @@ HIGHWAYS: Final = _ALL | {"busway", "pedestrian", "raceway"}
 class WaySelection:
     """Which ways become streets."""
 
-    highways: frozenset[str]  # Values of ``highway`` that are carried
-    services_out: frozenset[str] = frozenset()  # Values of ``service`` that are left out all the same
+    highways: frozenset[str]  # Values of ``highway`` that become streets
+    services_out: frozenset[str] = frozenset()  # Values of ``service`` that are left out nevertheless
 
 
 DRIVABLE: Final = WaySelection(
@@ -39,22 +39,22 @@ PRESETS: Final[Mapping[str, WaySelection]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class ParseOptions:
-    """What the user may choose about what is read.
+    """What is read of an OSM file.
 
     Raises
     ------
     ValueError
-        The lane width is no width of a lane.
+        The lane width is not that of a lane.
     """
 
     ways: WaySelection = DRIVABLE  # Which ways become streets
     include_private: bool = False  # Whether to carry ways that are closed to the public
-    rule: Rule | None = None  # The side that traffic drives on; None finds it out from the country and from OSM
-    # Width of lanes that OSM gives no width for, m; None takes one by the class of the road
+    rule: Rule | None = None  # The driving side; None takes it from OSM or the country
+    # Width of lanes without a tagged width, m; None takes one by the class of the road
     default_lane_width: float | None = None
-    furniture: bool = True  # Whether to read what lies beside streets: footways, barriers, stops, tram tracks, signs
-    extra_objects: frozenset[str] = frozenset()  # What is read beside streets only on request: ``lamps``, ``trees``
-    frame: LocalFrame | None = None  # The local frame; None for one in the middle of the streets
+    furniture: bool = True  # Whether to read footways, barriers, stops, tram tracks, signs beside streets
+    extra_objects: frozenset[str] = frozenset()  # Things read beside streets on request: ``lamps``, ``trees``
+    frame: LocalFrame | None = None  # The local frame; None makes one in the middle of the streets
 
     def __post_init__(self) -> None:
         width = self.default_lane_width
@@ -77,7 +77,7 @@ def parse_ways_option(text: str) -> WaySelection:
     names = [name.strip() for name in text.split(",") if name.strip()]
     unknown = [name for name in names if name not in PRESETS and name not in HIGHWAYS]
     if unknown or not names:
-        problem = f"{unknown[0]!r} is no kind of way that cars drive on" if unknown else "no kind of way is named"
+        problem = f"{unknown[0]!r} is not a kind of way that cars drive on" if unknown else "no kind of way is given"
         raise ValueError(f"{problem}; choose from {', '.join(PRESETS)} or a list of {', '.join(sorted(HIGHWAYS))}")
     highways: frozenset[str] = frozenset()
     services_out: frozenset[str] = frozenset()

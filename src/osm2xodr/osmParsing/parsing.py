@@ -16,8 +16,9 @@ from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
-from osm2xodr.osmParsing.file import RawNodes, RawWay, open_osm_file, read_nodes
+from osm2xodr.osmParsing.file import OsmFile, RawNodes, RawWay, open_osm_file, read_nodes
 from osm2xodr.osmParsing.network import (
+    Pieces,
     cut_at_shared_nodes,
     cut_gaps,
     find_place,
@@ -30,72 +31,109 @@ from osm2xodr.osmParsing.network import (
 )
 from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.roadside import attach_footways, is_thing, node_keys, read_beside, sample_streets
-from osm2xodr.osmParsing.selection import nothing_to_drive_on, read_chosen_ways, tell_unused_nodes
+from osm2xodr.osmParsing.selection import read_selected_ways, report_unused_nodes, why_no_streets
 from osm2xodr.osmParsing.tags import is_transition, oneway, way_attributes, with_urban_speeds, without_margins
+from osm2xodr.system import release_memory
 
-# How far from the origin the local frame is true to 1 part in 8 000, m: (x / 6371 km)² / 2 of a transverse Mercator.
+# Up to this distance from the origin, m, lengths in the local frame are true to 1 part in 8 000: (x / 6371 km)² / 2
+# of a transverse Mercator.
 _FRAME_REACH: Final = 100e3
-# How far an area may reach in longitude, degrees: PROJ's transverse Mercator ends 80 degrees from its meridian.
+# Largest extent of an area in longitude, degrees: PROJ's transverse Mercator ends 80 degrees from its meridian.
 _LONGITUDE_SPAN_MAX_DEG: Final = 160.0
 
 
-def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
-    """Do what `osm2xodr.osmParsing.parse_osm` says."""
+def parse_osm(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
+    """Read the streets of an OSM file.
+
+    Parameters
+    ----------
+    path
+        An OSM file: .osm, .osm.gz, .osm.bz2 or .osm.pbf, recognised by its content.
+    options
+        What to read of it.
+    diagnostics
+        Gets what is guessed, dropped or repaired.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not OSM data, or has no way that cars may drive on.
+    """
+    network = _parse(path, options, diagnostics)
+    # Reading takes many times the memory of the network.
+    release_memory()
+    return network
+
+
+def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> StreetNetwork:
     file = open_osm_file(path)
     extra = options.extra_objects if options.furniture else frozenset()
-    ways, beside, relations, asked = read_chosen_ways(file, options, extra, diagnostics)
+    ways, beside, relations, asked = read_selected_ways(file, options, extra, diagnostics)
     if not ways:
-        raise EmptyAreaError(nothing_to_drive_on(file, asked, options))
-    keys, details = node_keys(options.furniture, extra)
-    refs = np.unique(np.concatenate([way.refs for way in (*ways, *beside)]))
-    nodes = read_nodes(file, refs, keys, details, partial(is_thing, extra=extra) if options.furniture else None)
-    lines = make_lines(ways, nodes, diagnostics)
-    if not len(lines.node):
-        raise InputError(f"{path} has ways but not the nodes that they are made of; export the area with its nodes")
-    frame, points = _local(path, nodes, np.unique(lines.node), options.frame, diagnostics)
-    lines, same_node = join_same_places(lines, points, nodes, diagnostics)
-    lines = cut_gaps(lines, points, ways, diagnostics)
-    pieces = cut_at_shared_nodes(lines, points, ways, diagnostics)
-    if not len(pieces.first):
-        raise EmptyAreaError(f"{path} has no way of any length to drive on; check the area that it covers")
+        raise EmptyAreaError(why_no_streets(file, asked, options))
+    nodes = _read_nodes(file, [*ways, *beside], options.furniture, extra)
+    frame, points, pieces, same_node = _cut_ways(path, ways, nodes, options.frame, diagnostics)
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
-    country, rule = _side(frame, carried, options, diagnostics)
-    usual = find_country(country)
-    attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics, usual)
+    code, rule = _country_and_rule(frame, carried, options, diagnostics)
+    country = find_country(code)
+    attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics, country)
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]
     transitions = frozenset(way.id for way in carried if is_transition(way.tags))
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
-    rows = np.unique(np.concatenate([street.node_ids for street in streets]))
+    ids = np.unique(np.concatenate([street.node_ids for street in streets]))
     tags = {way.id: way.tags for way in ways}
-    node_tags = tags_on_streets(rows, nodes, same_node)
-    tell_unused_nodes(node_tags, diagnostics)
+    node_tags = tags_on_streets(ids, nodes, same_node)
+    report_unused_nodes(node_tags, diagnostics)
     footways: tuple[Footway, ...] = ()
     roadside: tuple[RoadsideThing, ...] = ()
     if options.furniture:
         samples = sample_streets(streets)
-        footways, roadside = read_beside(beside, nodes, points, samples, rows, extra)
+        footways, roadside = read_beside(beside, nodes, points, samples, ids, extra)
         streets = attach_footways(streets, samples, footways, tags, diagnostics)
-    streets = with_urban_speeds(streets, tags, usual, diagnostics)
+    streets = with_urban_speeds(streets, tags, country, diagnostics)
     return StreetNetwork(
         frame=frame,
         rule=rule,
-        country=country,
+        country=code,
         streets=streets,
         intersections=intersections,
         restrictions=read_restrictions(relations, carried, same_node, diagnostics),
         node_tags=node_tags,
-        bounds_deg=_bounds(nodes, np.searchsorted(nodes.ids, rows)),
+        bounds_deg=_bounds(nodes, np.searchsorted(nodes.ids, ids)),
         connectivities=read_connectivities(relations, carried, same_node, diagnostics),
         footways=footways,
         roadside=roadside,
     )
 
 
+def _read_nodes(file: OsmFile, ways: Sequence[RawWay], furniture: bool, extra: frozenset[str]) -> RawNodes:
+    """Read the nodes of ways, and those that are things beside streets."""
+    keys, details = node_keys(furniture, extra)
+    refs = np.unique(np.concatenate([way.refs for way in ways]))
+    return read_nodes(file, refs, keys, details, partial(is_thing, extra=extra) if furniture else None)
+
+
+def _cut_ways(
+    path: Path, ways: Sequence[RawWay], nodes: RawNodes, frame: LocalFrame | None, diagnostics: Diagnostics
+) -> tuple[LocalFrame, FloatArray, Pieces, dict[int, int]]:
+    """Return the local frame, x, y of all nodes (n, 2), the pieces of ways, and the ids of joined nodes."""
+    lines = make_lines(ways, nodes, diagnostics)
+    if not len(lines.node):
+        raise InputError(f"{path} has ways but not the nodes that they are made of; export the area with its nodes")
+    frame, points = _local(path, nodes, np.unique(lines.node), frame, diagnostics)
+    lines, same_node = join_same_places(lines, points, nodes, diagnostics)
+    lines = cut_gaps(lines, points, ways, diagnostics)
+    pieces = cut_at_shared_nodes(lines, points, ways, diagnostics)
+    if not len(pieces.first):
+        raise EmptyAreaError(f"{path} has no way of any length to drive on; check the area that it covers")
+    return frame, points, pieces, same_node
+
+
 def _local(
     path: Path, nodes: RawNodes, carried: IntArray, given: LocalFrame | None, diagnostics: Diagnostics
 ) -> tuple[LocalFrame, FloatArray]:
-    """Make the frame in the middle of the carried nodes, if none is given, and project all nodes."""
+    """Return the given frame, else one in the middle of the carried nodes (indices), and x, y of all nodes."""
     west, south, east, north = _bounds(nodes, carried)
     if max(abs(south), abs(north)) > LATITUDE_MAX_DEG:
         raise InputError(
@@ -126,9 +164,9 @@ def _local(
 
 
 def _farthest(nodes: RawNodes, chosen: IntArray) -> int:
-    """Return the index of the node that lies farthest from most others in longitude."""
+    """Return the index of the node that lies farthest in longitude from where most nodes are."""
     lon = np.radians(nodes.lon_deg[chosen])
-    # The middle of a map is where most of its nodes are, whichever side of the 180th meridian.
+    # The middle of most nodes, on either side of the 180th meridian.
     middle = np.arctan2(np.median(np.sin(lon)), np.median(np.cos(lon)))
     return int(chosen[np.argmin(np.cos(lon - middle))])
 
@@ -138,13 +176,13 @@ def _bounds(nodes: RawNodes, chosen: IntArray) -> tuple[float, float, float, flo
     return projection.bounds_deg(nodes.lon_deg[chosen], nodes.lat_deg[chosen])
 
 
-def _side(
+def _country_and_rule(
     frame: LocalFrame, ways: Sequence[RawWay], options: ParseOptions, diagnostics: Diagnostics
 ) -> tuple[str, Rule]:
-    """Find the country, and the side of the road: as asked for, else as most streets are tagged, else the country's.
+    """Find the country's code, and the driving side: the option, else that of most streets, else the country's.
 
-    ``driving_side`` on single ways marks exceptions (OSM wiki, Key:driving_side), so it speaks for all streets only
-    where most of the two-way ones have it.
+    ``driving_side`` on single ways marks exceptions (OSM wiki, Key:driving_side), so it holds for all streets only
+    if most of the two-way ones have it.
     """
     place = find_place(frame.lat_0_deg, frame.lon_0_deg)
     rules = {"left": Rule.LEFT_HAND, "right": Rule.RIGHT_HAND}
@@ -165,7 +203,7 @@ def _side(
     for way, other in tagged:
         if other is not rule:
             words = (
-                f"{_hand(other)} traffic on this way only is not kept, it gets {_hand(rule)} traffic as all others"
+                f"{_hand(other)} traffic on this way only is not kept, it gets {_hand(rule)} traffic like all others"
             )
             diagnostics.dropped("driving-side", f"way/{way.id}", words)
     return place.country, rule

@@ -1,4 +1,4 @@
-"""Chooses the ways that become streets, and says which do not although cars might drive on them."""
+"""Selection of the ways that become streets; others that cars might drive on are reported."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.osmParsing.file import OsmFile, OtherWays, RawRelation, RawWay, count_contents, read_ways
 from osm2xodr.osmParsing.options import HIGHWAYS, ParseOptions
 from osm2xodr.osmParsing.roadside import ways_beside
-from osm2xodr.osmParsing.tags import WAY_TAGS, left_out
+from osm2xodr.osmParsing.tags import WAY_TAGS, reason_left_out
 
-# Values of ``highway`` for roads that are not there yet; reported, because maps show them.
+# Values of ``highway`` for roads that do not exist yet; reported because maps show them.
 _UNBUILT: Final = frozenset({"construction", "proposed", "planned"})
-# Values that no car drives on, by the OSM wiki (Key:highway): for people on foot, bicycles and horses, outlines of
-# places, stops, and what is no longer there. Whatever else a way has is named in the report.
+# Values that no car drives on, by the OSM wiki (Key:highway): ways for people on foot, bicycles and horses, outlines
+# of places, stops, and roads that no longer exist. Ways with any other value are reported.
 _NOT_FOR_CARS: Final = frozenset(
     {
         *("footway", "path", "cycleway", "bridleway", "steps", "corridor", "elevator", "escalator", "ladder"),
@@ -23,34 +23,27 @@ _NOT_FOR_CARS: Final = frozenset(
         *("abandoned", "razed", "demolished", "dismantled", "removed"),
     }
 )
-# Of ``barrier`` and ``railway`` of nodes on streets: what nobody has to stop at, and what crosses the road.
+# Values of ``barrier`` and ``railway`` of nodes on streets: barriers without effect on cars, and tracks that cross.
 _OPEN_BARRIERS: Final = frozenset({"no", "entrance", "kerb"})
 _TRACK_CROSSINGS: Final = frozenset({"level_crossing", "tram_level_crossing"})
-_WORD_MAX: Final = 40
+# Longest value of a tag quoted in a message, characters.
+_QUOTED_MAX: Final = 40
 
 
-def read_chosen_ways(
+def read_selected_ways(
     file: OsmFile, options: ParseOptions, extra: frozenset[str], diagnostics: Diagnostics
 ) -> tuple[list[RawWay], list[RawWay], list[RawRelation], list[RawWay]]:
-    """Read the ways that become streets, and what lies beside them.
+    """Read the ways that become streets, and those beside them.
 
-    Parameters
-    ----------
-    file
-        Where from.
-    options
-        Which ways are asked for.
-    extra
-        What is read beside streets only on request.
-    diagnostics
-        Gets the ways that are left out although cars might drive on them.
+    Ways that are left out although cars might drive on them go to the diagnostics. `extra` are the kinds of things
+    read beside streets on request.
 
     Returns
     -------
     carried, beside, relations
-        Ways that become streets, other ways that are of use, and relations; each in ascending id.
+        Ways that become streets, ways beside them, and relations; each in ascending id.
     asked
-        Ways of the kinds that were asked for, those that are left out among them.
+        All ways of the kinds asked for, including those left out.
     """
     asked = options.ways.highways | _UNBUILT
     beside = ways_beside(asked, extra) if options.furniture else OtherWays({}, frozenset(), lambda _: False)
@@ -64,25 +57,25 @@ def read_chosen_ways(
     found = [way for way in read if way.tags.get("highway") in asked]
     rest = [way for way in read if way.tags.get("highway") not in asked]
     carried = _carried(found, options, diagnostics)
-    _tell_rest(rest, diagnostics)
+    _report_others(rest, diagnostics)
     return carried, [way for way in rest if beside.wanted(way.tags)], relations, found
 
 
 def _may_be_driven_on(tags: Mapping[str, str]) -> bool:
-    """Say whether a way is to be told when it is left out; areas are none, whatever they are called."""
+    """Whether a way is reported if it is left out; areas are not."""
     return tags.get("highway", "no") not in _NOT_FOR_CARS and tags.get("area") != "yes"
 
 
 def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagnostics) -> list[RawWay]:
-    """Choose among the ways of the kinds that were asked for."""
+    """Return those of the ways of the kinds asked for that become streets."""
     ways: list[RawWay] = []
     not_asked_for: dict[str, list[str]] = {}
     for way in found:
         name, highway = f"way/{way.id}", way.tags["highway"]
         if highway in _UNBUILT:
-            diagnostics.dropped("not-built", name, f"highway={highway} is not there yet and is left out")
+            diagnostics.dropped("not-built", name, f"highway={highway} does not exist yet and is left out")
             continue
-        reason = left_out(way.tags, options.ways, options.include_private)
+        reason = reason_left_out(way.tags, options.ways, options.include_private)
         if reason is None:
             ways.append(way)
             if highway == "road":
@@ -91,12 +84,12 @@ def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagno
             not_asked_for.setdefault(reason[1], []).append(name)
         else:
             diagnostics.dropped(reason[0], name, reason[1])
-    _tell_counts(not_asked_for, diagnostics)
+    _report_counts(not_asked_for, diagnostics)
     return ways
 
 
-def _tell_rest(rest: Sequence[RawWay], diagnostics: Diagnostics) -> None:
-    """Say which other ways cars might drive on: kinds that can be asked for by number, all others one by one."""
+def _report_others(rest: Sequence[RawWay], diagnostics: Diagnostics) -> None:
+    """Report other ways that cars might drive on: counted if their kind can be asked for, else one by one."""
     not_asked_for: dict[str, list[str]] = {}
     for way in rest:
         if not _may_be_driven_on(way.tags):
@@ -106,31 +99,23 @@ def _tell_rest(rest: Sequence[RawWay], diagnostics: Diagnostics) -> None:
             words = f"highway={highway} is not among the ways asked for"
             not_asked_for.setdefault(words, []).append(f"way/{way.id}")
         else:
-            words = f"highway={_short(highway)} is no class of roads that can be carried, it is left out"
+            words = f"highway={_short(highway)} is not a class of roads that can be carried, it is left out"
             diagnostics.dropped("highway-class", f"way/{way.id}", words)
-    _tell_counts(not_asked_for, diagnostics)
+    _report_counts(not_asked_for, diagnostics)
 
 
-def _tell_counts(not_asked_for: Mapping[str, Sequence[str]], diagnostics: Diagnostics) -> None:
+def _report_counts(not_asked_for: Mapping[str, Sequence[str]], diagnostics: Diagnostics) -> None:
     for words, ways in sorted(not_asked_for.items()):
         diagnostics.count(Kind.NOTE, "way-selection", ways, "way", f"left out: {words}")
 
 
 def _short(value: str) -> str:
-    """Return a tag's value fit for a sentence."""
-    return value if len(value) <= _WORD_MAX else f"{value[: _WORD_MAX - 3]}..."
+    """Return a tag's value, shortened for a message."""
+    return value if len(value) <= _QUOTED_MAX else f"{value[: _QUOTED_MAX - 3]}..."
 
 
-def tell_unused_nodes(node_tags: Mapping[int, Mapping[str, str]], diagnostics: Diagnostics) -> None:
-    """Say which nodes of streets have something on the road that is not carried.
-
-    Parameters
-    ----------
-    node_tags
-        Tags of nodes on streets by id.
-    diagnostics
-        Gets one line for each.
-    """
+def report_unused_nodes(node_tags: Mapping[int, Mapping[str, str]], diagnostics: Diagnostics) -> None:
+    """Report nodes of streets (tags by id) with something on the road that is not carried."""
     for number, tags in node_tags.items():
         barrier, railway = tags.get("barrier", "no"), tags.get("railway", "")
         found = []
@@ -144,25 +129,15 @@ def tell_unused_nodes(node_tags: Mapping[int, Mapping[str, str]], diagnostics: D
             diagnostics.dropped("street-node", f"node/{number}", words)
 
 
-def nothing_to_drive_on(file: OsmFile, asked: Sequence[RawWay], options: ParseOptions) -> str:
-    """Say why there is no street, in one sentence.
-
-    Parameters
-    ----------
-    file
-        That was read.
-    asked
-        Ways of the kinds that were asked for.
-    options
-        Which ways are asked for.
-    """
+def why_no_streets(file: OsmFile, asked: Sequence[RawWay], options: ParseOptions) -> str:
+    """Return one sentence on why there is no street; `asked` are all ways of the kinds asked for."""
     nodes, highways = count_contents(file)
     if not nodes and not highways:
         return f"{file.path} has no nodes and no ways; check the area that it covers"
     if not highways:
         return f"{file.path} has no ways with highway=*; export the area with its roads"
     reasons = Counter(
-        reason[0] for way in asked if (reason := left_out(way.tags, options.ways, options.include_private))
+        reason[0] for way in asked if (reason := reason_left_out(way.tags, options.ways, options.include_private))
     )
     remedies = ["--ways all reads more kinds of ways"]
     if reasons["closed"] and not options.include_private:

@@ -1,9 +1,9 @@
-"""How well interpolations and polynomials give back heights that they were not told.
+"""How well interpolations and polynomials predict heights that they were not given.
 
-Every other row and column of a grid is kept, the cells between are predicted from them and held against what they
-are. Distances are twice those of the grid itself, so that errors are larger than those that a road will see; which
-method is better, and by how much, is what they tell. Polynomials have far fewer terms than there are cells and are
-held against the very heights that they are fitted to.
+Every other row and column of a grid is kept, and the cells between are predicted from them and compared with their
+true heights. Cells are then twice as far apart as in the grid, so that errors are larger than those of a road; they
+show which method is better, and by how much. Polynomials have far fewer terms than there are cells and are compared
+with the very heights that they are fitted to.
 """
 
 from __future__ import annotations
@@ -11,29 +11,23 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.model import FloatArray
-from osm2xodr.surface.grids import (
-    Cells,
-    Interpolator,
-    all_corners,
-    fill_voids,
-    fit_polynomial,
-    make_interpolator,
-    term_count,
-)
+from osm2xodr.surface.grids import Cells, all_corners, fill_voids, fit_polynomial, make_interpolator, term_count
 
-INTERPOLATIONS = ("nearest", "bilinear", "bicubic")
-ORDERS = (2, 3, 4, 5)
+_INTERPOLATIONS: Final = ("nearest", "bilinear", "bicubic")
+_ORDERS: Final = (2, 3, 4, 5)  # Total degrees of polynomials
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
     """A part of a grid of heights."""
 
-    # Where in the grid it begins
+    # Its first cell in the grid
     first_col: int
     first_row: int
     z: Cells  # (rows, cols) Heights, m; NaN in voids
@@ -41,28 +35,28 @@ class Patch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MethodResult:
-    """What one way to find heights is worth."""
+    """The errors of one method to find heights."""
 
     name: str  # The interpolation, or the order of the polynomial
-    count: int  # Cells that were predicted
-    # Mean, root mean square, 95th percentile and largest of the errors (the last two of their magnitude), m;
-    # predicted less true.
+    count: int  # Number of cells that were predicted
+    # Mean, root mean square, 95th percentile and maximum of the errors (the last two of their magnitude), predicted
+    # minus true, m
     bias: float
     rms: float
     p95: float
     maximum: float
     grade_rms: float  # Root mean square of the error of the grade from cell to cell, rise per metre
-    seconds: float  # What it took
-    errors: tuple[FloatArray, ...]  # tuple of (rows, cols) By patch, m; NaN where nothing was predicted
+    seconds: float  # Computing time
+    errors: tuple[FloatArray, ...]  # (rows, cols) of each patch, m; NaN where nothing was predicted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GridComparison:
-    """What ways to find heights are worth on one grid."""
+    """The errors of all methods on one grid."""
 
-    patches: tuple[Patch, ...]  # What was looked at
+    patches: tuple[Patch, ...]
     steps: tuple[float, float]  # Length of one column and of one row, m
-    # The ways, in the order of `INTERPOLATIONS` and `ORDERS`; fewer orders where there are too few cells
+    # Polynomials of high order are left out where there are too few cells
     interpolations: tuple[MethodResult, ...]
     polynomials: tuple[MethodResult, ...]
 
@@ -70,28 +64,20 @@ class GridComparison:
 def compare_grid(patches: Sequence[Patch], steps: tuple[float, float]) -> GridComparison:
     """Compare interpolations and polynomials on patches of one grid.
 
-    Parameters
-    ----------
-    patches
-        At least one, each with three rows and columns or more and some heights.
-    steps
-        Length of one column and of one row, m.
+    There is at least one patch, each with three or more rows and columns and some heights; `steps` are the lengths of
+    one column and of one row, m.
     """
+    heights = sum(int(np.count_nonzero(np.isfinite(patch.z))) for patch in patches)
     return GridComparison(
         tuple(patches),
         steps,
-        tuple(_leave_out(method, patches, steps) for method in INTERPOLATIONS),
-        tuple(_fit(order, patches, steps) for order in ORDERS if _heights(patches) >= 2 * term_count(order)),
+        tuple(_leave_out(method, patches, steps) for method in _INTERPOLATIONS),
+        tuple(_fit(order, patches, steps) for order in _ORDERS if heights >= 2 * term_count(order)),
     )
 
 
-def _heights(patches: Sequence[Patch]) -> int:
-    """Return the number of cells with a height."""
-    return sum(int(np.count_nonzero(np.isfinite(patch.z))) for patch in patches)
-
-
 def _leave_out(method: str, patches: Sequence[Patch], steps: tuple[float, float]) -> MethodResult:
-    """Predict what lies between every other row and column."""
+    """Predict the cells between every other row and column."""
     errors, seconds = [], 0.0
     for patch in patches:
         kept = np.ascontiguousarray(patch.z[::2, ::2])
@@ -102,8 +88,9 @@ def _leave_out(method: str, patches: Sequence[Patch], steps: tuple[float, float]
             continue
         if not known.all():
             middle = float(np.mean(kept[known]))
-            filled = fill_voids(kept, _level(middle), (2.0 * steps[0], 2.0 * steps[1]), np.inf)
-        # Cells beyond the last row and column kept have nothing on their far side.
+            level = partial(_level, middle)
+            filled = fill_voids(kept, level, (2.0 * steps[0], 2.0 * steps[1]), np.inf)
+        # Cells beyond the last row and column kept are not predicted.
         rows, cols = 2 * kept.shape[0] - 1, 2 * kept.shape[1] - 1
         row, col = (place.reshape(-1) for place in np.mgrid[:rows, :cols])
         between = (row % 2 == 1) | (col % 2 == 1)
@@ -119,9 +106,9 @@ def _leave_out(method: str, patches: Sequence[Patch], steps: tuple[float, float]
     return _result(method, patches, errors, seconds, steps)
 
 
-def _level(height: float) -> Interpolator:
-    """Return the surface of one height."""
-    return lambda col, row: np.full(len(col), height)
+def _level(height: float, col: FloatArray, row: FloatArray) -> FloatArray:
+    """Return one height at all positions."""
+    return np.full(len(col), height)
 
 
 def _fit(order: int, patches: Sequence[Patch], steps: tuple[float, float]) -> MethodResult:
@@ -147,11 +134,11 @@ def _fit(order: int, patches: Sequence[Patch], steps: tuple[float, float]) -> Me
 def _result(
     name: str, patches: Sequence[Patch], errors: Sequence[FloatArray], seconds: float, steps: tuple[float, float]
 ) -> MethodResult:
-    """Sum up errors by patch."""
+    """Summarise errors (rows, cols) of each patch."""
     every = np.concatenate([error[np.isfinite(error)] for error in errors])
     grades = []
     for patch, error in zip(patches, errors, strict=True):
-        # What was not predicted is as it is, unless it is a void.
+        # Cells that were not predicted have no error, unless they are voids.
         known = np.isfinite(patch.z)
         full = np.where(np.isfinite(error) | ~known, error, 0.0)
         for axis, step in ((1, steps[0]), (0, steps[1])):
@@ -172,5 +159,5 @@ def _result(
 
 
 def _rms(values: FloatArray) -> float:
-    """Return the root of the mean of squares, 0 of nothing."""
+    """Return the root mean square, 0 of no values."""
     return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

@@ -1,4 +1,4 @@
-"""From elevation models' files to layers: which windows are read, which come first, and which are one grid."""
+"""From files of elevation models to layers: which windows are read, their priority, and which form one grid."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pyproj import CRS, Transformer
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame
-from osm2xodr.projection import WGS84, transformer_to
+from osm2xodr.projection import transformer_to
 from osm2xodr.surface.grids import (
     Cells,
     DemSource,
@@ -32,47 +32,49 @@ from osm2xodr.surface.grids import (
 )
 from osm2xodr.surface.sampling import Layer, Trend
 
-# What is read around the roads, m and cells: room for lane edges and for the fitted curves, which leave the OSM line
-# by a few metres; eight cells dampen the end effect of a bicubic spline to 3e-5 of itself (0.27 per cell).
-_DEM_MARGIN: Final = 50.0
-_DEM_MARGIN_CELLS: Final = 8
-# More cells than these are not read, even to be averaged: a minute's work, 32 km of cells of 1 m either way. Files of
-# a few hundred bytes can claim them.
-_DEM_CELLS_READ: Final = 2**30
-# Over which length the step between two elevation models fades, m and cells of the coarser one, whichever is longer
-# (3 m of step over 100 m: 4.5 % of grade at most); and over which length the guess beyond the last measured cell
-# falls back to the trend, m. Choices.
+# Margin that is read around the roads, m and cells: room for lane edges and for fitted curves, which leave the OSM
+# line by a few metres; eight cells dampen the end effect of a bicubic spline to 3e-5 of itself (0.27 per cell).
+_MARGIN: Final = 50.0
+_MARGIN_CELLS: Final = 8
+# Largest number of cells that are read to be averaged: a minute's work, 32 km of cells of 1 m either way. Files of a
+# few hundred bytes can claim more.
+_CELLS_READ_MAX: Final = 2**30
+# Length over which the step between two elevation models fades, m and cells of the coarser one, whichever is longer
+# (3 m of step over 100 m: 4.5 % of grade at most); and over which heights beyond the last measured cell fall back to
+# the trend, m. Choices.
 _SEAM_RAMP: Final = 100.0
 _SEAM_RAMP_CELLS: Final = 4
 _EDGE_RAMP: Final = 1000.0
-# Cells in a row, along and across, that it takes to tell; if the roads need fewer, more are read around them.
-_COVER_CELLS: Final = 200
-# Two elevation models on one common grid are one model unless they differ by more than this share of their standard
+# Cells along and across that are needed to detect a surface model; if the roads need fewer, more are read.
+_DETECTION_CELLS: Final = 200
+# Two elevation models on one common grid are joined unless they differ by more than this share of their standard
 # error where they meet.
-_DEM_SAME_SHARE: Final = 0.5
-
-# Cells of all layers that the trend is fitted to: a polynomial of 21 terms at most needs no more.
-_TREND_CELLS = 20_000
-# More cells than this are kept in single precision, which tells heights to less than a millimetre.
-_DOUBLE_CELLS_MAX = 2**24
+_SAME_MODEL_SHARE: Final = 0.5
+# Cell sizes that differ by less than these factors count as equal: when averaging, and in priority.
+_SAME_SIZE_AVERAGING: Final = 1.05
+_SAME_SIZE_PRIORITY: Final = 1.1
+# Number of cells of all layers that the trend is fitted to: a polynomial of at most 21 terms needs no more.
+_TREND_CELLS: Final = 20_000
+# More cells than this are kept in single precision, which resolves heights to less than a millimetre.
+_DOUBLE_CELLS_MAX: Final = 2**24
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DemWindow:
     """The part of an elevation model around the roads."""
 
-    source: DemSource  # The model
-    frame: GridFrame  # Where the window's cells are
+    source: DemSource
+    frame: GridFrame  # Of the window
     z: Cells  # (rows, cols) Heights, m; NaN in voids
-    share: float  # Share of the road points in whose cell there is a height
-    block: int  # How many cells of the model, in either direction, one cell of the window is the mean of
-    outliers: int  # How many voids hold heights that are no ground
+    share: float  # Share of the road points whose cell has a height
+    block: int  # A cell of the window is the mean of block x block cells of the model
+    outliers: int  # Number of voids whose heights were removed as outliers
 
 
 def describe_all(
     paths: Sequence[Path], frame: LocalFrame, diagnostics: Diagnostics
 ) -> list[tuple[DemSource, GridFrame]]:
-    """Read what the files say about themselves, and where their cells are."""
+    """Read the description of each file, and make the frame of its cells."""
     transformers: dict[CRS, Transformer] = {}
     out = []
     for path in paths:
@@ -84,18 +86,15 @@ def describe_all(
     return out
 
 
-def bounds_deg(source: DemSource, cells: GridFrame) -> tuple[float, float, float, float]:
+def bounds_deg(cells: GridFrame) -> tuple[float, float, float, float]:
     """Return west, south, east, north of an elevation model, degrees, WGS 84."""
-    col, row = cells.rim()
-    a, b, c, d, e, f = cells.affine
-    u, v = col + 0.5, row + 0.5
-    lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
+    lon, lat = cells.lon_lat(*cells.rim())
     return float(np.min(lon)), float(np.min(lat)), float(np.max(lon)), float(np.max(lat))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Plan:
-    """What is to be read of an elevation model: cells from `first` up to `end` (col, row), for roads at col, row."""
+    """The window to read of an elevation model: cells from `first` up to `end` (col, row), for roads at col, row."""
 
     source: DemSource
     cells: GridFrame
@@ -113,9 +112,9 @@ def read_windows(
     cells_max: int,
     diagnostics: Diagnostics,
 ) -> list[DemWindow | None]:
-    """Read of each elevation model what lies around local positions; None where it reaches none of them.
+    """Read the window of each elevation model around local positions; None if it reaches none of them.
 
-    Not more than `cells_max` cells are kept of all together; the finest are averaged where there are more.
+    No more than `cells_max` cells are kept in all; the finest are averaged where there are more.
     """
     in_crs: dict[CRS, tuple[FloatArray, FloatArray]] = {}
     plans: list[_Plan | None] = []
@@ -136,7 +135,7 @@ def _plan(source: DemSource, cells: GridFrame, col: FloatArray, row: FloatArray)
     low = np.maximum([np.floor(col.min()), np.floor(row.min())], 0.0).astype(np.int64)
     high = np.minimum([np.ceil(col.max()), np.ceil(row.max())], [cells.cols - 1, cells.rows - 1]).astype(np.int64)
     core = cells.window(int(low[0]), int(low[1]), int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
-    margin = np.maximum(_DEM_MARGIN_CELLS, np.ceil(_DEM_MARGIN / np.array(core.steps())))
+    margin = np.maximum(_MARGIN_CELLS, np.ceil(_MARGIN / np.array(core.steps())))
     first = np.maximum(low - margin.astype(np.int64), 0)
     end = np.minimum(high + margin.astype(np.int64) + 1, [cells.cols, cells.rows])
     return _Plan(source, cells, first, end, col, row, core.cell_size())
@@ -148,10 +147,10 @@ def _count(plan: _Plan, block: int) -> int:
 
 
 def _blocks(plans: Sequence[_Plan], cells_max: int) -> dict[int, int]:
-    """Return how many cells to join in either direction, by the id of the plan: none coarser than need be."""
+    """Return how many cells to average in either direction, by id of the plan: no more than needed."""
     finest = min((plan.cell_size for plan in plans), default=1.0)
     for plan in plans:
-        if _count(plan, 1) > _DEM_CELLS_READ:
+        if _count(plan, 1) > _CELLS_READ_MAX:
             raise InputError(
                 f"{plan.source.path}: around the roads lie {_count(plan, 1):,} cells of {plan.cell_size:.2g} m, more"
                 " than can be read; resample it with gdalwarp -tr, or choose a smaller area"
@@ -159,7 +158,9 @@ def _blocks(plans: Sequence[_Plan], cells_max: int) -> dict[int, int]:
     for times in range(1, 10_000):
         blocks = {
             id(plan): min(
-                times if plan.cell_size < 1.05 * finest else max(1, int(times * finest / plan.cell_size)),
+                times
+                if plan.cell_size < _SAME_SIZE_AVERAGING * finest
+                else max(1, int(times * finest / plan.cell_size)),
                 plan.cells.rows,
                 plan.cells.cols,
             )
@@ -172,7 +173,7 @@ def _blocks(plans: Sequence[_Plan], cells_max: int) -> dict[int, int]:
 
 def _read(plan: _Plan, block: int, single: bool, points: int, diagnostics: Diagnostics) -> DemWindow:
     """Read a window."""
-    # Blocks count from the model's first cell, so that tiles of one model stay on one grid; only whole ones count.
+    # Blocks start at the model's first cell, so that tiles of one model stay on one grid; only whole blocks are read.
     whole = np.array([plan.cells.cols, plan.cells.rows]) // block
     first_col, first_row = (np.minimum(plan.first // block, whole - 1) * block).tolist()
     end_col, end_row = (np.minimum(-(-plan.end // block), whole) * block).tolist()
@@ -186,46 +187,43 @@ def _read(plan: _Plan, block: int, single: bool, points: int, diagnostics: Diagn
 
 
 def void_outliers(source: DemSource, frame: GridFrame, z: Cells, block: int, diagnostics: Diagnostics) -> int:
-    """Make voids, in place, of heights that are no ground; say which; return how many."""
+    """Turn outliers into voids, in place; report and count them."""
     found = find_outliers(z, frame.cell_size(), averaged=block > 1)
     count = int(np.count_nonzero(found.mask))
     if not count:
         return 0
     at = int(np.flatnonzero(found.mask)[0])
     row, col = divmod(at, frame.cols)
-    a, b, c, d, e, f = frame.affine
-    lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(
-        a * (col + 0.5) + b * (row + 0.5) + c, d * (col + 0.5) + e * (row + 0.5) + f
-    )
+    lon, lat = frame.lon_lat(col, row)
     lowest, highest = float(z[found.mask].min()), float(z[found.mask].max())
-    # Means of blocks on the rim are partly made of what was found.
+    # Averaged cells on the rim contain some of the outlier.
     z[found.mask | rim_of(found.mask) if block > 1 else found.mask] = np.nan
     diagnostics.repaired(
         "dem-outlier",
         "",
         f"{source.path}: {count} cells of {lowest:.0f} to {highest:.0f} m, the first at {lon:.5f} E, {lat:.5f} N, "
-        f"stand off all ground around them by more than {found.step:.0f} m, as no ground does; they were taken for "
+        f"differ from all ground around them by more than {found.step:.0f} m, as no ground does; they were taken for "
         "voids.",
     )
     return count
 
 
 def by_priority(windows: Sequence[DemWindow]) -> list[DemWindow]:
-    """Put finer elevation models first and keep the given order among those alike (within 10 %)."""
+    """Order elevation models by cell size, finest first; keep the given order among similar sizes."""
     by_size = sorted(windows, key=lambda window: window.frame.cell_size())
     out: list[DemWindow] = []
     while by_size:
         finest = by_size[0].frame.cell_size()
-        alike = [window for window in by_size if window.frame.cell_size() <= 1.1 * finest]
+        alike = [window for window in by_size if window.frame.cell_size() <= _SAME_SIZE_PRIORITY * finest]
         by_size = by_size[len(alike) :]
         out.extend(window for window in windows if any(window is other for other in alike))
     return out
 
 
 def make_layers(windows: Sequence[DemWindow], cells_max: int, dem_type: str, diagnostics: Diagnostics) -> list[Layer]:
-    """Make layers of windows in the order of their priority; tiles of one model become one layer.
+    """Make layers of windows in order of priority; tiles of one model become one layer.
 
-    `dem_type` is that of `osm2xodr.surface.SurfaceOptions`.
+    `dem_type` is as in `osm2xodr.surface.SurfaceOptions`.
     """
     grids: list[tuple[GridFrame, Cells, float, bool]] = []
     waiting = list(windows)
@@ -246,22 +244,22 @@ def make_layers(windows: Sequence[DemWindow], cells_max: int, dem_type: str, dia
 
 
 def _is_covered(windows: Sequence[DemWindow], frame: GridFrame, z: Cells, diagnostics: Diagnostics) -> bool:
-    """Return whether the elevation model of a layer shows canopy and roofs, by its name, else by its heights."""
+    """Whether the elevation model of a layer shows canopy and roofs, by its name, else by its heights."""
     named = [window.source.covered for window in windows if window.source.covered is not None]
-    covered = named[0] if named else looks_covered(_enough_to_tell(windows[0], z), frame.steps())
+    covered = named[0] if named else looks_covered(_cells_for_detection(windows[0], z), frame.steps())
     if covered:
         diagnostics.guessed(
             "dem-type",
             "",
             f"{windows[0].source.path}: by its {'name' if named else 'heights'} the elevation model shows canopy and "
-            "roofs, and was taken for a surface model; if it shows the ground, say --dem-type dtm.",
+            "roofs, and was taken for a surface model; if it shows the ground, give --dem-type dtm.",
         )
     return covered
 
 
-def _enough_to_tell(window: DemWindow, z: Cells) -> Cells:
-    """Return a layer's heights, or those of more cells around its first window if they are few."""
-    wanted = _COVER_CELLS
+def _cells_for_detection(window: DemWindow, z: Cells) -> Cells:
+    """Return a layer's heights, or if they are few, those of more cells around its first window."""
+    wanted = _DETECTION_CELLS
     source, frame = window.source, window.frame
     whole = GridFrame(source.crs, frame.to_crs, source.affine, source.rows, source.cols)
     place = frame.offset_in(whole)
@@ -271,12 +269,12 @@ def _enough_to_tell(window: DemWindow, z: Cells) -> Cells:
     first_col = min(max(place[0] - (cols - frame.cols) // 2, 0), source.cols - cols)
     first_row = min(max(place[1] - (rows - frame.rows) // 2, 0), source.rows - rows)
     around = whole.window(first_col, first_row, cols, rows)
-    # What is amiss with cells that no road needs is not worth a word.
+    # Diagnostics about cells that no road needs are not reported.
     return read_heights(source, around, first_col, first_row, 1, False, Diagnostics())
 
 
 def fit_trend(layers: Sequence[Layer], order: int) -> Trend:
-    """Fit the polynomial trend to the measured cells of all layers, each counting by its area.
+    """Fit the polynomial trend to the measured cells of all layers, weighted by area.
 
     The order is lowered where there are fewer than two cells per term.
     """
@@ -308,20 +306,20 @@ def _sample_cells(layer: Layer, count: int) -> tuple[FloatArray, FloatArray, Flo
 def _join(
     windows: Sequence[DemWindow], cells_max: int, diagnostics: Diagnostics
 ) -> tuple[GridFrame, Cells, list[DemWindow]]:
-    """Join the first window with all others on its grid that agree with it where they meet."""
+    """Join the first window with all others on the same grid that agree with it where they meet."""
     anchor = windows[0]
     placed = [(window, window.frame.offset_in(anchor.frame)) for window in windows]
     alike = (anchor.source.covered, None)
     members = [(window, place) for window, place in placed if place is not None and window.source.covered in alike]
     (first_col, first_row), (cols, rows) = _span(members)
-    # Tiles that lie far apart are not worth a grid that is mostly empty.
+    # Tiles far apart would make a mostly empty grid.
     if len(members) == 1 or cols * rows > 2 * cells_max:
         return anchor.frame, anchor.z, [anchor]
     z = empty_cells(rows, cols, anchor.z.dtype == np.float32)
     taken = []
     for window, place in members:
         col, row = place[0] - first_col, place[1] - first_row
-        if _agrees(z, col, row, window.z, _DEM_SAME_SHARE * usual_sigma(anchor.frame.cell_size())):
+        if _fits(z, col, row, window.z, _SAME_MODEL_SHARE * usual_sigma(anchor.frame.cell_size())):
             part = z[row : row + window.frame.rows, col : col + window.frame.cols]
             part[...] = np.where(np.isfinite(part), part, window.z)
             taken.append((window, place))
@@ -338,25 +336,25 @@ def _join(
 
 
 def _span(placed: Sequence[tuple[DemWindow, tuple[int, int]]]) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return first col, row and number of cols, rows that windows take up together."""
+    """Return first col, row and number of cols, rows of the box around windows."""
     first_col, first_row = min(col for _, (col, _) in placed), min(row for _, (_, row) in placed)
     end_col = max(col + window.frame.cols for window, (col, _) in placed)
     end_row = max(row + window.frame.rows for window, (_, row) in placed)
     return (first_col, first_row), (end_col - first_col, end_row - first_row)
 
 
-def _agrees(z: Cells, col: int, row: int, tile: Cells, tolerance: float) -> bool:
-    """Whether a tile fits what is there: nine of ten cells that both have, else the step from edge to edge."""
-    there = z[row : row + tile.shape[0], col : col + tile.shape[1]]
-    both = np.isfinite(there) & np.isfinite(tile)
+def _fits(z: Cells, col: int, row: int, tile: Cells, tolerance: float) -> bool:
+    """Whether a tile fits its surroundings: nine tenths of the common cells, else the median step at the seam."""
+    common = z[row : row + tile.shape[0], col : col + tile.shape[1]]
+    both = np.isfinite(common) & np.isfinite(tile)
     if both.any():
-        return float(np.percentile(np.abs(there[both] - tile[both]), 90)) <= tolerance
+        return float(np.percentile(np.abs(common[both] - tile[both]), 90)) <= tolerance
     steps = _steps_across(z, col, row, tile)
     return not len(steps) or abs(float(np.median(steps))) <= tolerance
 
 
 def _steps_across(z: Cells, col: int, row: int, tile: Cells) -> FloatArray:
-    """Return by how much a tile is higher than what it abuts on, both extrapolated to the seam, m."""
+    """Return the steps up from adjacent cells to a tile, both extrapolated to the seam, m."""
     rows, cols = tile.shape
     beside, across = z[row : row + rows], z[:, col : col + cols].T
     pairs = (

@@ -1,4 +1,4 @@
-"""How heights are made from elevation models."""
+"""Options of the surface, and the flat surface: all that is needed where there is no elevation model."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from osm2xodr import defaults
 from osm2xodr.errors import InputError
+from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
 
 METHODS = ("nearest", "bilinear", "bicubic", "polynomial")
 DEM_TYPES = ("auto", "dtm", "dsm")
@@ -20,22 +21,21 @@ class SurfaceOptions:
     Raises
     ------
     InputError
-        A value is none of these.
+        A value is not offered.
     """
 
-    # One of `METHODS`: between cells ``nearest``, ``bilinear`` or ``bicubic``; ``polynomial`` takes the heights of
-    # the trend alone, which has lost the terrain beyond about 1 km.
+    # One of `METHODS`: the interpolation between cells, or ``polynomial`` for the trend alone, which loses terrain
+    # shorter than about 1 km
     method: str = defaults.SURFACE_METHOD
     polynomial_order: int = defaults.POLYNOMIAL_ORDER  # Total degree of the trend, 2 to 5
     allow_partial: bool = False  # Whether elevation models may cover less than half of the roads
-    # Standard error of the heights, m, where it is known better than from the elevation models themselves: one value
-    # for all of them.
+    # Standard error of the heights of all elevation models, m; None estimates it from each of them
     sigma: float | None = None
-    # One of `DEM_TYPES`: whether elevation models show the ground (``dtm``) or canopy and roofs (``dsm``); ``auto``
-    # tells it from each model's name and heights.
+    # One of `DEM_TYPES`: elevation models show the ground (``dtm``), or canopy and roofs (``dsm``); ``auto`` decides
+    # by each model's name and heights
     dem_type: str = "auto"
-    vertical_datum: str | None = None  # Datum to turn heights into, as of `parse_datum`; None leaves them as they are
-    # Datum of the elevation models' heights, likewise, instead of what their files say
+    vertical_datum: str | None = None  # Datum to convert heights to (`parse_datum`); None leaves them as they are
+    # Datum of the elevation models' heights, likewise; None takes it from their files
     dem_vertical_datum: str | None = None
 
     def __post_init__(self) -> None:
@@ -51,6 +51,22 @@ class SurfaceOptions:
             )
         if self.dem_vertical_datum is not None and self.vertical_datum is None:
             raise InputError(
-                "the vertical datum of the elevation models is of use only to turn heights into another; give "
+                "the vertical datum of the elevation models is used only to convert heights to another; give "
                 "--vertical-datum too"
             )
+
+
+@dataclass(frozen=True, slots=True)
+class FlatSurface:
+    """The ground where there is no elevation model: exact, at height 0."""
+
+    cell_size: float = 0.0
+    sigma: float = 0.0
+
+    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return 0 m for local x, y (n,), and that it is measured."""
+        return np.zeros(len(x)), np.ones(len(x), bool)
+
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        """Return that heights at local x, y (n,), m, are exact."""
+        return SurfaceQuality(np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x), np.bool_))

@@ -1,4 +1,4 @@
-"""Reads elevation models and makes the surface of the ground from them: the steps of stage 2 in order."""
+"""From elevation models to the surface of the ground: the steps of stage 2 in order."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import ranks
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
-from osm2xodr.model import FloatArray, IntArray, LocalFrame
+from osm2xodr.model import FloatArray, IntArray, LocalFrame, Street
 from osm2xodr.projection import to_geographic
-from osm2xodr.surface import defaults
 from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, qualities_of
 from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum
 from osm2xodr.surface.mosaic import (
@@ -28,12 +28,46 @@ from osm2xodr.surface.mosaic import (
 from osm2xodr.surface.options import SurfaceOptions
 from osm2xodr.surface.sampling import LayeredSurface
 
-# Least share of the roads that an elevation model must cover unless the user allows less (a choice: what is guessed
-# should not outweigh what is known).
-_DEM_COVERAGE_MIN: Final = 0.5
+# Largest number of cells that are kept of all elevation models (128 MB in single precision), and for a bicubic
+# spline, which takes 30 bytes more per cell. Where the roads span more, the finest models are averaged over blocks of
+# cells, with a note.
+_CELLS_MAX: Final = 2**25
+_CELLS_MAX_BICUBIC: Final = 2**23
+# Least share of the roads that elevation models must cover unless the user allows less: guesses should not outweigh
+# measurements. A choice.
+_COVERAGE_MIN: Final = 0.5
+# Spacing of the points along roads at which coverage is checked, m: below the cells of the coarsest elevation models
+# in use (90 m).
+_COVERAGE_STEP: Final = 50.0
+# Number of files that a message names before "and n more".
+_FILES_NAMED: Final = 3
 
 
-def read(
+def points_along(streets: Sequence[Street], step: float = _COVERAGE_STEP) -> tuple[FloatArray, FloatArray]:
+    """Return local x, y (n,) of points evenly spaced along all streets, the ends of each among them.
+
+    Parameters
+    ----------
+    streets
+        At least one.
+    step
+        Largest distance of neighbours along a street, m.
+    """
+    points = np.concatenate([street.points for street in streets])
+    counts = np.array([len(street.points) for street in streets])
+    first = np.concatenate([[0], np.cumsum(counts)])
+    # All streets are put end to end on one line, with gaps between them, and interpolated at once.
+    pieces = np.hypot(*np.diff(points, axis=0).T)
+    pieces[first[1:-1] - 1] = 1.0
+    along = np.concatenate([[0.0], np.cumsum(pieces)])
+    start, end = along[first[:-1]], along[first[1:] - 1]
+    steps = np.maximum(np.ceil((end - start) / step).astype(np.int64), 1)
+    index = ranks(steps + 1)
+    at = np.repeat(start, steps + 1) + index * np.repeat((end - start) / steps, steps + 1)
+    return np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])
+
+
+def read_surface(
     paths: Sequence[Path],
     frame: LocalFrame,
     x: FloatArray,
@@ -41,17 +75,42 @@ def read(
     options: SurfaceOptions,
     diagnostics: Diagnostics,
 ) -> DemSurface:
-    """Do what `osm2xodr.surface.read_surface` says."""
+    """Make the surface of the ground from elevation models.
+
+    Where several overlap, finer cells come first, then the order given; their seams are blended. Neither positions
+    nor cells are resampled: heights are found in each raster's own CRS.
+
+    Parameters
+    ----------
+    paths
+        Local raster files, one or more: any CRS, cell size, type of cells, unit of heights.
+    frame
+        The local frame of x and y.
+    x, y : (n,)
+        Points along all roads, m, evenly spaced: they decide what is read, and the coverage.
+    options
+        How heights are made.
+    diagnostics
+        Gets what is guessed or repaired, and the share of the roads without a measured height.
+
+    Raises
+    ------
+    InputError
+        A file is missing, damaged, no raster, an image, not local, or without CRS; or heights cannot be converted to
+        the wanted vertical datum.
+    CoverageError
+        The elevation models lie elsewhere, have no heights at the roads, or cover too little of them.
+    """
     if not paths:
         raise InputError("no elevation model was given; name at least one file")
     x, y = np.asarray(x, np.float64).reshape(-1), np.asarray(y, np.float64).reshape(-1)
     if not len(x):
         raise InputError("there are no roads to find heights for; choose an area that has some")
     described = describe_all(paths, frame, diagnostics)
-    bounds = [bounds_deg(source, cells) for source, cells in described]
-    cells_max = defaults.DEM_CELLS_MAX_BICUBIC if options.method == "bicubic" else defaults.DEM_CELLS_MAX
+    bounds = [bounds_deg(cells) for _, cells in described]
+    cells_max = _CELLS_MAX_BICUBIC if options.method == "bicubic" else _CELLS_MAX
     windows = read_windows(described, x, y, cells_max, diagnostics)
-    _say_averaged(windows, diagnostics)
+    _report_averaged(windows, diagnostics)
     used = _in_datum(_used(paths, windows, bounds, frame, x, y, diagnostics), options, diagnostics)
     layers = make_layers(by_priority(used), cells_max, options.dem_type, diagnostics)
     trend = fit_trend(layers, options.polynomial_order)
@@ -74,7 +133,6 @@ def read(
         layers[main].cell_size,
         float(sigmas[main]),
         coverage,
-        _union([box for box, window in zip(bounds, windows, strict=True) if window is not None]),
         summaries,
         trend.polynomial,
         layered,
@@ -83,15 +141,15 @@ def read(
 
 
 def _in_datum(windows: list[DemWindow], options: SurfaceOptions, diagnostics: Diagnostics) -> list[DemWindow]:
-    """Return windows with heights in the vertical datum that is wanted, if any; else say if they have several."""
+    """Convert heights to the wanted vertical datum, if any; else report if the models have several."""
     if options.vertical_datum is None:
         names = sorted({window.source.datum.name for window in windows if window.source.datum is not None})
         if len(names) > 1:
             diagnostics.note(
                 "dem-datums",
                 "",
-                f"{_names([window.source.path for window in windows])}: heights count from several datums "
-                f"({', '.join(names)}) and were taken as they are; --vertical-datum turns them into one.",
+                f"{_names([window.source.path for window in windows])}: heights refer to several datums "
+                f"({', '.join(names)}) and were taken as they are; --vertical-datum converts them to one.",
             )
         return windows
     target = parse_datum(options.vertical_datum)
@@ -101,16 +159,16 @@ def _in_datum(windows: list[DemWindow], options: SurfaceOptions, diagnostics: Di
         source = window.source.datum if given is None else given
         if source is None:
             raise InputError(
-                f"{window.source.path}: the elevation model does not say from which datum its heights count, so that "
-                "they cannot be turned into another; name it with --dem-vertical-datum, or leave --vertical-datum out"
+                f"{window.source.path}: the elevation model does not say to which datum its heights refer, so "
+                "that they cannot be converted; name it with --dem-vertical-datum, or leave --vertical-datum out"
             )
         z = convert_heights(window.source.path, window.z, window.frame, source, target, diagnostics)
         out.append(replace(window, z=z))
     return out
 
 
-def _say_averaged(windows: Sequence[DemWindow | None], diagnostics: Diagnostics) -> None:
-    """Say which elevation models have more cells around the roads than are kept."""
+def _report_averaged(windows: Sequence[DemWindow | None], diagnostics: Diagnostics) -> None:
+    """Report elevation models whose cells around the roads were averaged."""
     averaged = [window for window in windows if window is not None and window.block > 1]
     if averaged:
         block = max(window.block for window in averaged)
@@ -131,7 +189,7 @@ def _used(
     y: FloatArray,
     diagnostics: Diagnostics,
 ) -> list[DemWindow]:
-    """Return the windows that have heights, say which elevation models have none at the roads, fail if none has."""
+    """Return the windows with heights, report the other elevation models; fail if none has heights at the roads."""
     used, away, empty = [], [], []
     for path, window in zip(paths, windows, strict=True):
         if window is None:
@@ -140,7 +198,7 @@ def _used(
             used.append(window)
         else:
             empty.append(path)
-    for unused, why in ((away, "nothing of it reaches the roads"), (empty, "it is all nodata around the roads")):
+    for unused, why in ((away, "it does not reach the roads"), (empty, "it has only nodata around the roads")):
         if unused:
             diagnostics.note("dem-unused", "", f"{_names(unused)}: not used, {why}.")
     if used:
@@ -153,7 +211,7 @@ def _used(
     lon, lat = to_geographic(frame, x, y)
     roads = float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
     raise CoverageError(
-        f"{names}: the elevation model covers {_in_words(_union(bounds))} but the roads lie at {_in_words(roads)}; "
+        f"{names}: the elevation model covers {_box_text(_union(bounds))} but the roads lie at {_box_text(roads)}; "
         "give one that covers the roads"
     )
 
@@ -161,12 +219,12 @@ def _used(
 def _checked_coverage(
     paths: Sequence[Path], source: IntArray, options: SurfaceOptions, diagnostics: Diagnostics
 ) -> float:
-    """Return the share of measured points; fail if it is too small, and say what was filled."""
+    """Return the share of measured points; fail if it is too small, report what is filled in."""
     coverage = float(np.mean(source >= 0))
     names = _names(paths)
     if coverage == 0.0:
         raise CoverageError(f"{names}: no road has a measured height; give an elevation model that covers the roads")
-    if coverage < _DEM_COVERAGE_MIN and not options.allow_partial:
+    if coverage < _COVERAGE_MIN and not options.allow_partial:
         raise CoverageError(
             f"{names}: only {_percent(coverage)} of the roads have a measured height; give elevation models that "
             "cover the roads, or allow the rest to be guessed with --allow-partial"
@@ -181,7 +239,7 @@ def _checked_coverage(
 
 
 def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, bounds: Bounds) -> DemSummary:
-    """Sum up an elevation model."""
+    """Summarise an elevation model."""
     source, cells = described
     code = source.crs.to_json_dict().get("id")
     return DemSummary(
@@ -202,8 +260,8 @@ def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, b
 
 def _names(paths: Sequence[Path]) -> str:
     """Name files in a sentence, the first few of many."""
-    more = f" and {len(paths) - 3} more" if len(paths) > 3 else ""
-    return ", ".join(str(path) for path in paths[:3]) + more
+    more = f" and {len(paths) - _FILES_NAMED} more" if len(paths) > _FILES_NAMED else ""
+    return ", ".join(str(path) for path in paths[:_FILES_NAMED]) + more
 
 
 def _union(boxes: Sequence[Bounds]) -> Bounds:
@@ -212,14 +270,14 @@ def _union(boxes: Sequence[Bounds]) -> Bounds:
     return min(west), min(south), max(east), max(north)
 
 
-def _in_words(box: Bounds) -> str:
-    """Say where a box is."""
+def _box_text(box: Bounds) -> str:
+    """Format a box for a message."""
     west, south, east, north = box
     return f"{west:.4f} to {east:.4f} E, {south:.4f} to {north:.4f} N"
 
 
 def _percent(share: float) -> str:
-    """Write a share with as many digits as it takes not to be rounded to nothing or everything."""
+    """Format a share with enough digits not to be rounded to nothing or everything."""
     percent = 100.0 * share
     return (
         f"{percent:.0f} %" if 1.0 <= percent <= 99.0 else f"{percent:.2g} %" if percent < 1.0 else f"{percent:.2f} %"

@@ -1,15 +1,16 @@
-"""The surface that elevation models make together: layers of grids, one over the other, over the polynomial trend.
+"""Heights at any position from layers of grids on top of each other, and the polynomial trend below them.
 
-The height at a place is that of the first layer whose cells surround it. Voids of a layer are filled from the layers
-below with the residual at the void's rim spread over it. Beyond a layer's outermost cells the layers below hold, plus
-the layer's residual at its nearest edge, which fades over the ramp. Both ways heights have no step at any seam, and
-inside a layer's cells they are its own.
+The height at a position is that of the first layer whose cells surround it. Voids of a layer are filled from the
+layers below, plus the residual at the void's rim, spread over the void. Beyond a layer's outermost cells the layers
+below hold, plus the residual at the layer's nearest edge, which fades over the ramp. So heights have no step at any
+seam, and within a layer's cells they are its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -25,17 +26,17 @@ from osm2xodr.surface.grids import (
     nearest_known,
 )
 
-# Positions handled at a time: their arrays stay in the processor's cache.
-_CHUNK = 2**17
-# Share of a cell by which the projection may be off.
-_ROUNDING = 1e-6
+# Positions handled at a time: their arrays fit into the processor's cache.
+_CHUNK: Final = 2**17
+# Rounding error of the projection, cells.
+_ROUNDING: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
     """One grid of heights."""
 
-    frame: GridFrame  # Where its cells are
+    frame: GridFrame
     z: Cells  # (rows, cols) Heights, m; NaN in voids
     sigma: float  # Standard error of its heights, m
     ramp: float  # Length over which its residual fades beyond its outermost cells, m
@@ -49,16 +50,16 @@ class Layer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _FilledLayer:
-    """A layer whose voids are filled, ready to be asked."""
+    """A layer with filled voids."""
 
     layer: Layer
-    known: BoolArray | None
+    known: BoolArray | None  # (rows, cols) Which cells are not voids; None if all
     interpolate: Interpolator
-    steps: tuple[float, float]
-    bounds: tuple[float, float, float, float]
+    steps: tuple[float, float]  # Length of one column and of one row, m
+    bounds: tuple[float, float, float, float]  # West, south, east, north of its influence, local m
 
     def is_near(self, x: FloatArray, y: FloatArray) -> BoolArray:
-        """Say which positions, local m, lie on the layer or so near that its heights die down there, (n,)."""
+        """Return which positions, local m, lie on the layer or within its ramp, (n,)."""
         west, south, east, north = self.bounds
         out: BoolArray = (x > west) & (x < east) & (y > south) & (y < north)
         return out
@@ -66,12 +67,12 @@ class _FilledLayer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trend:
-    """The polynomial trend, kept from running away beyond the heights it was fitted to."""
+    """The polynomial trend, limited beyond the heights it was fitted to."""
 
-    polynomial: PolynomialTrend  # The trend
-    # West, south, east, north, local m: beyond, the trend stays as it is at the nearest point of the box
+    polynomial: PolynomialTrend
+    # West, south, east, north, local m: beyond, the trend is that at the nearest point of the box
     box: tuple[float, float, float, float]
-    # Heights that it is kept within, m
+    # Limits of its heights, m
     lowest: float
     highest: float
 
@@ -89,11 +90,11 @@ class LayeredSurface:
     Parameters
     ----------
     layers
-        First the one that counts first.
+        The layers from top to bottom.
     trend
-        What holds where no layer does.
+        The heights below them.
     method
-        As of `make_interpolator`, or ``"polynomial"`` for the heights of the trend alone.
+        As of `make_interpolator`, or ``"polynomial"`` for the trend alone.
     """
 
     def __init__(self, layers: Sequence[Layer], trend: Trend, method: str) -> None:
@@ -101,12 +102,12 @@ class LayeredSurface:
         self.trend = trend
         self.method = method
         self._filled: list[_FilledLayer] = []
-        # From the lowest up: a layer's voids are filled from those below it.
+        # From the lowest up, as voids are filled from the layers below.
         for layer in reversed(layers):
             self._filled.insert(0, self._fill(layer))
 
     def sample(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return z (n,), m, at local x, y and the index of the layer that measured it, -1 where none did."""
+        """Return z (n,), m, at local x, y and the index of the layer that measures it, -1 where none does."""
         x, y = np.asarray(x, np.float64).reshape(-1), np.asarray(y, np.float64).reshape(-1)
         z, source = np.empty(len(x)), np.empty(len(x), np.int64)
         for first in range(0, len(x), _CHUNK):
@@ -126,7 +127,7 @@ class LayeredSurface:
         return source
 
     def _fill(self, layer: Layer) -> _FilledLayer:
-        """Fill the voids of a layer that goes on top of those there are, and make it ready."""
+        """Fill the voids of a layer from those filled already."""
         known = np.isfinite(layer.z)
         steps = layer.frame.steps()
         z = layer.z
@@ -136,17 +137,17 @@ class LayeredSurface:
 
         all_known = bool(known.all())
         if not all_known:
-            # Over other layers the residual dies down as beyond the edge; over the bare trend it is all there is.
+            # Over other layers the residual fades as beyond the edge, over the trend alone it does not.
             z = fill_voids(z, below, steps, layer.ramp if self._filled else np.inf)
         x, y = layer.frame.positions(*layer.frame.rim())
         reach = layer.ramp + max(steps)
         bounds = float(x.min()) - reach, float(y.min()) - reach, float(x.max()) + reach, float(y.max()) + reach
-        # The polynomial's heights need no interpolation, but where cells are must be known all the same.
+        # The trend needs no interpolation, but coverage is still that of the cells.
         method = "bilinear" if self.method == "polynomial" else self.method
         return _FilledLayer(layer, None if all_known else known, make_interpolator(z, method), steps, bounds)
 
     def _compose(self, index: int, x: FloatArray, y: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return heights of the layers from an index on, and the layer that measured each, -1 for none."""
+        """Return heights of the layers from an index on, and the layer that measures each, -1 for none."""
         if index == len(self._filled):
             return self.trend.heights(x, y), np.full(len(x), -1, np.int64)
         item = self._filled[index]
@@ -169,7 +170,7 @@ class LayeredSurface:
             away = np.hypot((col - edge_col) * item.steps[0], (row - edge_row) * item.steps[1])[outside]
             low, low_source = self._compose(index + 1, x[outside], y[outside])
             at_edge = self._compose(index + 1, *frame.positions(edge_col[outside], edge_row[outside]))[0]
-            z[outside] = low + (z[outside] - at_edge) * _fading((away - 0.5 * max(item.steps)) / item.layer.ramp)
+            z[outside] = low + (z[outside] - at_edge) * _fade((away - 0.5 * max(item.steps)) / item.layer.ramp)
             source[outside] = np.where(measured[outside], index, low_source)
         inner_void = ~measured & ~outside
         if inner_void.any() and index + 1 < len(self._filled):
@@ -182,7 +183,7 @@ class LayeredSurface:
         """Return col and row of positions, those of the nearest positions within a layer, and where it measures."""
         frame = item.layer.frame
         col, row = frame.cells(x, y)
-        # A surface of steps reaches to the footprint's edge, a continuous one to the centres of the outermost cells.
+        # Nearest cells reach to the edge of the footprint, interpolation to the centres of the outermost cells.
         half = 0.5 if self.method == "nearest" else 0.0
         edge_col = np.clip(col, -half, frame.cols - 1.0 + half)
         edge_row = np.clip(row, -half, frame.rows - 1.0 + half)
@@ -205,8 +206,8 @@ class LayeredSurface:
         return source
 
 
-def _fading(t: FloatArray) -> FloatArray:
-    """Fall smoothly from 1 up to t = 0 to 0 from t = 1 on (smoothstep, level at both ends)."""
+def _fade(t: FloatArray) -> FloatArray:
+    """Fall from 1 for t <= 0 to 0 for t >= 1 (smoothstep, level at both ends)."""
     rest = np.clip(1.0 - t, 0.0, 1.0)
     out: FloatArray = rest * rest * (3.0 - 2.0 * rest)
     return out

@@ -1,10 +1,11 @@
-"""Looks at elevation models for their own sake: what they are, and how well heights between their cells are found."""
+"""A survey of elevation models: their properties, and how well heights between their cells are found."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from pyproj import Transformer
@@ -13,7 +14,6 @@ from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
 from osm2xodr.projection import WGS84, make_frame, transformer_to
-from osm2xodr.surface import defaults
 from osm2xodr.surface.comparison import GridComparison, Patch, compare_grid
 from osm2xodr.surface.grids import (
     DemSource,
@@ -28,34 +28,42 @@ from osm2xodr.surface.mosaic import void_outliers
 
 Box = tuple[float, float, float, float]
 
+# Number of cells that interpolations are compared on, which takes a few seconds; of larger models, as many patches in
+# either direction are taken, evenly spread. With fewer cells in a row than the last nothing is compared.
+_CELLS_MAX: Final = 2**19
+_PATCHES: Final = 3
+_CELLS_IN_ROW_MIN: Final = 12
+# Points in either direction of a box that are projected to find its cells.
+_BOX_POINTS: Final = 21
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DemComparison:
-    """An elevation model, and what ways to find its heights are worth."""
+    """An elevation model, and the errors of methods to find its heights."""
 
-    # As the file says; `crs` is the name
+    # As in the file; `crs` is the name
     path: Path
     driver: str
     crs: str
     dtype: str
     unit: str
     cell_size: float  # Geometric mean of the lengths of a column and a row, m
-    size: tuple[int, int]  # Columns and rows of what was looked at (the whole model, or the part within the box)
-    # Cells that were read, and how many of them have no height; how many of these hold what is none
+    size: tuple[int, int]  # Columns and rows of the whole model, or of the part within the box
+    # Number of cells that were read, of those without a height, and of removed outliers among these
     cells: int
     voids: int
     outliers: int
     sigma: float  # Estimated standard error of heights, m
     covered: bool  # Whether it is taken for a surface model (canopy and roofs)
-    grid: GridComparison  # The comparison
+    grid: GridComparison
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceComparison:
-    """What ways to find heights are worth on a user's elevation models."""
+    """Comparisons of methods on a user's elevation models."""
 
-    box_deg: Box | None  # West, south, east, north of what was asked for, degrees, WGS 84; None for all there is
-    models: tuple[DemComparison, ...]  # One for each elevation model, in the order given
+    box_deg: Box | None  # West, south, east, north of the box asked for, degrees, WGS 84; None for whole models
+    models: tuple[DemComparison, ...]  # In the order given
 
 
 def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagnostics) -> SurfaceComparison:
@@ -66,15 +74,15 @@ def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagn
     paths
         Local raster files, one or more.
     bbox
-        West, south, east, north, degrees, WGS 84; None for the whole of each. Of more than
-        `defaults.COMPARISON_CELLS` cells, evenly spread patches are taken.
+        West, south, east, north, degrees, WGS 84; None for the whole of each. Of large models,
+        evenly spread patches are taken.
     diagnostics
-        Receives what was guessed or repaired.
+        Gets what is guessed or repaired.
 
     Raises
     ------
     InputError
-        A file is missing, damaged or no elevation model; the box is none; there are too few cells.
+        A file is missing, damaged or no elevation model; the box is not valid; there are too few cells.
     CoverageError
         A model has no heights in the box.
     """
@@ -86,20 +94,20 @@ def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagn
 
 
 def _check_box(box: Box) -> None:
-    """Refuse a box that is none."""
+    """Raise an error if a box is not valid."""
     west, south, east, north = box
     if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
         raise InputError(
-            f"the box {west:g},{south:g},{east:g},{north:g} is none; give west, south, east, north in degrees, the "
-            "lesser ones first"
+            f"{west:g},{south:g},{east:g},{north:g} is not a box; give west, south, east, north in degrees, the "
+            "smaller ones first"
         )
 
 
 def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemComparison:
-    """Compare ways to find heights on one elevation model."""
+    """Compare methods on one elevation model."""
     source = describe_dem(path, diagnostics)
     first_col, first_row, cols, rows = _window(source, box)
-    if min(cols, rows) < defaults.COMPARISON_CELLS_MIN:
+    if min(cols, rows) < _CELLS_IN_ROW_MIN:
         raise InputError(
             f"{path}: {cols} x {rows} cells are too few to compare anything; give a larger elevation model or --bbox"
         )
@@ -128,11 +136,11 @@ def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemCompar
 
 
 def _window(source: DemSource, box: Box | None) -> tuple[int, int, int, int]:
-    """Return first column and row, columns and rows of what is to be looked at."""
+    """Return the first column and row and the number of columns and rows of the part within a box."""
     if box is None:
         return 0, 0, source.cols, source.rows
     west, south, east, north = box
-    t = np.linspace(0.0, 1.0, 21)
+    t = np.linspace(0.0, 1.0, _BOX_POINTS)
     lon, lat = (place.reshape(-1) for place in np.meshgrid(west + (east - west) * t, south + (north - south) * t))
     to_crs = Transformer.from_crs(WGS84, source.crs, always_xy=True)
     cells = GridFrame(source.crs, to_crs, source.affine, source.rows, source.cols)
@@ -143,8 +151,8 @@ def _window(source: DemSource, box: Box | None) -> tuple[int, int, int, int]:
     size = np.array([source.cols, source.rows])
     if not (np.all(high >= 0) and np.all(low <= size - 1)):
         raise CoverageError(
-            f"{source.path}: the elevation model has nothing in the box {west:g},{south:g},{east:g},{north:g}; give "
-            "another --bbox"
+            f"{source.path}: the elevation model does not reach into the box {west:g},{south:g},{east:g},{north:g}; "
+            "give another --bbox"
         )
     first = np.maximum(np.floor(low), 0).astype(np.int64)
     last = np.minimum(np.ceil(high), size - 1).astype(np.int64)
@@ -152,7 +160,7 @@ def _window(source: DemSource, box: Box | None) -> tuple[int, int, int, int]:
 
 
 def _frame(source: DemSource, first_col: int, first_row: int, cols: int, rows: int) -> GridFrame:
-    """Return the frame of a window, local to its middle."""
+    """Return the frame of a window, with local positions around its middle."""
     a, b, c, d, e, f = source.affine
     u, v = first_col + 0.5 * cols, first_row + 0.5 * rows
     lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
@@ -165,12 +173,12 @@ def _frame(source: DemSource, first_col: int, first_row: int, cols: int, rows: i
 def _patches(
     source: DemSource, frame: GridFrame, first_col: int, first_row: int, diagnostics: Diagnostics
 ) -> tuple[list[Patch], int]:
-    """Read patches of a window, or all of it where it is small; return how many outliers were found too."""
+    """Read a small window as a whole, patches of a large one; return them and the number of outliers."""
     cols, rows, times = frame.cols, frame.rows, 1
-    if cols * rows > defaults.COMPARISON_CELLS:
-        times = defaults.COMPARISON_PATCHES
-        side = int(np.sqrt(defaults.COMPARISON_CELLS)) // times
-        # Of a long strip, patches are as long as leaves the number of cells.
+    if cols * rows > _CELLS_MAX:
+        times = _PATCHES
+        side = int(np.sqrt(_CELLS_MAX)) // times
+        # Patches of a long strip are longer, with the same number of cells.
         cols = min(frame.cols // times, max(side, side**2 // frame.rows))
         rows = min(frame.rows // times, side**2 // cols)
     patches, outliers = [], 0
@@ -184,7 +192,7 @@ def _patches(
 
 
 def _starts(size: int, part: int, times: int) -> list[int]:
-    """Return where parts begin that are spread evenly over a size."""
+    """Return the starts of parts that are spread evenly over a size."""
     room = size - part * times
     return [k * part + (2 * k + 1) * room // (2 * times) for k in range(times)]
 

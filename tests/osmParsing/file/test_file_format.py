@@ -153,7 +153,7 @@ def test_truncated_archives(tmp_path: Path, pack: Callable[[bytes], bytes]) -> N
 @pytest.fixture
 def early(monkeypatch: pytest.MonkeyPatch) -> None:
     """Look at sizes from 1 MB on: files that are larger make for slow tests."""
-    monkeypatch.setattr(file_format, "_RATIO_FROM", 1 << 20)
+    monkeypatch.setattr(file_format, "_RATIO_CHECKED_FROM", 1 << 20)
 
 
 @pytest.mark.usefixtures("early")

@@ -2,7 +2,7 @@ import pytest
 from osm_builder import tags_of
 
 from osm2xodr.osmParsing.options import DRIVABLE, PRESETS
-from osm2xodr.osmParsing.tags.access import closed_direction, closing_tag, left_out, oneway
+from osm2xodr.osmParsing.tags.access import closed_direction, closing_tag, oneway, reason_left_out
 
 
 @pytest.mark.parametrize(
@@ -108,10 +108,10 @@ def test_one_direction_closed(tags: str, closed: tuple[int, str] | None) -> None
 )
 def test_left_out(tags: str, preset: str, include_private: bool, code: str | None) -> None:
     selection = PRESETS[preset]
-    reason = left_out(tags_of(tags), selection, include_private)
+    reason = reason_left_out(tags_of(tags), selection, include_private)
     assert (reason and reason[0]) == code
 
 
 def test_left_out_says_why() -> None:
     tags = tags_of("highway=residential access=private")
-    assert left_out(tags, DRIVABLE, False) == ("closed", "access=private closes it to cars, it is left out")
+    assert reason_left_out(tags, DRIVABLE, False) == ("closed", "access=private closes it to cars, it is left out")

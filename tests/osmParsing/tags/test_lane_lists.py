@@ -3,7 +3,8 @@ from osm_builder import tags_of
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import LaneType
-from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes, read_slots, read_turns
+from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes, read_slots, read_turns
+from osm2xodr.osmParsing.tags.values import Findings
 
 LETTERS = {
     LaneType.DRIVING: "d",
@@ -106,4 +107,4 @@ def test_the_first_direction_that_is_there_counts() -> None:
 def test_unknown_arrows_are_dropped_and_said() -> None:
     findings: Findings = []
     assert read_turns("left; through;none;banana", findings) == {"left", "through"}
-    assert findings == [(Kind.DROPPED, "turn", "'banana' is no way to turn and is ignored")]
+    assert findings == [(Kind.DROPPED, "turn", "'banana' is not a direction of a turn and is ignored")]

@@ -3,9 +3,8 @@ from osm_builder import tags_of
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule
-from osm2xodr.osmParsing.defaults import LANES_FROM_NEIGHBOURS_STEPS
 from osm2xodr.osmParsing.file.reader import RawWay
-from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours
+from osm2xodr.osmParsing.tags.neighbours import _WAYS_SEARCHED, lanes_of_neighbours
 from osm2xodr.osmParsing.tags.ways import way_attributes
 
 
@@ -74,7 +73,7 @@ def test_a_ring_of_silent_ways_ends() -> None:
 
 
 def test_only_so_many_silent_ways_are_stepped_over() -> None:
-    most = LANES_FROM_NEIGHBOURS_STEPS
+    most = _WAYS_SEARCHED
     assert len(lanes_of_neighbours(row("lanes=4", *[""] * most, "lanes=4"))) == most
     assert lanes_of_neighbours(row("lanes=4", *[""] * (2 * most), "lanes=4")) == {}
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from lane_notation import notation
-from osm_builder import tags_of
+from osm_builder import ROAD, ROW, Area, nodes_of, tags_of
 
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.model import Rule, StreetAttributes
+from osm2xodr.model import Rule, StreetAttributes, Structure
 from osm2xodr.osmParsing.file.reader import RawWay
 from osm2xodr.osmParsing.tags.ways import way_attributes
 
@@ -77,7 +78,7 @@ def test_priority_roads(tags: str, expected: bool) -> None:
 )
 def test_what_holds_at_times_only_is_told(tag: str) -> None:
     attributes, direction, said = read(tag)
-    assert said == [(Kind.DROPPED, "conditional", f"{tag} holds at times only and is not kept")]
+    assert said == [(Kind.DROPPED, "conditional", f"{tag} holds at certain times only and is not carried")]
     assert (attributes.speed_forward, direction) == (None, 0)
 
 
@@ -101,3 +102,77 @@ def test_a_direction_that_is_closed_to_cars(tags: str, direction: int, lanes: st
     closed = direction and "oneway=yes" not in tags
     key = next(item for item in tags.split() if "ward=" in item and "bus" not in item)
     assert told == ([f"{key} closes one direction to cars, for them it is one-way"] if closed else [])
+
+
+def test_attributes_of_a_way(tmp_path: Path) -> None:
+    tags = (
+        "highway=secondary name=Main ref=B3 lanes=3 lanes:backward=2 width:lanes:forward=4 width:lanes:backward=2|3 "
+        "placement:forward=left_of:1 maxspeed=50 maxspeed:backward=30 bridge=yes incline=8% "
+        "turn:lanes:backward=left|right"
+    )
+    network, diagnostics = Area(ROW, {20: ([1, 2], tags)}).parse(tmp_path)
+    ((_, piece),) = network.streets[0].pieces
+    assert (piece.osm_way_id, piece.reversed, piece.highway, piece.name, piece.ref) == (
+        20,
+        False,
+        "secondary",
+        "Main",
+        "B3",
+    )
+    assert [(int(lane.direction), lane.width, sorted(lane.turns)) for lane in piece.lanes_ltr] == [
+        (-1, 3.0, ["right"]),
+        (-1, 2.0, ["left"]),
+        (1, 4.0, []),
+    ]
+    assert piece.middle_offset == pytest.approx(5.0 - 4.5)
+    assert [piece.speed_forward, piece.speed_backward] == pytest.approx([50 / 3.6, 30 / 3.6])
+    assert (piece.structure, piece.layer, piece.roundabout) == (Structure.BRIDGE, 1, False)
+    assert piece.grade == pytest.approx(0.08)
+    assert list(diagnostics) == []
+
+
+def test_attributes_turn_with_the_street(tmp_path: Path) -> None:
+    tags = (
+        "highway=secondary oneway=-1 lanes=2 width:lanes=3|4 placement=left_of:1 maxspeed:forward=30 "
+        "maxspeed:backward=60 tunnel=yes incline=-8% turn:lanes=left|right"
+    )
+    network, _ = Area(ROW, {20: ([1, 2], tags)}).parse(tmp_path)
+    ((_, piece),) = network.streets[0].pieces
+    assert nodes_of(network) == [[2, 1]]
+    assert piece.reversed
+    # As drivers see them, and as they stand along the street.
+    assert [(int(lane.direction), lane.width, sorted(lane.turns)) for lane in piece.lanes_ltr] == [
+        (1, 3.0, ["left"]),
+        (1, 4.0, ["right"]),
+    ]
+    assert piece.middle_offset == pytest.approx(-3.5)
+    assert [piece.speed_forward, piece.speed_backward] == pytest.approx([60 / 3.6, 30 / 3.6])
+    assert (piece.structure, piece.layer) == (Structure.TUNNEL, -1)
+    assert piece.grade == pytest.approx(0.08)
+
+
+@pytest.mark.parametrize(
+    ("tags", "code", "kind"),
+    [
+        ("maxspeed=signals", "speed", Kind.DROPPED),
+        ("maxspeed=fast", "speed", Kind.DROPPED),
+        ("layer=high", "layer", Kind.DROPPED),
+        ("layer=-1;0", "layer", Kind.GUESSED),
+        ("incline=steep", "incline", Kind.DROPPED),
+        ("oneway=alternating", "oneway", Kind.GUESSED),
+        ("oneway=perhaps", "oneway", Kind.DROPPED),
+        ("motor_vehicle:backward=no", "oneway", Kind.NOTE),
+    ],
+)
+def test_what_tags_leave_open_is_said(tmp_path: Path, tags: str, code: str, kind: Kind) -> None:
+    _, diagnostics = Area(ROW, {20: ([1, 2], f"{ROAD} {tags}")}).parse(tmp_path)
+    assert [(item.kind, item.code, item.osm_id) for item in diagnostics] == [(kind, code, "way/20")]
+
+
+@pytest.mark.parametrize("tags", ["incline=up", "incline=down", "maxspeed=none", "oneway=no"])
+def test_what_needs_no_word(tmp_path: Path, tags: str) -> None:
+    network, diagnostics = Area(ROW, {20: ([1, 2], f"{ROAD} {tags}")}).parse(tmp_path)
+    assert list(diagnostics) == []
+    ((_, piece),) = network.streets[0].pieces
+    assert piece.grade is None
+    assert piece.speed_forward == (math.inf if "none" in tags else None)

@@ -9,10 +9,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+import rasterio
 from affine import Affine
-from dem_factory import BAVARIA, around, read, scatter, write_raster
+from dem_factory import (
+    BAVARIA,
+    OREGON,
+    around,
+    centres,
+    in_crs,
+    read,
+    scatter,
+    write_raster,
+)
 
-from osm2xodr.errors import CoverageError, InputError, Osm2xodrError
+from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.errors import InputError, Osm2xodrError
 
 UTM = "EPSG:32632"
 
@@ -164,7 +175,7 @@ BAD_FILES = [
     (empty, "not a raster that can be read"),
     (archive, "unpack it first"),
     (badly_named_tile, "name it after its south-west corner"),
-    (short_tile, "see that it is whole"),
+    (short_tile, "or get it whole"),
     (without_crs, "no coordinate reference system; assign the right one"),
     (without_place, "does not say where it lies"),
     (of_no_size, "does not say where it lies"),
@@ -175,7 +186,7 @@ BAD_FILES = [
     (four_byte_bands, "a picture in colours"),
     (picture, "a picture in colours"),
     (complex_numbers, "complex numbers"),
-    (scaled_to_nothing, "make no heights"),
+    (scaled_to_nothing, "are not valid for heights"),
     (cut_short, "damaged or cut short"),
     (cut_to_the_header, "not a raster that can be read"),
     (damaged, "damaged or cut short"),
@@ -236,60 +247,6 @@ def test_names_that_look_odd_but_are_local(tmp_path: Path, monkeypatch: pytest.M
         assert surface.heights(*scatter())[0] == pytest.approx(77.0)
 
 
-def test_a_model_elsewhere(tmp_path: Path) -> None:
-    path = good(tmp_path / "a.tif")
-    x, y = scatter()
-    words = (
-        f"{path}: the elevation model covers 11.4852 to 11.5148 E, 49.4903 to 49.5097 N but the roads lie at "
-        "11.6255 to 11.6503 E, 49.4918 to 49.5079 N; give one that covers the roads"
-    )
-    with pytest.raises(CoverageError) as caught:
-        read(path, BAVARIA, x + 10000.0, y)
-    numbers = re.findall(r"\d+\.\d{4}", str(caught.value))
-    assert [float(n) for n in numbers] == pytest.approx(
-        [float(n) for n in re.findall(r"\d+\.\d{4}", words)], abs=2e-3
-    )
-    assert re.sub(r"\d", "", str(caught.value).split(": ", 1)[1]) == re.sub(r"\d", "", words.split(": ", 1)[1])
-
-
-def test_a_model_on_the_other_side_of_the_earth(tmp_path: Path) -> None:
-    path = write_raster(
-        tmp_path / "a.tif", np.ones((60, 60), np.float32), Affine(1.0, 0, -179.0, 0, -1.0, -10.0), "EPSG:4326"
-    )
-    with pytest.raises(CoverageError, match=r"covers -179.0000 to -119.0000 E, -70.0000 to -10.0000 N but the roads"):
-        read(path, BAVARIA, *scatter())
-
-
-def test_a_model_without_heights_at_the_roads(tmp_path: Path) -> None:
-    path = good(tmp_path / "a.tif", value=-9999.0, nodata=-9999.0)
-    with pytest.raises(CoverageError, match="all cells around the roads are nodata; give an elevation model"):
-        read(path, BAVARIA, *scatter())
-    with pytest.raises(CoverageError, match="all cells around the roads are nodata; give an elevation model"):
-        read(path, BAVARIA, *scatter(), allow_partial=True)
-
-
-def test_less_than_half(tmp_path: Path) -> None:
-    path = good(tmp_path / "a.tif")
-    x = np.linspace(-900.0, 9100.0, 1001)
-    with pytest.raises(CoverageError, match=r"only 19 % of the roads .* --allow-partial"):
-        read(path, BAVARIA, x, 0 * x)
-    surface, diagnostics = read(path, BAVARIA, x, 0 * x, allow_partial=True)
-    assert 0.18 < surface.coverage < 0.2
-    assert [item.message for item in diagnostics] == [
-        f"{path}: 81 % of the roads have no measured height; it was filled in."
-    ]
-
-
-def test_nothing_measured_is_too_little_even_if_partial_is_allowed(tmp_path: Path) -> None:
-    transform, rows, cols = around(BAVARIA, UTM, 20.0)
-    cells = np.full((rows, cols), np.nan, np.float32)
-    cells[:10] = 5.0
-    path = write_raster(tmp_path / "a.tif", cells, transform, UTM)
-    x, y = scatter(half=740.0)
-    with pytest.raises(CoverageError, match="no road has a measured height"):
-        read(path, BAVARIA, x, y, allow_partial=True)
-
-
 def test_rasterio_is_loaded_only_for_a_raster() -> None:
     code = "import osm2xodr.surface, sys; raise SystemExit('rasterio' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
@@ -302,3 +259,176 @@ def test_logging_is_left_as_it_was(tmp_path: Path) -> None:
         read(text(tmp_path), BAVARIA, *scatter())
     assert logger.level == logging.INFO
     logger.setLevel(logging.NOTSET)
+
+
+def kinds(diagnostics: Diagnostics) -> list[str]:
+    return [item.code for item in diagnostics]
+
+
+def test_pixel_is_point(tmp_path: Path) -> None:
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
+    px, _ = centres(transform, rows, cols)
+    heights = 0.1 * (px - px.mean())
+    area = write_raster(tmp_path / "area.tif", heights, transform, "EPSG:32632")
+    point = write_raster(tmp_path / "point.tif", heights, transform, "EPSG:32632", tags={"AREA_OR_POINT": "Point"})
+    with rasterio.open(area) as a, rasterio.open(point) as b:
+        assert a.tags()["AREA_OR_POINT"] != b.tags()["AREA_OR_POINT"]
+    # The two files state other tie points for the same cells; the heights are where they are.
+    assert area.read_bytes() != point.read_bytes()
+    x, y = scatter()
+    z_area, z_point = (read(path, BAVARIA, x, y)[0].heights(x, y)[0] for path in (area, point))
+    assert np.array_equal(z_area, z_point)
+    expected = 0.1 * (in_crs(BAVARIA, "EPSG:32632", x, y)[0] - px.mean())
+    assert np.abs(z_point - expected).max() < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("units", "crs", "factor"),
+    [
+        ("ft", "EPSG:32632", 0.3048),
+        ("US survey foot", "EPSG:32632", 1200 / 3937),
+        ("m", "EPSG:32632", 1.0),
+        ("cm", "EPSG:32632", 0.01),
+        (None, "EPSG:25832+5783", 1.0),
+        (None, "EPSG:26910+6360", 1200 / 3937),
+        (None, "EPSG:26910+8228", 0.3048),
+        ("m", "EPSG:26910+8228", 1.0),
+    ],
+)
+def test_units(tmp_path: Path, units: str | None, crs: str, factor: float) -> None:
+    frame = OREGON if "26910" in crs else BAVARIA
+    transform, rows, cols = around(frame, crs.split("+")[0], 20.0)
+    path = write_raster(tmp_path / "a.tif", np.full((rows, cols), 1234.5), transform, crs, units=units)
+    surface, diagnostics = read(path, frame, *scatter())
+    z, _ = surface.heights(*scatter())
+    assert np.abs(z - 1234.5 * factor).max() < 1e-6
+    assert kinds(diagnostics) == []
+
+
+def test_units_that_are_guessed(tmp_path: Path) -> None:
+    transform, rows, cols = around(OREGON, "EPSG:2269", 50.0)
+    cells = np.full((rows, cols), 100.0)
+    feet = write_raster(tmp_path / "feet.tif", cells, transform, "EPSG:2269")
+    surface, diagnostics = read(feet, OREGON, *scatter())
+    assert surface.heights(*scatter())[0] == pytest.approx(100.0)
+    assert [(item.kind, item.code) for item in diagnostics] == [(Kind.GUESSED, "dem-unit")]
+    cubits = write_raster(tmp_path / "cubits.tif", cells, transform, "EPSG:2269", units="cubit")
+    _, diagnostics = read(cubits, OREGON, *scatter())
+    assert [item.message for item in diagnostics] == [
+        f"{cubits}: the unit of heights 'cubit' is not known; they were taken as metres."
+    ]
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "int32", "float32", "float64"])
+def test_scale_offset_and_every_type_of_cells(tmp_path: Path, dtype: str) -> None:
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
+    cells = np.broadcast_to(np.arange(cols) % 200, (rows, cols)).astype(dtype)
+    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632", scale=0.5, offset=-100.0)
+    x, y = scatter()
+    surface, diagnostics = read(path, BAVARIA, x, y, method="nearest")
+    col = (in_crs(BAVARIA, "EPSG:32632", x, y)[0] - transform.c) / 20.0
+    assert np.array_equal(surface.heights(x, y)[0], np.floor(col) % 200 * 0.5 - 100.0)
+    assert surface.dems[0].dtype == dtype
+    assert kinds(diagnostics) == []
+
+
+@pytest.mark.parametrize("value", [-32768, -9999])
+def test_undeclared_sentinels_are_voids(tmp_path: Path, value: int) -> None:
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
+    cells = np.full((rows, cols), 321, np.int16)
+    cells[:, 40:44] = value
+    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632")
+    surface, diagnostics = read(path, BAVARIA, *scatter())
+    z, measured = surface.heights(*scatter())
+    assert z == pytest.approx(321.0)
+    assert 0.01 < np.mean(~measured) < 0.1
+    assert [(item.kind, item.code) for item in diagnostics] == [
+        (Kind.REPAIRED, "dem-sentinel"),
+        (Kind.GUESSED, "dem-gap"),
+    ]
+    assert next(iter(diagnostics)).message == (
+        f"{path}: {4 * rows} cells hold values that are not heights ({value}) and that the file does not declare as "
+        "nodata; they were taken for voids."
+    )
+
+
+@pytest.mark.parametrize("value", [3.4028235e38, -3.4028235e38, 1e20, 12345.0, np.inf, np.nan])
+def test_impossible_heights_are_voids(tmp_path: Path, value: float) -> None:
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
+    cells = np.full((rows, cols), 321, np.float32)
+    cells[40:44] = value
+    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632", nodata=-32768)
+    surface, diagnostics = read(path, BAVARIA, *scatter())
+    z, measured = surface.heights(*scatter())
+    assert z == pytest.approx(321.0)
+    assert 0.01 < np.mean(~measured) < 0.1
+    assert ("dem-sentinel" in kinds(diagnostics)) == np.isfinite(value)
+
+
+def test_real_heights_are_no_sentinels(tmp_path: Path) -> None:
+    # 9999 ft are a pass in Colorado, -410 m the shore of the Dead Sea, -9999 mm the ground of a polder.
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
+    for value, profile, expected in (
+        (9999, {"units": "ft"}, 9999 * 0.3048),
+        (-410, {}, -410.0),
+        (-9999, {"scale": 0.001}, -9.999),
+    ):
+        path = write_raster(
+            tmp_path / "a.tif", np.full((rows, cols), value, np.int32), transform, "EPSG:32632", **profile
+        )
+        surface, diagnostics = read(path, BAVARIA, *scatter())
+        assert surface.heights(*scatter())[0] == pytest.approx(expected)
+        assert kinds(diagnostics) == []
+
+
+def test_mask_band_and_alpha(tmp_path: Path) -> None:
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
+    cells = np.full((2, rows, cols), 100, np.uint16)
+    cells[1] = 65535
+    cells[1, :, :30] = 0
+    path = tmp_path / "alpha.tif"
+    write_raster(path, cells, transform, "EPSG:32632", photometric="MINISBLACK", alpha="YES")
+    x, y = scatter()
+    surface, diagnostics = read(path, BAVARIA, x, y)
+    col = (in_crs(BAVARIA, "EPSG:32632", x, y)[0] - transform.c) / 20.0
+    assert np.array_equal(surface.heights(x, y)[1], col >= 30.5)
+    assert kinds(diagnostics) == ["dem-gap"]
+
+
+def test_first_of_several_bands(tmp_path: Path) -> None:
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
+    cells = np.stack([np.full((rows, cols), 11.0), np.full((rows, cols), 99.0)]).astype(np.float32)
+    path = write_raster(tmp_path / "a.tif", cells, transform, "EPSG:32632")
+    surface, diagnostics = read(path, BAVARIA, *scatter())
+    assert surface.heights(*scatter())[0] == pytest.approx(11.0)
+    assert kinds(diagnostics) == ["dem-bands"]
+
+
+def test_hgt_and_virtual_raster(tmp_path: Path) -> None:
+    row, col = np.mgrid[0:1201, 0:1201]
+    cells = (200 + col // 4 + row // 8).astype(np.int16)
+    cells[600, 600] = -32768
+    hgt = tmp_path / "N49E011.hgt"
+    hgt.write_bytes(cells.astype(">i2").tobytes())
+    x, y = scatter(half=5000.0)
+    lon, lat = in_crs(BAVARIA, 4326, x, y)
+    # Tiles hold the heights at the whole three arc seconds from corner to corner.
+    at_row, at_col = np.floor((50 - lat) * 1200 + 0.5), np.floor((lon - 11) * 1200 + 0.5)
+    expected = 200 + at_col // 4 + at_row // 8
+    hole = (at_row == 600) & (at_col == 600)
+    surface, _ = read(hgt, BAVARIA, x, y, method="nearest")
+    z, measured = surface.heights(x, y)
+    assert surface.dems[0].driver == "SRTMHGT"
+    assert np.array_equal(measured, ~hole)
+    assert np.array_equal(z[measured], expected[measured])
+    vrt = tmp_path / "all.vrt"
+    vrt.write_text(
+        '<VRTDataset rasterXSize="1201" rasterYSize="1201"><SRS>EPSG:4326</SRS>'
+        f"<GeoTransform>{11 - 1 / 2400!r}, {1 / 1200!r}, 0, {50 + 1 / 2400!r}, 0, {-1 / 1200!r}</GeoTransform>"
+        '<VRTRasterBand dataType="Int16" band="1"><NoDataValue>-32768</NoDataValue><SimpleSource>'
+        '<SourceFilename relativeToVRT="1">N49E011.hgt</SourceFilename><SourceBand>1</SourceBand>'
+        "</SimpleSource></VRTRasterBand></VRTDataset>"
+    )
+    virtual, _ = read(vrt, BAVARIA, x, y, method="nearest")
+    assert virtual.dems[0].driver == "VRT"
+    assert np.array_equal(virtual.heights(x, y)[0], z)

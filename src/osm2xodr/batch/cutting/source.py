@@ -22,9 +22,9 @@ from osm2xodr.osmParsing import (
     WaySelection,
     handle,
     is_thing,
-    left_out,
     node_keys,
     readable,
+    reason_left_out,
     way_values,
 )
 
@@ -244,7 +244,9 @@ def _add_relation(relation: Any, file: OsmFile, out: _Relations) -> None:
 def _is_driven(tags: Mapping[str, str], choice: Driven) -> bool:
     if choice.ways is None:
         return True
-    return tags["highway"] in choice.ways.highways and left_out(tags, choice.ways, choice.include_private) is None
+    return (
+        tags["highway"] in choice.ways.highways and reason_left_out(tags, choice.ways, choice.include_private) is None
+    )
 
 
 def _read_things(file: OsmFile) -> IntArray:

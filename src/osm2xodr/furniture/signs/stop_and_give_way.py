@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.conventions import meant_ends, priority_rank, stops_all
+from osm2xodr.conventions import priority_rank, signed_ends, stops_all
 from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.posts import Post
@@ -140,7 +140,7 @@ class YieldSigns:
         for place in found:
             street = self._world.network.streets[place.street]
             index = int(np.flatnonzero(street.node_ids == node)[0])
-            for end in meant_ends(street, index, tags):
+            for end in signed_ends(street, index, tags):
                 signs = self._inside(place, end, tags)
                 if isinstance(signs, str):
                     why = signs
@@ -204,7 +204,7 @@ class YieldSigns:
             item
             for item in here
             if tags.get("direction") in ("forward", "backward")
-            and meant_ends(
+            and signed_ends(
                 street := streets[item.street_end // 2], (len(street.points) - 1) * (item.street_end % 2), tags
             )
             == (item.street_end % 2,)

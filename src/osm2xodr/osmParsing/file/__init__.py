@@ -1,9 +1,8 @@
-"""Files of OpenStreetMap, read."""
+"""Reading OSM files: formats, then ways, relations and nodes as they are in the file."""
 
 from __future__ import annotations
 
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
-from osm2xodr.osmParsing.file.places import element_places
 from osm2xodr.osmParsing.file.reader import (
     RELATION_TYPES,
     UNITS_PER_DEGREE,
@@ -12,6 +11,7 @@ from osm2xodr.osmParsing.file.reader import (
     RawRelation,
     RawWay,
     count_contents,
+    element_places,
     handle,
     read_nodes,
     read_ways,

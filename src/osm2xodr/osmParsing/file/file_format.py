@@ -1,7 +1,7 @@
-"""Tells by a file's content whether and how it holds OSM data, before any parser sees it.
+"""The format of an OSM file, found from its content before any parser sees it.
 
-XML with a document type declaration is refused here: OSM's own files have none, and entities and external
-references, which can blow up or fetch other files, can only be declared in one.
+XML with a document type declaration is refused: OSM's own files have none, and only there can entities and external
+references be declared, which can blow up or fetch other files.
 """
 
 from __future__ import annotations
@@ -18,23 +18,24 @@ from xml.parsers import expat
 
 from osm2xodr.errors import InputError
 
+# Bytes that are read at the start of a file, and in one go of its prolog.
 _HEAD: Final = 4096
-# A prolog longer than this is not OSM's, bytes.
+# OSM's files have no longer prolog than this, bytes.
 _PROLOG_MAX: Final = 1 << 16
-# Nor is this much without any markup, or in one element: OSM allows 32,000 members in a relation. Parsers take a time
-# that grows with the square of such a length, and little of it on the disk is much when decompressed.
-_SCANNED: Final = 1 << 20
-_ELEMENT_MAX: Final = 16 * _SCANNED
-# Nor does OSM's text shrink more than some fifteenfold; from this much text on, bytes, more than that is refused.
+# Nor as many bytes without any markup, or in one element: OSM allows 32,000 members in a relation. The time of
+# parsers grows with the square of such lengths, and a small file can decompress to a long one.
+_CHUNK: Final = 1 << 20
+_ELEMENT_MAX: Final = 16 * _CHUNK
+# OSM's text is compressed some fifteenfold; beyond this many bytes of text, a ratio above this is refused.
 _RATIO_MAX: Final = 200
-_RATIO_FROM: Final = 64 * _SCANNED
+_RATIO_CHECKED_FROM: Final = 64 * _CHUNK
 _ELEMENTS: Final = (b"<node", b"<way", b"<relation")
 
 _MISC: Final = re.compile(r"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
 _ROOT: Final = re.compile(r"<([A-Za-z_][^\s/>]*)[^>]*>")
 _DELETED: Final = re.compile(rb"action\s*=\s*[\"']delete")
-# What users hand in by mistake, told by the first bytes.
-_OTHERS: Final = (
+# Formats that users give by mistake, by their first bytes.
+_OTHER_FORMATS: Final = (
     ((b"II*\0", b"MM\0*", b"II+\0"), "a TIFF raster"),
     ((b"PK\3\4",), "a zip archive"),
     ((b"{", b"["), "JSON"),
@@ -50,26 +51,26 @@ _DAMAGED: Final = (OSError, EOFError, zlib.error)
 class OsmFile:
     """A file that looks like OSM data."""
 
-    path: Path  # Where it is
+    path: Path
     format: str  # ``pbf``, ``osm``, ``osm.gz`` or ``osm.bz2``, as libosmium names them
-    # (``node``, ``way`` or ``relation``, id) of what an editor has marked as deleted
+    # (``node``, ``way`` or ``relation``, id) of elements that an editor has marked as deleted
     deleted: frozenset[tuple[str, int]] = frozenset()
 
 
 def open_osm_file(path: Path) -> OsmFile:
-    """Find out how a file holds OSM data.
+    """Find the format of an OSM file.
 
     Raises
     ------
     InputError
-        The file is not there, cannot be read, is not OSM data, or is XML with a document type declaration.
+        The file is missing, cannot be read, is not OSM data, or is XML with a document type declaration.
     """
     head = _read_head(path)
     if b"OSMHeader" in head[:64]:
         return OsmFile(path, "pbf")
     kind = "osm.gz" if head.startswith(b"\x1f\x8b") else "osm.bz2" if head.startswith(b"BZh") else "osm"
     if kind == "osm" and not _starts_like_xml(head):
-        what = next((what for starts, what in _OTHERS if head.startswith(starts)), None)
+        what = next((what for starts, what in _OTHER_FORMATS if head.startswith(starts)), None)
         raise InputError(f"{path} is {what or 'no OSM data'}; {_EXPECTED}")
     try:
         with _decompressed(path, kind) as stream:
@@ -120,7 +121,7 @@ def _decompressed(path: Path, kind: str) -> BinaryIO:
 
 
 def _check_prolog(path: Path, stream: BinaryIO) -> None:
-    """Refuse what is not OSM's XML by what stands before its content."""
+    """Refuse files other than OSM's XML by what comes before their content."""
     raw = b""
     while len(raw) < _PROLOG_MAX:
         more = stream.read(_HEAD)
@@ -145,16 +146,16 @@ def _check_prolog(path: Path, stream: BinaryIO) -> None:
 
 
 def _mentions_deleted(path: Path, kind: str) -> bool:
-    """Say whether anything is marked as deleted, and refuse what would keep parsers busy for nothing."""
+    """Return whether anything is marked as deleted; refuse files that would keep parsers busy for nothing."""
     last = b""
     found = False
     since = total = 0
-    most = max(_RATIO_FROM, _RATIO_MAX * path.stat().st_size)
+    most = max(_RATIO_CHECKED_FROM, _RATIO_MAX * path.stat().st_size)
     with _decompressed(path, kind) as stream:
-        while chunk := stream.read(_SCANNED):
-            if len(chunk) == _SCANNED and b"<" not in chunk:
+        while chunk := stream.read(_CHUNK):
+            if len(chunk) == _CHUNK and b"<" not in chunk:
                 raise InputError(
-                    f"{path} has {_SCANNED >> 20} MB of text without any markup, which is not OSM's; {_EXPECTED}"
+                    f"{path} has {_CHUNK >> 20} MB of text without any markup, which is not OSM's; {_EXPECTED}"
                 )
             total += len(chunk)
             if total > most:
@@ -166,7 +167,7 @@ def _mentions_deleted(path: Path, kind: str) -> bool:
                 raise InputError(
                     f"{path} has an element of over {_ELEMENT_MAX >> 20} MB, which OSM does not allow; {_EXPECTED}"
                 )
-            # `in` is many times faster than the pattern, which is only tried where it can match.
+            # `in` is many times faster than the pattern, which is tried only where it can match.
             if not found and (b"delete" in chunk or b"delete" in last + chunk[:64]):
                 found = _DELETED.search(last + chunk) is not None
             last = chunk[-64:]
@@ -174,14 +175,14 @@ def _mentions_deleted(path: Path, kind: str) -> bool:
 
 
 def _has_element(chunk: bytes) -> bool:
-    """Say whether an element begins in some text, whatever the width of its letters."""
+    """Whether an element begins in some text, whatever the width of its characters."""
     return any(name in chunk for name in _ELEMENTS) or (
         b"\0" in chunk and any(name in chunk.replace(b"\0", b"") for name in _ELEMENTS)
     )
 
 
 def _deleted(path: Path, kind: str) -> frozenset[tuple[str, int]]:
-    """Collect what is marked ``action="delete"``, as JOSM does; broken XML is the real parser's to report."""
+    """Collect elements marked ``action="delete"``, as JOSM does; broken XML is left to the real parser to report."""
     found: set[tuple[str, int]] = set()
 
     def start(name: str, attributes: dict[str, str]) -> None:

@@ -1,24 +1,26 @@
-"""Reads ways, nodes and relations of OSM files. The only module that knows osmium.
+"""Ways, nodes and relations of OSM files. The only module of stage 1 that imports osmium.
 
-A file is read twice, so that the order of its elements does not matter: first ways and relations, then the nodes
-that are needed. Of elements that occur several times the newest version counts, the last one among equals.
+A file is read twice, so that the order of its elements does not matter: first ways and relations, then the nodes that
+they need. Of elements that occur several times the newest version is taken, among equal ones the last.
 """
 
 from __future__ import annotations
 
 import os
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set as AbstractSet
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import osmium
 
+from osm2xodr import projection
 from osm2xodr.errors import InputError
-from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.osmParsing.file.file_format import OsmFile
+from osm2xodr.model import FloatArray, IntArray, LocalFrame
+from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
 
 RELATION_TYPES: Final = (
     "restriction",
@@ -27,15 +29,16 @@ RELATION_TYPES: Final = (
     "restriction:vehicle",
     "connectivity",
 )
-# libosmium keeps positions as whole numbers; positions that are missing or impossible are outside of the Earth.
+# libosmium's integer positions; missing or impossible ones lie outside the Earth.
 UNITS_PER_DEGREE: Final = 1e7
+# Longest quotation of libosmium's messages, characters.
 _CAUSE_MAX: Final = 200
 _MEMBER_TYPES: Final = {"n": "node", "w": "way", "r": "relation"}
 
 
 @dataclass(frozen=True, slots=True)
 class RawWay:
-    """A way as it stands in the file; `refs` are ids of nodes, `tags` those that were asked for."""
+    """A way as in the file; `refs` are ids of nodes, `tags` those that were asked for."""
 
     id: int
     refs: Sequence[int]
@@ -53,7 +56,7 @@ class RawMember:
 
 @dataclass(frozen=True, slots=True)
 class RawRelation:
-    """A relation as it stands in the file."""
+    """A relation as in the file."""
 
     id: int
     members: tuple[RawMember, ...]
@@ -62,23 +65,23 @@ class RawRelation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RawNodes:
-    """Positions of nodes that are in the file, in ascending id."""
+    """Nodes that are in the file, in ascending id."""
 
-    # (n,) Ids and positions, degrees, WGS 84
+    # (n,) Ids, and positions, degrees, WGS 84
     ids: IntArray
     lon_deg: FloatArray
     lat_deg: FloatArray
-    tags: Mapping[int, Mapping[str, str]]  # Tags of those that have some, by id, in ascending id
+    tags: Mapping[int, Mapping[str, str]]  # Tags of nodes that have any, in ascending id
 
 
 @dataclass(frozen=True, slots=True)
 class OtherWays:
     """Which ways are read besides streets."""
 
-    values: Mapping[str, AbstractSet[str]]  # Values of tags by key; ways with one of them are looked at
-    keys: AbstractSet[str]  # Which of their tags are kept
-    wanted: Callable[[Mapping[str, str]], bool]  # Says by these tags whether such a way is kept
-    every: AbstractSet[str] = frozenset()  # Keys: ways with one of them are looked at as well, whatever its value
+    values: Mapping[str, AbstractSet[str]]  # Values of tags by key; ways with one of them are candidates
+    keys: AbstractSet[str]  # Keys of the tags to keep of them
+    wanted: Callable[[Mapping[str, str]], bool]  # Decides by these tags whether a candidate is kept
+    every: AbstractSet[str] = frozenset()  # Keys; ways with one of them are candidates too, whatever its value
 
 
 def read_ways(
@@ -89,13 +92,13 @@ def read_ways(
     Parameters
     ----------
     file
-        Where from.
+        The file.
     highways
-        Which ways.
+        Values of ``highway`` of the ways to read.
     keys
-        Which of their tags.
+        Keys of the tags to keep of them.
     others
-        Which further ways; they stand among the others, and none of the given values of ``highway`` is on them.
+        Further ways to read, with other values of ``highway``; they are returned among the others.
 
     Raises
     ------
@@ -132,31 +135,16 @@ def read_ways(
 def _way_filter(highways: frozenset[str], others: OtherWays | None) -> Any:
     if others is not None and others.every:
         return osmium.filter.KeyFilter(*sorted({"highway", *others.every, *others.values}))
-    looked_at = {("highway", value) for value in highways}
+    candidates = {("highway", value) for value in highways}
     if others is not None:
-        looked_at |= {(key, value) for key, values in others.values.items() for value in values}
-    return osmium.filter.TagFilter(*sorted(looked_at))
+        candidates |= {(key, value) for key, values in others.values.items() for value in values}
+    return osmium.filter.TagFilter(*sorted(candidates))
 
 
-def read_refs(file: OsmFile, ways: AbstractSet[int], relations: AbstractSet[int]) -> dict[str, list[int]]:
-    """Return the ids of the nodes of some ways, and of the nodes and ways' nodes that are members of relations.
+def _read_refs(file: OsmFile, ways: AbstractSet[int], relations: AbstractSet[int]) -> dict[str, list[int]]:
+    """Return the ids of the nodes of ways and of relations' members, by ``way/1`` or ``relation/2``.
 
-    Parameters
-    ----------
-    file
-        Where from.
-    ways, relations
-        Ids.
-
-    Returns
-    -------
-    dict
-        By ``way/1`` and ``relation/2``; without what is not in the file.
-
-    Raises
-    ------
-    InputError
-        The file is damaged or incomplete.
+    Ways and relations (ids) that are not in the file are left out.
     """
     members: dict[int, tuple[list[int], list[int]]] = {}
     with readable(file):
@@ -179,6 +167,48 @@ def read_refs(file: OsmFile, ways: AbstractSet[int], relations: AbstractSet[int]
     return found
 
 
+def element_places(path: Path, frame: LocalFrame, osm_ids: Iterable[str]) -> dict[str, FloatArray]:
+    """Return the positions of the nodes that elements consist of.
+
+    Parameters
+    ----------
+    path
+        OSM file.
+    frame
+        Local frame.
+    osm_ids
+        ``node/1``, ``way/2``, ``relation/3`` ...
+
+    Returns
+    -------
+    dict
+        Local x, y (n, 2), m, with n >= 1; without elements of which the file has no node.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read.
+    """
+    file = open_osm_file(path)
+    numbers: dict[str, set[int]] = {"node": set(), "way": set(), "relation": set()}
+    for osm_id in osm_ids:
+        kind, _, number = osm_id.partition("/")
+        numbers[kind].add(int(number))
+    refs = {f"node/{number}": [number] for number in sorted(numbers["node"])}
+    refs |= _read_refs(file, numbers["way"], numbers["relation"])
+    if not refs:
+        return {}
+    wanted = np.array([ref for item in refs.values() for ref in item], np.int64)
+    nodes = read_nodes(file, np.unique(wanted))
+    xy = np.column_stack(projection.to_local(frame, nodes.lon_deg, nodes.lat_deg))
+    known = np.isin(wanted, nodes.ids)
+    place = np.searchsorted(nodes.ids, wanted)
+    owner = np.repeat(np.arange(len(refs)), [len(item) for item in refs.values()])[known]
+    border = np.searchsorted(owner, np.arange(1, len(refs)))
+    rows = np.split(place[known], border)
+    return {osm_id: xy[found] for osm_id, found in zip(refs, rows, strict=True) if len(found)}
+
+
 def read_nodes(
     file: OsmFile,
     ids: IntArray,
@@ -191,15 +221,15 @@ def read_nodes(
     Parameters
     ----------
     file
-        Where from.
+        The file.
     ids : (n,)
-        Which nodes; ascending, each once.
+        Ids of the nodes, ascending, each once.
     keys
-        Which of their tags; none by default.
+        Keys of the tags to keep.
     more_keys
-        Tags that are read as well, of nodes that have one of `keys`.
+        Keys of further tags to keep of nodes that have one of `keys`.
     also
-        Says by these tags which further nodes are read.
+        Decides by these tags which further nodes are read.
 
     Raises
     ------
@@ -248,10 +278,10 @@ def read_nodes(
 
 
 def _table_for(header: Any) -> str:
-    """Choose libosmium's kind of table for positions."""
+    """Return libosmium's kind of table for positions."""
     if header.get("sorting", "") == "Type_then_ID" and not header.has_multiple_object_versions:
         return "sparse_mem_array"
-    # Three times the size; but of nodes that occur several times the last one stays.
+    # Three times the size, but keeps the last version of nodes that occur several times.
     return "sparse_mem_map"
 
 
@@ -273,7 +303,7 @@ def _tagged(
 
 
 def count_contents(file: OsmFile) -> tuple[int, int]:
-    """Count the nodes, and the ways that have a ``highway`` of whatever kind: for messages when nothing is found."""
+    """Count the nodes, and the ways with any ``highway``: for messages when nothing is found."""
     with readable(file):
         only_tagged = osmium.filter.KeyFilter("highway")
         ways = sum(1 for _ in osmium.FileProcessor(handle(file), osmium.osm.WAY).with_filter(only_tagged))
@@ -282,14 +312,14 @@ def count_contents(file: OsmFile) -> tuple[int, int]:
 
 
 def handle(file: OsmFile) -> Any:
-    """Return what libosmium reads a file by."""
-    # Absolute, because libosmium takes names such as "http:x" for addresses to fetch.
+    """Return libosmium's handle of a file."""
+    # Absolute, as libosmium takes names such as "http:x" for addresses to fetch.
     return osmium.io.File(os.path.abspath(file.path), file.format)
 
 
 @contextmanager
 def readable(file: OsmFile) -> Iterator[None]:
-    """Turn what osmium throws about a file's content into one sentence."""
+    """Turn osmium's exceptions about a file's content into one `InputError`."""
     try:
         yield
     except (RuntimeError, ValueError, OSError, osmium.InvalidLocationError) as error:
@@ -314,14 +344,14 @@ def _other_way(item: Any, others: OtherWays) -> RawWay | None:
 
 
 def _tags(item: Any, keys: AbstractSet[str]) -> dict[str, str]:
-    # The file's order of tags is not kept: what is made of them must not depend on it.
+    # Sorted: results must not depend on the order of tags in the file.
     found = {key: value for key, value in item.tags if key in keys}
     return dict(sorted(found.items()))
 
 
 def _refs(item: Any) -> Sequence[int]:
     nodes = item.nodes
-    # Not `for node in nodes`, which goes through two more calls for each.
+    # Not `for node in nodes`, which makes two more calls per node.
     return array("q", [node.ref for node in map(nodes.__getitem__, range(len(nodes)))])
 
 

@@ -1,14 +1,18 @@
-"""Streets, intersections and turn restrictions."""
+"""From ways to streets and intersections, turn restrictions and lane connectivity.
+
+Ways are cut where streets may meet (`pieces`), joined between intersections (`chains`) and given attributes
+(`streets`); `relations` say how one may drive from one to another; `country` finds the country and its driving side.
+"""
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.network.connectivity import read_connectivities
 from osm2xodr.osmParsing.network.country import find_place
-from osm2xodr.osmParsing.network.pieces import cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
-from osm2xodr.osmParsing.network.restrictions import read_restrictions
+from osm2xodr.osmParsing.network.pieces import Pieces, cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
+from osm2xodr.osmParsing.network.relations import read_connectivities, read_restrictions
 from osm2xodr.osmParsing.network.streets import make_streets, tags_on_streets
 
 __all__ = [
+    "Pieces",
     "cut_at_shared_nodes",
     "cut_gaps",
     "find_place",

@@ -1,8 +1,8 @@
-"""Pieces of ways become chains from intersection to intersection.
+"""Pieces of ways are joined into chains from intersection to intersection.
 
-Two pieces that alone meet at a node belong to one chain, unless no traffic could run through it (two one-ways head
-on) or it would have to turn on the spot. A chain runs along its one-way pieces; where they run against each other it
-is broken.
+Two pieces that meet at a node where no other ends belong to one chain, unless no traffic could pass (two one-ways
+head on) or it would have to turn on the spot. A chain has the direction of its one-way pieces; where these run
+against each other it is split.
 """
 
 from __future__ import annotations
@@ -15,38 +15,26 @@ import numpy as np
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.network.pieces import turns_back
 
-# A chain: pieces in order, each with whether it is run through along its own direction.
+# A piece of a chain, and whether the chain runs along it (else against it).
 Link = tuple[int, bool]
 
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """A row of pieces."""
+    """A sequence of pieces."""
 
-    links: tuple[Link, ...]  # Pieces in order, each with whether the chain runs along it (else against it)
+    links: tuple[Link, ...]
     ring: bool  # Whether it is closed without any intersection
 
 
 def make_chains(
     start: IntArray, end: IntArray, flow: IntArray, points: FloatArray, neighbour: FloatArray
 ) -> list[Chain]:
-    """Join pieces to chains.
+    """Join pieces into chains, in ascending order of the lowest piece of each.
 
-    Parameters
-    ----------
-    start, end : (m,)
-        Node that each piece starts and ends at. Pieces are in ascending OSM id of their ways.
-    flow : (m,)
-        1 or -1 where traffic runs only along or against the piece, else 0.
-    points : (n, 2)
-        Where the nodes are: local x, y, m.
-    neighbour : (2 m, 2)
-        Where the node next to each end of each piece is (2 x piece, plus 1 for its end).
-
-    Returns
-    -------
-    list of Chain
-        In ascending order of the lowest piece of each.
+    `start` and `end` (m,) are the nodes at the ends of each piece, `points` (n, 2) all nodes, m. `flow` (m,) is 1 or
+    -1 where traffic runs only along or against the piece, else 0; `neighbour` (2 m, 2) is the position of the node
+    next to each end of each piece (2 x piece, plus 1 for its end). Pieces are in ascending OSM id of their ways.
     """
     mates: list[int] = _mates(start, end, flow, points, neighbour).tolist()
     flows: list[int] = flow.tolist()
@@ -64,7 +52,7 @@ def make_chains(
 
 
 def _mates(start: IntArray, end: IntArray, flow: IntArray, points: FloatArray, neighbour: FloatArray) -> IntArray:
-    """Return for each end of a piece (2 x piece, plus 1 for its end) the one that the chain goes on with, or -1."""
+    """Return for each end of a piece (2 x piece, plus 1 for its end) the end that continues the chain, or -1."""
     mates = np.full(2 * len(start), -1, np.int64)
     node = np.column_stack([start, end]).ravel()
     order = np.argsort(node, kind="stable")
@@ -80,17 +68,17 @@ def _mates(start: IntArray, end: IntArray, flow: IntArray, points: FloatArray, n
 
 
 def _enters(ends: IntArray, flow: IntArray) -> BoolArray:
-    """Whether traffic on the piece can come to this end of it."""
+    """Return which ends of pieces traffic can reach along the piece."""
     return np.where(ends % 2 == 1, flow[ends // 2] >= 0, flow[ends // 2] <= 0)
 
 
 def _leaves(ends: IntArray, flow: IntArray) -> BoolArray:
-    """Whether traffic can go into the piece at this end of it."""
+    """Return at which ends of pieces traffic can enter the piece."""
     return np.where(ends % 2 == 0, flow[ends // 2] >= 0, flow[ends // 2] <= 0)
 
 
 def _walk(piece: int, mates: Sequence[int]) -> tuple[list[Link], bool]:
-    """Collect the whole chain that a piece is part of, and whether it closes on itself."""
+    """Collect the whole chain of a piece, and whether it closes on itself."""
     ahead = [(piece, True)]
     at = mates[2 * piece + 1]
     while at >= 0:
@@ -107,9 +95,9 @@ def _walk(piece: int, mates: Sequence[int]) -> tuple[list[Link], bool]:
 
 
 def _directed(links: list[Link], closed: bool, flows: Sequence[int]) -> list[Chain]:
-    """Turn a chain along its one-way pieces; break it where they run against each other.
+    """Give a chain the direction of its one-way pieces; split it where these run against each other.
 
-    The walk has the lowest piece run along itself, which makes the outcome independent of where it began.
+    The chain initially runs along its lowest piece, so that the result does not depend on where the walk began.
     """
     signs = [flows[piece] if along else -flows[piece] for piece, along in links]
     if min(signs) == max(signs) == 0 or min(signs) >= 0:
@@ -122,17 +110,17 @@ def _directed(links: list[Link], closed: bool, flows: Sequence[int]) -> list[Cha
     chains: list[Chain] = []
     part: list[Link] = []
     running = 0
-    # How many links of the part there are up to its last one-way piece.
-    ruled = 0
+    # Number of links of the part up to its last one-way piece.
+    directed = 0
     for link, sign in zip(links, signs, strict=True):
         if sign * running < 0:
-            # What is two-way between them goes with the lower piece, whichever way the walk went.
-            rest = part[ruled:] if link[0] < part[ruled - 1][0] else []
+            # Two-way pieces between them stay with the lower piece, whatever the direction of the walk.
+            rest = part[directed:] if link[0] < part[directed - 1][0] else []
             chains.append(_part(part[: len(part) - len(rest)], running))
             part, running = rest, 0
         part.append(link)
         if sign:
-            running, ruled = sign, len(part)
+            running, directed = sign, len(part)
     chains.append(_part(part, running))
     return chains
 

@@ -1,4 +1,4 @@
-"""On which side of the road a place drives, from the borders of countries that come with the package."""
+"""The country of a place and the side of the road that it drives on, from a table of borders in the package."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from osm2xodr.model import FloatArray, IntArray
 
-# How far out at sea the nearest country still tells the side that traffic drives on, m.
+# How far out at sea the driving side is that of the nearest country, m; a choice.
 _COUNTRY_REACH: Final = 200e3
 
 _METRES_PER_DEGREE: Final = 111_195.0  # of latitude, on a sphere of 6371 km
@@ -22,7 +22,7 @@ _METRES_PER_DEGREE: Final = 111_195.0  # of latitude, on a sphere of 6371 km
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """What is known of a place on Earth."""
+    """A place on Earth."""
 
     country: str  # ISO 3166-1 alpha-2; empty outside of all countries
     drives_left: bool | None  # Whether traffic drives on the left; None where no country is near
@@ -30,7 +30,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Borders:
-    """Outlines of countries: `x1, y1, x2, y2` of every edge, degrees, and the index of its place."""
+    """Outlines of countries: ends x1, y1 and x2, y2 of each edge, degrees, and the index of its country."""
 
     codes: tuple[str, ...]
     drives_left: tuple[bool, ...]
@@ -55,21 +55,14 @@ def _borders() -> _Borders:
     x1, y1 = np.concatenate([ring[:-1] for ring in rings]).T
     x2, y2 = np.concatenate([ring[1:] for ring in rings]).T
     edges = np.array([len(ring) - 1 for ring in rings])
-    return _Borders(
-        tuple(place["code"] for place in table["places"]),
-        tuple(place["left"] for place in table["places"]),
-        x1,
-        y1,
-        x2,
-        y2,
-        np.repeat(np.asarray(owners, np.int64), edges),
-    )
+    codes, drives_left = (tuple(place[key] for place in table["places"]) for key in ("code", "left"))
+    return _Borders(codes, drives_left, x1, y1, x2, y2, np.repeat(np.asarray(owners, np.int64), edges))
 
 
 def find_place(lat_deg: float, lon_deg: float) -> Place:
-    """Return the country at a place (degrees, WGS 84) and the side that it drives on.
+    """Return the country at a place (degrees, WGS 84) and its driving side.
 
-    Out at sea the nearest country within `_COUNTRY_REACH` tells the side, but is not named.
+    Out at sea the driving side is that of the nearest country within 200 km, but no country is named.
     """
     borders = _borders()
     places = len(borders.codes)
@@ -78,7 +71,7 @@ def find_place(lat_deg: float, lon_deg: float) -> Place:
     east_of_it = x1 + (lat_deg - y1) / (y2 - y1) * (x2 - x1) > lon_deg
     inside = np.flatnonzero(np.bincount(borders.place[crossed][east_of_it], minlength=places) % 2)
     if len(inside):
-        # Of places within places the smaller one is meant.
+        # Of nested countries the smallest.
         area = np.abs(np.bincount(borders.place, borders.x1 * borders.y2 - borders.x2 * borders.y1, places))
         found = int(inside[np.argmin(area[inside])])
         return Place(borders.codes[found], borders.drives_left[found])

@@ -1,9 +1,9 @@
-"""Ways become pieces between the nodes where streets may meet. Everything is done on flat arrays over all ways.
+"""Ways are cut into pieces between the nodes where streets may meet; flat arrays over all ways.
 
 1. Absent nodes are left out of their ways; where that would bridge a long gap, the way is cut.
-2. Nodes in a row at one place become one node.
-3. Ways are cut at the nodes that others share or that they visit twice.
-4. Pieces that only go out and come back, and those on top of others, are left out.
+2. Consecutive nodes at one place become one node.
+3. Ways are cut at nodes that are shared with others or visited twice.
+4. Spikes (out and back over the same nodes) are shortened, pieces on top of others left out.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.osmParsing.file import RawNodes, RawWay
 
-# Nodes in a row nearer to each other than this are one node, m: OSM's coordinates have steps of 1 cm.
+# Consecutive nodes nearer to each other than this become one, m: OSM's coordinates have steps of 1 cm.
 _SAME_NODE_DISTANCE: Final = 1e-3
-# A line that turns by more than this, rad (150 degrees), between segments longer than this, m, turns on the spot: no
-# road does, a junction can. With shorter segments it is a slip of the mapper's hand. Choices.
+# A line that turns by more than this, rad (150 degrees), between segments longer than this, m, turns on the spot: a
+# junction can do that, a road cannot. Between shorter segments it is a mapping error. Choices.
 _TURN_ON_THE_SPOT: Final = 2.618
-_SLIP_OF_THE_HAND: Final = 5.0
-# Where nodes of a way are absent from the file, their neighbours are joined up to this distance, m; a way that leaves
-# the area and comes back farther away is cut. A choice: a few times the usual distance of nodes on straight roads.
-_ABSENT_NODES_BRIDGED: Final = 200.0
+_MAPPING_ERROR_MAX: Final = 5.0
+# Gaps of absent nodes up to this length are bridged, m; at longer ones, where a way leaves the area and comes back,
+# it is cut. A choice: a few times the usual distance of nodes on straight roads.
+_GAP_BRIDGED_MAX: Final = 200.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lines:
-    """Ways, or parts of them, as rows of nodes."""
+    """Ways, or parts of them, as sequences of nodes."""
 
     node: IntArray  # (n,) Indices into the nodes, line after line
     line: IntArray  # (n,) Number of the line, ascending
     way: IntArray  # (n,) Index of the way; ascending
-    skipped: BoolArray  # (n,) Whether nodes of the way are absent right before
+    skipped: BoolArray  # (n,) Whether absent nodes of the way come right before
 
     def chosen(self, keep: BoolArray) -> Lines:
-        """Return what is left of the lines if only some of their nodes are kept."""
+        """Return the lines with only some of their nodes."""
         return Lines(self.node[keep], self.line[keep], self.way[keep], self.skipped[keep])
 
 
@@ -55,7 +55,7 @@ class Pieces:
 
 
 def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics) -> Lines:
-    """Look up the nodes of ways; absent ones, repeated ones and ways of less than two nodes are left out."""
+    """Look up the nodes of ways; leave out absent and repeated nodes, and ways of less than two nodes."""
     lengths = np.array([len(way.refs) for way in ways], np.int64)
     refs = np.concatenate([way.refs for way in ways])
     way = np.repeat(np.arange(len(ways)), lengths)
@@ -77,7 +77,7 @@ def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics
 
 
 def _without_repeats(lines: Lines) -> Lines:
-    """Leave out nodes that follow themselves."""
+    """Leave out nodes that repeat the one before."""
     again = (lines.node[1:] == lines.node[:-1]) & (lines.line[1:] == lines.line[:-1])
     keep = np.ones(len(lines.node), np.bool_)
     keep[1:] = ~again
@@ -87,44 +87,44 @@ def _without_repeats(lines: Lines) -> Lines:
 def join_same_places(
     lines: Lines, points: FloatArray, nodes: RawNodes, diagnostics: Diagnostics
 ) -> tuple[Lines, dict[int, int]]:
-    """Make nodes that follow each other at one place one node, the one with the lowest id.
+    """Join consecutive nodes at one place into the one with the lowest id.
 
     Returns
     -------
     lines : Lines
-        The lines with the nodes that stand for others.
+        The lines through the remaining nodes.
     same_node : dict
-        OSM ids: which node stands for which.
+        OSM ids of joined nodes, each with that of the remaining node.
     """
     a, b = lines.node[:-1], lines.node[1:]
     near = np.hypot(*(points[b] - points[a]).T) < _SAME_NODE_DISTANCE
     near &= lines.line[1:] == lines.line[:-1]
     if not near.any():
         return lines, {}
-    stands_for = np.arange(len(nodes.ids))
+    lowest = np.arange(len(nodes.ids))
     pairs = np.unique(np.sort(np.column_stack([a[near], b[near]]), axis=1), axis=0)
-    # Ascending ids come first, so each node is led to the lowest one of its group.
+    # Nodes are in ascending id: every node is led to the lowest one of its group.
     changed = True
     while changed:
-        low = np.minimum(stands_for[pairs[:, 0]], stands_for[pairs[:, 1]])
-        before = stands_for.copy()
-        np.minimum.at(stands_for, pairs[:, 0], low)
-        np.minimum.at(stands_for, pairs[:, 1], low)
-        stands_for = stands_for[stands_for]
-        changed = bool((stands_for != before).any())
+        low = np.minimum(lowest[pairs[:, 0]], lowest[pairs[:, 1]])
+        before = lowest.copy()
+        np.minimum.at(lowest, pairs[:, 0], low)
+        np.minimum.at(lowest, pairs[:, 1], low)
+        lowest = lowest[lowest]
+        changed = bool((lowest != before).any())
     same: dict[int, int] = {}
-    for index in np.flatnonzero(stands_for != np.arange(len(stands_for))).tolist():
-        number, other = int(nodes.ids[index]), int(nodes.ids[stands_for[index]])
+    for index in np.flatnonzero(lowest != np.arange(len(lowest))).tolist():
+        number, other = int(nodes.ids[index]), int(nodes.ids[lowest[index]])
         same[number] = other
         diagnostics.repaired("same-place", f"node/{number}", f"lies on node {other} and is joined with it")
-    moved = Lines(stands_for[lines.node], lines.line, lines.way, lines.skipped)
+    moved = Lines(lowest[lines.node], lines.line, lines.way, lines.skipped)
     return _without_repeats(moved), same
 
 
 def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Lines:
-    """Cut lines where absent nodes leave a gap that is too long to bridge; ends of single nodes are left out."""
+    """Cut lines where absent nodes leave a gap too long to bridge; leave out ends of single nodes."""
     gap = np.zeros(len(lines.node), np.bool_)
-    apart = np.hypot(*(points[lines.node[1:]] - points[lines.node[:-1]]).T) > _ABSENT_NODES_BRIDGED
+    apart = np.hypot(*(points[lines.node[1:]] - points[lines.node[:-1]]).T) > _GAP_BRIDGED_MAX
     gap[1:] = lines.skipped[1:] & (lines.line[1:] == lines.line[:-1]) & apart
     if not gap.any():
         return lines
@@ -140,7 +140,7 @@ def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnosti
 def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnostics: Diagnostics) -> Pieces:
     """Cut lines where streets may meet, and leave out pieces on top of others.
 
-    That is at nodes that are visited more than once, and where a way turns back on the spot, which no road does.
+    The cuts are at nodes visited more than once, and where a way turns on the spot, which no road does.
     """
     count = len(lines.node)
     if count == 0:
@@ -155,7 +155,7 @@ def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay]
     cuts = np.flatnonzero(first_of_line | last_of_line | back | (visits[lines.node] > 1))
     within = ~last_of_line[cuts[:-1]]
     first, last = cuts[:-1][within], cuts[1:][within]
-    # Out and back again: only the way out stays.
+    # Of a spike, out and back over the same nodes, only the way out stays.
     spike = (last - first == 2) & (lines.node[first] == lines.node[last])
     last = last - spike
     pieces = Pieces(lines.node, first, last, lines.way[first])
@@ -169,17 +169,17 @@ def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay]
 
 
 def turns_back(before: FloatArray, here: FloatArray, after: FloatArray) -> BoolArray:
-    """Tell where a line turns back on the spot and goes on for longer than a slip of the mapper's hand, (n,)."""
+    """Return where lines through (n, 2), (n, 2), (n, 2) turn on the spot and not by a mapping error, (n,)."""
     arriving, leaving = here - before, after - here
     cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
     turn = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
     shorter = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
-    out: BoolArray = (turn > _TURN_ON_THE_SPOT) & (shorter > _SLIP_OF_THE_HAND)
+    out: BoolArray = (turn > _TURN_ON_THE_SPOT) & (shorter > _MAPPING_ERROR_MAX)
     return out
 
 
 def _topmost(pieces: Pieces) -> BoolArray:
-    """Tell which pieces stay: of those between the same two nodes the first. Longer ones share no nodes inside."""
+    """Return which pieces stay: of several segments between the same two nodes the first. Others cannot coincide."""
     keep = np.ones(len(pieces.first), np.bool_)
     short = np.flatnonzero(pieces.last - pieces.first == 1)
     ends = np.sort(np.column_stack([pieces.node[pieces.first[short]], pieces.node[pieces.last[short]]]), axis=1)

@@ -1,4 +1,4 @@
-"""Puts streets and intersections together from ways, nodes and the attributes of ways."""
+"""Assembly of streets and intersections from pieces of ways and the attributes of ways."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ def make_streets(
     directions: Sequence[int],
     transitions: Set[int] = frozenset(),
 ) -> tuple[tuple[Street, ...], tuple[Intersection, ...]]:
-    """Join pieces of ways to streets between intersections.
+    """Join pieces of ways into streets between intersections.
 
     Parameters
     ----------
     pieces
-        Parts of ways.
+        Parts of ways between the nodes where streets may meet.
     nodes, points : (n, 2)
-        The nodes, and where they are: local x, y, m.
+        The nodes, and their local x, y, m.
     attributes, directions
-        Of each way, seen along it.
+        Attributes of each way seen along it, and its direction of traffic: 1, -1 or 0 for both.
     transitions
-        OSM ids of ways whose line moves from one place among the lanes to another (``placement=transition``).
+        OSM ids of ways whose line changes its position among the lanes (``placement=transition``).
 
     Returns
     -------
@@ -71,7 +71,7 @@ def make_streets(
 
 
 def tags_on_streets(row: IntArray, nodes: RawNodes, same_node: Mapping[int, int]) -> dict[int, dict[str, str]]:
-    """Return the tags of nodes (ids `row`), with those of nodes at the same place that they stand for."""
+    """Return the tags of nodes by id, joined with those of nodes at the same place; `row` (n,) are ids on streets."""
     carried = set(row.tolist())
     found: dict[int, dict[str, str]] = {}
     for number, tags in nodes.tags.items():
@@ -82,13 +82,13 @@ def tags_on_streets(row: IntArray, nodes: RawNodes, same_node: Mapping[int, int]
 
 
 def _rows(chains: Sequence[Chain], pieces: Pieces) -> tuple[IntArray, list[int]]:
-    """Return the nodes of all chains in a row, and where in it each chain begins (and the last one ends)."""
+    """Return the nodes of all chains one after the other, and where each chain begins (and the last one ends)."""
     piece = np.array([piece for chain in chains for piece, _ in chain.links], np.int64)
     along = np.array([along for chain in chains for _, along in chain.links], np.bool_)
     links = np.array([len(chain.links) for chain in chains], np.int64)
     is_last = np.zeros(len(piece), np.int64)
     is_last[np.cumsum(links) - 1] = 1
-    # A piece leaves its last node to the next one.
+    # The last node of a piece is the first one of the next.
     length = pieces.last[piece] - pieces.first[piece] + is_last
     step = ranks(length)
     begin = np.where(along, pieces.first[piece], pieces.last[piece])
@@ -100,7 +100,7 @@ def _rows(chains: Sequence[Chain], pieces: Pieces) -> tuple[IntArray, list[int]]
 def _stretches(
     chains: Sequence[Chain], pieces: Pieces, attributes: Sequence[StreetAttributes]
 ) -> list[tuple[tuple[int, StreetAttributes], ...]]:
-    """Return for each chain the attributes that hold from a node on."""
+    """Return for each chain its attributes, each with the index of the node from which on they hold."""
     ways: list[int] = pieces.way.tolist()
     lengths: list[int] = (pieces.last - pieces.first).tolist()
     turned: dict[int, StreetAttributes] = {}
@@ -126,9 +126,9 @@ def _stretches(
 def _through_transitions(
     stretches: tuple[tuple[int, StreetAttributes], ...], transitions: Set[int]
 ) -> tuple[tuple[int, StreetAttributes], ...]:
-    """Let the carriageway's middle move in equal steps where OSM says that the line moves among the lanes.
+    """Interpolate the offset of the carriageway's middle over transitions, in equal steps.
 
-    At the end of a street nothing tells where to; there the line stays the middle.
+    At the end of a street there is nothing to interpolate to; there the line stays the middle.
     """
     out = list(stretches)
     known = [k for k, (_, attributes) in enumerate(out) if attributes.osm_way_id not in transitions]

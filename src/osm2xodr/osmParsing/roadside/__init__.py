@@ -1,4 +1,8 @@
-"""What lies beside streets."""
+"""Things and footways beside streets.
+
+`things` collects what lies within `reach` of streets; `parallel_footways` makes sidewalks and bicycle tracks of
+footways that are mapped apart.
+"""
 
 from __future__ import annotations
 

@@ -1,32 +1,27 @@
-"""Cuts pieces of streets where footways beside them begin or end, so that sidewalks can begin and end there too."""
+"""Cut pieces of streets where footways beside them begin or end, so that sidewalks can begin and end there too."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street
-from osm2xodr.osmParsing.defaults import FOOTWAY_CUT_NEAR, FOOTWAY_RUN
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, with_pieces
+
+# A street is cut where a footway beside it is present for at least this length and absent for at least as long, m,
+# at the nearest node if one is this near, m. Choices.
+_SHORTEST_RUN: Final = 30.0
+_NODE_NEAR: Final = 15.0
 
 
 def cut_where_footways_end(
     streets: tuple[Street, ...], samples: StreetSamples, matches: FootwayMatches, use: IntArray
 ) -> tuple[tuple[Street, ...], StreetSamples]:
-    """Cut pieces at the nodes next to where footways begin or end for at least `FOOTWAY_RUN`.
-
-    Parameters
-    ----------
-    streets, samples
-        The streets, and points along them.
-    matches
-        Which points have footways beside them.
-    use : (n,)
-        What the footway of each match is for, as a number.
-    """
+    """Cut pieces at the nodes next to where footways begin or end; `use` (n,) numbers the use of each match."""
     cuts: dict[int, set[int]] = defaultdict(set)
     points = np.concatenate([street.points for street in streets])
     for kind in np.unique(use).tolist():
@@ -48,9 +43,9 @@ def cut_where_footways_end(
         later = [at for at, _ in street.pieces if at > begin]
         end = later[0] if later else len(street.points) - 1
         taken = [begin, end]
-        # In an order that does not depend on the way's direction.
+        # By id, an order that does not depend on the way's direction.
         for at in sorted((node - first[number] for node in found), key=lambda at: int(ids[first[number] + at])):
-            if begin < at < end and min(_apart(street, at, other) for other in taken) > FOOTWAY_CUT_NEAR:
+            if begin < at < end and min(_distance(street, at, other) for other in taken) > _NODE_NEAR:
                 taken.append(at)
         more = [(at, own[1]) for at in taken[2:]]
         pieces = tuple(sorted((*out[number].pieces, *more), key=lambda item: item[0]))
@@ -60,7 +55,7 @@ def cut_where_footways_end(
 
 
 def join_like_pieces(street: Street) -> Street:
-    """Join pieces of a street that follow each other with the same attributes."""
+    """Join consecutive pieces of a street with equal attributes."""
     kept = [street.pieces[0]]
     for at, attributes in street.pieces[1:]:
         if attributes != kept[-1][1]:
@@ -68,13 +63,13 @@ def join_like_pieces(street: Street) -> Street:
     return replace(street, pieces=tuple(kept)) if len(kept) < len(street.pieces) else street
 
 
-def _apart(street: Street, a: int, b: int) -> float:
+def _distance(street: Street, a: int, b: int) -> float:
     return float(np.hypot(*(street.points[a] - street.points[b])))
 
 
 def _ends(samples: StreetSamples, points: FloatArray, beside: BoolArray) -> list[tuple[int, int]]:
-    """Return pieces, and nodes (counted over all streets) next to where long runs with and without a footway meet."""
-    # Only of pieces that have any.
+    """Return (piece, node counted over all streets) next to where long runs with and without a footway meet."""
+    # Only pieces that have any.
     some = np.zeros(len(samples.street), np.bool_)
     some[samples.piece[beside]] = True
     row = np.flatnonzero(some[samples.piece])
@@ -89,22 +84,18 @@ def _ends(samples: StreetSamples, points: FloatArray, beside: BoolArray) -> list
     of_piece = piece[start]
     # Only pieces that have both, for long enough.
     both = np.zeros(len(samples.street), np.int64)
-    np.bitwise_or.at(both, of_piece, np.where(lengths >= FOOTWAY_RUN, np.where(beside[start], 1, 2), 0))
+    np.bitwise_or.at(both, of_piece, np.where(lengths >= _SHORTEST_RUN, np.where(beside[start], 1, 2), 0))
     out: list[tuple[int, int]] = []
-    long_runs = np.flatnonzero((both[of_piece] == 3) & (lengths >= FOOTWAY_RUN))
+    long_runs = np.flatnonzero((both[of_piece] == 3) & (lengths >= _SHORTEST_RUN))
     for a, b in zip(long_runs[:-1].tolist(), long_runs[1:].tolist(), strict=True):
         if of_piece[a] != of_piece[b] or beside[start[a]] == beside[start[b]]:
             continue
-        # Between the two there may be short runs of either kind.
-        at = int(start[a + 1]) if b == a + 1 else _middle(start, a, b)
+        # In the middle of any short runs between the two.
+        at = int(start[a + 1] + start[b]) // 2
         before, after = int(row[at - 1]), int(row[at])
         place = 0.5 * (samples.lines.points[before] + samples.lines.points[after])
         nodes = np.arange(samples.lines.node[before], samples.lines.node[after] + 2)
         distance = np.hypot(*(points[nodes] - place).T)
-        if distance.min() <= FOOTWAY_CUT_NEAR:
+        if distance.min() <= _NODE_NEAR:
             out.append((int(of_piece[a]), int(nodes[np.argmin(distance)])))
     return out
-
-
-def _middle(start: IntArray, a: int, b: int) -> int:
-    return int(start[a + 1] + start[b]) // 2

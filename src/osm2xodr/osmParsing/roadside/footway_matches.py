@@ -1,4 +1,4 @@
-"""Points of footways, and which edge of which carriageway they lie along."""
+"""Matching of points along footways with the edges of carriageways."""
 
 from __future__ import annotations
 
@@ -11,18 +11,23 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.model import BoolArray, FloatArray, Footway, IntArray, Street, Structure
-from osm2xodr.osmParsing.defaults import BESIDE_SPACING, FOOTWAY_ANGLE_DEG, FOOTWAY_BESIDE, FOOTWAY_INSIDE
+from osm2xodr.osmParsing.defaults import BESIDE_SPACING, FOOTWAY_BESIDE
 from osm2xodr.osmParsing.roadside.reach import StreetSamples, near_each_other, sample_lines
 from osm2xodr.osmParsing.tags import layer_of, structure_of
 
 LEFT, RIGHT = 0, 1
-# How far apart headings are put that differ by a right angle (half of it), and levels that differ by one, m. Both are
-# more than the distances that are looked at.
-_HEADING: Final = 10.0
-_LEVEL: Final = 100.0
-# Beside the edge, and what is added by headings that differ a little and by points that do not lie abreast.
-_REACH: Final = FOOTWAY_BESIDE + 7.0
-# Of how many points of edges the nearest edge is chosen.
+# A footway matches an edge whose heading differs by at most this, degrees, and which it overlaps by at most this, m
+# (carriageways are drawn with assumed widths). Choices.
+_ANGLE_MAX_DEG: Final = 20.0
+_OVERLAP_MAX: Final = 1.5
+# In the search tree, perpendicular headings lie twice the first apart, levels that differ by one the second, m: both
+# farther than any match.
+_HEADING_SCALE: Final = 10.0
+_LEVEL_SCALE: Final = 100.0
+# Radius of the search, m: the lateral distance, plus room for slightly different headings and for points that do not
+# lie abreast.
+_SEARCH_RADIUS: Final = FOOTWAY_BESIDE + 7.0
+# Number of nearest points among which the nearest edge is chosen.
 _CANDIDATES: Final = 4
 
 
@@ -30,25 +35,23 @@ _CANDIDATES: Final = 4
 class FootwayMatches:
     """Points of footways, and where along which edge they lie."""
 
-    # (n,) Index of the footway, of the point of the street, and the side of it
-    footway: IntArray
-    sample: IntArray
-    side: IntArray
-    # (n,) From the edge of the carriageway, outwards; length of footway that it stands for; m
-    distance: FloatArray
-    length: FloatArray
+    footway: IntArray  # (n,) Index of the footway
+    sample: IntArray  # (n,) Index of the point along the street
+    side: IntArray  # (n,) Side of the street: `LEFT` or `RIGHT`
+    distance: FloatArray  # (n,) From the edge of the carriageway outwards, m
+    length: FloatArray  # (n,) Length of footway that the point represents, m
     along: BoolArray  # (n,) Whether the footway runs along the street, not against it
     total: float  # Length of all footways, m
 
 
 def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: Sequence[Footway]) -> FootwayMatches:
-    """Match points along footways (at least one) with the nearest edge that runs the same way at the same level."""
+    """Match points along footways (at least one) with the nearest parallel edge at the same level."""
     counts = np.array([len(footway.points) for footway in footways], np.int64)
     lines = sample_lines(np.concatenate([footway.points for footway in footways]), counts, BESIDE_SPACING)
     owner = np.repeat(np.arange(len(footways)), counts)[lines.node]
-    # First roughly by the streets' lines, then by their edges.
+    # Preselected roughly by the streets' lines, then by their edges.
     half = np.maximum(np.abs(samples.left), np.abs(samples.right)).max()
-    around = np.flatnonzero(near_each_other(lines.points, samples.lines.points, _REACH + float(half))[1])
+    around = np.flatnonzero(near_each_other(lines.points, samples.lines.points, _SEARCH_RADIUS + float(half))[1])
     along, piece = samples.lines.along[around], samples.piece[around]
     left_of = np.column_stack([-along[:, 1], along[:, 0]])
     # The left edges of all points, then the right ones.
@@ -58,28 +61,30 @@ def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: 
             samples.lines.points[around] + samples.right[piece][:, None] * left_of,
         ]
     )
-    near_foot, near_edge = near_each_other(lines.points, edges, _REACH)
+    near_foot, near_edge = near_each_other(lines.points, edges, _SEARCH_RADIUS)
     foot, edge = np.flatnonzero(near_foot), np.flatnonzero(near_edge)
     if not len(edge):
-        nothing = np.zeros(0, np.int64)
-        return FootwayMatches(nothing, nothing, nothing, np.zeros(0), np.zeros(0), np.zeros(0, np.bool_), 0.0)
+        empty = np.zeros(0, np.int64)
+        return FootwayMatches(empty, empty, empty, np.zeros(0), np.zeros(0), np.zeros(0, np.bool_), 0.0)
     own, side = edge % len(around), np.where(edge < len(around), LEFT, RIGHT)
     street = around[own]
     levels = np.array([_level(a.structure, a.layer) for item in streets for _, a in item.pieces])
     own_levels = np.array([_level_of(footway.tags) for footway in footways])
-    edges, twice = edges[edge], along[own]
+    edges, edge_along = edges[edge], along[own]
     outwards = np.where((side == LEFT)[:, None], left_of[own], -left_of[own])
-    tree = cKDTree(_places(edges, twice, levels[samples.piece[street]]), balanced_tree=False, compact_nodes=False)
-    query = _places(lines.points[foot], lines.along[foot], own_levels[owner[foot]])
-    number = np.asarray(tree.query(query, k=_CANDIDATES, distance_upper_bound=_REACH)[1], np.int64)
+    tree = cKDTree(
+        _search_points(edges, edge_along, levels[samples.piece[street]]), balanced_tree=False, compact_nodes=False
+    )
+    query = _search_points(lines.points[foot], lines.along[foot], own_levels[owner[foot]])
+    number = np.asarray(tree.query(query, k=_CANDIDATES, distance_upper_bound=_SEARCH_RADIUS)[1], np.int64)
     number[number == len(edges)] = -1
-    # Of the nearest points of edges the one on the nearest edge: points do not lie abreast of each other.
+    # The nearest point is not always on the nearest edge, as points do not lie abreast of each other.
     away = lines.points[foot][:, None] - edges[number]
     beside = (away * outwards[number]).sum(axis=2)
-    ahead = (away * twice[number]).sum(axis=2)
-    same_way = (lines.along[foot][:, None] * twice[number]).sum(axis=2)
-    fits = (number >= 0) & (np.abs(same_way) >= math.cos(math.radians(FOOTWAY_ANGLE_DEG)))
-    fits &= (beside >= -FOOTWAY_INSIDE) & (beside <= FOOTWAY_BESIDE) & (np.abs(ahead) <= BESIDE_SPACING)
+    ahead = (away * edge_along[number]).sum(axis=2)
+    same_way = (lines.along[foot][:, None] * edge_along[number]).sum(axis=2)
+    fits = (number >= 0) & (np.abs(same_way) >= math.cos(math.radians(_ANGLE_MAX_DEG)))
+    fits &= (beside >= -_OVERLAP_MAX) & (beside <= FOOTWAY_BESIDE) & (np.abs(ahead) <= BESIDE_SPACING)
     best = np.argmin(np.where(fits, np.abs(beside), np.inf), axis=1)
     row = np.flatnonzero(fits.any(axis=1))
     best = best[row]
@@ -95,10 +100,10 @@ def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: 
     )
 
 
-def _places(points: FloatArray, along: FloatArray, level: FloatArray) -> FloatArray:
-    """Return points that are far from each other where headings (either way along) or levels differ, (n, 5)."""
+def _search_points(points: FloatArray, along: FloatArray, level: FloatArray) -> FloatArray:
+    """Return points (n, 5) that are far apart where headings (modulo a half turn) or levels differ."""
     double = np.column_stack([along[:, 0] ** 2 - along[:, 1] ** 2, 2.0 * along[:, 0] * along[:, 1]])
-    return np.column_stack([points, _HEADING * double, _LEVEL * level])
+    return np.column_stack([points, _HEADING_SCALE * double, _LEVEL_SCALE * level])
 
 
 def _level(structure: Structure, layer: int) -> float:
@@ -111,7 +116,7 @@ def _level_of(tags: Mapping[str, str]) -> float:
 
 
 def covered(samples: StreetSamples, sample: IntArray) -> FloatArray:
-    """Return 1 for the points of streets that have a footway beside them, or beside a neighbour on their piece."""
+    """Return 1 for points of streets with a match at them or at a neighbour on the same piece, else 0, (n,)."""
     hit = np.zeros(len(samples.piece), np.bool_)
     hit[sample] = True
     same = samples.piece[1:] == samples.piece[:-1]

@@ -1,8 +1,12 @@
-"""Footways and cycleways that are mapped apart but run along a street become margins of it.
+"""Footways and cycleways that are mapped apart but run along a street become its sidewalks and bicycle tracks.
 
-1. Points along footways are matched with the nearest edge of a carriageway that runs the same way at the same level.
-2. Of each stretch of street (part of a way), side and use: how much of it is covered, and how far off, as a median.
-3. Short gaps are closed, and distances that hardly differ along a street are made one.
+Many towns are mapped so, but OpenDRIVE has sidewalks as lanes of the road. Tags do not say which street a footway
+belongs to, so geometry decides:
+
+1. Points along footways are matched with the nearest parallel edge of a carriageway at the same level.
+2. Streets are cut where a footway beside them begins or ends.
+3. A piece of street gets a strip where matches cover most of it, at their median distance from the edge.
+4. Short gaps are closed, short strips dropped, and distances that hardly differ along a street made equal.
 """
 
 from __future__ import annotations
@@ -16,45 +20,43 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import Direction, Footway, IntArray, LaneSpec, LaneType, MarginSpec, Street, StreetAttributes
-from osm2xodr.osmParsing.defaults import (
-    CYCLE_TRACK_WIDTH,
-    CYCLE_TRACK_WIDTH_BOTH,
-    FOOTWAY_BESIDE,
-    FOOTWAY_BESIDE_SERVICE,
-    FOOTWAY_BESIDE_UNTAGGED,
-    FOOTWAY_STRIP_MIN,
-    SIDEWALK_WIDTH,
-)
+from osm2xodr.model import Direction, Footway, IntArray, LaneType, MarginSpec, Street, StreetAttributes
+from osm2xodr.osmParsing.defaults import CYCLE_TRACK_WIDTH, CYCLE_TRACK_WIDTH_BOTH, FOOTWAY_BESIDE, SIDEWALK_WIDTH
 from osm2xodr.osmParsing.roadside.footway_cuts import cut_where_footways_end, join_like_pieces
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT, FootwayMatches, covered, match_footways
 from osm2xodr.osmParsing.roadside.reach import StreetSamples
 from osm2xodr.osmParsing.tags import LEFT_RIGHT, NO, kerb_height, parse_length, sides_of
 
-# A stretch of street has it as its sidewalk if it runs along so much of it; gaps between two such stretches that are
-# shorter than this are closed, m. Where OSM says that there is no sidewalk, it is believed from this distance on, m.
-_FOOTWAY_COVER: Final = 0.6
-_FOOTWAY_GAP_CLOSED: Final = 20.0
-_FOOTWAY_AGAINST_TAGS: Final = 3.0
-# Distances of a footway that differ by less along a street are one, m; strips of verge narrower than the second are
-# none. Choices.
-_FOOTWAY_STEADY: Final = 0.5
-_FOOTWAY_VERGE_MIN: Final = 0.3
+# Footways that no tag calls a sidewalk must be nearer to the edge than `FOOTWAY_BESIDE`, nearer still beside drives
+# and alleys, m. Choices.
+_BESIDE_UNTAGGED: Final = 6.0
+_BESIDE_SERVICE: Final = 4.0
+# Share of a piece's length that matches must cover for a strip; length of gaps that are closed, and least length of
+# strips, m. Choices.
+_COVER_MIN: Final = 0.6
+_GAP_CLOSED: Final = 20.0
+_STRIP_LENGTH_MIN: Final = 10.0
+# A street tagged as having no sidewalk gets none from footways farther away than this, m.
+_FARTHEST_AGAINST_TAGS: Final = 3.0
+# Distances and widths of a strip along a street that differ by no more than this are averaged, m; verges narrower
+# than the second are left out. Choices.
+_SAME_STRIP: Final = 0.5
+_VERGE_WIDTH_MIN: Final = 0.3
 # Widths of footways and cycleways that are believed, m.
-_FOOTWAY_WIDTH_MIN: Final = 0.8
-_FOOTWAY_WIDTH_MAX: Final = 6.0
+_WIDTH_MIN: Final = 0.8
+_WIDTH_MAX: Final = 6.0
 
 _NO_SIDEWALKS: Final = frozenset({"motorway", "motorway_link", "track", "raceway"})
-# What a footway is for: the index of its use among these.
+# Uses of footways; elsewhere they are numbered by their index here.
 _USES: Final = (LaneType.SIDEWALK, LaneType.BIKING)
 
 
 @dataclass(frozen=True, slots=True)
 class _Strip:
-    """A footway along a stretch of street: distance of its middle from the edge and its width, m."""
+    """A footway along a piece of street."""
 
-    distance: float
-    width: float
+    distance: float  # From the edge of the carriageway to its middle, m
+    width: float  # m
     direction: Direction
 
 
@@ -72,11 +74,11 @@ def attach_footways(
     streets, samples
         The streets, and points along them.
     footways
-        What lies within reach of them.
+        Footways within reach of them.
     way_tags
-        Of the ways, by OSM id.
+        Tags of the streets' ways, by OSM id.
     diagnostics
-        Gets what was done, in one sentence.
+        Gets one sentence about what was done.
     """
     candidates = [footway for footway in footways if not footway.crossing]
     if not candidates:
@@ -84,10 +86,10 @@ def attach_footways(
     matches = match_footways(streets, samples, candidates)
     use = np.array([_USES.index(_use(footway.tags)) for footway in candidates], np.int64)[matches.footway]
     streets, samples = cut_where_footways_end(streets, samples, matches, use)
-    found = _stretches(streets, samples, candidates, matches, use, way_tags)
+    found = _find_strips(streets, samples, candidates, matches, use, way_tags)
     _close_gaps(streets, samples, found, way_tags)
     _drop_short(samples, found)
-    _steady(samples, found)
+    _even_out(samples, found)
     out = [join_like_pieces(street) for street in streets]
     by_street: dict[int, list[int]] = defaultdict(list)
     for piece in sorted({piece for piece, _, _ in found}):
@@ -102,14 +104,15 @@ def attach_footways(
     return tuple(out)
 
 
-# ---------------------------------------------------------------- stretches of streets
+# ---------------------------------------------------------------- pieces of streets
 
 
+# Number of the piece, side, number of the use.
 _Key = tuple[int, int, int]
 _Found = dict[_Key, _Strip]
 
 
-def _stretches(
+def _find_strips(
     streets: Sequence[Street],
     samples: StreetSamples,
     footways: Sequence[Footway],
@@ -117,40 +120,40 @@ def _stretches(
     use: IntArray,
     way_tags: Mapping[int, Mapping[str, str]],
 ) -> _Found:
-    """Find the strips along stretches: by number of the piece, side and use."""
+    """Find the strips along pieces of streets."""
     widths = [_width(footway.tags) for footway in footways]
     runs = [_runs(footway.tags) for footway in footways]
     out: _Found = {}
-    lengths = np.bincount(samples.piece, samples.lines.length, len(samples.street))
+    lengths = samples.piece_lengths()
     for kind in range(len(_USES)):
         for side in (LEFT, RIGHT):
             chosen = np.flatnonzero((use == kind) & (matches.side == side))
-            # Of several footways at one place the nearest.
+            # Of several footways at one point the nearest.
             chosen = chosen[np.lexsort((matches.footway[chosen], matches.distance[chosen], matches.sample[chosen]))]
             sample, first = np.unique(matches.sample[chosen], return_index=True)
             chosen = chosen[first]
-            share = np.bincount(samples.piece, samples.lines.length * covered(samples, sample), len(lengths))
+            cover = np.bincount(samples.piece, samples.lines.length * covered(samples, sample), len(lengths))
             piece = samples.piece[sample]
             order = np.lexsort((matches.distance[chosen], piece))
             chosen, piece = chosen[order], piece[order]
             every, begin, count = np.unique(piece, return_index=True, return_counts=True)
             for number, start, size in zip(every.tolist(), begin.tolist(), count.tolist(), strict=True):
-                if share[number] < _FOOTWAY_COVER * lengths[number]:
+                if cover[number] < _COVER_MIN * lengths[number]:
                     continue
-                # The median: the one in the middle, or between the two in the middle.
+                # The median distance.
                 low, high = chosen[start + (size - 1) // 2], chosen[start + size // 2]
                 distance = 0.5 * float(matches.distance[low] + matches.distance[high])
                 attributes = streets[samples.street[number]].pieces[samples.index[number]][1]
                 footway = int(matches.footway[low])
-                limit = _farthest(attributes.highway, footways[footway].tags)
-                if distance <= limit and _wanted(attributes, side, kind, distance, way_tags):
+                limit = _distance_max(attributes.highway, footways[footway].tags)
+                if distance <= limit and _may_have(attributes, side, kind, distance, way_tags):
                     runs_along = runs[footway] * (1 if matches.along[low] else -1)
                     out[number, side, kind] = _Strip(distance, widths[footway], Direction(runs_along))
     return out
 
 
 def _use(tags: Mapping[str, str]) -> LaneType:
-    """Return what a footway is: one for bicycles only if people may not walk on it."""
+    """Return the use of a footway: bicycles if people may not walk on it, else pedestrians."""
     on_foot = tags.get("foot") in ("designated", "yes", "permissive") or "segregated" in tags
     return LaneType.BIKING if tags.get("highway") == "cycleway" and not on_foot else LaneType.SIDEWALK
 
@@ -158,7 +161,7 @@ def _use(tags: Mapping[str, str]) -> LaneType:
 def _width(tags: Mapping[str, str]) -> float:
     for key in ("width", "est_width"):
         width = parse_length(tags.get(key, ""))
-        if width is not None and _FOOTWAY_WIDTH_MIN <= width <= _FOOTWAY_WIDTH_MAX:
+        if width is not None and _WIDTH_MIN <= width <= _WIDTH_MAX:
             return width
     if _use(tags) is LaneType.SIDEWALK:
         return SIDEWALK_WIDTH
@@ -174,53 +177,42 @@ def _runs(tags: Mapping[str, str]) -> int:
     )
 
 
-def _farthest(highway: str, tags: Mapping[str, str]) -> float:
-    """Return how far from the edge of a road a footway may lie to be a sidewalk, m."""
+def _distance_max(highway: str, tags: Mapping[str, str]) -> float:
+    """Return the largest distance from the edge of a road at which a footway is its sidewalk, m."""
     if "sidewalk" in (tags.get("footway"), tags.get("path"), tags.get("cycleway")):
         return FOOTWAY_BESIDE
-    return FOOTWAY_BESIDE_SERVICE if highway == "service" else FOOTWAY_BESIDE_UNTAGGED
+    return _BESIDE_SERVICE if highway == "service" else _BESIDE_UNTAGGED
 
 
-def _wanted(
-    attributes: StreetAttributes,
-    side: int,
-    kind: int,
-    distance: float,
-    way_tags: Mapping[int, Mapping[str, str]],
+def _may_have(
+    attributes: StreetAttributes, side: int, kind: int, distance: float, way_tags: Mapping[int, Mapping[str, str]]
 ) -> bool:
-    """Say whether a stretch may get a strip: its tags have none there yet, and do not speak against it."""
+    """Whether a piece may get a strip: its tags neither give one there already nor rule it out."""
     if attributes.highway in _NO_SIDEWALKS:
         return False
     margin = attributes.margin_left if side == LEFT else attributes.margin_right
     if any(strip.type is _USES[kind] for strip in margin):
         return False
     if _USES[kind] is LaneType.BIKING:
-        return not any(lane.type is LaneType.BIKING for lane in _outer_lanes(attributes, side))
+        lanes = attributes.lanes_ltr
+        return not any(lane.type is LaneType.BIKING for lane in (lanes[:1] if side == LEFT else lanes[-1:]))
     said = sides_of(way_tags[attributes.osm_way_id], "sidewalk", "sidewalk", [])
-    return said.get(_way_side(attributes, side)) != NO or distance <= _FOOTWAY_AGAINST_TAGS
+    return said.get(_way_side(attributes, side)) != NO or distance <= _FARTHEST_AGAINST_TAGS
 
 
 def _way_side(attributes: StreetAttributes, side: int) -> str:
-    """Return the word for a side of a street as tags of its way use it."""
+    """Return the side of a street as the tags of its way name it."""
     return LEFT_RIGHT[side] if not attributes.reversed else LEFT_RIGHT[1 - side]
-
-
-def _outer_lanes(attributes: StreetAttributes, side: int) -> tuple[LaneSpec, ...]:
-    lanes = attributes.lanes_ltr
-    return lanes[:1] if side == LEFT else lanes[-1:]
 
 
 # ---------------------------------------------------------------- along streets
 
 
 def _close_gaps(
-    streets: Sequence[Street],
-    samples: StreetSamples,
-    found: _Found,
-    way_tags: Mapping[int, Mapping[str, str]],
+    streets: Sequence[Street], samples: StreetSamples, found: _Found, way_tags: Mapping[int, Mapping[str, str]]
 ) -> None:
-    """Give short stretches between two that have a strip the same one."""
-    lengths = np.bincount(samples.piece, samples.lines.length, len(samples.street))
+    """Give short pieces between two that have a strip the same one."""
+    lengths = samples.piece_lengths()
     for piece, side, kind in sorted(found):
         length, last = 0.0, piece + 1
         while (
@@ -234,16 +226,16 @@ def _close_gaps(
         a, b = found[piece, side, kind], found[last, side, kind]
         strip = replace(a, distance=0.5 * (a.distance + b.distance), width=min(a.width, b.width))
         between = [pieces[samples.index[number]][1] for number in range(piece + 1, last)]
-        if length <= _FOOTWAY_GAP_CLOSED and all(
-            _wanted(attributes, side, kind, strip.distance, way_tags) for attributes in between
+        if length <= _GAP_CLOSED and all(
+            _may_have(attributes, side, kind, strip.distance, way_tags) for attributes in between
         ):
             found.update({(number, side, kind): strip for number in range(piece + 1, last)})
 
 
-def _continuous(
+def _continuous_runs(
     samples: StreetSamples, found: _Found, alike: Callable[[_Key, Sequence[_Key]], bool] = lambda key, before: True
 ) -> list[list[_Key]]:
-    """Return strips that follow each other along a street, as long as each is like those before it."""
+    """Return runs of strips along a street, each run as long as strips are `alike` those before them."""
     runs: list[list[_Key]] = []
     for side, kind, piece in sorted((side, kind, piece) for piece, side, kind in found):
         key = piece, side, kind
@@ -257,31 +249,30 @@ def _continuous(
 
 
 def _drop_short(samples: StreetSamples, found: _Found) -> None:
-    """Leave out strips that go on for less than `FOOTWAY_STRIP_MIN` along their street."""
-    lengths = np.bincount(samples.piece, samples.lines.length, len(samples.street))
-    for run in _continuous(samples, found):
-        if math.fsum(float(lengths[item[0]]) for item in run) < FOOTWAY_STRIP_MIN:
+    """Drop runs of strips shorter than `_STRIP_LENGTH_MIN`."""
+    lengths = samples.piece_lengths()
+    for run in _continuous_runs(samples, found):
+        if math.fsum(float(lengths[item[0]]) for item in run) < _STRIP_LENGTH_MIN:
             for item in run:
                 del found[item]
 
 
-def _steady(samples: StreetSamples, found: _Found) -> None:
-    """Let strips that follow each other along a street at nearly one distance lie at one, and be of one width."""
-    lengths = np.bincount(samples.piece, samples.lines.length, len(samples.street))
+def _even_out(samples: StreetSamples, found: _Found) -> None:
+    """Give runs of similar strips one distance and one width: the means weighted by length."""
+    lengths = samples.piece_lengths()
 
     def alike(key: _Key, before: Sequence[_Key]) -> bool:
         return all(
-            abs(found[item].distance - found[key].distance) <= _FOOTWAY_STEADY
-            and abs(found[item].width - found[key].width) <= _FOOTWAY_STEADY
+            abs(found[item].distance - found[key].distance) <= _SAME_STRIP
+            and abs(found[item].width - found[key].width) <= _SAME_STRIP
             for item in before
         )
 
-    for run in _continuous(samples, found, alike):
+    for run in _continuous_runs(samples, found, alike):
         weights = [float(lengths[item[0]]) for item in run]
-        distance = math.fsum(w * found[item].distance for w, item in zip(weights, run, strict=True)) / math.fsum(
-            weights
-        )
-        width = math.fsum(w * found[item].width for w, item in zip(weights, run, strict=True)) / math.fsum(weights)
+        total = math.fsum(weights)
+        distance = math.fsum(w * found[item].distance for w, item in zip(weights, run, strict=True)) / total
+        width = math.fsum(w * found[item].width for w, item in zip(weights, run, strict=True)) / total
         for item in run:
             found[item] = replace(found[item], distance=distance, width=round(width, 2))
 
@@ -301,13 +292,13 @@ def _with_margins(
 def _margin(
     margin: tuple[MarginSpec, ...], piece: int, side: int, found: _Found, kerb: float
 ) -> tuple[MarginSpec, ...]:
-    """Put the strips of a side after what is there, in the order of their distance, with verges between them."""
+    """Append the strips of a side to its margin, in the order of their distance, with verges between them."""
     strips = [(found[piece, side, kind], _USES[kind]) for kind in range(len(_USES)) if (piece, side, kind) in found]
     out, edge = list(margin), 0.0
     for strip, use in sorted(strips, key=lambda item: item[0].distance):
-        # Added first, so that what is rounded does not depend on the last bits of the distance.
+        # 1e-9: the rounding must not depend on the last bits of the distance.
         verge = round(strip.distance - edge - 0.5 * strip.width + 1e-9, 1)
-        if verge > _FOOTWAY_VERGE_MIN:
+        if verge > _VERGE_WIDTH_MIN:
             out.append(MarginSpec(LaneType.BORDER, verge, Direction.BOTH, kerb))
             edge += verge
         out.append(MarginSpec(use, strip.width, strip.direction, kerb))

@@ -1,4 +1,4 @@
-"""Which points lie near streets. Everything is done on flat arrays over all streets."""
+"""Points along streets, and which other points lie near them; flat arrays over all streets."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from osm2xodr.curves import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Street, StreetAttributes
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH
 
-# Points farther than this from streets are not looked at, m: above the reach and half of any carriageway.
-_FAR: Final = 48.0
-# Cells are numbered from the middle of so many to either side; of 15 m they reach round the Earth and back.
+# Radius of the search around streets, m: more than the reach plus half of any carriageway.
+_SEARCH_RADIUS: Final = 48.0
+# Cells of the search grid in a row: with cells of 15 m it reaches round the Earth four hundred times.
 _CELLS: Final = 2**30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LineSamples:
-    """Points in the middle of equal parts of the segments of lines."""
+    """Points along lines, in the middle of equal parts of their segments."""
 
     points: FloatArray  # (n, 2) Local x, y, m
     along: FloatArray  # (n, 2) Unit vectors along the line
-    length: FloatArray  # (n,) Of the parts, m
+    length: FloatArray  # (n,) Length of the parts, m
     node: IntArray  # (n,) Index of the node at which the segment begins, counted over all lines
 
 
@@ -35,25 +35,23 @@ class StreetSamples:
 
     lines: LineSamples  # The points
     piece: IntArray  # (n,) Number of the piece of street that each lies on, counted over all streets
-    # (m,) Of each piece: its street and its place in `Street.pieces`
+    # (m,) Of each piece: its street, and its index in `Street.pieces`
     street: IntArray
     index: IntArray
-    # (m,) Of each piece: t of the outer edges of what its tags tell of, left positive, m
+    # (m,) Of each piece: t of the outer edges of carriageway and margins, left positive, m
     left: FloatArray
     right: FloatArray
 
+    def piece_lengths(self) -> FloatArray:
+        """Return the length of each piece (m,), m."""
+        lengths: FloatArray = np.bincount(self.piece, self.lines.length, len(self.street)).astype(np.float64)
+        return lengths
+
 
 def sample_lines(points: FloatArray, counts: IntArray, spacing: float) -> LineSamples:
-    """Lay points along lines.
+    """Place points along lines, at most `spacing` apart, m.
 
-    Parameters
-    ----------
-    points : (n, 2)
-        Local x, y of the nodes of all lines, line after line, m.
-    counts : (m,)
-        Nodes of each line.
-    spacing
-        Largest distance of points, m.
+    `points` (n, 2) are the nodes of all lines, line after line, m; `counts` (m,) the number of nodes of each.
     """
     last = np.zeros(len(points), np.bool_)
     last[np.cumsum(counts) - 1] = True
@@ -74,14 +72,14 @@ def sample_lines(points: FloatArray, counts: IntArray, spacing: float) -> LineSa
 
 
 def sample_streets(streets: Sequence[Street]) -> StreetSamples:
-    """Lay points along streets, `BESIDE_SPACING` apart at most."""
+    """Place points along streets, at most `BESIDE_SPACING` apart."""
     counts = np.array([len(street.points) for street in streets], np.int64)
     lines = sample_lines(np.concatenate([street.points for street in streets]), counts, BESIDE_SPACING)
     return with_pieces(lines, streets)
 
 
 def with_pieces(lines: LineSamples, streets: Sequence[Street]) -> StreetSamples:
-    """Tell which pieces points along streets lie on."""
+    """Assign points along streets to the pieces that they lie on."""
     counts = np.array([len(street.points) for street in streets], np.int64)
     pieces = [len(street.pieces) for street in streets]
     first = np.repeat(np.cumsum(counts) - counts, pieces)
@@ -99,7 +97,7 @@ def with_pieces(lines: LineSamples, streets: Sequence[Street]) -> StreetSamples:
 
 
 def carriageway_edges(attributes: StreetAttributes) -> tuple[float, float]:
-    """Return t of the left and right edge of the carriageway and the margins that tags tell of, m."""
+    """Return t of the left and right outer edge of carriageway and tagged margins, m."""
     half = 0.5 * sum([lane.width for lane in attributes.lanes_ltr])
     left, right = attributes.middle_offset + half, attributes.middle_offset - half
     if attributes.margin_left:
@@ -110,14 +108,14 @@ def carriageway_edges(attributes: StreetAttributes) -> tuple[float, float]:
 
 
 def near_streets(samples: StreetSamples, points: FloatArray) -> BoolArray:
-    """Tell which points (n, 2) lie within `ROADSIDE_REACH` of a street's edge, (n,)."""
+    """Return which points (n, 2) lie within `ROADSIDE_REACH` of a street's edge, (n,)."""
     near = np.isfinite(points).all(axis=1)
-    candidates, chosen = near_each_other(points[near], samples.lines.points, _FAR)
+    candidates, chosen = near_each_other(points[near], samples.lines.points, _SEARCH_RADIUS)
     near[near] = candidates
     if not chosen.any() or not near.any():
         return np.zeros(len(points), np.bool_)
     tree = cKDTree(samples.lines.points[chosen], balanced_tree=False, compact_nodes=False)
-    distance, number = tree.query(points[near], distance_upper_bound=_FAR)
+    distance, number = tree.query(points[near], distance_upper_bound=_SEARCH_RADIUS)
     found = np.isfinite(distance)
     piece = samples.piece[chosen][np.asarray(number, np.int64)[found]]
     half = np.maximum(samples.left[piece], -samples.right[piece])
@@ -128,13 +126,13 @@ def near_streets(samples: StreetSamples, points: FloatArray) -> BoolArray:
 
 
 def near_each_other(a: FloatArray, b: FloatArray, reach: float) -> tuple[BoolArray, BoolArray]:
-    """Tell roughly which of two sets of points (n, 2) and (m, 2) have one of the other set within reach, m.
+    """Return roughly which of two sets of points, (n, 2) and (m, 2), have a point of the other set within reach, m.
 
-    None is missed: those in neighbouring cells of that size are kept.
+    None is missed, but all points in adjacent cells of that size count.
     """
     cells_a, cells_b = _cells(a, reach), _cells(b, reach)
-    b_near: BoolArray = np.isin(cells_b, _grown(cells_a))
-    a_near: BoolArray = np.isin(cells_a, _grown(cells_b[b_near]))
+    b_near: BoolArray = np.isin(cells_b, _with_adjacent(cells_a))
+    a_near: BoolArray = np.isin(cells_a, _with_adjacent(cells_b[b_near]))
     return a_near, b_near
 
 
@@ -144,8 +142,8 @@ def _cells(points: FloatArray, size: float) -> IntArray:
     return out
 
 
-def _grown(cells: IntArray) -> IntArray:
-    """Return cells and their neighbours, ascending."""
+def _with_adjacent(cells: IntArray) -> IntArray:
+    """Return cells and those adjacent to them, ascending."""
     own = np.unique(cells)
     out: IntArray = np.unique(np.concatenate([own + dx * _CELLS + dy for dx in (-1, 0, 1) for dy in (-1, 0, 1)]))
     return out

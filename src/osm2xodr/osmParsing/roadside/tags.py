@@ -1,4 +1,4 @@
-"""What tags say about things beside streets: which ways and nodes matter, and what they are. Pure functions."""
+"""Tags of things beside streets: which ways and nodes are read, and what they are. Pure functions."""
 
 from __future__ import annotations
 
@@ -10,29 +10,22 @@ from osm2xodr.model import RoadsideKind
 
 # ---------------------------------------------------------------- nodes
 
-# Nodes with one of these are looked at, on streets and beside them.
+# Nodes with one of these keys are read, on streets and beside them.
 _NODE_KEYS: Final = frozenset(
     {"highway", "traffic_signals", "traffic_signals:direction", "direction", "stop", "diameter", "ele"}
 )
 _SIGN_KEYS: Final = ("traffic_sign", "traffic_sign:forward", "traffic_sign:backward", "traffic_sign:both")
 _FURNITURE_NODE_KEYS: Final = frozenset(
     {
-        *("crossing", "traffic_calming", "city_limit", "maxspeed"),
         *_SIGN_KEYS,
-        *("barrier", "railway", "public_transport"),
+        *("crossing", "traffic_calming", "city_limit", "maxspeed", "barrier", "railway", "public_transport"),
     }
 )
-# What else is kept of them.
+# Further tags that are kept of them.
 _NODE_DETAILS: Final = frozenset(
     {
-        *(
-            "crossing:island",
-            "crossing:markings",
-            "crossing:signals",
-            "crossing:width",
-            "crossing_ref",
-            "crossing:kerb",
-        ),
+        *("crossing:island", "crossing:markings", "crossing:signals", "crossing:width", "crossing_ref"),
+        "crossing:kerb",
         *("button_operated", "tactile_paving", "kerb", "width", "height", "length", "material", "layer"),
         *("traffic_sign:direction", "name", "side", "support", "hazard", "maxheight", "maxwidth", "maxweight"),
         *("maxspeed:forward", "maxspeed:backward", "bus", "bus_bay", "bay", "shelter", "tram", "train", "trolleybus"),
@@ -41,14 +34,14 @@ _NODE_DETAILS: Final = frozenset(
 )
 _LAMP_DETAILS: Final = frozenset({"lamp_mount", "lamp_type"})
 _TREE_DETAILS: Final = frozenset({"natural", "leaf_type", "leaf_cycle", "circumference", "diameter_crown"})
-# Names are kept where a sign or a stop shows them.
+# Names are kept only where a sign or a stop shows them.
 _NAMED: Final = (*_SIGN_KEYS, "city_limit", "public_transport")
 
 # ---------------------------------------------------------------- ways
 
-# Ways that people walk or cycle on; stairs are no part of a street.
+# Ways for walking or cycling; stairs are not part of a street.
 FOOT_HIGHWAYS: Final = frozenset({"footway", "path", "pedestrian", "cycleway"})
-# What shows that a path is built rather than trodden (OSM wiki, Tag:highway=path).
+# Keys that show that a path is built rather than trodden (OSM wiki, Tag:highway=path).
 _BUILT_PATH: Final = frozenset({"footway", "path", "cycleway", "segregated", "crossing", "crossing:markings"})
 _BARRIERS: Final[Mapping[str, RoadsideKind]] = MappingProxyType(
     {
@@ -62,9 +55,9 @@ _BARRIERS: Final[Mapping[str, RoadsideKind]] = MappingProxyType(
         "kerb": RoadsideKind.KERB,
     }
 )
-# As nodes the others are gaps in, or places of, a line that is mapped as a way.
+# The other kinds, as nodes, are gaps in or points of a barrier mapped as a way.
 _BARRIER_NODES: Final = frozenset({"guard_rail", "jersey_barrier", "bollard"})
-# Modes of transport that do not stop in the street unless buses do as well.
+# Modes of transport whose platforms are not in the street unless buses stop there as well.
 _RAIL_MODES: Final = ("train", "subway", "light_rail", "ferry", "tram")
 
 _FOOTWAY_DETAILS: Final = frozenset(
@@ -105,7 +98,7 @@ _SIGN_DETAILS: Final = frozenset(
 _LIGHT_DETAILS: Final = frozenset(
     {"highway", "traffic_signals", "traffic_signals:direction", "direction", "crossing", "button_operated", "layer"}
 )
-# Tags of things by their kind.
+# Tags that are kept of things, by kind.
 _DETAILS: Final[Mapping[RoadsideKind, frozenset[str]]] = MappingProxyType(
     {
         RoadsideKind.TREE: _TREE_DETAILS | {"height"},
@@ -117,21 +110,21 @@ _DETAILS: Final[Mapping[RoadsideKind, frozenset[str]]] = MappingProxyType(
         **{kind: _BARRIER_DETAILS for kind in _BARRIERS.values()},
     }
 )
-# All tags of ways that anything here looks at.
+# All tags of ways that are read here.
 BESIDE_TAGS: Final = (
     _FOOTWAY_DETAILS | _BARRIER_DETAILS | _TRACK_DETAILS | _STOP_DETAILS | _TREE_DETAILS | {"natural"}
 )
 
 
 def node_keys(furniture: bool, extra: AbstractSet[str]) -> tuple[frozenset[str], frozenset[str]]:
-    """Return which keys a node must have one of to be looked at, and which others are kept of it.
+    """Return the keys of which a node must have one to be read, and further keys that are kept.
 
     Parameters
     ----------
     furniture
-        Whether anything but turning circles, signals and heights is of use.
+        Whether anything but turning circles, signals and heights is needed.
     extra
-        What is read on request: ``lamps``, ``trees``.
+        Kinds of things read on request: ``lamps``, ``trees``.
     """
     if not furniture:
         return _NODE_KEYS, frozenset()
@@ -144,14 +137,14 @@ def node_keys(furniture: bool, extra: AbstractSet[str]) -> tuple[frozenset[str],
 
 
 def way_values(streets: AbstractSet[str], extra: AbstractSet[str]) -> dict[str, frozenset[str]]:
-    """Return which values of which keys a way must have one of to be looked at.
+    """Return the values by key of which a way must have one to be read.
 
     Parameters
     ----------
     streets
         Values of ``highway`` of ways that become streets.
     extra
-        As of `node_keys`.
+        Kinds of things read on request: ``lamps``, ``trees``.
     """
     values = {
         "highway": FOOT_HIGHWAYS - streets,
@@ -165,7 +158,7 @@ def way_values(streets: AbstractSet[str], extra: AbstractSet[str]) -> dict[str, 
 
 
 def is_footway(tags: Mapping[str, str]) -> bool:
-    """Say whether a way is one for people on foot or bicycles, and no trodden path or square."""
+    """Whether a way is for walking or cycling, and neither a trodden path nor a square."""
     highway = tags.get("highway")
     if highway not in FOOT_HIGHWAYS or tags.get("area") == "yes":
         return False
@@ -175,12 +168,12 @@ def is_footway(tags: Mapping[str, str]) -> bool:
 
 
 def is_crossing(tags: Mapping[str, str]) -> bool:
-    """Say whether a footway crosses a street (OSM wiki, Tag:footway=crossing and the like)."""
+    """Whether a footway crosses a street (OSM wiki, Tag:footway=crossing and the like)."""
     return "crossing" in (tags.get("footway"), tags.get("path"), tags.get("cycleway"))
 
 
 def kind_of_way(tags: Mapping[str, str]) -> RoadsideKind | None:
-    """Return what a way beside the road is, None for what is of no use."""
+    """Return the kind of thing that a way beside the road is, None for others."""
     if tags.get("railway") == "tram":
         return RoadsideKind.TRAM_TRACK
     if tags.get("public_transport") == "platform" and _for_buses(tags):
@@ -191,7 +184,7 @@ def kind_of_way(tags: Mapping[str, str]) -> RoadsideKind | None:
 
 
 def kind_of_node(tags: Mapping[str, str], extra: AbstractSet[str]) -> RoadsideKind | None:
-    """Return what a node beside the road is, None for what is of no use or was not asked for."""
+    """Return the kind of thing that a node beside the road is, None for others and those not requested."""
     highway = tags.get("highway", "")
     if highway == "traffic_signals":
         return RoadsideKind.TRAFFIC_SIGNALS
@@ -208,7 +201,7 @@ def kind_of_node(tags: Mapping[str, str], extra: AbstractSet[str]) -> RoadsideKi
 
 
 def is_thing(tags: Mapping[str, str], extra: AbstractSet[str]) -> bool:
-    """Say whether a node is a thing wherever it does not lie on a street."""
+    """Whether a node that does not lie on a street is a thing beside it."""
     return kind_of_node(tags, extra) is not None
 
 
@@ -219,16 +212,16 @@ def _for_buses(tags: Mapping[str, str]) -> bool:
 
 
 def thing_tags(kind: RoadsideKind, tags: Mapping[str, str]) -> dict[str, str]:
-    """Return the tags that matter to a kind of thing."""
+    """Return the tags that are kept of a kind of thing."""
     return {key: value for key, value in sorted(tags.items()) if key in _DETAILS[kind]}
 
 
 def footway_tags(tags: Mapping[str, str]) -> dict[str, str]:
-    """Return the tags that matter to a footway."""
+    """Return the tags that are kept of a footway."""
     return {key: value for key, value in sorted(tags.items()) if key in _FOOTWAY_DETAILS}
 
 
 def street_node_tags(tags: Mapping[str, str]) -> dict[str, str]:
-    """Return the tags of a node on a street without what is of no use there."""
+    """Return the tags of a node on a street, without names that nothing shows."""
     named = tags.get("highway") == "bus_stop" or any(key in tags for key in _NAMED)
     return {key: value for key, value in sorted(tags.items()) if key != "name" or named}

@@ -1,4 +1,4 @@
-"""Footways and things beside streets, of the ways and nodes that a file has near them."""
+"""Footways and things beside streets, selected from a file's ways and nodes near them."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays
     streets
         Values of ``highway`` of ways that are read as streets.
     extra
-        What is read on request: ``lamps``, ``trees``.
+        Kinds of things read on request: ``lamps``, ``trees``.
     """
     values = way_values(streets, extra)
 
     def wanted(tags: Mapping[str, str]) -> bool:
-        named = any(tags.get(key) in names for key, names in values.items())
-        return named and (is_footway(tags) or kind_of_way(tags) is not None)
+        read = any(tags.get(key) in names for key, names in values.items())
+        return read and (is_footway(tags) or kind_of_way(tags) is not None)
 
     return OtherWays(values, BESIDE_TAGS, wanted)
 
@@ -48,20 +48,20 @@ def read_beside(
     carried: IntArray,
     extra: AbstractSet[str],
 ) -> tuple[tuple[Footway, ...], tuple[RoadsideThing, ...]]:
-    """Choose what lies within reach of streets.
+    """Select the footways and things within reach of streets.
 
     Parameters
     ----------
     ways
         Those of `ways_beside`.
     nodes, points : (n, 2)
-        The nodes, and where they are: local x, y, m.
+        The nodes, and their local x, y, m.
     samples
         Points along the streets.
     carried : (m,)
         OSM ids of the nodes on streets, ascending.
     extra
-        What is read on request.
+        Kinds of things read on request.
 
     Returns
     -------
@@ -76,16 +76,16 @@ def read_beside(
     row[row == len(nodes.ids)] = 0
     present = (nodes.ids[row] == refs) & np.isfinite(points[row]).all(axis=1)
     row, way = row[present], np.repeat(np.arange(len(ways)), lengths)[present]
-    alone = _things_alone(nodes, carried, extra)
-    asked = np.unique(np.concatenate([row, alone]))
+    single = _single_things(nodes, carried, extra)
+    asked = np.unique(np.concatenate([row, single]))
     near = np.zeros(len(nodes.ids), np.bool_)
     near[asked] = near_streets(samples, points[asked])
-    things = [_node(int(index), nodes, points, extra) for index in alone[near[alone]].tolist()]
+    things = [_node(int(index), nodes, points, extra) for index in single[near[single]].tolist()]
     near[np.searchsorted(nodes.ids, carried)] = True
     reached = np.zeros(len(ways), np.bool_)
     reached[way[near[row]]] = True
     row, way = row[reached[way]], way[reached[way]]
-    # Nodes in a row at one place are one node.
+    # Consecutive nodes at one place count once.
     again = np.zeros(len(row), np.bool_)
     again[1:] = (way[1:] == way[:-1]) & (points[row[1:]] == points[row[:-1]]).all(axis=1)
     row, way = row[~again], way[~again]
@@ -93,9 +93,9 @@ def read_beside(
     numbers, begin, count = np.unique(way, return_index=True, return_counts=True)
     footways: list[Footway] = []
     for number, first, size in zip(numbers.tolist(), begin.tolist(), count.tolist(), strict=True):
-        # Ways of less than two nodes are of no use.
+        # A way of a single node has no extent.
         if size > 1:
-            _sort_way(ways[number], ids[first : first + size], places[first : first + size], footways, things)
+            _add_way(ways[number], ids[first : first + size], places[first : first + size], footways, things)
     things.sort(key=_order)
     return tuple(footways), tuple(things)
 
@@ -105,8 +105,8 @@ def _order(thing: RoadsideThing) -> tuple[str, str, int]:
     return thing.kind.value, element, int(number)
 
 
-def _things_alone(nodes: RawNodes, carried: IntArray, extra: AbstractSet[str]) -> IntArray:
-    """Return the indices of nodes that are things, and not on streets."""
+def _single_things(nodes: RawNodes, carried: IntArray, extra: AbstractSet[str]) -> IntArray:
+    """Return the indices of nodes that are things and not on streets."""
     ids = np.array([number for number, tags in nodes.tags.items() if kind_of_node(tags, extra)], np.int64)
     ids = ids[~np.isin(ids, carried)]
     return np.searchsorted(nodes.ids, ids)
@@ -126,7 +126,7 @@ def _node(index: int, nodes: RawNodes, points: FloatArray, extra: AbstractSet[st
     )
 
 
-def _sort_way(
+def _add_way(
     way: RawWay, ids: IntArray, points: FloatArray, footways: list[Footway], things: list[RoadsideThing]
 ) -> None:
     """Add a way to the footways or the things, or to both."""
@@ -136,7 +136,7 @@ def _sort_way(
     if kind is None:
         return
     if kind is RoadsideKind.BUS_STOP:
-        # A platform's outline or line; what stands there stands in its middle.
+        # Of a platform's outline or line only the middle is kept.
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))[None, :]
         nearest = int(np.argmin(np.hypot(*(points - middle).T)))
         points, ids = middle, ids[nearest : nearest + 1]

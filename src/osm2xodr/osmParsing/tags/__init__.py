@@ -1,12 +1,15 @@
-"""What tags mean."""
+"""The meaning of a way's tags: access, direction, lanes, strips beside them, limits, structures.
+
+Pure functions; `way_attributes` combines them. `cross_sections` is the place to start reading about lanes.
+"""
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, left_out, oneway
+from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.cross_sections import is_transition
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
+from osm2xodr.osmParsing.tags.margins import kerb_height
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
-from osm2xodr.osmParsing.tags.sidewalks import kerb_height
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.values import parse_length
 from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
@@ -19,9 +22,9 @@ __all__ = [
     "is_transition",
     "kerb_height",
     "layer_of",
-    "left_out",
     "oneway",
     "parse_length",
+    "reason_left_out",
     "sides_of",
     "structure_of",
     "turned_round",

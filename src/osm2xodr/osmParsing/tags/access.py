@@ -1,4 +1,4 @@
-"""Which ways cars may use, and which way along them. Pure functions of a way's tags."""
+"""Which ways are open to cars, and in which direction: pure functions of a way's tags."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from osm2xodr.osmParsing.options import WaySelection
 
 Tags = Mapping[str, str]
 
-# OSM wiki, Key:access: the most specific key that is present decides.
+# OSM wiki, Key:access: the most specific key present decides.
 CAR_KEYS: Final = ("motorcar", "motor_vehicle", "vehicle", "access")
-# Values that leave nothing for the public to drive.
+# Values that close a way to the public's cars.
 CLOSED_VALUES: Final = frozenset({"no", "private", "agricultural", "forestry", "delivery", "permit"})
 
 _FORWARD: Final = frozenset({"yes", "true", "1"})
 _BACKWARD: Final = frozenset({"-1", "reverse"})
 NO_VALUES: Final = frozenset({"no", "false", "0"})
-# OSM wiki, Key:oneway: both directions in turn.
-_IN_TURN: Final = frozenset({"reversible", "alternating"})
-_ROUND: Final = frozenset({"roundabout", "circular"})
+# OSM wiki, Key:oneway: the direction changes with time.
+_CHANGING: Final = frozenset({"reversible", "alternating"})
+_ROUNDABOUTS: Final = frozenset({"roundabout", "circular"})
 _ONEWAY_HIGHWAYS: Final = frozenset({"motorway", "motorway_link"})
 
 # Tags that close one direction of a road to cars only.
@@ -30,11 +30,11 @@ ACCESS_TAGS: Final = ("area", "service", "oneway", "junction", *CAR_KEYS, *_ONEW
 
 
 def closing_tag(tags: Tags) -> str | None:
-    """Return the tag that closes a way to cars, as ``key=value``; None where none does."""
+    """Return the tag that closes a way to cars, as ``key=value``; None if it is open."""
     for key in CAR_KEYS:
         value = tags.get(key)
         if value is not None:
-            # Several values: closed if each of them is.
+            # Of several values each one must close it.
             parts = value.split(";") if ";" in value else (value,)
             return f"{key}={value}" if all(part.strip() in CLOSED_VALUES for part in parts) else None
     return None
@@ -42,18 +42,13 @@ def closing_tag(tags: Tags) -> str | None:
 
 def is_roundabout(tags: Tags) -> bool:
     """Whether a way is part of a roundabout."""
-    return tags.get("junction") in _ROUND
+    return tags.get("junction") in _ROUNDABOUTS
 
 
 def oneway(tags: Tags) -> tuple[int, bool]:
-    """Return the direction of traffic along a way's order of nodes.
+    """Return the direction of traffic relative to the order of nodes: 1 along it, -1 against it, 0 both.
 
-    Returns
-    -------
-    int
-        1 forward, -1 backward, 0 both ways.
-    bool
-        False where the tag says something else (as ``reversible``), so that the direction is a guess.
+    The second value is False where the tag says something else (such as ``reversible``), so that this is a guess.
     """
     value = tags.get("oneway")
     if value in _FORWARD:
@@ -63,20 +58,16 @@ def oneway(tags: Tags) -> tuple[int, bool]:
     if value in NO_VALUES:
         return 0, True
     implied = int(is_roundabout(tags) or tags.get("highway") in _ONEWAY_HIGHWAYS)
-    if value in _IN_TURN and "lanes:forward" in tags and "lanes:backward" in tags:
+    if value in _CHANGING and "lanes:forward" in tags and "lanes:backward" in tags:
         implied = 0
     return implied, value is None
 
 
 def closed_direction(tags: Tags) -> tuple[int, str] | None:
-    """Return which direction of a two-way road is closed to cars, and the tag that closes it, as ``key=value``.
+    """Return the direction (1 or -1, as of `oneway`) of a two-way road that is closed to cars, and the closing tag.
 
-    It is not part of `oneway`: the road stays open to others both ways, and its lanes are counted for both.
-
-    Returns
-    -------
-    tuple of int and str, or None
-        1 along or -1 against the way's order of nodes; None where none is closed, or both are.
+    None where neither is closed, or both. `oneway` does not include this: the road stays two-way for others, and
+    ``lanes`` counts the lanes of both directions.
     """
     for key in _ONEWAY_FOR_CARS:
         value = tags.get(key)
@@ -91,19 +82,13 @@ def closed_direction(tags: Tags) -> tuple[int, str] | None:
     return found[0] if len(found) == 1 else None
 
 
-def is_in_turn(tags: Tags) -> bool:
-    """Whether traffic has both directions in turn."""
-    return tags.get("oneway") in _IN_TURN
+def changes_direction(tags: Tags) -> bool:
+    """Whether the direction of traffic changes with time."""
+    return tags.get("oneway") in _CHANGING
 
 
-def left_out(tags: Tags, selection: WaySelection, include_private: bool) -> tuple[str, str] | None:
-    """Say why a way does not become a street although its ``highway`` is asked for.
-
-    Returns
-    -------
-    tuple of str or None
-        A code and a few words; None if it becomes one.
-    """
+def reason_left_out(tags: Tags, selection: WaySelection, include_private: bool) -> tuple[str, str] | None:
+    """Return why a way of a selected ``highway`` value does not become a street: code and words; None if it does."""
     if tags.get("area") == "yes":
         return "area", "is an area, not a road, and is left out"
     service = tags.get("service")

@@ -1,8 +1,8 @@
-"""Lanes for bicycles and for buses that tags of the whole way name: ``cycleway``, ``busway``, ``lanes:psv``.
+"""Bicycle and bus lanes given by tags of the whole way: ``cycleway``, ``busway``, ``lanes:psv``.
 
-Bicycle lanes of the carriageway are not among what ``lanes`` counts, bus lanes are (OSM wiki, Key:lanes). Both may
-be named lane by lane as well (``bicycle:lanes``, ``bus:lanes``); then those lists count and nothing is added.
-Bicycle tracks apart from the carriageway are no lanes of it.
+``lanes`` counts bus lanes but not bicycle lanes of the carriageway (OSM wiki, Key:lanes). Where lists give either
+lane by lane (``bicycle:lanes``, ``bus:lanes``), the lists decide and nothing is added. Bicycle tracks apart from the
+carriageway are in `cycle_tracks`.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from osm2xodr.model import Direction, LaneType, Rule
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, TAGGED_LANE_WIDTH_MAX, TAGGED_LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_counts import SIDES, LaneGroups
-from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes
+from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, SIDE_KEYS, names_of_side
-from osm2xodr.osmParsing.tags.values import parse_count, parse_length
+from osm2xodr.osmParsing.tags.values import Findings, first_width, parse_count
 
 CYCLE_TAGS: Final = (
     "oneway:bicycle",
@@ -30,51 +30,41 @@ BUS_TAGS: Final = (
 )
 BESIDE_TAGS: Final = (*CYCLE_TAGS, *BUS_TAGS)
 
-# OSM wiki, Key:cycleway: a lane of the carriageway, with traffic and against it; how it is marked.
+# OSM wiki, Key:cycleway: lanes of the carriageway along with traffic and against it; how they are marked.
 _LANES: Final = frozenset({"lane", "buffered_lane", "soft_lane"})
 _AGAINST: Final = frozenset({"opposite_lane"})
-# Values of keys without a side that are for the far side of a one-way road.
+# Values that, in a key without a side, refer to the far side of a one-way road.
 _FAR_SIDE: Final = frozenset({"opposite_lane", "opposite_track"})
 _MARKED: Final = frozenset({"exclusive", "advisory", "soft_lane", "mandatory", "suggested"})
 REVERSE: Final = frozenset({"-1", "reverse"})
+_BOTH: Final = (Direction.FORWARD, Direction.BACKWARD)
 _CODE: Final = "cycle-lane"
 
 
 @dataclass(frozen=True, slots=True)
 class _CycleLane:
-    """A bicycle lane: on which side of the way, which way along it, its width in m where OSM gives it."""
+    """A bicycle lane on one side of a way."""
 
     side: str
-    runs: Direction
-    width: float | None
+    runs: Direction  # Its direction along the way
+    width: float | None  # m, where OSM gives it
 
 
 def with_beside_lanes(
     groups: LaneGroups, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
 ) -> LaneGroups:
-    """Add the lanes for bicycles, and set lanes apart for buses.
+    """Add bicycle lanes to the lanes that counts and lists give, and reserve lanes for buses.
 
-    Parameters
-    ----------
-    groups
-        The lanes that counts and lists of lanes give.
-    tags
-        Of the way.
-    direction
-        1 or -1 if it is one-way along or against its order of nodes, else 0.
-    rule
-        The side that traffic drives on.
-    findings
-        What was guessed, mended or ignored is added.
+    `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0.
     """
     if not any(key in tags for key in BESIDE_TAGS):
         return groups
     for key in BUS_TAGS:
         if key.startswith("lanes:") and key in tags and not _count(tags, key) and tags[key] != "0":
-            findings.append((Kind.DROPPED, "bus-lane", f"{key}={tags[key]} is no number of lanes and is ignored"))
+            findings.append((Kind.DROPPED, "bus-lane", f"{key}={tags[key]} is not a number of lanes and is ignored"))
     groups = _with_bus_lanes(groups, tags, direction, rule, findings)
     found = [lane for side in LEFT_RIGHT if (lane := _cycle_lane(tags, side, direction, rule, findings))]
-    listed = {runs for runs, slots in _by_direction(groups) if any(slot.type is LaneType.BIKING for slot in slots)}
+    listed = {runs for runs in _BOTH if any(slot.type is LaneType.BIKING for slot in groups.of(runs))}
     for lane in found:
         if lane.runs not in listed:
             groups = _with_cycle_lane(groups, lane, tags, direction, rule, findings)
@@ -82,20 +72,8 @@ def with_beside_lanes(
 
 
 def near_side(runs: Direction, rule: Rule) -> str:
-    """Return on which side of its way, seen along the way, traffic of a direction has its outer edge."""
+    """Return the side of the way (seen along it) at which a direction of traffic has its outer edge."""
     return "right" if (runs is Direction.FORWARD) == (rule is Rule.RIGHT_HAND) else "left"
-
-
-def _by_direction(groups: LaneGroups) -> tuple[tuple[Direction, tuple[Slot, ...]], ...]:
-    return (Direction.FORWARD, groups.forward), (Direction.BACKWARD, groups.backward)
-
-
-def _slots(groups: LaneGroups, runs: Direction) -> tuple[Slot, ...]:
-    return groups.forward if runs is Direction.FORWARD else groups.backward
-
-
-def _replaced(groups: LaneGroups, runs: Direction, slots: tuple[Slot, ...]) -> LaneGroups:
-    return replace(groups, forward=slots) if runs is Direction.FORWARD else replace(groups, backward=slots)
 
 
 # ---------------------------------------------------------------- bicycles
@@ -124,10 +102,10 @@ def _cycle_lane(
 def side_value(
     tags: Mapping[str, str], key: str, side: str, direction: int, own: Direction
 ) -> tuple[str | None, str]:
-    """Return what is tagged for a side, and under which key.
+    """Return the value tagged for a side, and its key.
 
-    The key without a side is for both sides of a two-way road and for the near side of a one-way road; it stands back
-    behind keys with a side. Lanes against a one-way are on its far side.
+    Keys with a side take precedence. The key without one means both sides of a two-way road, but only the near side
+    of a one-way road (the far side for lanes against the one-way). `own` is the direction of the lanes on that side.
     """
     for name in (f"{key}:{side}", f"{key}:both"):
         if name in tags:
@@ -141,39 +119,31 @@ def side_value(
 
 
 def _along(tags: Mapping[str, str], side: str, usual: Direction, findings: Findings) -> Direction:
-    """Return which way a bicycle lane runs, given which way it usually would."""
+    """Return the direction of a bicycle lane; `usual` unless a tag says otherwise."""
     text = next((tags[f"{name}:oneway"] for name in names_of_side("cycleway", side) if f"{name}:oneway" in tags), "")
     if text in NO_VALUES:
         findings.append((Kind.REPAIRED, _CODE, "a bicycle lane for both directions is written with one"))
-    # ``yes`` says no more than that it has one direction.
+    # ``yes`` only says that it has one direction.
     return Direction.BACKWARD if text in REVERSE else usual
 
 
 def _width(tags: Mapping[str, str], side: str, findings: Findings) -> float | None:
-    for name in names_of_side("cycleway", side):
-        for what in ("width", "est_width"):
-            text = tags.get(f"{name}:{what}")
-            if text is None:
-                continue
-            width = parse_length(text)
-            if width is not None and TAGGED_LANE_WIDTH_MIN <= width <= TAGGED_LANE_WIDTH_MAX:
-                return width
-            findings.append((Kind.DROPPED, _CODE, f"{name}:{what}={text} is no width of a lane and is ignored"))
-    return None
+    keys = (f"{name}:{what}" for name in names_of_side("cycleway", side) for what in ("width", "est_width"))
+    return first_width(tags, keys, (TAGGED_LANE_WIDTH_MIN, TAGGED_LANE_WIDTH_MAX), _CODE, "a lane", findings)
 
 
 def _with_cycle_lane(
     groups: LaneGroups, lane: _CycleLane, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
 ) -> LaneGroups:
-    """Add one bicycle lane at the edge of the carriageway where it is."""
+    """Add one bicycle lane at its edge of the carriageway."""
     runs = lane.runs
     outer = near_side(runs, rule) == lane.side
-    if not outer and (groups.both_ways or _slots(groups, Direction(-runs))):
-        # Beyond the lanes of the other direction OpenDRIVE has no place for it.
+    if not outer and (groups.both_ways or groups.of(-runs)):
+        # OpenDRIVE has no place for it beyond the lanes of the other direction.
         runs, outer = Direction(-runs), True
         words = "a bicycle lane against the traffic beside it is written as running with it"
         findings.append((Kind.REPAIRED, _CODE, words))
-    slots = _slots(groups, runs)
+    slots = groups.of(runs)
     at_end = outer == (rule is Rule.RIGHT_HAND)
     edge = slots[-1 if at_end else 0] if slots else None
     slot = Slot(LaneType.BIKING, width=lane.width, beside=True)
@@ -181,15 +151,15 @@ def _with_cycle_lane(
         # Lists such as ``turn:lanes`` count the bicycle lane, ``lanes`` does not.
         slot = replace(edge, type=LaneType.BIKING, width=edge.width or lane.width)
         slots = slots[:-1] if at_end else slots[1:]
-    return _replaced(groups, runs, (*slots, slot) if at_end else (slot, *slots))
+    return groups.with_slots(runs, (*slots, slot) if at_end else (slot, *slots))
 
 
 def _tagged(tags: Mapping[str, str], runs: Direction, direction: int) -> int:
-    """Return how many lanes for cars a count gives for a direction, -1 where none does."""
+    """Return the tagged number of lanes for cars of a direction, -1 if there is none."""
     if direction and direction != runs:
         return -1
     key = "lanes" if direction else f"lanes:{SIDES[runs.value]}"
-    return (parse_count(tags[key])[0] or -1) if key in tags else -1
+    return parse_count(tags.get(key, ""))[0] or -1
 
 
 # ---------------------------------------------------------------- buses
@@ -198,8 +168,9 @@ def _tagged(tags: Mapping[str, str], runs: Direction, direction: int) -> int:
 def _with_bus_lanes(
     groups: LaneGroups, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
 ) -> LaneGroups:
-    """Set outer lanes apart for buses where lists of lanes do not say which lanes are."""
-    for runs, slots in _by_direction(groups):
+    """Reserve outer lanes for buses unless lists say which lanes are theirs."""
+    for runs in _BOTH:
+        slots = groups.of(runs)
         if not motor_lanes(slots) or any(slot.type is LaneType.BUS for slot in slots):
             continue
         at_near, at_far = _bus_lanes(tags, runs, direction, rule, findings)
@@ -207,13 +178,15 @@ def _with_bus_lanes(
         room = "lanes" not in tags or not any(key.startswith("lanes:") and key in tags for key in BUS_TAGS)
         for count, at_end in ((at_near, rule is Rule.RIGHT_HAND), (at_far, rule is Rule.LEFT_HAND)):
             if count:
-                slots = _set_apart(slots, count, at_end, room, findings)
-        groups = _replaced(groups, runs, slots)
+                slots = _reserve_lanes(slots, count, at_end, room, findings)
+        groups = groups.with_slots(runs, slots)
     return groups
 
 
-def _set_apart(slots: tuple[Slot, ...], count: int, at_end: bool, room: bool, findings: Findings) -> tuple[Slot, ...]:
-    """Give outer lanes to buses as long as one is left for cars, and add what is missing where there is room."""
+def _reserve_lanes(
+    slots: tuple[Slot, ...], count: int, at_end: bool, room: bool, findings: Findings
+) -> tuple[Slot, ...]:
+    """Give outer lanes to buses but leave one for cars; add missing bus lanes if there is `room`."""
     own = list(slots if at_end else slots[::-1])
     for place in reversed(range(len(own))):
         cars = sum(slot.type is LaneType.DRIVING for slot in own)
@@ -231,7 +204,7 @@ def _set_apart(slots: tuple[Slot, ...], count: int, at_end: bool, room: bool, fi
 def _bus_lanes(
     tags: Mapping[str, str], runs: Direction, direction: int, rule: Rule, findings: Findings
 ) -> tuple[int, int]:
-    """Return how many lanes of a direction are for buses at its near side and at its far side."""
+    """Return the numbers of bus lanes at the near side and at the far side of a direction."""
     for user in ("psv", "bus"):
         own = _count(tags, f"lanes:{user}:{SIDES[runs.value]}")
         total = _count(tags, f"lanes:{user}")
@@ -253,13 +226,13 @@ def _bus_lanes(
 
 
 def _count(tags: Mapping[str, str], key: str) -> int:
-    """Read a number of lanes; 0 where there is none."""
-    count = (parse_count(tags[key])[0] or 0) if key in tags else 0
+    """Read a number of lanes; 0 if there is none."""
+    count = parse_count(tags.get(key, ""))[0] or 0
     return count if count <= LANES_PLAUSIBLE_MAX else 0
 
 
 def contraflow_bus_lane(tags: Mapping[str, str], direction: int) -> bool:
-    """Whether tags of the whole way give a one-way road a bus lane against its direction."""
+    """Whether tags of the whole way give a one-way road a contraflow bus lane."""
     against = SIDES[-direction]
     if any(tags.get(f"busway{key}") in _AGAINST for key in SIDE_KEYS):
         return True

@@ -1,4 +1,11 @@
-"""A way's tags become its lanes from left to right, with widths, and the place of the OSM line among them."""
+"""From a way's tags to its cross section: lanes from left to right, and what lies beside them.
+
+1. `lane_counts` finds the lanes of each direction, `beside_lanes` adds those for bicycles and buses; together they
+   stand in the order in which one crosses the road, which depends on the side that traffic drives on.
+2. Widths come from ``width:lanes``, else the carriageway's width is shared out, else from the class of the road.
+3. `margins` reads what lies beside the lanes: parking, shoulders, tracks, sidewalks.
+4. ``placement`` tells where among the lanes the OSM line runs; without it the line is the middle of the carriageway.
+"""
 
 from __future__ import annotations
 
@@ -14,37 +21,35 @@ from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_BUS, LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, lane_groups
-from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Findings, Slot
+from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
-from osm2xodr.osmParsing.tags.values import parse_length
+from osm2xodr.osmParsing.tags.values import Findings, first_width
 
-# Width of a carriageway that ``width`` can mean, m: from a car's to ten wide lanes with their margins.
-_CARRIAGEWAY_WIDTH_MIN: Final = 1.5
-_CARRIAGEWAY_WIDTH_MAX: Final = 60.0
+# Widths of a carriageway that are believed, m: from a car's to ten wide lanes with their margins.
+_CARRIAGEWAY_WIDTHS: Final = (1.5, 60.0)
 
 _WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
 _PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
-# All tags that this module and those below it look at for lanes, without ``highway``.
+# All tags, besides ``highway``, that lanes are read from, and that cross sections are read from.
 LANE_TAGS: Final = (
     *(*COUNT_TAGS, *USER_TAGS, *BESIDE_TAGS),
     *(*_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *CHANGE_TAGS, *LIST_TAGS),
 )
-# All tags that they look at.
 SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
 
 _PLACEMENT: Final = re.compile(r"(left_of|middle_of|right_of):(-?\d+)")
-# Two tags that place the line within this of each other agree, m.
+# The placements of both directions agree if they differ by no more than this, m.
 _PLACEMENTS_AGREE: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class CrossSection:
-    """Lanes across a way and what lies beside them, seen along its order of nodes."""
+    """Lanes across a way and the strips beside them, seen along its order of nodes."""
 
     lanes_ltr: tuple[LaneSpec, ...]  # From left to right
     middle_offset: float  # t of the middle of the lanes off the OSM line, left positive, m
-    findings: tuple[tuple[Kind, str, str], ...]  # What was guessed, mended or ignored: kind, code, words
-    # What lies beside the lanes, from their edge outwards
+    findings: tuple[tuple[Kind, str, str], ...]  # What was guessed, repaired or ignored
+    # Strips beside the lanes, from their edge outwards
     margin_left: tuple[MarginSpec, ...] = ()
     margin_right: tuple[MarginSpec, ...] = ()
 
@@ -57,29 +62,18 @@ def cross_section(
     closed: int = 0,
     country: Country = GENERIC,
 ) -> CrossSection:
-    """Lay out a way's lanes.
+    """Make the cross section of a way from its tags (``highway`` and `SECTION_TAGS`).
 
-    Parameters
-    ----------
-    tags
-        Of the way: ``highway`` and those of `SECTION_TAGS` that it has.
-    direction
-        1 or -1 if it is one-way along or against its order of nodes, else 0.
-    rule
-        The side that traffic drives on: which side of a two-way road its forward lanes are on.
-    default_lane_width
-        Width of lanes for cars that OSM gives none for, m; None takes one by the class of the road.
-    closed
-        1 or -1 where that direction of a two-way road is closed to cars, else 0.
-    country
-        Whose usual widths are taken.
+    `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0; `closed` likewise if
+    that direction of a two-way road is closed to cars. `default_lane_width` (m) is that of lanes for cars without a
+    tagged width; None takes the country's width for the class of the road.
     """
     findings: Findings = []
     runs_one_way = direction or -closed
     contraflow_bus = bool(runs_one_way) and contraflow_bus_lane(tags, runs_one_way)
     groups = lane_groups(tags, direction, findings, closed, contraflow_bus)
     groups = with_beside_lanes(groups, tags, runs_one_way, rule, findings)
-    # Seen along the way, lanes against it stand the other way round than their drivers see them.
+    # Seen along the way, backward lanes are in the reverse of their drivers' order.
     forward = [(slot, Direction.FORWARD) for slot in groups.forward]
     backward = [(slot, Direction.BACKWARD) for slot in reversed(groups.backward)]
     between = [(slot, Direction.BOTH) for slot in groups.both_ways]
@@ -95,7 +89,7 @@ def cross_section(
     beside = [slot.beside for slot, _ in lanes]
     offset = _middle_offset(lanes_ltr, beside, tags, direction, findings)
     if offset is None:
-        # The line is in the middle of the carriageway; cars that park there on one side push the lanes aside.
+        # The line is the middle of the carriageway; parking on one side of it shifts the lanes.
         offset = (carriageway.parking_right - carriageway.parking_left) / 2.0
     return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
 
@@ -105,7 +99,7 @@ def cross_section(
 
 @dataclass(frozen=True, slots=True)
 class _Carriageway:
-    """The carriageway that OSM gives the width of, m: in all, and what of it is for parking on either side."""
+    """Tagged width of the carriageway, and its parts used for parking, m."""
 
     width: float | None = None
     parking_left: float = 0.0
@@ -115,15 +109,15 @@ class _Carriageway:
 def _carriageway(
     tags: Mapping[str, str], margins: Margins, slots: Sequence[Slot], findings: Findings
 ) -> _Carriageway:
-    """Measure the carriageway where it is needed: for lanes without a width, or for cars that park on it.
+    """Return the carriageway where it is needed: for lanes without a width, or for parking on it.
 
-    Without a width nothing tells where on the carriageway the line is; the lanes are then laid about it. So they are
-    where parked cars would leave no room for a lane: then the width is that of the lanes alone.
+    Without a tagged width, parking does not shift the lanes off the line. Nor does it where parked cars would leave
+    no room for a lane: then the width is taken to be that of the lanes alone.
     """
     parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
     if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
         return _Carriageway()
-    width = _carriageway_width(tags, findings)
+    width = first_width(tags, _WIDTH_TAGS, _CARRIAGEWAY_WIDTHS, "width", "a road", findings)
     if width is None or not parked:
         return _Carriageway(width)
     parking = margins.parking_left + margins.parking_right
@@ -135,15 +129,11 @@ def _carriageway(
 
 
 def _widths(
-    slots: Sequence[Slot],
-    usual: float,
-    chosen: bool,
-    carriageway: _Carriageway,
-    findings: Findings,
+    slots: Sequence[Slot], usual: float, chosen: bool, carriageway: _Carriageway, findings: Findings
 ) -> list[float]:
-    """Return the width of each lane: its own if tagged, else its share of the carriageway, else the usual one.
+    """Return the width of each lane, m: tagged, else its share of the carriageway, else the usual one.
 
-    That one is the user's choice, or a guess.
+    The usual width is the user's if `chosen`, else a guess.
     """
     widths = [slot.width or _beside_width(slot.type, usual) for slot in slots]
     open_lanes = [place for place, slot in enumerate(slots) if not slot.width and slot.type in MOTOR_LANES]
@@ -172,38 +162,26 @@ def _usual_width(highway: str, shared: bool, default_lane_width: float | None, c
 
 
 def _beside_width(kind: LaneType, usual: float) -> float:
-    """Return the width of a lane by what it is for."""
+    """Return the usual width of a lane by its type, m."""
     if kind is LaneType.BUS:
         return max(usual, LANE_WIDTH_BUS)
     return usual if kind in MOTOR_LANES else LANE_WIDTH_BICYCLE
-
-
-def _carriageway_width(tags: Mapping[str, str], findings: Findings) -> float | None:
-    for key in _WIDTH_TAGS:
-        text = tags.get(key)
-        if text is None:
-            continue
-        width = parse_length(text)
-        if width is not None and _CARRIAGEWAY_WIDTH_MIN <= width <= _CARRIAGEWAY_WIDTH_MAX:
-            return width
-        findings.append((Kind.DROPPED, "width", f"{key}={text} is no width of a road and is ignored"))
-    return None
 
 
 # ---------------------------------------------------------------- placement
 
 
 def is_transition(tags: Mapping[str, str]) -> bool:
-    """Whether the line of a way moves from one place among the lanes to another."""
+    """Whether the line of a way changes its position among the lanes (``placement=transition``)."""
     return any(tags.get(key) == "transition" for key in _PLACEMENT_TAGS)
 
 
 def _middle_offset(
     lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Mapping[str, str], direction: int, findings: Findings
 ) -> float | None:
-    """Return how far left of the OSM line the middle of the lanes is, m (OSM wiki, Key:placement).
+    """Return the offset of the middle of the lanes from the OSM line, left positive, m; None if not tagged.
 
-    None where no tag says so.
+    Source: OSM wiki, Key:placement. `beside` marks the lanes that ``placement`` does not count.
     """
     if not any(key in tags for key in _PLACEMENT_TAGS):
         return None
@@ -217,17 +195,17 @@ def _middle_offset(
     elif tags.get("placement", "transition") != "transition":
         findings.append((Kind.DROPPED, "placement", "placement of a two-way road names no direction, ignored"))
     if is_transition(tags):
-        words = "the line moves among the lanes here, it is taken to be midway between where it is before and after"
+        words = "the line changes its position among the lanes, it is interpolated between the ways before and after"
         findings.append((Kind.NOTE, "placement", words))
     edges = list(accumulate((lane.width for lane in lanes_ltr), initial=0.0))
-    # Edges of the lanes that ``placement`` counts: not of those that only ``cycleway`` or ``busway`` names.
+    # Edges of the lanes that ``placement`` counts: without those from ``cycleway`` or ``busway``.
     counted = [
         (lane.direction, edges[place], edges[place + 1]) for place, lane in enumerate(lanes_ltr) if not beside[place]
     ]
     found = [
         place
         for key, runs in keys
-        if key in tags and (place := _line_place(tags[key], counted, runs, findings)) is not None
+        if key in tags and (place := _line_position(tags[key], counted, runs, findings)) is not None
     ]
     if not found:
         return None
@@ -236,10 +214,10 @@ def _middle_offset(
     return found[0] - sum(lane.width for lane in lanes_ltr) / 2.0
 
 
-def _line_place(
+def _line_position(
     text: str, lanes_ltr: Sequence[tuple[Direction, float, float]], runs: Direction, findings: Findings
 ) -> float | None:
-    """Return how far right of the carriageway's left edge the OSM line is, m; None if the value does not say."""
+    """Return the distance of the OSM line from the left edge of the carriageway, m; None if it is not given."""
     if text == "transition":
         return None
     # Edges of the lanes of the direction, from left to right as its drivers see them.
@@ -250,7 +228,7 @@ def _line_place(
     if found and own:
         side, lane_number = found[1], int(found[2])
         if side == "left_of" and lane_number == len(own) + 1:
-            return own[-1][1]  # left of a lane that begins or has ended here
+            return own[-1][1]  # left of a lane that ends or begins here
         if side == "right_of" and lane_number == 0:
             return own[0][0]
         if 1 <= lane_number <= len(own):

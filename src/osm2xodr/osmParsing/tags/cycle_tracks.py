@@ -1,6 +1,6 @@
-"""Bicycle tracks beside a road that its own tags name (``cycleway=track``); lanes for them are in `beside_lanes`.
+"""Bicycle tracks beside a road, from its own tags (``cycleway=track``); bicycle lanes are in `beside_lanes`.
 
-Tracks that OSM maps as ways of their own (``separate``) are not made here.
+Tracks mapped as ways of their own (``separate``) are handled in `osm2xodr.osmParsing.roadside`.
 """
 
 from __future__ import annotations
@@ -20,17 +20,16 @@ from osm2xodr.osmParsing.defaults import (
 )
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.beside_lanes import REVERSE, near_side, side_value
-from osm2xodr.osmParsing.tags.lane_lists import Findings
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, SIDE_KEYS, keys_of_sides, names_of_side, width_of_side
-from osm2xodr.osmParsing.tags.values import parse_length
+from osm2xodr.osmParsing.tags.values import Findings, add_once, parse_length
 
 _SEPARATION: Final = tuple(f":{what}{side}" for what in ("separation", "buffer") for side in SIDE_KEYS)
-# Besides those of `beside_lanes`.
+# In addition to those of `beside_lanes`.
 TRACK_TAGS: Final = keys_of_sides("cycleway", *_SEPARATION)
 
 _TRACK: Final = "track"
 _OPPOSITE: Final = "opposite_track"
-# OSM wiki, Key:cycleway: all that is in use, most of which gives no track.
+# OSM wiki, Key:cycleway: all values in use, most of which mean no track.
 _KNOWN: Final = frozenset(
     {
         *("no", "none", "yes", "separate", "lane", "track", "opposite", "opposite_lane", "opposite_track"),
@@ -39,7 +38,7 @@ _KNOWN: Final = frozenset(
         *("exclusive", "shared_track", "traffic_island", "both", "unmarked_lane"),
     }
 )
-# What keeps bicycles apart on the height of the carriageway (OSM wiki, Key:separation).
+# Separations that stand on the carriageway, so that the track is level with it (OSM wiki, Key:separation).
 _ON_CARRIAGEWAY: Final = frozenset(
     {
         *("bollard", "flex_post", "vertical_panel", "bump", "planter", "jersey_barrier", "parking_lane", "studs"),
@@ -53,19 +52,17 @@ _CODE: Final = "cycle-track"
 class Track:
     """A bicycle track on one side of a way."""
 
-    runs: Direction  # Which way along the way
-    # Of the track, of the strip between the carriageway and it, of that beyond it (0 where none is tagged), m
-    width: float
-    gap: float
-    gap_beyond: float
-    raised: bool  # Whether it lies beyond a kerb
-    # Whether OSM gives them
-    width_given: bool
-    gap_given: bool
+    runs: Direction  # Its direction along the way
+    width: float  # m
+    gap: float  # Width of the strip between the carriageway and the track, m
+    gap_beyond: float  # Width of the strip on its outer side, m; 0 where none is tagged
+    raised: bool  # Whether it lies behind a kerb
+    width_given: bool  # Whether OSM gives `width`
+    gap_given: bool  # Whether OSM gives `gap`
 
 
-def unknown_cycleways(tags: Mapping[str, str], findings: Findings) -> None:
-    """Report what ``cycleway`` says that neither tracks nor lanes are made from."""
+def report_unknown_cycleways(tags: Mapping[str, str], findings: Findings) -> None:
+    """Report values of ``cycleway`` that are not known."""
     for key in SIDE_KEYS:
         value = tags.get(f"cycleway{key}")
         if value is not None and value not in _KNOWN:
@@ -75,40 +72,22 @@ def unknown_cycleways(tags: Mapping[str, str], findings: Findings) -> None:
 def read_track(
     tags: Mapping[str, str], side: str, direction: int, rule: Rule, parking: bool, findings: Findings
 ) -> Track | None:
-    """Return the bicycle track on one side of the way; None where there is none.
+    """Return the bicycle track on a side (``left`` or ``right``) of a way; None if there is none.
 
-    Parameters
-    ----------
-    tags
-        Of the way.
-    side
-        ``left`` or ``right``, seen along it.
-    direction
-        1 or -1 if it is one-way for cars along or against its order of nodes, else 0.
-    rule
-        The side that traffic drives on.
-    parking
-        Whether cars park between the carriageway's lanes and the track.
-    findings
-        What was guessed, mended or ignored is added.
+    `direction` is 1 or -1 if the way is one-way for cars along or against its order of nodes, else 0; `parking` says
+    that cars park between the carriageway's lanes and the track.
     """
     own = Direction.FORWARD if near_side(Direction.FORWARD, rule) == side else Direction.BACKWARD
     value, key = side_value(tags, "cycleway", side, direction, own)
     if value not in (_TRACK, _OPPOSITE):
         return None
     if value == _OPPOSITE and not direction:
-        said = (Kind.DROPPED, _CODE, f"{key}={value} on a road that is not one-way is ignored")
-        if said not in findings:
-            findings.append(said)
+        add_once(findings, Kind.DROPPED, _CODE, f"{key}={value} on a two-way road is ignored")
         return None
     runs = _runs(tags, side, direction, own, value, key)
-    width = width_of_side(
-        tags,
-        [name for end in (":width", ":est_width") for name in names_of_side("cycleway", side, end)],
-        _CODE,
-        findings,
-    )
-    # The sides of ``separation`` and ``buffer`` are those that cyclists see.
+    width_keys = [name for end in (":width", ":est_width") for name in names_of_side("cycleway", side, end)]
+    width = width_of_side(tags, width_keys, _CODE, findings)
+    # ``separation`` and ``buffer`` name sides as cyclists see them.
     seen_forward = (runs or own) is Direction.FORWARD
     far = LEFT_RIGHT[side == LEFT_RIGHT[0]]
     inner, outer = (far, side) if seen_forward else (side, far)
@@ -140,7 +119,7 @@ def _runs(tags: Mapping[str, str], side: str, direction: int, own: Direction, va
 
 
 def _gap(tags: Mapping[str, str], side: str, ends: tuple[str, ...], findings: Findings) -> float | None:
-    """Return the width of a strip that ``buffer`` names on one side of a track, m; None where it does not say."""
+    """Return the width of the buffer on one side of a track, m; None if it is not tagged."""
     for name in names_of_side("cycleway", side, ":buffer"):
         for end in ends:
             text = tags.get(f"{name}{end}")
@@ -149,12 +128,12 @@ def _gap(tags: Mapping[str, str], side: str, ends: tuple[str, ...], findings: Fi
             width = 0.0 if text in NO_VALUES else parse_length(text)
             if width is not None and width <= MARGIN_WIDTH_MAX:
                 return width
-            findings.append((Kind.DROPPED, _CODE, f"{name}{end}={text} is no width of a strip and is ignored"))
+            findings.append((Kind.DROPPED, _CODE, f"{name}{end}={text} is not the width of a strip and is ignored"))
     return None
 
 
 def _level(tags: Mapping[str, str], side: str, inner: str) -> bool:
-    """Whether what keeps cars off a track stands on the carriageway, so that the track is as high as that."""
+    """Whether a track is level with the carriageway, only separated by something that stands there."""
     values = [
         tags[f"{name}{end}"]
         for name in names_of_side("cycleway", side, ":separation")

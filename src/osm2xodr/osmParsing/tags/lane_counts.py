@@ -1,7 +1,9 @@
-"""How many lanes a way has each way: ``lanes`` and its kin reconciled with what the lane-by-lane lists say.
+"""How many lanes a way has in each direction.
 
-Where they differ, the more specific tag is taken: lists that name lanes one by one before the counts of a direction,
-those before ``lanes``, which older tagging keeps without turn lanes. What is decided is said.
+OSM may say it three times: ``lanes`` for the whole road, ``lanes:forward`` and the like by direction, and lists such
+as ``turn:lanes`` lane by lane. Where they disagree, the more specific tag is taken: lists before counts by direction
+before ``lanes``, in which mappers often leave out short turn lanes. Missing counts are derived from those there are,
+else assumed: one lane each way, more on one-way motorways. Every decision becomes a finding.
 """
 
 from __future__ import annotations
@@ -14,11 +16,11 @@ from osm2xodr.diagnostics import Kind
 from osm2xodr.model import LaneType
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.osmParsing.tags.access import NO_VALUES
-from osm2xodr.osmParsing.tags.lane_lists import Findings, Slot, motor_lanes, read_change, read_slots, read_turns
-from osm2xodr.osmParsing.tags.values import parse_count
+from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes, read_change, read_slots, read_turns
+from osm2xodr.osmParsing.tags.values import Findings, parse_count
 
 COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
-# Tags that open one direction of a road to buses or bicycles only, or close it to bicycles.
+# Tags that open one direction of a road to buses or bicycles alone, or close it to bicycles.
 _USERS: Final = ("bus", "psv", "bicycle")
 USER_TAGS: Final = (
     "oneway:bus",
@@ -26,7 +28,7 @@ USER_TAGS: Final = (
     *(f"{user}:{way}" for user in _USERS for way in ("forward", "backward")),
 )
 _OPEN: Final = frozenset({"yes", "designated", "permissive", "official"})
-# How OSM names the directions along (1) and against (-1) a way.
+# OSM's names of the directions along (1) and against (-1) a way.
 SIDES: Final = {1: "forward", -1: "backward"}
 _CODE: Final = "lane-count"
 
@@ -35,46 +37,42 @@ _CODE: Final = "lane-count"
 class LaneGroups:
     """The lanes of a way by direction, each group from left to right as its drivers see it."""
 
-    # Along and against the way's order of nodes
-    forward: tuple[Slot, ...] = ()
-    backward: tuple[Slot, ...] = ()
+    forward: tuple[Slot, ...] = ()  # Along the way's order of nodes
+    backward: tuple[Slot, ...] = ()  # Against it
     both_ways: tuple[Slot, ...] = ()  # Between them, seen along the way
-    shared: bool = False  # Whether both directions share a single lane's width
+    shared: bool = False  # Whether both directions share the width of a single lane
+
+    def of(self, direction: int) -> tuple[Slot, ...]:
+        """Return the lanes along (1) or against (-1) the way."""
+        return self.forward if direction > 0 else self.backward
+
+    def with_slots(self, direction: int, slots: tuple[Slot, ...]) -> LaneGroups:
+        """Return the groups with other lanes along (1) or against (-1) the way."""
+        return replace(self, forward=slots) if direction > 0 else replace(self, backward=slots)
 
 
 def lane_groups(
     tags: Mapping[str, str], direction: int, findings: Findings, closed: int = 0, contraflow_bus: bool = False
 ) -> LaneGroups:
-    """Reconcile all that a way's tags say about the number and use of its lanes.
+    """Reconcile all tags about the number and use of a way's lanes.
 
-    Parameters
-    ----------
-    tags
-        Of the way, ``highway`` among them.
-    direction
-        1 or -1 if it is one-way along or against its order of nodes, else 0.
-    findings
-        What was guessed, mended or ignored is added.
-    closed
-        1 or -1 where that direction of a two-way road is closed to cars, else 0.
-    contraflow_bus
-        Whether a one-way road is known to have a bus lane against its direction.
+    `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0; `closed` likewise if
+    that direction of a two-way road is closed to cars. `contraflow_bus` says that a one-way road is known to have a
+    bus lane against its direction.
     """
     if direction:
         return _oneway_groups(tags, direction, contraflow_bus, findings)
     if not closed:
         return _twoway_groups(tags, findings)
     if not _count(tags, f"lanes:{SIDES[closed]}", []) and _count(tags, "lanes", []) < 2:
-        # One lane's width, where cars run one way.
+        # The width of one lane, on which cars drive one way.
         return _oneway_groups(tags, -closed, contraflow_bus, findings)
     groups = _twoway_groups(tags, findings)
-    if closed > 0:
-        return replace(groups, forward=_closed_to_cars(groups.forward, tags, closed))
-    return replace(groups, backward=_closed_to_cars(groups.backward, tags, closed))
+    return groups.with_slots(closed, _closed_to_cars(groups.of(closed), tags, closed))
 
 
 def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: int) -> tuple[Slot, ...]:
-    """Return the lanes of a direction without cars: they are for buses if those may use them, else for bicycles."""
+    """Return the lanes of a direction closed to cars: for buses if they may use them, else for bicycles."""
     side = SIDES[closed]
     kind = LaneType.BIKING
     if any(tags.get(f"{user}:{side}") in _OPEN for user in ("bus", "psv")):
@@ -104,7 +102,7 @@ def _oneway_groups(tags: Mapping[str, str], direction: int, contraflow_bus: bool
 def _contraflow_slots(
     tags: Mapping[str, str], side: str, tagged: int, known: bool, findings: Findings
 ) -> tuple[Slot, ...]:
-    """Return the lanes for buses against the direction of a one-way road."""
+    """Return the bus lanes against the direction of a one-way road."""
     listed = read_slots(tags, (f":{side}",), tagged, findings)
     buses = tuple(slot for slot in listed if slot.type is LaneType.BUS)
     if buses:
@@ -146,22 +144,24 @@ def _twoway_groups(tags: Mapping[str, str], findings: Findings) -> LaneGroups:
     else:
         forward, between, backward = _split(total, forward, between, backward, findings)
     return LaneGroups(
-        _whole_way(_fit(slots[0], forward, findings), tags, "forward", findings),
-        _whole_way(_fit(slots[2], backward, findings), tags, "backward", findings),
-        _whole_way(_fit(slots[1], between, findings), tags, "both_ways", findings) if between else (),
+        _with_common_tags(_fit(slots[0], forward, findings), tags, "forward", findings),
+        _with_common_tags(_fit(slots[2], backward, findings), tags, "backward", findings),
+        _with_common_tags(_fit(slots[1], between, findings), tags, "both_ways", findings) if between else (),
         shared,
     )
 
 
-def _whole_way(slots: tuple[Slot, ...], tags: Mapping[str, str], way: str, findings: Findings) -> tuple[Slot, ...]:
-    """Give the lanes of one direction of a two-way road what is tagged for all of them."""
+def _with_common_tags(
+    slots: tuple[Slot, ...], tags: Mapping[str, str], way: str, findings: Findings
+) -> tuple[Slot, ...]:
+    """Apply the tags for all lanes of one direction of a two-way road."""
     if way != "both_ways":
         slots = _with_turns(slots, tags.get(f"turn:{way}", ""), findings)
     return _with_change(slots, tags.get(f"change:{way}", tags.get("change", "")), findings)
 
 
 def _split(total: int, forward: int, between: int, backward: int, findings: Findings) -> tuple[int, int, int]:
-    """Share the lanes of a two-way road out to forward, both ways and backward; 0 stands for unknown."""
+    """Divide the lanes of a two-way road into forward, both ways and backward; 0 stands for unknown."""
     if not total:
         if not forward and not backward:
             findings.append((Kind.GUESSED, _CODE, "no lanes given, one each way assumed"))
@@ -189,12 +189,12 @@ def _split(total: int, forward: int, between: int, backward: int, findings: Find
 
 
 def _fit(slots: tuple[Slot, ...], tagged: int, findings: Findings) -> tuple[Slot, ...]:
-    """Bring the lanes of the lists and the number of lanes together; 0 stands for unknown."""
+    """Reconcile the lanes of the lists with a tagged number of lanes; 0 stands for unknown."""
     motor = motor_lanes(slots)
     if motor == tagged or not tagged:
         return slots
     if motor > tagged:
-        # Short turn lanes are often named in the lists but not counted.
+        # Short turn lanes are often listed but not counted.
         findings.append((Kind.REPAIRED, _CODE, f"{_lanes(tagged)} tagged, the {motor} named one by one are taken"))
         return slots
     if 0 < motor < tagged <= len(slots):
@@ -206,7 +206,7 @@ def _fit(slots: tuple[Slot, ...], tagged: int, findings: Findings) -> tuple[Slot
 
 
 def _with_turns(slots: tuple[Slot, ...], turn: str, findings: Findings) -> tuple[Slot, ...]:
-    """Give lanes without arrows of their own those of ``turn``, which is for all of them."""
+    """Give the arrows of ``turn`` to all lanes unless some have arrows of their own."""
     if not turn or "|" in turn or any(slot.turns for slot in slots):
         return slots
     turns = read_turns(turn, findings)
@@ -214,7 +214,7 @@ def _with_turns(slots: tuple[Slot, ...], turn: str, findings: Findings) -> tuple
 
 
 def _with_change(slots: tuple[Slot, ...], change: str, findings: Findings) -> tuple[Slot, ...]:
-    """Give lanes that no list says it of the ``change`` that is for all of them."""
+    """Give the value of ``change`` to all lanes unless some have one of their own."""
     if not change or any(slot.change for slot in slots):
         return slots
     said = read_change(change, findings)
@@ -222,14 +222,14 @@ def _with_change(slots: tuple[Slot, ...], change: str, findings: Findings) -> tu
 
 
 def _count(tags: Mapping[str, str], key: str, findings: Findings) -> int:
-    """Read a number of lanes; 0 where there is none."""
+    """Read a number of lanes; 0 if there is none."""
     text = tags.get(key)
     if text is None:
         return 0
     count, exact = parse_count(text)
     if count is None or count > LANES_PLAUSIBLE_MAX:
         if text != "0":
-            findings.append((Kind.DROPPED, _CODE, f"{key}={text} is no number of lanes and is ignored"))
+            findings.append((Kind.DROPPED, _CODE, f"{key}={text} is not a number of lanes and is ignored"))
         return 0
     if not exact:
         findings.append((Kind.GUESSED, _CODE, f"{key}={text} taken for {count}"))

@@ -1,8 +1,8 @@
-"""What OSM says lane by lane (``turn:lanes``, ``width:lanes``, ``access:lanes`` …) for one direction of a street.
+"""Lists of values lane by lane (``turn:lanes``, ``width:lanes``, ``access:lanes`` …) for one direction of a street.
 
-Values are separated by bars and stand from left to right as the drivers of that direction see them, wherever traffic
-keeps (OSM wiki, Lanes). They count all lanes, those for bicycles among them, while ``lanes`` counts only those that
-are wide enough for cars.
+Values are separated by bars and ordered from left to right as the drivers of that direction see them, whichever side
+traffic drives on (OSM wiki, Lanes). Lists include all lanes, also those for bicycles, while ``lanes`` counts only
+lanes wide enough for cars.
 """
 
 from __future__ import annotations
@@ -22,15 +22,12 @@ from osm2xodr.osmParsing.defaults import (
     TAGGED_LANE_WIDTH_MIN,
 )
 from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES
-from osm2xodr.osmParsing.tags.values import parse_length
-
-# What is found about a way's lanes: kind, code, words. The way is added by who knows it.
-Findings = list[tuple[Kind, str, str]]
+from osm2xodr.osmParsing.tags.values import Findings, parse_length
 
 MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")
 
-# Lists that say for whom lanes are, and lists that only count them.
+# Lists that say who may use lanes, and lists of other properties.
 _USER_LISTS: Final = (*CAR_KEYS, "bus", "psv", "taxi", "bicycle", "cycleway")
 _OTHER_LISTS: Final = ("turn", "width", "change")
 LIST_TAGS: Final = tuple(f"{name}:lanes{way}" for name in (*_OTHER_LISTS, *_USER_LISTS) for way in DIRECTIONS)
@@ -38,10 +35,10 @@ TURN_TAGS: Final = tuple(f"turn{way}" for way in DIRECTIONS)
 CHANGE_TAGS: Final = tuple(f"change{way}" for way in DIRECTIONS)
 
 _ALLOWED: Final = frozenset({"yes", "designated", "permissive", "official", "only"})
-# Values of car keys that keep a lane for buses and for bicycles.
+# Values of car keys that reserve a lane for buses and for bicycles.
 _FOR_BUSES: Final = frozenset({"psv", "bus"})
 _FOR_BICYCLES: Final = frozenset({"bicycle", "bicycles", "cyclist"})
-# Values of ``cycleway:lanes`` that keep a lane for bicycles.
+# Values of ``cycleway:lanes`` that reserve a lane for bicycles.
 _CYCLE_LANES: Final = frozenset({"lane", "exclusive", "advisory"})
 
 # OSM wiki, Key:change.
@@ -49,18 +46,8 @@ _CHANGES: Final = frozenset({"yes", "no", "not_left", "not_right", "only_left", 
 # OSM wiki, Key:turn.
 _TURNS: Final = frozenset(
     {
-        "left",
-        "slight_left",
-        "sharp_left",
-        "through",
-        "right",
-        "slight_right",
-        "sharp_right",
-        "reverse",
-        "merge_to_left",
-        "merge_to_right",
-        "slide_left",
-        "slide_right",
+        *("left", "slight_left", "sharp_left", "through", "right", "slight_right", "sharp_right", "reverse"),
+        *("merge_to_left", "merge_to_right", "slide_left", "slide_right"),
     }
 )
 
@@ -69,12 +56,11 @@ _TURNS: Final = frozenset(
 class Slot:
     """One lane."""
 
-    # What it is for, and its arrows
-    type: LaneType = LaneType.DRIVING
-    turns: frozenset[str] = frozenset()
+    type: LaneType = LaneType.DRIVING  # Who may use it
+    turns: frozenset[str] = frozenset()  # Its arrows
     width: float | None = None  # m, where OSM gives it
-    beside: bool = False  # Whether it stands beside those that are named lane by lane and that ``placement`` counts
-    change: str = ""  # Whether its drivers may leave it, in OSM's words; empty where OSM says nothing
+    beside: bool = False  # Whether it is in addition to the lanes that lists and ``placement`` count
+    change: str = ""  # Whether its drivers may leave it: value of ``change``; empty where OSM says nothing
 
 
 def motor_lanes(slots: Sequence[Slot]) -> int:
@@ -86,12 +72,12 @@ def read_turns(text: str, findings: Findings) -> frozenset[str]:
     """Read the arrows of one lane; empty for ``none``."""
     turns = frozenset(part.strip() for part in text.split(";")) - {"", "none"}
     for unknown in sorted(turns - _TURNS):
-        findings.append((Kind.DROPPED, "turn", f"{unknown!r} is no way to turn and is ignored"))
+        findings.append((Kind.DROPPED, "turn", f"{unknown!r} is not a direction of a turn and is ignored"))
     return turns & _TURNS
 
 
 def read_change(text: str, findings: Findings) -> str:
-    """Read whether lanes may be changed from one lane; empty where the value does not say."""
+    """Read one lane's value of ``change``; empty where it says nothing."""
     if not text or text in _CHANGES:
         return text
     if text != "none":
@@ -102,23 +88,10 @@ def read_change(text: str, findings: Findings) -> str:
 def read_slots(
     tags: Mapping[str, str], directions: Sequence[str], tagged: int, findings: Findings
 ) -> tuple[Slot, ...]:
-    """Read all lists of one direction.
+    """Read all lists of one direction: its lanes from left to right as drivers see them; empty without lists.
 
-    Parameters
-    ----------
-    tags
-        Of the way.
-    directions
-        Which of `DIRECTIONS` the lists may be for, the first that is there counts.
-    tagged
-        The number of lanes for cars that OSM gives elsewhere, 0 if it does not; decides between readings.
-    findings
-        What could not be used is added.
-
-    Returns
-    -------
-    tuple of Slot
-        The lanes from left to right as their drivers see them; empty where there is no list.
+    `directions` are the endings of keys to look for, in order of precedence. `tagged` is the number of lanes for cars
+    that OSM gives elsewhere, 0 if it does not; it decides where lists can be read in two ways.
     """
     lists = _lists(tags, directions, findings)
     if not lists:
@@ -131,14 +104,13 @@ def read_slots(
         if not places:
             text = "|".join(values)
             findings.append((Kind.DROPPED, "lane-lists", f"{name}:lanes={text} does not fit {count} lanes, ignored"))
-        elif name == "turn":
-            for place, value in zip(places, values, strict=True):
+            continue
+        for place, value in zip(places, values, strict=True):
+            if name == "turn":
                 slots[place] = replace(slots[place], turns=read_turns(value, findings))
-        elif name == "change":
-            for place, value in zip(places, values, strict=True):
+            elif name == "change":
                 slots[place] = replace(slots[place], change=read_change(value, findings))
-        elif name == "width":
-            for place, value in zip(places, values, strict=True):
+            elif name == "width":
                 slots[place] = replace(slots[place], width=_width(value, findings))
     if set(lists) == {"width"}:
         _mark_narrow(slots, tagged, findings)
@@ -146,7 +118,7 @@ def read_slots(
 
 
 def _mark_narrow(slots: list[Slot], tagged: int, findings: Findings) -> None:
-    """Of more widths than lanes for cars take the smallest for bicycle lanes, if they are too small for cars."""
+    """Where there are more widths than lanes for cars, make bicycle lanes of those too narrow for cars, in place."""
     surplus = len(slots) - tagged
     narrow = sorted(range(len(slots)), key=lambda place: slots[place].width or LANE_WIDTH_MAX)[: max(surplus, 0)]
     if 0 < surplus < len(slots) and all((slots[place].width or LANE_WIDTH_MAX) < NARROW_LANE for place in narrow):
@@ -174,7 +146,7 @@ def _lists(tags: Mapping[str, str], directions: Sequence[str], findings: Finding
 
 
 def _slot_count(lists: Mapping[str, Sequence[str]], tagged: int) -> int:
-    """Return how many lanes the lists speak of: the most usual length, those that name users weighing more."""
+    """Return the number of lanes that the lists describe: the most frequent length, lists of users first."""
     deciding = [len(lists[name]) for name in _USER_LISTS if name in lists]
     lengths = Counter(deciding or [len(values) for values in lists.values()])
     return max(lengths, key=lambda length: (lengths[length], length == tagged, length))
@@ -189,30 +161,25 @@ def _types(users: Mapping[str, Sequence[str]], count: int, tagged: int) -> list[
 
 
 def _type(users: Mapping[str, str]) -> LaneType:
-    """Tell what one lane is for from what the lists say about it."""
+    """Return who may use one lane, given its values by list."""
     car = next((users[name] for name in CAR_KEYS if users.get(name)), "")
     buses = users.get("bus") or users.get("psv") or ""
     taxis = users.get("taxi", "")
     bicycles = "designated" if users.get("cycleway") in _CYCLE_LANES else users.get("bicycle", "")
+    others = ((buses, LaneType.BUS), (taxis, LaneType.TAXI), (bicycles, LaneType.BIKING))
     if not car:
-        for value, kind in ((buses, LaneType.BUS), (taxis, LaneType.TAXI), (bicycles, LaneType.BIKING)):
-            if value == "designated":
-                return kind
-        return LaneType.DRIVING
+        return next((kind for value, kind in others if value == "designated"), LaneType.DRIVING)
     if car in _FOR_BUSES:
         return LaneType.BUS
     if car in _FOR_BICYCLES:
         return LaneType.BIKING
     if car not in CLOSED_VALUES:
         return LaneType.DRIVING
-    for value, kind in ((buses, LaneType.BUS), (taxis, LaneType.TAXI), (bicycles, LaneType.BIKING)):
-        if value in _ALLOWED:
-            return kind
-    return LaneType.NONE
+    return next((kind for value, kind in others if value in _ALLOWED), LaneType.NONE)
 
 
 def _places(length: int, types: Sequence[LaneType]) -> list[int]:
-    """Return the lanes that a list of a length is about: all of them or just those for cars; empty if neither."""
+    """Return the lanes that a list of a length describes: all, or only those for cars; empty if neither fits."""
     if length == len(types):
         return list(range(length))
     motor = [place for place, kind in enumerate(types) if kind in MOTOR_LANES]
@@ -224,6 +191,8 @@ def _width(text: str, findings: Findings) -> float | None:
         return None
     width = parse_length(text)
     if width is None or not TAGGED_LANE_WIDTH_MIN <= width <= TAGGED_LANE_WIDTH_MAX:
-        findings.append((Kind.DROPPED, "lane-width", f"{text!r} in width:lanes is no width of a lane and is ignored"))
+        findings.append(
+            (Kind.DROPPED, "lane-width", f"{text!r} in width:lanes is not the width of a lane and is ignored")
+        )
         return None
     return width

@@ -1,4 +1,4 @@
-"""Speed limits that nobody has tagged: what the law says for the kind of road, or for the built-up area around it."""
+"""Untagged speed limits: what the law says for the kind of road, or for the built-up area around it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from osm2xodr.conventions import KMH, MPH, Country
+from osm2xodr.conventions import SPEED_UNITS, Country
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import LaneType, Street, StreetAttributes
 
@@ -16,13 +16,13 @@ _SIDEWALK_TAGS: Final = ("sidewalk", "sidewalk:both", "sidewalk:left", "sidewalk
 EVIDENCE_TAGS: Final = ("lit", *_SIDEWALK_TAGS)
 _UNLIT: Final = frozenset({"no", "disused", "limited"})
 _NO_SIDEWALK: Final = frozenset({"no", "none"})
-# The law's kinds of roads by highway value, the more special first; residential streets are in built-up areas.
+# The law's kinds of roads by highway value, the most specific first; residential streets are in built-up areas.
 _BY_CLASS: Final[Mapping[str, tuple[str, ...]]] = {
     "motorway": ("motorway",),
     "living_street": ("living_street",),
     "residential": ("residential", "urban"),
 }
-# What keeps the limit of built-up areas where there are street lamps or sidewalks: not roads built for speed, whose
+# Roads with the limit of built-up areas where there are street lamps or sidewalks: not roads built for speed, whose
 # junctions are lit anywhere, nor tracks.
 _MAY_BE_URBAN: Final = frozenset(
     {
@@ -30,13 +30,12 @@ _MAY_BE_URBAN: Final = frozenset(
         *("unclassified", "road", "service", "busway"),
     }
 )
-_UNITS: Final[Mapping[str, float]] = {KMH: 3.6, MPH: 1.0 / 0.44704}
 
 
 def legal_speed(tags: Mapping[str, str], country: Country) -> float | None:
-    """Return the limit that the law sets for a way without one of its own, m/s.
+    """Return the legal limit of a way without a tagged one, m/s.
 
-    Infinity where there is none; None where nothing shows what kind of road it is, or the law is not known.
+    Infinity where there is none; None where the kind of road cannot be determined or the law is not known.
     """
     highway = tags["highway"]
     if not country.speeds:
@@ -48,75 +47,75 @@ def legal_speed(tags: Mapping[str, str], country: Country) -> float | None:
 
 
 def speed_guess(speed: float, country: Country) -> str:
-    """Say that a limit was taken from the law."""
-    limit = "none" if math.isinf(speed) else f"{speed * _UNITS[country.speed_unit]:.0f} {country.speed_unit}"
+    """Describe a limit (m/s) taken from the law, for diagnostics."""
+    limit = "none" if math.isinf(speed) else f"{speed / SPEED_UNITS[country.speed_unit]:.0f} {country.speed_unit}"
     return f"no limit given, taken from the law of {country.code}: {limit}"
 
 
 def with_urban_speeds(
     streets: Sequence[Street], tags: Mapping[int, Mapping[str, str]], country: Country, diagnostics: Diagnostics
 ) -> tuple[Street, ...]:
-    """Give the limit of built-up areas to pieces of streets that are shown to be in one by what lies around them.
+    """Give the limit of built-up areas to pieces of streets whose surroundings show that they lie in one.
 
-    That is a sidewalk that is mapped apart from the street, or that the next piece of the same street is in one, so
-    that a street's limit does not come and go with the tags of its pieces.
+    The evidence is a sidewalk mapped apart from the street, or an adjacent piece of the same street that lies in a
+    built-up area, so that a street's limit does not come and go with the tags of its pieces.
 
     Parameters
     ----------
     streets
-        All streets, with what lies beside them.
+        All streets, with their margins.
     tags
-        Of ways by id.
+        Tags of ways by id.
     country
-        Whose law holds.
+        The country whose law holds.
     diagnostics
         Gets each way that is given a limit.
     """
     urban = country.speeds.get("urban")
     if urban is None:
         return tuple(streets)
-    told: set[int] = set()
+    changed: set[int] = set()
     out: list[Street] = []
     for street in streets:
         pieces = [attributes for _, attributes in street.pieces]
-        open_ones = [k for k, piece in enumerate(pieces) if _is_open(piece)]
-        if open_ones:
-            found = _urban_pieces(pieces, open_ones, tags, country)
+        open_pieces = [k for k, piece in enumerate(pieces) if _lacks_limit(piece)]
+        if open_pieces:
+            found = _urban_pieces(pieces, open_pieces, tags, country)
             if found:
                 with_speed = [
                     (first, replace(piece, speed_forward=urban, speed_backward=urban) if k in found else piece)
                     for k, (first, piece) in enumerate(street.pieces)
                 ]
                 street = replace(street, pieces=tuple(with_speed))
-                told.update(pieces[k].osm_way_id for k in found)
+                changed.update(pieces[k].osm_way_id for k in found)
         out.append(street)
-    for way in sorted(told):
+    for way in sorted(changed):
         diagnostics.guessed("speed", f"way/{way}", speed_guess(urban, country))
     return tuple(out)
 
 
-def _is_open(piece: StreetAttributes) -> bool:
-    """Whether a piece has no limit yet and could have that of built-up areas."""
+def _lacks_limit(piece: StreetAttributes) -> bool:
+    """Whether a piece has no limit yet and may get that of built-up areas."""
     return piece.speed_forward is None and piece.speed_backward is None and piece.highway in _MAY_BE_URBAN
 
 
 def _urban_pieces(
     pieces: Sequence[StreetAttributes],
-    open_ones: Sequence[int],
+    open_pieces: Sequence[int],
     tags: Mapping[int, Mapping[str, str]],
     country: Country,
 ) -> set[int]:
     """Return which of the pieces without a limit lie in a built-up area."""
-    found = {k for k in open_ones if _has_sidewalk(pieces[k])}
+    found = {k for k in open_pieces if _has_sidewalk(pieces[k])}
     if len(pieces) == 1:
         return found
     urban = {
         k
         for k, piece in enumerate(pieces)
-        if piece.highway in _MAY_BE_URBAN and not _is_open(piece) and not piece.speed_signed
+        if piece.highway in _MAY_BE_URBAN and not _lacks_limit(piece) and not piece.speed_signed
         if legal_speed(tags[piece.osm_way_id], country) == piece.speed_forward == piece.speed_backward
     }
-    for order in (open_ones, open_ones[::-1]):
+    for order in (open_pieces, open_pieces[::-1]):
         for k in order:
             if not {k - 1, k + 1}.isdisjoint(urban | found):
                 found.add(k)

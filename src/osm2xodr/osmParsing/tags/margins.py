@@ -1,7 +1,8 @@
-"""What lies beside a road's carriageway as its tags say: parking, shoulders, bicycle tracks, verges, sidewalks.
+"""Strips beside a road's carriageway, from its tags: parking, shoulders, bicycle tracks, verges, sidewalks.
 
-From the carriageway's edge outwards: cars that park on it, the shoulder, cars that park beyond it, a strip and the
-bicycle track, a verge, the sidewalk. A verge takes the place of the strip before a track.
+From the edge of the carriageway outwards: parking on it, the shoulder, parking beyond it, a gap and the bicycle
+track, a verge, the sidewalk. A verge replaces the gap before a track. Sidewalks mapped as ways of their own
+(``separate``) are handled in `osm2xodr.osmParsing.roadside`.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
 
+from osm2xodr.defaults import KERB_HEIGHT, KERB_HEIGHT_MAX
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import SHOULDER_WIDTH, SHOULDER_WIDTH_OTHER, SIDEWALK_WIDTH, VERGE_WIDTH
 from osm2xodr.osmParsing.tags.beside_lanes import CYCLE_TAGS, near_side
-from osm2xodr.osmParsing.tags.cycle_tracks import TRACK_TAGS, Track, read_track, unknown_cycleways
-from osm2xodr.osmParsing.tags.lane_lists import Findings
+from osm2xodr.osmParsing.tags.cycle_tracks import TRACK_TAGS, Track, read_track, report_unknown_cycleways
 from osm2xodr.osmParsing.tags.parking import (
     HALF_ON_KERB,
     LANE,
@@ -27,22 +28,31 @@ from osm2xodr.osmParsing.tags.parking import (
     Parking,
     read_parking,
 )
-from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, YES, keys_of_sides, names_of_side, sides_of, width_of_side
-from osm2xodr.osmParsing.tags.sidewalks import (
-    KERB_TAGS,
-    SIDEWALK_TAGS,
-    kerb_height,
-    sidewalk_sides,
-    sidewalk_width,
-    verge_sides,
-    verge_width,
+from osm2xodr.osmParsing.tags.sides import (
+    LEFT_RIGHT,
+    SIDE_KEYS,
+    YES,
+    Tags,
+    keys_of_sides,
+    names_of_side,
+    sides_of,
+    width_of_side,
 )
+from osm2xodr.osmParsing.tags.values import Findings, add_once, parse_length
 
+# The second is a common typing error.
+_OLD_WIDTHS: Final = (":width", ".width")
+_KERB_TAGS: Final = (*keys_of_sides("kerb", "", ":height"), *(f"sidewalk{side}:kerb" for side in SIDE_KEYS))
+_SIDEWALK_TAGS: Final = (
+    *keys_of_sides("sidewalk", "", ":width", ":est_width"),
+    *keys_of_sides("verge", "", ":width"),
+    *("footway", *(f"footway:{side}{end}" for side in ("left", "right", "both") for end in _OLD_WIDTHS)),
+)
 _SHOULDER_TAGS: Final = keys_of_sides("shoulder", "", ":width")
-# All tags that this module and those below it look at.
-MARGIN_TAGS: Final = (*SIDEWALK_TAGS, *KERB_TAGS, *PARKING_TAGS, *CYCLE_TAGS, *TRACK_TAGS, *_SHOULDER_TAGS)
-# Ways without any of these have nothing beside them; the other tags only say how it is.
-_MAKERS: Final = frozenset(
+# All tags that margins are read from.
+MARGIN_TAGS: Final = (*_SIDEWALK_TAGS, *_KERB_TAGS, *PARKING_TAGS, *CYCLE_TAGS, *TRACK_TAGS, *_SHOULDER_TAGS)
+# Ways without any of these have no margins; the other tags only describe them.
+_DECIDING_TAGS: Final = frozenset(
     {
         *(key for name in ("sidewalk", "verge", "shoulder", "cycleway") for key in keys_of_sides(name, "")),
         *("footway", *(f"{key}:{side}" for key in ("parking", "parking:lane") for side in (*LEFT_RIGHT, "both"))),
@@ -52,12 +62,12 @@ _MAKERS: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """What lies beside a carriageway, left and right seen along the way."""
+    """Strips on the left and right of a carriageway, seen along the way."""
 
     # From the carriageway's edge outwards
     left: tuple[MarginSpec, ...] = ()
     right: tuple[MarginSpec, ...] = ()
-    # How much of that is part of the carriageway where OSM gives its width, m
+    # Width of the parking that is part of the carriageway as ``width`` measures it, m
     parking_left: float = 0.0
     parking_right: float = 0.0
 
@@ -67,7 +77,7 @@ NOTHING: Final = Margins()
 
 @dataclass(frozen=True, slots=True)
 class _Side:
-    """What one side of a way has."""
+    """What one side of a way has; widths and the height of the kerb in m."""
 
     parking: Parking | None
     shoulder: float | None
@@ -78,23 +88,14 @@ class _Side:
 
 
 def read_margins(tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings) -> Margins:
-    """Read what lies beside a way's carriageway.
+    """Read the margins of a way from its tags (``highway`` and `MARGIN_TAGS`).
 
-    Parameters
-    ----------
-    tags
-        Of the way: ``highway`` and those of `MARGIN_TAGS` that it has.
-    direction
-        1 or -1 if it is one-way for cars along or against its order of nodes, else 0.
-    rule
-        The side that traffic drives on.
-    findings
-        What was guessed, mended or ignored is added.
+    `direction` is 1 or -1 if the way is one-way for cars along or against its order of nodes, else 0.
     """
-    if _MAKERS.isdisjoint(tags):
+    if _DECIDING_TAGS.isdisjoint(tags):
         return NOTHING
-    unknown_cycleways(tags, findings)
-    sidewalks, verges = sidewalk_sides(tags, findings), verge_sides(tags, findings)
+    report_unknown_cycleways(tags, findings)
+    sidewalks, verges = _sidewalk_sides(tags, findings), _verge_sides(tags, findings)
     # Without a side, shoulders of one-way roads are on the near side (OSM wiki, Key:shoulder).
     near = (near_side(Direction(direction), rule),) if direction else LEFT_RIGHT
     shoulders = sides_of(tags, "shoulder", "shoulder", findings, near)
@@ -115,12 +116,13 @@ def read_margins(tags: Mapping[str, str], direction: int, rule: Rule, findings: 
         shoulder = verge = sidewalk = None
         if has_shoulder:
             usual = SHOULDER_WIDTH.get(tags["highway"], SHOULDER_WIDTH_OTHER)
-            names = names_of_side("shoulder", side, ":width")
-            shoulder = _known(width_of_side(tags, names, "shoulder", findings), usual, "shoulders", guessed)
+            width = width_of_side(tags, names_of_side("shoulder", side, ":width"), "shoulder", findings)
+            shoulder = _known(width, usual, "shoulders", guessed)
         if side in verges:
-            verge = _known(verge_width(tags, side, findings), VERGE_WIDTH, "verges", guessed)
+            width = width_of_side(tags, names_of_side("verge", side, ":width"), "verge", findings)
+            verge = _known(width, VERGE_WIDTH, "verges", guessed)
         if side in sidewalks:
-            sidewalk = _known(sidewalk_width(tags, side, findings), SIDEWALK_WIDTH, "sidewalks", guessed)
+            sidewalk = _known(_sidewalk_width(tags, side, findings), SIDEWALK_WIDTH, "sidewalks", guessed)
         kerb = kerb_height(tags, side, findings) if (parking or track or sidewalk) else 0.0
         strips = _strips(_Side(parking, shoulder, track, verge, sidewalk, kerb))
         found[side] = strips, parking.on_carriageway if parking else 0.0
@@ -138,11 +140,11 @@ def _known(width: float | None, usual: float, what: str, guessed: set[str]) -> f
 
 
 def _strips(side: _Side) -> tuple[MarginSpec, ...]:
-    """Put what a side has into its order from the carriageway's edge outwards."""
+    """Return the strips of a side in their order from the carriageway's edge outwards."""
     strips: list[MarginSpec] = []
     parking, kerb = side.parking, side.kerb
     if parking and parking.place in (LANE, HALF_ON_KERB):
-        # Of cars that stand half on the kerb one strip is made, as high as the carriageway.
+        # Parking half on the kerb becomes one strip, level with the carriageway.
         strips.append(MarginSpec(LaneType.PARKING, parking.width))
     if side.shoulder is not None:
         strips.append(MarginSpec(LaneType.SHOULDER, side.shoulder))
@@ -165,13 +167,53 @@ def _strips(side: _Side) -> tuple[MarginSpec, ...]:
     return tuple(strips)
 
 
+def _sidewalk_sides(tags: Tags, findings: Findings) -> frozenset[str]:
+    """Return the sides of a way with a sidewalk; ``footway=both`` and the like is older tagging (OSM wiki)."""
+    sides = sides_of(tags, "sidewalk", "sidewalk", findings)
+    if "footway" in tags:
+        sides = sides_of({"footway": tags["footway"]}, "footway", "sidewalk", findings) | sides
+    return frozenset(side for side, state in sides.items() if state == YES)
+
+
+def _sidewalk_width(tags: Tags, side: str, findings: Findings) -> float | None:
+    """Return the tagged width of the sidewalk on a side, m."""
+    names = [name for end in (":width", ":est_width") for name in names_of_side("sidewalk", side, end)]
+    old = [name for end in _OLD_WIDTHS for name in names_of_side("footway", side, end)[:2]]
+    return width_of_side(tags, (*names, *old), "sidewalk", findings)
+
+
+def _verge_sides(tags: Tags, findings: Findings) -> frozenset[str]:
+    """Return the sides of a way that have a verge."""
+    return frozenset(side for side, state in sides_of(tags, "verge", "verge", findings).items() if state == YES)
+
+
+def kerb_height(tags: Tags, side: str, findings: Findings) -> float:
+    """Return the height of the kerb on a side (``left`` or ``right``) of a way, m; a raised kerb's if untagged.
+
+    What cannot be used is added to `findings`.
+    """
+    for name in names_of_side("kerb", side, ":height"):
+        if name in tags:
+            height = parse_length(tags[name])
+            if height is not None and height <= KERB_HEIGHT_MAX:
+                return height
+            add_once(findings, Kind.DROPPED, "kerb", f"{name}={tags[name]} is not a known kerb and is ignored")
+    for name in (*names_of_side("sidewalk", side, ":kerb"), *names_of_side("kerb", side)):
+        if name in tags:
+            height = KERB_HEIGHT.get(tags[name])
+            if height is not None:
+                return height
+            add_once(findings, Kind.DROPPED, "kerb", f"{name}={tags[name]} is not a known kerb and is ignored")
+    return KERB_HEIGHT["raised"]
+
+
 @lru_cache(maxsize=4096)
 def _shared(strips: tuple[MarginSpec, ...]) -> tuple[MarginSpec, ...]:
-    """Return one and the same tuple for all equal ones."""
+    """Return one shared tuple for all equal ones, to save memory."""
     return strips
 
 
 @lru_cache(maxsize=4096)
 def seen_backwards(strips: tuple[MarginSpec, ...]) -> tuple[MarginSpec, ...]:
-    """Return what lies on a side as it is seen against the way: the order from the edge outwards stays."""
+    """Return the strips of a side as seen against the way: they keep their order from the edge outwards."""
     return tuple(replace(strip, direction=Direction(-strip.direction)) for strip in strips)

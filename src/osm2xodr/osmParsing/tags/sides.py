@@ -1,6 +1,6 @@
-"""What tags say about the sides of a way: ``key=both``, ``key:left=yes``, ``key:both:width=2`` and their like.
+"""Tags about the sides of a way: ``key=both``, ``key:left=yes``, ``key:both:width=2`` and the like.
 
-The key that names a side goes before ``key:both``, and that before the key alone.
+A key that names a side takes precedence over ``key:both``, and that over the key alone.
 """
 
 from __future__ import annotations
@@ -10,29 +10,28 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.osmParsing.defaults import MARGIN_WIDTH_MAX, MARGIN_WIDTH_MIN
-from osm2xodr.osmParsing.tags.lane_lists import Findings
-from osm2xodr.osmParsing.tags.values import parse_length
+from osm2xodr.osmParsing.tags.values import Findings, first_width
 
 Tags = Mapping[str, str]
 
 LEFT_RIGHT: Final = ("left", "right")
 SIDE_KEYS: Final = ("", ":both", ":left", ":right")
 
-# What a side can have; ``APART`` is what OSM maps as a way or an area of its own.
+# What a side can have; ``APART`` is mapped as a way or an area of its own.
 YES: Final = "yes"
 NO: Final = "no"
 APART: Final = "separate"
-# Words for them; both spellings of "no" are in use.
+# OSM's words for them.
 _WORDS: Final = {"yes": YES, "no": NO, "none": NO, "separate": APART}
 
 
 def keys_of_sides(key: str, *endings: str) -> tuple[str, ...]:
-    """Return all ways of writing a key with its sides, each with every ending (``""`` for none)."""
+    """Return a key with each of its sides and each ending (``""`` for none)."""
     return tuple(f"{key}{side}{ending}" for side in SIDE_KEYS for ending in endings)
 
 
 def names_of_side(key: str, side: str, ending: str = "") -> tuple[str, str, str]:
-    """Return the keys that may speak of one side, the most specific first."""
+    """Return the keys that apply to one side, the most specific first."""
     return f"{key}:{side}{ending}", f"{key}:both{ending}", f"{key}{ending}"
 
 
@@ -42,20 +41,20 @@ def sides_of(tags: Tags, key: str, code: str, findings: Findings, yes: Sequence[
     Parameters
     ----------
     tags
-        Of the way.
+        Tags of the way.
     key
-        E.g. ``sidewalk``.
+        The key without a side, such as ``sidewalk``.
     code
-        Of the findings.
+        Code of the findings.
     findings
-        What is not known or contradicts itself is added.
+        Values that are not known or contradict each other are added.
     yes
-        The sides that the key alone means by ``yes``.
+        The sides that ``yes`` means for the key without a side.
 
     Returns
     -------
     dict of str to str
-        ``YES``, ``NO`` or ``APART`` of ``left`` and ``right``; without a side that no tag speaks of.
+        `YES`, `NO` or ``separate`` for ``left`` and ``right``; without a side that no tag mentions.
     """
     said: dict[str, list[str]] = {side: [] for side in LEFT_RIGHT}
     for end, about in ((":left", ("left",)), (":right", ("right",)), (":both", LEFT_RIGHT), ("", LEFT_RIGHT)):
@@ -73,13 +72,13 @@ def sides_of(tags: Tags, key: str, code: str, findings: Findings, yes: Sequence[
         for side, state in read.items():
             said[side].append(state)
     if any({YES, NO} <= set(states) for states in said.values()):
-        words = f"tags of {key} contradict each other, the one that names a side more closely is taken"
+        words = f"tags of {key} contradict each other, the most specific one is taken"
         findings.append((Kind.REPAIRED, code, words))
     return {side: states[0] for side, states in said.items() if states}
 
 
 def _read(value: str, about: Sequence[str], yes: Sequence[str]) -> dict[str, str] | None:
-    """Return what one value says of the sides that its key is about; None where it is not known."""
+    """Return what one value says about the sides that its key applies to; None if it is not known."""
     rest = NO
     named: set[str] = set()
     for part in value.split(";"):
@@ -99,16 +98,6 @@ def _read(value: str, about: Sequence[str], yes: Sequence[str]) -> dict[str, str
     return {side: YES if side in named else rest for side in about}
 
 
-def width_of_side(tags: Tags, names: Sequence[str], code: str, findings: Findings) -> float | None:
-    """Read the first of some keys that gives the width of a strip, m; None where none does."""
-    for name in names:
-        text = tags.get(name)
-        if text is None:
-            continue
-        width = parse_length(text)
-        if width is not None and MARGIN_WIDTH_MIN <= width <= MARGIN_WIDTH_MAX:
-            return width
-        said = (Kind.DROPPED, code, f"{name}={text} is no width of a strip beside a road and is ignored")
-        if said not in findings:
-            findings.append(said)
-    return None
+def width_of_side(tags: Tags, keys: Sequence[str], code: str, findings: Findings) -> float | None:
+    """Return the width of a strip beside a road from the first of some keys with a valid one, m; None if none has."""
+    return first_width(tags, keys, (MARGIN_WIDTH_MIN, MARGIN_WIDTH_MAX), code, "a strip beside a road", findings)

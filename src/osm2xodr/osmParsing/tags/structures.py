@@ -1,4 +1,4 @@
-"""What carries or covers a way: bridges, tunnels, galleries, passages."""
+"""Bridges, tunnels, galleries and passages, and the layer of a way."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Structure, StructureTags
-from osm2xodr.osmParsing.tags.lane_lists import Findings
-from osm2xodr.osmParsing.tags.values import parse_layer
+from osm2xodr.osmParsing.tags.values import Findings, parse_layer
 
 STRUCTURE_TAGS: Final = (
     "bridge",
@@ -21,48 +20,35 @@ STRUCTURE_TAGS: Final = (
     "lit",
 )
 
-# Values of ``tunnel`` that leave the road on the ground: passages through houses, galleries, and drains below it.
+# Values of ``tunnel`` with the road on the ground: passages through buildings, galleries, and drains below it.
 _GROUND_TUNNELS: Final = frozenset({"no", "building_passage", "avalanche_protector", "culvert", "flooded"})
-# Those of them that nothing covers, and those that are open at a side.
+# Of these: roads without any cover, and covers that are open at a side.
 _NO_TUNNELS: Final = frozenset({"no", "culvert", "flooded"})
 _GALLERIES: Final = frozenset({"avalanche_protector"})
-# OpenDRIVE's words for what OSM calls the material of bridges.
+# OpenDRIVE's materials of bridges by OSM's values.
 _MATERIALS: Final = {
-    "concrete": "concrete",
-    "prestressed_concrete": "concrete",
-    "reinforced_concrete": "concrete",
-    "aluminium": "steel",
-    "cast_iron": "steel",
-    "iron": "steel",
-    "metal": "steel",
-    "steel": "steel",
-    "wrought_iron": "steel",
-    "brick": "brick",
-    "granite": "brick",
-    "limestone": "brick",
-    "masonry": "brick",
-    "sandstone": "brick",
-    "stone": "brick",
-    "timber": "wood",
-    "wood": "wood",
+    **dict.fromkeys(("concrete", "prestressed_concrete", "reinforced_concrete"), "concrete"),
+    **dict.fromkeys(("aluminium", "cast_iron", "iron", "metal", "steel", "wrought_iron"), "steel"),
+    **dict.fromkeys(("brick", "granite", "limestone", "masonry", "sandstone", "stone"), "brick"),
+    **dict.fromkeys(("timber", "wood"), "wood"),
 }
 _LIT: Final = {"yes": True, "24/7": True, "automatic": True, "no": False, "disused": False}
 
 
 def structure_of(tags: Mapping[str, str]) -> Structure:
-    """Return what carries a way."""
+    """Return whether a way is on a bridge, in a tunnel or on the ground."""
     if tags.get("bridge", "no") != "no":
         return Structure.BRIDGE
     return Structure.GROUND if tags.get("tunnel", "no") in _GROUND_TUNNELS else Structure.TUNNEL
 
 
 def layer_of(tags: Mapping[str, str], structure: Structure, findings: Findings) -> int:
-    """Return a way's ``layer``, or the usual one of what carries it."""
+    """Return a way's ``layer``, or the usual one of its structure."""
     text = tags.get("layer")
     if text is not None:
         layer = parse_layer(text)
         if layer is None:
-            findings.append((Kind.DROPPED, "layer", f"layer={text} is no layer and is ignored"))
+            findings.append((Kind.DROPPED, "layer", f"layer={text} is not a layer and is ignored"))
         else:
             if ";" in text:
                 findings.append((Kind.GUESSED, "layer", f"layer={text} taken for {layer}"))
@@ -71,7 +57,7 @@ def layer_of(tags: Mapping[str, str], structure: Structure, findings: Findings) 
 
 
 def structure_tags(tags: Mapping[str, str]) -> StructureTags | None:
-    """Return more about the bridge or tunnel of a way; None where it has none."""
+    """Return material, cover, lighting and name of a way's bridge or tunnel; None if it has neither."""
     if tags.get("bridge", "no") != "no":
         material = tags.get("bridge:material", tags.get("material", ""))
         return StructureTags("bridge", _MATERIALS.get(material, ""), name=tags.get("bridge:name", ""))

@@ -1,54 +1,46 @@
-"""What the values of OSM's tags mean, as numbers in SI units. Nothing here knows about ways."""
+"""Values of OSM's tags as numbers in SI units."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable, Mapping
 from typing import Final
 
-from osm2xodr.conventions import MPH, find_country
+from osm2xodr.conventions import KMH, MPH, SPEED_UNITS, find_country
 from osm2xodr.defaults import WALKING_SPEED_KMH
-from osm2xodr.osmParsing.defaults import LAYER_PLAUSIBLE_MAX, SPEED_PLAUSIBLE_MAX_KMH
+from osm2xodr.diagnostics import Kind
 
 # Steeper than the steepest streets (0.35 to 0.38) and tracks; a larger ``incline`` is a mistake, rise per metre.
 _GRADE_PLAUSIBLE_MAX: Final = 0.45
 
-KMH: Final = 1.0 / 3.6
+# Faster than any signed limit; a larger ``maxspeed`` is a mistake, km/h.
+_SPEED_PLAUSIBLE_MAX_KMH: Final = 250.0
+# Layers beyond these are mistakes (OSM wiki, Key:layer: -5 to 5; stacked interchanges keep within 8).
+_LAYER_PLAUSIBLE_MAX: Final = 10
+
 _FOOT: Final = 0.3048
 _INCH: Final = 0.0254
-_MILE_PER_HOUR: Final = 0.44704
 _KNOT: Final = 1852.0 / 3600.0
 
 _LENGTH_UNITS: Final = {
-    "": 1.0,
-    "m": 1.0,
-    "metre": 1.0,
-    "metres": 1.0,
-    "meter": 1.0,
-    "meters": 1.0,
+    **dict.fromkeys(("", "m", "metre", "metres", "meter", "meters"), 1.0),
+    **dict.fromkeys(("ft", "feet", "foot"), _FOOT),
     "cm": 0.01,
     "km": 1000.0,
-    "ft": _FOOT,
-    "feet": _FOOT,
-    "foot": _FOOT,
     "in": _INCH,
-    "mi": 1609.344,
     "yd": 0.9144,
+    "mi": 1609.344,
 }
 _SPEED_UNITS: Final = {
-    "": KMH,
-    "km/h": KMH,
-    "kmh": KMH,
-    "kph": KMH,
-    "mph": _MILE_PER_HOUR,
-    "knots": _KNOT,
-    "knot": _KNOT,
-    "kn": _KNOT,
+    **dict.fromkeys(("", "km/h", "kmh", "kph"), SPEED_UNITS[KMH]),
+    **dict.fromkeys(("knots", "knot", "kn"), _KNOT),
+    "mph": SPEED_UNITS[MPH],
 }
 _NUMBER: Final = r"\d+(?:[.,]\d+)?|[.,]\d+"
 _QUANTITY: Final = re.compile(rf"({_NUMBER})\s*([a-z/]*)\.?", re.ASCII)
 _FEET_INCHES: Final = re.compile(rf"({_NUMBER})\s*(?:'|ft)(?:\s*({_NUMBER})\s*(?:\"|''|in))?", re.ASCII)
-# Longer rows of digits are no number of anything, and the longest are none that fits.
+# More digits than any real value has; longer numbers might overflow.
 _DIGITS_MAX: Final = 9
 _INTEGER: Final = re.compile(rf"[-+]?\d{{1,{_DIGITS_MAX}}}(?:\.\d*)?", re.ASCII)
 _GRADE: Final = re.compile(rf"([-+]?)\s*({_NUMBER})\s*(%|°|deg)?", re.ASCII)
@@ -57,12 +49,22 @@ _ZONE: Final = re.compile(r"(?:zone:?)?(\d{1,3})", re.ASCII)
 _ALIASES: Final = {"UK": "GB"}
 
 
+# Diagnostics about a way's tags without its id: kind, code, words.
+Findings = list[tuple[Kind, str, str]]
+
+
+def add_once(findings: Findings, kind: Kind, code: str, words: str) -> None:
+    """Add a finding that both sides of a way may have."""
+    if (kind, code, words) not in findings:
+        findings.append((kind, code, words))
+
+
 def _number(text: str) -> float:
     return float(text.replace(",", "."))
 
 
 def parse_length(text: str) -> float | None:
-    """Read a length such as ``3.5``, ``3,5 m``, ``11 ft`` or ``3'6"``, m; None where it is none.
+    """Read a length such as ``3.5``, ``3,5 m``, ``11 ft`` or ``3'6"``, m; None if it is not one.
 
     Metres unless a unit is given (OSM wiki, Map features/Units).
     """
@@ -76,15 +78,31 @@ def parse_length(text: str) -> float | None:
     return _number(found[1]) * _LENGTH_UNITS[found[2]]
 
 
-def parse_count(text: str) -> tuple[int | None, bool]:
-    """Read a number of lanes; fractions lose what is beyond the point, of several numbers the smallest counts.
+def first_width(
+    tags: Mapping[str, str],
+    keys: Iterable[str],
+    limits: tuple[float, float],
+    code: str,
+    noun: str,
+    findings: Findings,
+) -> float | None:
+    """Return the width from the first of some keys with one within limits, m; None if none has one.
 
-    Returns
-    -------
-    int or None
-        A number of at least 1; None where there is none.
-    bool
-        Whether the value was just that number.
+    Other values become findings: they are not the width of such a thing (the noun).
+    """
+    for key in keys:
+        if key in tags:
+            width = parse_length(tags[key])
+            if width is not None and limits[0] <= width <= limits[1]:
+                return width
+            add_once(findings, Kind.DROPPED, code, f"{key}={tags[key]} is not the width of {noun} and is ignored")
+    return None
+
+
+def parse_count(text: str) -> tuple[int | None, bool]:
+    """Read a number of lanes: at least 1, or None; and whether the value was exactly that number.
+
+    Fractions are rounded down, of several numbers the smallest is taken.
     """
     if text.isascii() and text.isdigit() and text[0] != "0" and len(text) <= _DIGITS_MAX:
         return int(text), True
@@ -95,7 +113,7 @@ def parse_count(text: str) -> tuple[int | None, bool]:
 
 
 def parse_speed(text: str) -> float | None:
-    """Read a speed limit, m/s; infinity where there is none, None where the value says nothing for sure.
+    """Read a speed limit, m/s; infinity for ``none``, None where the value gives no definite limit.
 
     Numbers are km/h unless a unit is given. ``DE:urban`` and the like are looked up in the table of countries.
     """
@@ -104,36 +122,35 @@ def parse_speed(text: str) -> float | None:
     if lower == "none":
         return math.inf
     if lower == "walk":
-        return WALKING_SPEED_KMH * KMH
+        return WALKING_SPEED_KMH * SPEED_UNITS[KMH]
     found = _QUANTITY.fullmatch(lower)
     if found and found[2] in _SPEED_UNITS:
         speed = _number(found[1]) * _SPEED_UNITS[found[2]]
-        return speed if 0.0 < speed <= SPEED_PLAUSIBLE_MAX_KMH * KMH else None
+        return speed if 0.0 < speed <= _SPEED_PLAUSIBLE_MAX_KMH * SPEED_UNITS[KMH] else None
     if ":" in text:
         return _implicit_speed(text)
     return None
 
 
 def _implicit_speed(text: str) -> float | None:
-    """Read ``XX:context``: what a country's law says, or the number of a zone such as ``DE:zone:30``."""
+    """Read ``XX:context``: the limit in a country's law, or that of a zone such as ``DE:zone:30``."""
     country, _, context = text.partition(":")
     country, context = country.strip().upper(), context.strip().lower()
     if context == "walk":
-        return WALKING_SPEED_KMH * KMH
+        return WALKING_SPEED_KMH * SPEED_UNITS[KMH]
     speed = find_country(country).speeds.get(context)
     if speed is not None:
         return speed
     found = _ZONE.fullmatch(context)
     if not found or int(found[1]) == 0:
         return None
-    miles = find_country(_ALIASES.get(country, country)).speed_unit == MPH
-    return int(found[1]) * (_MILE_PER_HOUR if miles else KMH)
+    return int(found[1]) * SPEED_UNITS[find_country(_ALIASES.get(country, country)).speed_unit]
 
 
 def parse_grade(text: str) -> float | None:
-    """Read ``incline``, rise per metre along the way; None for ``up``, ``down`` and what is no number.
+    """Read ``incline``, rise per metre along the way; None for ``up``, ``down`` and anything that is not a number.
 
-    Numbers without a unit are percent, which is the unit that the OSM wiki asks for.
+    Numbers without a unit are percent (OSM wiki, Key:incline).
     """
     found = _GRADE.fullmatch(text.strip().lower())
     if not found:
@@ -144,8 +161,8 @@ def parse_grade(text: str) -> float | None:
 
 
 def parse_layer(text: str) -> int | None:
-    """Read ``layer``; of several numbers the one farthest from the ground counts, None where there is none."""
+    """Read ``layer``, of several numbers the one farthest from the ground; None if there is none."""
     parts = [part.strip() for part in text.split(";")]
     numbers = [int(float(part)) for part in parts if _INTEGER.fullmatch(part)]
     layer = max(numbers, key=abs, default=None)
-    return layer if layer is not None and abs(layer) <= LAYER_PLAUSIBLE_MAX else None
+    return layer if layer is not None and abs(layer) <= _LAYER_PLAUSIBLE_MAX else None

@@ -1,4 +1,4 @@
-"""What tags of a way say about overtaking, marks and rails on it."""
+"""Tags about road marks and what they regulate: overtaking, dividers, signed limits, rails in the carriageway."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction
-from osm2xodr.osmParsing.tags.lane_lists import Findings
-from osm2xodr.osmParsing.tags.values import parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, parse_speed
 
 _OVERTAKING: Final = {
     "": (Direction.FORWARD, Direction.BACKWARD),
@@ -18,7 +17,7 @@ _OVERTAKING: Final = {
     ":backward": (Direction.BACKWARD,),
 }
 _OVERTAKING_TAGS: Final = tuple(f"overtaking{way}" for way in _OVERTAKING)
-# Tags that say where ``maxspeed`` comes from (OSM wiki, Key:source:maxspeed).
+# Tags with the origin of ``maxspeed`` (OSM wiki, Key:source:maxspeed).
 _SPEED_SOURCES: Final = ("maxspeed:type", "source:maxspeed")
 _SPEEDS: Final = ("maxspeed", "maxspeed:forward", "maxspeed:backward")
 MARK_TAGS: Final = (
@@ -26,16 +25,14 @@ MARK_TAGS: Final = (
     *(*_OVERTAKING_TAGS, *_SPEED_SOURCES, *_SPEEDS),
 )
 
-# OSM wiki, Key:overtaking: in which directions it is allowed.
+# OSM wiki, Key:overtaking: the directions in which it is allowed.
 _ALLOWED: Final = {
-    "yes": frozenset({Direction.FORWARD, Direction.BACKWARD}),
-    "both": frozenset({Direction.FORWARD, Direction.BACKWARD}),
-    "caution": frozenset({Direction.FORWARD, Direction.BACKWARD}),
+    **dict.fromkeys(("yes", "both", "caution"), frozenset({Direction.FORWARD, Direction.BACKWARD})),
     "forward": frozenset({Direction.FORWARD}),
     "backward": frozenset({Direction.BACKWARD}),
     "no": frozenset[Direction](),
 }
-# Few sets are shared by all ways.
+# Sets of directions, shared by all ways: bit 1 is forward, bit 2 backward.
 _SETS: Final = {
     bits: frozenset(way for way, bit in ((Direction.FORWARD, 1), (Direction.BACKWARD, 2)) if bits & bit)
     for bits in range(4)
@@ -49,19 +46,12 @@ _SIDE_WORD: Final = re.compile("|".join(_OTHER_SIDE))
 def no_overtaking(tags: Mapping[str, str], direction: int, findings: Findings) -> frozenset[Direction]:
     """Return the directions along the way in which overtaking is forbidden.
 
-    Parameters
-    ----------
-    tags
-        Of the way.
-    direction
-        1 or -1 if it is one-way along or against its order of nodes, else 0.
-    findings
-        What is not known is added.
+    `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0.
     """
-    if "overtaking" not in tags and "overtaking:forward" not in tags and "overtaking:backward" not in tags:
+    if not any(key in tags for key in _OVERTAKING_TAGS):
         return _SETS[0]
     forbidden = {Direction.FORWARD: False, Direction.BACKWARD: False}
-    # Tags for one direction come last: they go before the one for both.
+    # Tags for one direction come last and take precedence.
     for ending, about in _OVERTAKING.items():
         value = tags.get(f"overtaking{ending}")
         if value is None:
@@ -76,15 +66,15 @@ def no_overtaking(tags: Mapping[str, str], direction: int, findings: Findings) -
     return _SETS[bits]
 
 
-def other_way(directions: frozenset[Direction]) -> frozenset[Direction]:
-    """Return directions as they are seen against the way."""
+def opposite_directions(directions: frozenset[Direction]) -> frozenset[Direction]:
+    """Return directions as seen against the way."""
     if len(directions) != 1:
         return directions
     return _SETS[1] if Direction.BACKWARD in directions else _SETS[2]
 
 
 def lanes_marked(tags: Mapping[str, str], findings: Findings) -> bool | None:
-    """Return whether lanes are marked; None where OSM does not say."""
+    """Return whether lanes are marked; None if not tagged."""
     value = tags.get("lane_markings")
     if value is None:
         return None
@@ -95,8 +85,8 @@ def lanes_marked(tags: Mapping[str, str], findings: Findings) -> bool | None:
 
 
 @lru_cache(maxsize=256)
-def divider_seen_backwards(value: str) -> str:
-    """Return a value of ``divider`` as it is seen against the way: lists and sides are turned round."""
+def reversed_divider(value: str) -> str:
+    """Return a value of ``divider`` as seen against the way: lists and sides are swapped."""
     parts = reversed(value.split(";"))
     return ";".join(_SIDE_WORD.sub(lambda word: _OTHER_SIDE[word[0]], part) for part in parts)
 
@@ -110,12 +100,10 @@ def has_tram(tags: Mapping[str, str]) -> bool:
 
 
 def speed_is_signed(tags: Mapping[str, str]) -> bool:
-    """Whether limits stand in ``maxspeed`` itself and no tag says that they follow from the law for a kind of road.
+    """Whether ``maxspeed`` gives a number and no tag says that it follows from the law for a kind of road.
 
     The limit of a zone such as ``DE:zone30`` is signed.
     """
-    if "maxspeed" not in tags and "maxspeed:forward" not in tags and "maxspeed:backward" not in tags:
-        return False
     if not any(key in tags and _is_number(tags[key]) for key in _SPEEDS):
         return False
     return not any(_is_law(tags[key]) for key in _SPEED_SOURCES if key in tags)

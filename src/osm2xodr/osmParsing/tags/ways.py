@@ -1,4 +1,4 @@
-"""The tags of ways become the attributes of streets. Pure functions; what they find goes to the diagnostics."""
+"""From the tags of ways to the attributes of streets."""
 
 from __future__ import annotations
 
@@ -11,34 +11,33 @@ from osm2xodr.conventions import GENERIC, Country
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 from osm2xodr.osmParsing.file import RawWay
-from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, closed_direction, is_in_turn, is_roundabout, oneway
+from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
 from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
-from osm2xodr.osmParsing.tags.lane_lists import Findings
 from osm2xodr.osmParsing.tags.legal_speeds import EVIDENCE_TAGS, legal_speed, speed_guess
 from osm2xodr.osmParsing.tags.margins import seen_backwards
 from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours
 from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, structure_of, structure_tags
-from osm2xodr.osmParsing.tags.values import parse_grade, parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, parse_grade, parse_speed
 from osm2xodr.osmParsing.tags.way_marks import (
     MARK_TAGS,
-    divider_seen_backwards,
     has_tram,
     lanes_marked,
     no_overtaking,
-    other_way,
+    opposite_directions,
+    reversed_divider,
     speed_is_signed,
 )
 
 # Tags that stand in for ``maxspeed`` where it is absent (OSM wiki, Key:source:maxspeed), the surest first.
 _IMPLIED_SPEED: Final = ("maxspeed:type", "source:maxspeed", "zone:maxspeed", "zone:traffic")
-# Kinds of roads whose limit does not follow from the zone that they lie in.
+# Kinds of roads whose limit does not depend on the zone around them.
 _OUT_OF_ZONE: Final = frozenset({"motorway", "motorway_link", "living_street", "pedestrian", "track"})
-# What holds at times only is not kept.
-_AT_TIMES: Final = tuple(
+# Tags that hold at certain times only are not carried.
+_CONDITIONAL: Final = tuple(
     f"{key}:conditional"
     for key in ("maxspeed", "oneway", "lanes", "access", "vehicle", "motor_vehicle", "motorcar", "overtaking")
 )
-# OSM wiki, Key:priority_road: signed as one, or known to be one.
+# OSM wiki, Key:priority_road: signed or otherwise known to be one.
 _PRIORITY: Final = frozenset({"designated", "yes_unposted", "yes"})
 _OTHER_TAGS: Final = (
     *("highway", "name", "ref", "incline", "driving_side", "priority_road"),
@@ -46,7 +45,7 @@ _OTHER_TAGS: Final = (
 )
 WAY_TAGS: Final = frozenset(
     (
-        *(*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_AT_TIMES),
+        *(*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_CONDITIONAL),
         *(*SECTION_TAGS, *MARK_TAGS, *EVIDENCE_TAGS, *STRUCTURE_TAGS),
     )
 )
@@ -66,24 +65,24 @@ def way_attributes(
     Parameters
     ----------
     ways
-        What to read.
+        Ways with the tags `WAY_TAGS`.
     rule
         The side that traffic drives on.
     default_lane_width
-        Width of lanes that OSM gives none for, m; None takes one by the class of the road.
+        Width of lanes without a tagged width, m; None takes one by the class of the road.
     diagnostics
-        Gets what is guessed, mended or ignored.
+        Gets what is guessed, repaired or ignored.
     country
-        Whose limits and usual widths hold where OSM has none.
+        Whose limits and usual widths hold where nothing is tagged.
 
     Returns
     -------
     attributes : list of StreetAttributes
-        Of each way, seen along its order of nodes.
+        Attributes of each way, seen along its order of nodes.
     directions : list of int
-        1 or -1 where it is one-way for cars along or against its order of nodes, else 0.
+        1 or -1 where the way is one-way for cars along or against its order of nodes, else 0.
     """
-    # Most ways of a city have one of a few sets of tags about lanes and what lies beside them.
+    # Most ways of a city share a few cross sections.
     known: dict[tuple[object, ...], CrossSection] = {}
     attributes: list[StreetAttributes] = []
     directions: list[int] = []
@@ -103,7 +102,7 @@ def way_attributes(
             known[key] = section
         findings = list(section.findings)
         if not certain:
-            findings.append(_unsure_direction(tags, direction))
+            findings.append(_unknown_oneway(tags, direction))
         if index in neighbours:
             words = f"no lanes given, lanes={neighbours[index]} as on the same street on both sides"
             findings.append((Kind.GUESSED, "lane-count", words))
@@ -111,8 +110,8 @@ def way_attributes(
             words = f"{closing_tag} closes one direction to cars, for them it is one-way"
             findings.append((Kind.NOTE, "oneway", words))
         findings += [
-            (Kind.DROPPED, "conditional", f"{item}={tags[item]} holds at times only and is not kept")
-            for item in _AT_TIMES
+            (Kind.DROPPED, "conditional", f"{item}={tags[item]} holds at certain times only and is not carried")
+            for item in _CONDITIONAL
             if item in tags
         ]
         attributes.append(_attributes(way, section, direction or -closed, country, findings))
@@ -125,14 +124,14 @@ def way_attributes(
 
 
 def without_margins(attributes: StreetAttributes) -> StreetAttributes:
-    """Return a way's attributes with nothing beside its carriageway."""
+    """Return a way's attributes without the strips beside its carriageway."""
     if not attributes.margin_left and not attributes.margin_right:
         return attributes
     return replace(attributes, margin_left=(), margin_right=())
 
 
 def turned_round(attributes: StreetAttributes) -> StreetAttributes:
-    """Return a way's attributes as they are seen against the direction that they are given for."""
+    """Return a way's attributes as seen in the opposite direction."""
     return replace(
         attributes,
         reversed=not attributes.reversed,
@@ -143,8 +142,8 @@ def turned_round(attributes: StreetAttributes) -> StreetAttributes:
         grade=-attributes.grade if attributes.grade else attributes.grade,
         margin_left=seen_backwards(attributes.margin_right),
         margin_right=seen_backwards(attributes.margin_left),
-        no_overtaking=other_way(attributes.no_overtaking),
-        divider=divider_seen_backwards(attributes.divider),
+        no_overtaking=opposite_directions(attributes.no_overtaking),
+        divider=reversed_divider(attributes.divider),
     )
 
 
@@ -153,9 +152,9 @@ def _mirrored(lanes_ltr: tuple[LaneSpec, ...]) -> tuple[LaneSpec, ...]:
     return tuple(replace(lane, direction=Direction(-lane.direction)) for lane in reversed(lanes_ltr))
 
 
-def _unsure_direction(tags: Mapping[str, str], direction: int) -> tuple[Kind, str, str]:
+def _unknown_oneway(tags: Mapping[str, str], direction: int) -> tuple[Kind, str, str]:
     taken = "two-way" if direction == 0 else "one-way along its nodes"
-    if is_in_turn(tags):
+    if changes_direction(tags):
         return Kind.GUESSED, "oneway", f"oneway={tags['oneway']} has no fixed direction, taken as {taken}"
     return Kind.DROPPED, "oneway", f"oneway={tags['oneway']} is not known and is ignored, taken as {taken}"
 
@@ -209,14 +208,14 @@ def _speed(tags: Mapping[str, str], key: str, findings: Findings) -> float | Non
         return None
     speed = _speed_of(text)
     if speed is None:
-        findings.append((Kind.DROPPED, "speed", f"{key}={text} names no fixed speed and is ignored"))
+        findings.append((Kind.DROPPED, "speed", f"{key}={text} gives no fixed speed and is ignored"))
     return speed
 
 
 def _implied_speed(tags: Mapping[str, str]) -> float | None:
-    """Return what the law says for the zone or kind of road that is tagged, as ``source:maxspeed=DE:urban``."""
+    """Return the legal limit of a tagged zone or kind of road, such as ``source:maxspeed=DE:urban``, m/s."""
     for key in _IMPLIED_SPEED:
-        # Other values tell where the limit was read, not which one it is.
+        # Other values tell where the limit was read, not its value.
         if ":" not in tags.get(key, "") or (key == "zone:traffic" and tags["highway"] in _OUT_OF_ZONE):
             continue
         speed = _speed_of(tags[key])
@@ -231,5 +230,5 @@ def _grade(tags: Mapping[str, str], findings: Findings) -> float | None:
         return None
     grade = parse_grade(text)
     if grade is None:
-        findings.append((Kind.DROPPED, "incline", f"incline={text} is no grade of a road and is ignored"))
+        findings.append((Kind.DROPPED, "incline", f"incline={text} is not the grade of a road and is ignored"))
     return grade

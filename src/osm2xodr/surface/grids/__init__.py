@@ -1,4 +1,8 @@
-"""One elevation model: read, and judged."""
+"""One elevation model: its file, its cells, and its quality.
+
+`raster_file` reads it (`vrt` and `vertical_crs` help), `grid` and `interpolation` find heights in it, `noise`,
+`outliers` and `surface_type` judge it, `voids` and `trend` fill it.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from osm2xodr.surface.grids.outliers import find_outliers
 from osm2xodr.surface.grids.raster_file import DemSource, describe_dem, read_heights
 from osm2xodr.surface.grids.surface_type import looks_covered
 from osm2xodr.surface.grids.trend import PolynomialTrend, fit_polynomial, term_count
-from osm2xodr.surface.grids.vertical_datum import convert_heights, parse_datum
+from osm2xodr.surface.grids.vertical_crs import convert_heights, parse_datum
 from osm2xodr.surface.grids.voids import fill_voids, rim_of
 from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
 

@@ -1,36 +1,41 @@
-"""Where the cells of a raster are, seen from the local frame.
+"""Positions of a raster's cells in the local frame.
 
-Columns and rows are fractional and count from the centre of the first cell: cell (row, col) has its centre at
-(row, col), its footprint reaches half a cell around it. Rasters are never resampled; positions are taken to them.
+Columns and rows are fractional, with the centre of the first cell at (0, 0); the footprint of a cell reaches half a
+cell around its centre. Rasters are never resampled; positions are transformed to them.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 from pyproj import CRS, Transformer
 
 from osm2xodr.model import FloatArray
+from osm2xodr.projection import WGS84
 
 Affine = tuple[float, float, float, float, float, float]
+
+# Grids coincide if their cells are nowhere farther apart than this, cells: far below any effect on heights.
+_SAME_CELL: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GridFrame:
-    """Where the cells of a raster, or of a window of it, are."""
+    """The cells of a raster, or of a window of it."""
 
     crs: CRS  # Horizontal CRS of the raster
     to_crs: Transformer  # From local x, y (m) to x, y of the CRS in its own units
-    # a, b, c, d, e, f with x = a col + b row + c and y = d col + e row + f of cell *corners*, as GDAL has them (but
-    # in the order of rows of a matrix). Any rotation, shear and direction of rows is fine.
+    # a, b, c, d, e, f with x = a col + b row + c and y = d col + e row + f of cell *corners*, as in GDAL (but in the
+    # order of rows of a matrix). Any rotation, shear and direction of rows is allowed.
     affine: Affine
-    # Size
     rows: int
     cols: int
 
     def crs_positions(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x, y of the CRS at local x, y; infinite where the projection has no answer."""
+        """Return x, y of the CRS at local x, y; infinite where the projection is undefined."""
         return _transform(self.to_crs, x, y, "FORWARD")
 
     def cells_at(self, px: FloatArray, py: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -47,9 +52,18 @@ class GridFrame:
 
     def positions(self, col: FloatArray, row: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return local x, y at fractional col, row."""
+        return _transform(self.to_crs, *self.in_crs(col, row), "INVERSE")
+
+    def in_crs(self, col: npt.ArrayLike, row: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return x, y of the CRS at fractional col, row."""
         a, b, c, d, e, f = self.affine
         u, v = np.asarray(col, np.float64) + 0.5, np.asarray(row, np.float64) + 0.5
-        return _transform(self.to_crs, a * u + b * v + c, d * u + e * v + f, "INVERSE")
+        return a * u + b * v + c, d * u + e * v + f
+
+    def lon_lat(self, col: npt.ArrayLike, row: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return longitude and latitude, degrees, WGS 84, at fractional col, row."""
+        lon, lat = Transformer.from_crs(self.crs, WGS84, always_xy=True).transform(*self.in_crs(col, row))
+        return lon, lat
 
     def steps(self) -> tuple[float, float]:
         """Return the length of one column and of one row at the middle of the grid, m."""
@@ -78,21 +92,20 @@ class GridFrame:
         return replace(self, affine=affine, rows=rows // block, cols=cols // block)
 
     def offset_in(self, other: GridFrame) -> tuple[int, int] | None:
-        """Return first col, row of this grid among the cells of another, None if they have no common grid."""
+        """Return col, row of this grid's first cell in another grid, None if their cells do not coincide."""
         mine, theirs = np.array(self.affine), np.array(other.affine)
         size = np.abs(theirs[[0, 1, 3, 4]]).max()
-        # A thousandth of a cell, over the whole grid, is far below what a height can tell.
         stretch = np.abs(mine - theirs)[[0, 1, 3, 4]].max() / size * max(self.rows, self.cols, other.rows, other.cols)
-        if self.crs != other.crs or stretch > 1e-3:
+        if self.crs != other.crs or stretch > _SAME_CELL:
             return None
         col, row = other.cells_at(np.array([self.affine[2]]), np.array([self.affine[5]]))
         first_col, first_row = float(col[0]) + 0.5, float(row[0]) + 0.5
-        if max(abs(first_col - round(first_col)), abs(first_row - round(first_row))) > 1e-3:
+        if max(abs(first_col - round(first_col)), abs(first_row - round(first_row))) > _SAME_CELL:
             return None
         return round(first_col), round(first_row)
 
     def _unwrapped(self, px: FloatArray) -> FloatArray:
-        """Take longitudes to the turn of the globe in which the raster counts (0 to 360, or over 180 degrees)."""
+        """Shift longitudes by full turns to the range of the raster (0 to 360, or across 180 degrees)."""
         if not self.crs.is_geographic:
             return px
         turn = 2.0 * np.pi / self.crs.axis_info[0].unit_conversion_factor
@@ -105,10 +118,10 @@ def _transform(
     transformer: Transformer, x: FloatArray, y: FloatArray, direction: str
 ) -> tuple[FloatArray, FloatArray]:
     """Transform positions (n,)."""
-    # pyproj takes an array of one for a scalar, which NumPy is about to refuse.
-    alone = len(x) == 1
+    # pyproj treats an array of one as a scalar, which NumPy deprecates.
+    single = len(x) == 1
     px, py = transformer.transform(
-        np.repeat(x, 2) if alone else x, np.repeat(y, 2) if alone else y, direction=direction
+        np.repeat(x, 2) if single else x, np.repeat(y, 2) if single else y, direction=direction
     )
     px, py = np.asarray(px, np.float64), np.asarray(py, np.float64)
-    return (px[:1], py[:1]) if alone else (px, py)
+    return (px[:1], py[:1]) if single else (px, py)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,8 @@ from osm2xodr.model import BoolArray, FloatArray
 Cells = npt.NDArray[np.float32] | npt.NDArray[np.float64]
 Interpolator = Callable[[FloatArray, FloatArray], FloatArray]
 Indices = npt.NDArray[np.intp]
+# Weights below this are rounding errors.
+_NO_WEIGHT: Final = 1e-6
 
 
 def empty_cells(rows: int, cols: int, single: bool) -> Cells:
@@ -21,12 +24,12 @@ def empty_cells(rows: int, cols: int, single: bool) -> Cells:
     return np.full((rows, cols), np.nan, np.float64)
 
 
-def corners(
+def _corners(
     shape: tuple[int, ...], col: FloatArray, row: FloatArray
 ) -> tuple[Indices, int, int, FloatArray, FloatArray]:
-    """Return the flat index of the cell before each position, the steps to the next cells and the fractions.
+    """Return the flat index of the cell before each position, the steps to the next column and row, the fractions.
 
-    Positions must lie on the grid. The step is 0 where the grid has a single row or column.
+    Positions must lie on the grid. A step is 0 where the grid has a single row or column.
     """
     rows, cols = shape
     col0 = np.clip(col.astype(np.intp), 0, max(cols - 2, 0))
@@ -34,12 +37,12 @@ def corners(
     return row0 * cols + col0, int(cols > 1), cols * int(rows > 1), col - col0, row - row0
 
 
-def bilinear(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
+def _bilinear(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
     """Return the bilinear interpolation of z (rows, cols) at positions on the grid.
 
-    The same surface as a bivariate spline of degree 1, found several times as fast.
+    The same surface as a bivariate spline of degree 1, but several times as fast.
     """
-    first, right, down, u, v = corners(z.shape, col, row)
+    first, right, down, u, v = _corners(z.shape, col, row)
     flat = z.reshape(-1)
     top = flat[first] * (1.0 - u)
     top += flat[first + right] * u
@@ -50,19 +53,19 @@ def bilinear(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
     return out
 
 
-def nearest(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
-    """Return z (rows, cols) of the cell in whose footprint each position lies."""
+def _nearest(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
+    """Return z (rows, cols) of the cell that each position lies in."""
     out: FloatArray = z.reshape(-1)[_nearest_index(z.shape, col, row)].astype(np.float64)
     return out
 
 
 def all_corners(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray:
     """Return where every cell that takes part in bilinear interpolation is known."""
-    first, right, down, u, v = corners(known.shape, col, row)
+    first, right, down, u, v = _corners(known.shape, col, row)
     flat = known.reshape(-1)
-    # A cell of weight 0 takes no part; rounding of the projection must not make it one.
-    on_col, on_row = u < 1e-6, v < 1e-6
-    off_col, off_row = u > 1.0 - 1e-6, v > 1.0 - 1e-6
+    # A cell of weight 0 takes no part, also after rounding errors of the projection.
+    on_col, on_row = u < _NO_WEIGHT, v < _NO_WEIGHT
+    off_col, off_row = u > 1.0 - _NO_WEIGHT, v > 1.0 - _NO_WEIGHT
     out: BoolArray = flat[first] | off_col | off_row
     out &= flat[first + right] | on_col | off_row
     out &= flat[first + down] | off_col | on_row
@@ -71,23 +74,21 @@ def all_corners(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray
 
 
 def nearest_known(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray:
-    """Return where the cell in whose footprint the position lies is known."""
+    """Return where the cell that the position lies in is known."""
     out: BoolArray = known.reshape(-1)[_nearest_index(known.shape, col, row)]
     return out
 
 
 def make_interpolator(z: Cells, method: str) -> Interpolator:
-    """Make the function from col, row to heights of the surface through the cells of z (rows, cols).
+    """Return the function from col, row to heights between the cells of z (rows, cols).
 
-    Parameters
-    ----------
-    method
-        ``"nearest"``, ``"bilinear"``, or ``"bicubic"``: SciPy's bivariate spline of degree 3 through all cells
-        (less where the grid has fewer than four rows or columns), C2, in rows and columns.
+    `method` is ``"nearest"``, ``"bilinear"``, or ``"bicubic"``: SciPy's bivariate spline of degree 3 through all
+    cells (less where the grid has fewer than four rows or columns), C2.
     """
     if method == "nearest":
-        return lambda col, row: nearest(z, col, row)
+        return lambda col, row: _nearest(z, col, row)
     if method == "bicubic" and min(z.shape) > 1:
+        # Takes a tenth of a second to load.
         from scipy.interpolate import RectBivariateSpline
 
         rows, cols = z.shape
@@ -99,7 +100,7 @@ def make_interpolator(z: Cells, method: str) -> Interpolator:
             ky=min(3, cols - 1),
         )
         return lambda col, row: np.asarray(spline.ev(row, col), np.float64)
-    return lambda col, row: bilinear(z, col, row)
+    return lambda col, row: _bilinear(z, col, row)
 
 
 def _nearest_index(shape: tuple[int, ...], col: FloatArray, row: FloatArray) -> Indices:

@@ -1,40 +1,49 @@
-"""How far the heights of an elevation model are off, judged from the model itself."""
+"""The standard error of an elevation model's heights, estimated from the model itself."""
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.model import FloatArray
-from osm2xodr.surface import defaults
 from osm2xodr.surface.grids.interpolation import Cells
 
-# Cells that are looked at; more would not change the answer.
-_SAMPLES = 50_000
-# What counts as flat, and how many flat cells make a median that can be trusted.
-_FLAT = 0.05
-_FLAT_MIN = 200
-# From the median absolute deviation to a standard deviation, and from the residual against the mean of 3 x 3 cells to
-# the noise itself, which is partly in that mean (the more the noise of neighbours is alike: 1.06 if not at all).
-_MAD = 1.4826
-_HIGH_PASS = 1.2
+# Usual standard error of heights, m, by the size of cells, m, interpolated on logarithmic scales. Airborne laser 1 m:
+# 0.1-0.15; national models of 5 to 10 m: 0.5-1; Copernicus GLO-30 and AW3D30: 2-3 (product handbooks and comparisons
+# against geodetic points); SRTM at 3 arc seconds: 5-6.
+_USUAL_SIGMA: Final = ((1.0, 0.12), (2.0, 0.15), (5.0, 0.5), (10.0, 1.0), (30.0, 2.0), (90.0, 5.0))
+# Number of cells that are sampled; more would not change the result.
+_SAMPLES: Final = 50_000
+# Largest grade of flat cells, rise per metre, and least number of them for a reliable median.
+_FLAT_GRADE: Final = 0.05
+_FLAT_CELLS_MIN: Final = 200
+# The standard deviation of a normal distribution in median absolute deviations (Hampel 1974).
+MAD_TO_SIGMA: Final = 1.4826
+# From the residual against the mean of 3 x 3 cells to the noise itself, which is partly in that mean: 1.06 for white
+# noise, more if the noise of adjacent cells is correlated.
+_HIGH_PASS: Final = 1.2
+# Heights are multiples of a unit if they differ from them by less than this, units.
+_WHOLE: Final = 1e-4
 
 
 def usual_sigma(cell_size: float) -> float:
-    """Return the standard error that elevation models of a cell size (m) usually have, m."""
-    sizes, sigmas = np.array(defaults.DEM_SIGMA).T
+    """Return the usual standard error of elevation models with a cell size (m), m."""
+    sizes, sigmas = np.array(_USUAL_SIGMA).T
     return float(np.exp(np.interp(np.log(max(cell_size, 1e-3)), np.log(sizes), np.log(sigmas))))
 
 
 def estimate_sigma(z: Cells, steps: tuple[float, float], quantum: float) -> float:
     """Estimate the standard error of an elevation model's heights, m.
 
-    The larger of what is usual for the cell size and of 1.2 times the scatter of heights about the mean of their
-    3 x 3 neighbourhood in flat places, with the error of rounding to whole units added (its variance: quantum² / 12).
+    It is the larger of the usual one for the cell size and of the robust scatter (median absolute deviation) of
+    heights about the mean of their 3 x 3 neighbourhood in flat places, plus the error of rounding (Sheppard: variance
+    quantum² / 12).
 
     Parameters
     ----------
     z : (rows, cols)
-        Heights, m, NaN in voids.
+        Heights, m; NaN in voids.
     steps
         Length of one column and of one row, m.
     quantum
@@ -43,8 +52,8 @@ def estimate_sigma(z: Cells, steps: tuple[float, float], quantum: float) -> floa
     usual = usual_sigma(float(np.sqrt(steps[0] * steps[1])))
     residual = _flat_residuals(z, steps)
     scatter = 0.0
-    if len(residual) >= _FLAT_MIN:
-        scatter = _HIGH_PASS * _MAD * float(np.median(np.abs(residual - np.median(residual))))
+    if len(residual) >= _FLAT_CELLS_MIN:
+        scatter = _HIGH_PASS * MAD_TO_SIGMA * float(np.median(np.abs(residual - np.median(residual))))
     return float(np.hypot(max(usual, scatter), quantum / np.sqrt(12.0)))
 
 
@@ -52,8 +61,8 @@ def quantum_of(z: Cells, unit: float) -> float:
     """Return the unit (m) if all heights are whole multiples of it, else 0."""
     sample = z.reshape(-1)[:: max(1, z.size // _SAMPLES)].astype(np.float64) / unit
     sample = sample[np.isfinite(sample)]
-    whole = len(sample) > 0 and bool((np.abs(sample - np.round(sample)) < 1e-4).all())
-    # A model of one height only says nothing about its rounding.
+    whole = len(sample) > 0 and bool((np.abs(sample - np.round(sample)) < _WHOLE).all())
+    # A single height says nothing about rounding.
     return unit if whole and float(np.ptp(sample)) > 0.0 else 0.0
 
 
@@ -69,6 +78,6 @@ def _flat_residuals(z: Cells, steps: tuple[float, float]) -> FloatArray:
     near = near[:, np.isfinite(near).all(axis=0)]
     across = (near[[2, 5, 8]].sum(axis=0) - near[[0, 3, 6]].sum(axis=0)) / (6.0 * steps[0])
     along = (near[[6, 7, 8]].sum(axis=0) - near[[0, 1, 2]].sum(axis=0)) / (6.0 * steps[1])
-    is_flat = np.hypot(across, along) < _FLAT
+    is_flat = np.hypot(across, along) < _FLAT_GRADE
     out: FloatArray = near[4, is_flat] - near[:, is_flat].mean(axis=0)
     return out

@@ -1,4 +1,4 @@
-"""Reads elevation models. The only module that knows rasterio, and it loads it only when a file is to be read."""
+"""Reading elevation models. The only module that imports rasterio, and only when a file is read."""
 
 from __future__ import annotations
 
@@ -23,37 +23,41 @@ from osm2xodr.projection import WGS84
 from osm2xodr.surface.grids.grid import Affine, GridFrame
 from osm2xodr.surface.grids.interpolation import Cells, empty_cells
 from osm2xodr.surface.grids.surface_type import named_cover
-from osm2xodr.surface.grids.units import horizontal_crs, metres_per, vertical_unit
-from osm2xodr.surface.grids.vertical_datum import heights_of
+from osm2xodr.surface.grids.vertical_crs import heights_of, horizontal_crs, metres_per, vertical_unit
 from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
 
-# Largest block of cells that a file may ask to be unpacked as a whole, bytes; usual ones have up to some MB.
-_DEM_BLOCK_MAX: Final = 2**28
-# Magnitude above which a height is no height, m: no road is higher (Everest: 8849 m) or lower. Below the second
-# height no road lies either (shore of the Dead Sea: -430 m), so that values there that stand for "nothing" in
-# models without a nodata tag give themselves away in whatever unit.
-_HEIGHT_LIMIT: Final = 9000.0
-_HEIGHT_LOWEST: Final = -450.0
-_HEIGHT_SENTINELS: Final = (-32768.0, -32767.0, -9999.0, -99999.0, -999999.0)
+# Largest block of cells that is unpacked as a whole, bytes; usual blocks have up to a few MB.
+_BLOCK_MAX: Final = 2**28
+# Heights of larger magnitude than the first are not heights, m (Everest: 8849 m). Nor are these values, which stand
+# for "no data" in models that do not declare it, below the second height, m: no road is lower (shore of the Dead Sea:
+# -430 m), in whatever unit.
+_HEIGHT_MAX: Final = 9000.0
+_HEIGHT_MIN: Final = -450.0
+_SENTINELS: Final = (-32768.0, -32767.0, -9999.0, -99999.0, -999999.0)
 
-# Formats that hold their cells in local files. Others (web services, databases, archives) are not even tried.
-_DRIVERS = (
+# Formats with cells in local files. Others (web services, databases, archives) are not tried.
+_DRIVERS: Final = (
     "GTiff", "VRT", "SRTMHGT", "AAIGrid", "EHdr", "ENVI", "HFA", "DTED", "USGSDEM", "BT", "SAGA", "RRASTER", "XYZ",
     "GS7BG", "GSBG", "GSAG", "netCDF", "JP2OpenJPEG", "PNG", "JPEG",
 )  # fmt: skip
-_NETWORK = re.compile(r"^/vsi\w+(/|$)|^[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
-_STRIP_CELLS = 2**22
-# Metadata in which rasters describe themselves.
-_DESCRIPTIONS = ("TIFFTAG_IMAGEDESCRIPTION", "TIFFTAG_DOCUMENTNAME", "DESCRIPTION", "description", "TITLE", "title")
-
-# Areas of cells, and positions, that a raster on Earth can have, in degrees or metres (squared): with any others the
-# arithmetic of floating point has no meaning.
-_LEAST_AREA, _LARGEST_AREA, _FARTHEST = 1e-18, 1e18, 1e12
+_NETWORK: Final = re.compile(r"^/vsi\w+(/|$)|^[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
+# Cells that are read at a time, to bound memory.
+_STRIP_CELLS: Final = 2**22
+# Metadata with descriptions of a raster, and how much of each is read, characters.
+_DESCRIPTIONS: Final = (
+    *("TIFFTAG_IMAGEDESCRIPTION", "TIFFTAG_DOCUMENTNAME", "DESCRIPTION", "description", "TITLE", "title"),
+)
+_DESCRIPTION_MAX: Final = 1000
+# Bounds of the area of cells and of positions, in degrees or metres (squared): beyond them floating-point arithmetic
+# breaks down.
+_AREA_MIN: Final = 1e-18
+_AREA_MAX: Final = 1e18
+_POSITION_MAX: Final = 1e12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DemSource:
-    """What an elevation model's file says about its heights."""
+    """The description of an elevation model in its file."""
 
     # The file, its format and the type of its cells
     path: Path
@@ -64,26 +68,26 @@ class DemSource:
     affine: Affine
     rows: int
     cols: int
-    nodata: float | None  # Value that stands for no height; None where the file names none
+    nodata: float | None  # Value of cells without a height; None if the file declares none
     # Heights are value * scale + offset, in `unit`
     scale: float
     offset: float
-    # Name of the unit of heights and what it is in metres
+    # Name of the unit of heights, and its length in metres
     unit: str
     metres: float
-    datum: CRS | None  # What heights count from: a vertical CRS, a geographic one with ellipsoidal heights, or None
-    # Whether its name or description is that of a surface model (canopy and roofs); None if it says nothing
+    datum: CRS | None  # CRS of heights: vertical, or geographic with ellipsoidal heights; None if unknown
+    # Whether its name or description is that of a surface model (canopy and roofs); None if they do not say
     covered: bool | None
 
 
 @contextmanager
 def _gdal() -> Iterator[Any]:
-    """Give rasterio with GDAL kept quiet, off the network, small and single-threaded."""
-    # Takes a third of a second to load, which only those with an elevation model should pay.
+    """Yield rasterio, with GDAL silent, offline, single-threaded and with a small cache."""
+    # Takes a third of a second to load, which only users of elevation models should pay.
     import rasterio
     import rasterio.windows
 
-    # GDAL's own messages would reach standard error through Python's logging; ours say what went wrong.
+    # GDAL's messages would reach standard error through Python's logging; our errors replace them.
     logger = logging.getLogger("rasterio")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)
@@ -106,7 +110,7 @@ def _gdal() -> Iterator[Any]:
 
 
 def _open(rasterio: Any, path: Path) -> Any:
-    """Open a raster with the first driver that takes it."""
+    """Open a raster with the first driver that accepts it."""
     for driver in _DRIVERS[:-1]:
         try:
             return rasterio.open(path.absolute(), driver=driver)
@@ -116,12 +120,12 @@ def _open(rasterio: Any, path: Path) -> Any:
 
 
 def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
-    """Read what an elevation model's file says about its heights, and check that it is one.
+    """Read the description of an elevation model, and check that the file is one.
 
     Raises
     ------
     InputError
-        Not an existing local file, not a raster, an image, without CRS or position.
+        Not an existing local file, not a raster, an image, or without CRS or position.
     """
     _check_path(path)
     with _gdal() as rasterio:
@@ -139,7 +143,8 @@ def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
                 scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
                 if not (np.isfinite([scale, offset]).all() and scale != 0.0):
                     raise InputError(
-                        f"{path}: scale {scale} and offset {offset} make no heights; correct them with gdal_edit.py"
+                        f"{path}: scale {scale} and offset {offset} are not valid for heights; correct them with "
+                        "gdal_edit.py"
                     )
                 return DemSource(
                     path, dataset.driver, dataset.dtypes[0], horizontal_crs(crs), (a, b, c, d, e, f),
@@ -166,18 +171,20 @@ def read_heights(
     source
         The model.
     frame
-        Frame of the window; it says how many cells are wanted.
+        Frame of the window.
     first_col, first_row
         The window's first cell.
     block
-        Each cell wanted is the mean of block x block cells of the model (those of them that have a height).
+        Each cell of the window is the mean of block x block cells of the model (of those with a height).
     single
-        Whether to keep heights in single precision.
+        Whether to return single precision.
+    diagnostics
+        Gets values that are not heights.
 
     Returns
     -------
     (rows, cols)
-        Heights, m; NaN where there are none.
+        Heights, m; NaN in voids.
 
     Raises
     ------
@@ -207,26 +214,26 @@ def read_heights(
         diagnostics.repaired(
             "dem-sentinel",
             "",
-            f"{source.path}: {sum(sentinels.values())} cells hold values that are no heights ({values}) and that the "
-            "file does not declare as nodata; they were taken for voids.",
+            f"{source.path}: {sum(sentinels.values())} cells hold values that are not heights ({values}) and that "
+            "the file does not declare as nodata; they were taken for voids.",
         )
     return heights
 
 
 def _metres(source: DemSource, raw: Any, sentinels: dict[float, int]) -> npt.NDArray[np.float64]:
-    """Turn cells into heights, m, with NaN for voids, and count undeclared values that are none."""
+    """Convert cells to heights, m, with NaN for voids, and count undeclared nodata values in `sentinels`."""
     data: npt.NDArray[Any] = raw.data
     heights = data.astype(np.float64)
     void: BoolArray = ~np.isfinite(heights) | raw.mask
     heights = (heights * source.scale + source.offset) * source.metres
-    # The lowest number of a signed type is nobody's height, whatever the scale.
+    # The lowest number of a signed type is not a height, whatever the scale.
     lowest = float(np.iinfo(data.dtype).min) if data.dtype.kind == "i" and data.dtype.itemsize > 1 else np.nan
     with np.errstate(invalid="ignore"):
-        odd: BoolArray = (heights < _HEIGHT_LOWEST) | (heights > _HEIGHT_LIMIT) | (data == lowest)
+        odd: BoolArray = (heights < _HEIGHT_MIN) | (heights > _HEIGHT_MAX) | (data == lowest)
     odd &= ~void
     suspects = data[odd].astype(np.float64)
-    beyond = np.abs(heights[odd]) > _HEIGHT_LIMIT
-    odd[odd] = beyond | np.isin(suspects, _HEIGHT_SENTINELS) | (suspects == lowest)
+    beyond = np.abs(heights[odd]) > _HEIGHT_MAX
+    odd[odd] = beyond | np.isin(suspects, _SENTINELS) | (suspects == lowest)
     for value, count in zip(*np.unique(data[odd], return_counts=True), strict=True):
         sentinels[float(value)] = sentinels.get(float(value), 0) + int(count)
     heights[void | odd] = np.nan
@@ -234,7 +241,7 @@ def _metres(source: DemSource, raw: Any, sentinels: dict[float, int]) -> npt.NDA
 
 
 def _block_means(heights: npt.NDArray[np.float64], block: int) -> npt.NDArray[np.float64]:
-    """Average blocks of cells over those that have a height."""
+    """Average blocks of cells over the cells with a height."""
     if block == 1:
         return heights
     rows, cols = heights.shape[0] // block, heights.shape[1] // block
@@ -247,7 +254,7 @@ def _block_means(heights: npt.NDArray[np.float64], block: int) -> npt.NDArray[np
 
 
 def _check_path(path: Path) -> None:
-    """Refuse anything that is not an existing local file that may be opened."""
+    """Raise an error unless a path is an existing local file that may be opened."""
     if _NETWORK.search(str(path)):
         raise InputError(f"{path}: elevation models are read from local files only; download it first")
     if not path.exists():
@@ -266,22 +273,20 @@ def _check_path(path: Path) -> None:
 
 
 def _unreadable(path: Path) -> str:
-    """Say why a file might not be a raster."""
+    """Return the likely reason why a file is not a raster."""
     name = path.name.lower()
     if name.endswith(".hgt"):
-        return (
-            "the tile cannot be read; name it after its south-west corner, like N42E001.hgt, and see that it is whole"
-        )
+        return "the tile cannot be read; name it after its south-west corner, like N42E001.hgt, or get it whole"
     if name.endswith((".gz", ".zip", ".bz2", ".xz", ".7z", ".tar", ".tgz", ".rar")):
         return "elevation models are not read from archives; unpack it first"
     return "the file is not a raster that can be read, or it is damaged; give a GeoTIFF, HGT or VRT file"
 
 
 def _check_bands(path: Path, dataset: Any, diagnostics: Diagnostics) -> None:
-    """Refuse images, and say so where more than one band is there."""
+    """Refuse images, and report further bands."""
     if dataset.count == 0:
         raise InputError(
-            f"{path}: the file holds no raster band but maybe several rasters; extract one with gdal_translate"
+            f"{path}: the file has no raster band but maybe several rasters; extract one with gdal_translate"
         )
     colours = {interpretation.name for interpretation in dataset.colorinterp}
     is_byte = all(dtype in ("uint8", "int8") for dtype in dataset.dtypes)
@@ -298,25 +303,25 @@ def _check_bands(path: Path, dataset: Any, diagnostics: Diagnostics) -> None:
 
 
 def _is_placed(dataset: Any, crs: CRS) -> bool:
-    """Say whether a raster lies somewhere on Earth, with cells that have an area."""
+    """Whether a raster has a position on Earth, and cells with an area."""
     a, b, c, d, e, f = (float(value) for value in tuple(dataset.transform)[:6])
     if dataset.transform.is_identity:
         return False
-    # Written so that NaN is out of all bounds.
-    if not (_LEAST_AREA <= abs(a * e - b * d) <= _LARGEST_AREA and max(abs(c), abs(f)) <= _FARTHEST):
+    # Written so that NaN fails.
+    if not (_AREA_MIN <= abs(a * e - b * d) <= _AREA_MAX and max(abs(c), abs(f)) <= _POSITION_MAX):
         return False
     if not crs.is_geographic:
         return True
     across, down = d * dataset.width, e * dataset.height
-    # Half a cell beyond a pole is usual.
+    # Reaching half a cell beyond a pole is usual.
     return bool(max(map(abs, (f, f + across, f + down, f + across + down))) <= 90.0 + min(abs(d) + abs(e), 1.0))
 
 
 def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
-    """Refuse files, and sources of virtual rasters, whose cells are packed in blocks too large to be unpacked."""
+    """Refuse files, and sources of virtual rasters, with blocks of cells too large to be unpacked."""
     rows, cols = dataset.block_shapes[0]
     size = rows * cols * np.dtype(dataset.dtypes[0]).itemsize
-    if size > _DEM_BLOCK_MAX:
+    if size > _BLOCK_MAX:
         raise InputError(
             f"{path}: the raster's cells are packed in blocks of {size / 1e6:,.0f} MB;"
             " pack it in tiles with gdal_translate -co TILED=YES"
@@ -328,13 +333,13 @@ def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
 
 
 def _descriptions(dataset: Any) -> list[str]:
-    """Return what a raster says about itself."""
+    """Return the descriptions in a raster's metadata."""
     own = [str(dataset.tags().get(key, "")) for key in _DESCRIPTIONS]
-    return [text[:1000] for text in (*own, dataset.descriptions[0] or "")]
+    return [text[:_DESCRIPTION_MAX] for text in (*own, dataset.descriptions[0] or "")]
 
 
 def _crs_of(path: Path, dataset: Any) -> CRS:
-    """Return the CRS of a raster, heights included where it has any."""
+    """Return the CRS of a raster, including that of its heights if any."""
     remedy = "assign the right one, for example with gdal_edit.py -a_srs EPSG:4326"
     if dataset.crs is None:
         raise InputError(f"{path}: the raster has no coordinate reference system; {remedy}")
@@ -342,11 +347,11 @@ def _crs_of(path: Path, dataset: Any) -> CRS:
         crs = CRS.from_wkt(dataset.crs.to_wkt())
         placed = crs.is_geographic or crs.is_projected or crs.is_compound
         if placed:
-            # Raises for what is on another planet, or has numbers that no projection can have.
+            # Raises an error for other planets and for impossible parameters.
             Transformer.from_crs(WGS84, horizontal_crs(crs), always_xy=True)
     except ProjError as error:
         planet = "celestial body" in str(error)
-        why = "is not one on Earth" if planet else "cannot be turned into longitude and latitude"
+        why = "is not one on Earth" if planet else "cannot be converted to longitude and latitude"
         raise InputError(f"{path}: the raster's coordinate reference system {why}; {remedy}") from None
     except CRSError:
         raise InputError(f"{path}: the raster's coordinate reference system is not understood; {remedy}") from None
@@ -358,7 +363,7 @@ def _crs_of(path: Path, dataset: Any) -> CRS:
 
 
 def _unit_of(path: Path, dataset: Any, crs: CRS, diagnostics: Diagnostics) -> tuple[str, float]:
-    """Return name and metres of the unit of heights: the band's, else that of the CRS's heights, else metres."""
+    """Return name and metres of the unit of heights: the band's, else the CRS's, else metres."""
     named = (dataset.units[0] or "").strip()
     if named:
         metres = metres_per(named)

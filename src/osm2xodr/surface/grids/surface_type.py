@@ -1,4 +1,4 @@
-"""Whether an elevation model shows the ground (terrain model) or what stands on it (surface model)."""
+"""Whether an elevation model is a terrain model (ground) or a surface model (canopy and roofs)."""
 
 from __future__ import annotations
 
@@ -11,49 +11,49 @@ import numpy as np
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.grids.interpolation import Cells
 
-# Surface models (canopy, roofs) are told from terrain models by their heights where their name does not say it, on
-# gentle slopes: rise per metre, over some distance, m. Up to the first cell size, m, by the share of cells at which
-# three heights in a row bend by more than 1.5 m and a quarter of a cell, which ground does at walls only: none in ten
-# terrains of 5 m, 3 to 62 % with houses and trees over 5 to 60 % of them (cells of 1 and 5 m). Above it by the
-# skewness of heights about the median around them: 1.3 to 1.8 with blobs of 3 to 12 m over a tenth of the ground, at
-# most 0.8 in five models of 10 to 90 m that see the ground or through most of the canopy. Less scatter than this, m,
-# is noise.
-_COVER_GENTLE: Final = 0.3
-_COVER_GENTLE_OVER: Final = 50.0
-_COVER_FINE_CELL: Final = 5.5
-_COVER_BEND: Final = 1.5
-_COVER_BEND_PER_CELL: Final = 0.25
-_COVER_WALLS: Final = 0.02
-_COVER_SKEWNESS: Final = 1.0
-_COVER_SCATTER: Final = 0.5
-
-# Cells that are looked at; more would not change the answer.
-_SAMPLES = 60_000
-_MIN_SAMPLES = 500
+# Heights are examined on gentle slopes: largest grade, and the distance that it is measured over, m.
+_GENTLE_GRADE: Final = 0.3
+_GENTLE_OVER: Final = 50.0
+# Cells up to the first size, m, show houses and trees as walls: the second difference of three heights in a row
+# exceeds a constant, m, plus a share of the cell size. A surface model has more walls than the last share of cells:
+# ten terrains of 5 m have none, with houses and trees over 5 to 60 % of them it is 3 to 62 % (cells of 1 and 5 m).
+_FINE_CELL_MAX: Final = 5.5
+_WALL_BEND: Final = 1.5
+_WALL_BEND_PER_CELL: Final = 0.25
+_WALL_SHARE: Final = 0.02
+# Larger cells show them as blobs: the skewness of heights about their local median is 1.3 to 1.8 with blobs of 3 to
+# 12 m over a tenth of the ground, at most 0.8 in five models of 10 to 90 m that see the ground or through most of the
+# canopy. Less scatter than the second, m, is noise.
+_SKEWNESS_MIN: Final = 1.0
+_SCATTER_MIN: Final = 0.5
+# Number of cells that are sampled, as more would not change the result, and least number for a result.
+_SAMPLES: Final = 60_000
+_SAMPLES_MIN: Final = 500
 
 # Words of file names for surface and for terrain models in English, German, French, Spanish, Portuguese and Dutch.
-_SURFACE_WORDS = frozenset({"dsm", "dom", "bdom", "mns", "mne", "mds"})
-_TERRAIN_WORDS = frozenset({"dtm", "dgm", "mnt", "mdt", "fabdem", "merit", "ned", "hydrodem", "bathymetry"})
-# Products that name themselves otherwise. SRTM, NASADEM and their kin see through part of the canopy: their heights
-# tell more than their names.
-_SURFACE_PRODUCTS = ("copernicus_dsm", "glo30", "glo-30", "glo_30", "aw3d", "alpsmlc", "astgtm", "swisssurface3d")
-_TERRAIN_PRODUCTS = ("usgs_13_", "usgs_1_", "usgs_1m_", "swissalti3d", "tinitaly", "bare_earth", "bareearth")
-_SURFACE_PHRASES = ("digital surface model", "digitales oberflächenmodell", "modèle numérique de surface")
-_TERRAIN_PHRASES = (
+_SURFACE_WORDS: Final = frozenset({"dsm", "dom", "bdom", "mns", "mne", "mds"})
+_TERRAIN_WORDS: Final = frozenset({"dtm", "dgm", "mnt", "mdt", "fabdem", "merit", "ned", "hydrodem", "bathymetry"})
+# Products with other names. SRTM, NASADEM and similar models see through part of the canopy: they are judged by their
+# heights.
+_SURFACE_PRODUCTS: Final = (
+    "copernicus_dsm",
+    "glo30",
+    "glo-30",
+    "glo_30",
+    "aw3d",
+    "alpsmlc",
+    "astgtm",
+    "swisssurface3d",
+)
+_TERRAIN_PRODUCTS: Final = ("usgs_13_", "usgs_1_", "usgs_1m_", "swissalti3d", "tinitaly", "bare_earth", "bareearth")
+_SURFACE_PHRASES: Final = ("digital surface model", "digitales oberflächenmodell", "modèle numérique de surface")
+_TERRAIN_PHRASES: Final = (
     "digital terrain model", "bare earth", "bare-earth", "digitales geländemodell", "modèle numérique de terrain",
 )  # fmt: skip
 
 
 def named_cover(name: str, texts: Iterable[str] = ()) -> bool | None:
-    """Return whether a name or description is that of a surface model; None if it says nothing or both.
-
-    Parameters
-    ----------
-    name
-        Of the file, without its folders.
-    texts
-        What the file says about itself.
-    """
+    """Whether a file's name (without folders) or descriptions are those of a surface model; None if undecided."""
     lower = name.casefold()
     words = set(re.findall(r"[a-zäöüéè]+", lower))
     phrases = " ".join(texts).casefold()
@@ -65,12 +65,12 @@ def named_cover(name: str, texts: Iterable[str] = ()) -> bool | None:
 
 
 def looks_covered(z: Cells, steps: tuple[float, float]) -> bool:
-    """Return whether heights look like those of a surface model.
+    """Whether heights look like those of a surface model.
 
-    Cells of a few metres show roofs and trees as walls, which gently sloping ground has nowhere: the share of cells
-    is counted where heights bend by more than any such ground does. Larger cells show them as blobs that stand up
-    from their neighbours, where ground stands up and down alike: the skewness of heights about the median of their
-    5 x 5 neighbourhood is taken, in gently sloping places too.
+    Cells of a few metres show roofs and trees as walls, which gently sloping ground does not have: the test is the
+    share of cells with sharper bends than ground. Larger cells show them as blobs above their surroundings, while
+    ground deviates up and down alike: the test is the skewness (Pearson's moment coefficient) of heights about the
+    median of their 5 x 5 neighbourhood on gentle slopes.
 
     Parameters
     ----------
@@ -80,47 +80,46 @@ def looks_covered(z: Cells, steps: tuple[float, float]) -> bool:
         Length of one column and of one row, m.
     """
     cell = float(np.sqrt(steps[0] * steps[1]))
-    if cell <= _COVER_FINE_CELL:
-        return _wall_share(z, steps, cell) > _COVER_WALLS
-    return _skewness(z, steps) > _COVER_SKEWNESS
+    if cell <= _FINE_CELL_MAX:
+        return _wall_share(z, steps, cell) > _WALL_SHARE
+    return _skewness(z, steps) > _SKEWNESS_MIN
 
 
 def _wall_share(z: Cells, steps: tuple[float, float], cell: float) -> float:
-    """Return the share of cells on gentle slopes at which heights bend more sharply than ground."""
-    reach = max(2, round(0.5 * _COVER_GENTLE_OVER / cell))
+    """Return the share of cells on gentle slopes with sharper bends than ground."""
+    reach = max(2, round(0.5 * _GENTLE_OVER / cell))
     near = _stars(z, (1, reach))
-    if near.shape[1] < _MIN_SAMPLES:
+    if near.shape[1] < _SAMPLES_MIN:
         return 0.0
     middle, (west, east, north, south, far_west, far_east, far_north, far_south) = near[0], near[1:]
     slope = np.hypot(far_east - far_west, far_south - far_north) / (2.0 * reach * cell)
-    gentle = slope < _COVER_GENTLE
+    gentle = slope < _GENTLE_GRADE
     bend = np.maximum(np.abs(west - 2.0 * middle + east), np.abs(north - 2.0 * middle + south))
-    if np.count_nonzero(gentle) < _MIN_SAMPLES:
+    if np.count_nonzero(gentle) < _SAMPLES_MIN:
         return 0.0
-    return float(np.mean(bend[gentle] > _COVER_BEND + _COVER_BEND_PER_CELL * cell))
+    return float(np.mean(bend[gentle] > _WALL_BEND + _WALL_BEND_PER_CELL * cell))
 
 
 def _skewness(z: Cells, steps: tuple[float, float]) -> float:
-    """Return the skewness of heights about the median of their neighbourhood, on gentle slopes; 0 if too few are."""
+    """Return the skewness of heights about their local median on gentle slopes; 0 if there are too few."""
     row, col = _inner(z, 2)
     near = np.stack([z[row + i, col + j].astype(np.float64) for i in range(-2, 3) for j in range(-2, 3)])
     near = near[:, np.isfinite(near).all(axis=0)]
-    if near.shape[1] < _MIN_SAMPLES:
+    if near.shape[1] < _SAMPLES_MIN:
         return 0.0
     grid = near.reshape(5, 5, -1)
     across = (grid[:, 4].mean(axis=0) - grid[:, 0].mean(axis=0)) / (4.0 * steps[0])
     along = (grid[4].mean(axis=0) - grid[0].mean(axis=0)) / (4.0 * steps[1])
-    gentle: BoolArray = np.hypot(across, along) < _COVER_GENTLE
+    gentle: BoolArray = np.hypot(across, along) < _GENTLE_GRADE
     residual = near[12, gentle] - np.median(near[:, gentle], axis=0)
-    spread = float(np.sqrt(np.mean(residual**2))) if len(residual) >= _MIN_SAMPLES else 0.0
-    # Scatter below this is that of the model's own rounding and noise.
-    if spread < _COVER_SCATTER:
+    spread = float(np.sqrt(np.mean(residual**2))) if len(residual) >= _SAMPLES_MIN else 0.0
+    if spread < _SCATTER_MIN:
         return 0.0
     return float(np.mean(residual**3)) / spread**3
 
 
 def _stars(z: Cells, reaches: tuple[int, ...]) -> FloatArray:
-    """Return heights at sampled cells and at their west, east, north, south at some distances, (1 + 4 n, cells)."""
+    """Return heights (1 + 4 n, cells) at sampled cells, and west, east, north, south of them at n distances."""
     row, col = _inner(z, max(reaches))
     at = [z[row, col]]
     for reach in reaches:
@@ -131,7 +130,7 @@ def _stars(z: Cells, reaches: tuple[int, ...]) -> FloatArray:
 
 
 def _inner(z: Cells, reach: int) -> tuple[IntArray, IntArray]:
-    """Return row and col of cells, evenly spread, that lie at least some cells inside."""
+    """Return row and col of evenly spread cells at least `reach` cells away from the border."""
     rows, cols = z.shape[0] - 2 * reach, z.shape[1] - 2 * reach
     if rows <= 0 or cols <= 0:
         none = np.zeros(0, np.int64)

@@ -1,36 +1,36 @@
 """The polynomial trend of heights: a linear least-squares problem in scaled coordinates.
 
 z(x, y) = sum of c_ij T_i(u) T_j(v) over i + j <= order, with Chebyshev polynomials T and u, v the coordinates scaled
-to [-1, 1]. In powers of unscaled coordinates the same problem has a condition number beyond 1e20, in this basis one
-of about ten, so that it is solved exactly and at once.
+to [-1, 1]. In powers of unscaled coordinates the same problem has a condition number above 1e20, in this basis of
+about ten.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.model import FloatArray, IntArray
 
-_CHUNK = 2**16
+# Points that are processed at a time, to bound memory.
+_CHUNK: Final = 2**16
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PolynomialTrend:
     """A polynomial of total degree `order` in x and y."""
 
-    order: int  # Largest i + j of its terms
+    order: int
     coefficients: FloatArray  # (order + 1, order + 1) c_ij of T_i(u) T_j(v), m; 0 where i + j > order
     # u = (x - centre[0]) / half_range[0], v likewise, m
     centre: tuple[float, float]
     half_range: tuple[float, float]
-    # Of the points it was fitted to, m
-    rms: float
-    max_residual: float
+    rms: float  # Weighted root mean square of the residuals at the fitted points, m
 
     def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Return z (n,), m, at x, y (n,), m. Far from the fitted points polynomials grow without bound."""
+        """Return z (n,), m, at x, y (n,), m. Away from the fitted points it grows without bound."""
         x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
         i, j = _terms(self.order)
         out = np.empty(len(x))
@@ -41,21 +41,21 @@ class PolynomialTrend:
         return out
 
     def on_grid(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Return z (len(y), len(x)), m, at all pairs of x and y, m: two small matrix products."""
+        """Return z (len(y), len(x)), m, at all pairs of x and y, m, by two matrix products."""
         u, v = _scaled(np.asarray(x, np.float64), np.asarray(y, np.float64), self.centre, self.half_range)
         out: FloatArray = (_chebyshev(v, self.order) @ self.coefficients.T) @ _chebyshev(u, self.order).T
         return out
 
 
 def term_count(order: int) -> int:
-    """Return the number of terms of a polynomial of a total degree in two variables."""
+    """Return the number of terms of a bivariate polynomial of a total degree."""
     return (order + 1) * (order + 2) // 2
 
 
 def fit_polynomial(
     x: FloatArray, y: FloatArray, z: FloatArray, order: int = 4, weights: FloatArray | None = None
 ) -> PolynomialTrend:
-    """Fit the polynomial of a total degree to heights by linear least squares.
+    """Fit a polynomial of a total degree to heights by linear least squares.
 
     Parameters
     ----------
@@ -74,9 +74,9 @@ def fit_polynomial(
 
     Notes
     -----
-    The normal matrix is never formed: an orthogonal (QR) factorisation is updated with a chunk of points at a time,
-    so that memory stays bounded for whole tiles. Where the points do not determine all terms (all on one line), the
-    smallest coefficients are taken.
+    A QR factorisation is updated with a chunk of points at a time (sequential TSQR, Demmel et al. 2012), so that
+    memory is bounded and the normal matrix never formed. Where the points do not determine all terms (as on one
+    line), the solution has minimum norm.
     """
     x, y, z = (np.asarray(value, np.float64).reshape(-1) for value in (x, y, z))
     root = np.ones(len(z)) if weights is None else np.sqrt(np.asarray(weights, np.float64).reshape(-1))
@@ -98,14 +98,14 @@ def fit_polynomial(
     coefficients[i, j] = solution
     coefficients[0, 0] += mean
     coefficients.flags.writeable = False
-    bare = PolynomialTrend(order, coefficients, centre, half_range, 0.0, 0.0)
-    residual = bare.heights(x, y) - z
-    weighted = float(np.sqrt(np.sum((root * residual) ** 2) / max(float(np.sum(root**2)), np.finfo(float).tiny)))
-    return PolynomialTrend(order, coefficients, centre, half_range, weighted, float(np.abs(residual).max()))
+    trend = PolynomialTrend(order, coefficients, centre, half_range, 0.0)
+    residual = trend.heights(x, y) - z
+    rms = np.sqrt(np.sum((root * residual) ** 2) / max(float(np.sum(root**2)), np.finfo(float).tiny))
+    return replace(trend, rms=float(rms))
 
 
 def _box(x: FloatArray, y: FloatArray) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return middle and half extent of points; half extents of nothing become 1 m."""
+    """Return centre and half extent of points, m; half extents of 0 become 1."""
     low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
     half[half <= 0.0] = 1.0
@@ -133,7 +133,7 @@ def _basis(u: FloatArray, v: FloatArray, i: IntArray, j: IntArray) -> FloatArray
 
 
 def _chebyshev(u: FloatArray, order: int) -> FloatArray:
-    """Return T_0 to T_order at u, (n, order + 1), by their recurrence T_k = 2 u T_k-1 - T_k-2."""
+    """Return T_0 to T_order at u (n, order + 1) by the recurrence T_k = 2 u T_k-1 - T_k-2."""
     out = np.ones((len(u), order + 1))
     if order > 0:
         out[:, 1] = u

@@ -1,9 +1,14 @@
-"""Filling the voids of a grid smoothly from their rims."""
+"""Filling the voids of a grid smoothly from their rims.
+
+The filling is the height below the grid plus a correction r that meets the heights at the rim: the solution of the
+screened Poisson equation laplace(r) = r / fade² with r given on the rim, like a membrane on springs. It has no step
+at the rim, stays between 0 and the values there, and decays over the length `fade`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -11,32 +16,33 @@ import numpy.typing as npt
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.surface.grids.interpolation import Cells
 
-# Rounds of relaxation on each grid, and how far from the rim, in cells of the coarser grid: measured on random voids,
-# the membrane is then within 2 % of the range at the rim of a direct solution (0.8 % in the median).
-_SWEEPS = 24
-_BAND = 4
-# Positions in voids whose height without the residual is asked for; between them it is interpolated.
-_ASKED = 250_000
-_STRIP = 256
-# Gaps in neighbouring blocks of so many cells are filled together.
-_BLOCK = 64
+Below = Callable[[FloatArray, FloatArray], FloatArray]
+
+# Sweeps of Gauss-Seidel on each grid, and the band around the rim in which they are done, cells of the coarser grid:
+# on random voids the solution is then within 2 % of the range at the rim of a direct one (0.8 % in the median).
+_SWEEPS: Final = 24
+_BAND: Final = 4
+# Number of positions at which the height below is evaluated; between them it is interpolated.
+_EVALUATED: Final = 250_000
+# Rows that are processed at a time, to bound memory.
+_STRIP: Final = 256
+# Gaps in adjacent blocks of this many cells in either direction are filled together.
+_BLOCK: Final = 64
 
 
-def fill_voids(
-    z: Cells, below: Callable[[FloatArray, FloatArray], FloatArray], steps: tuple[float, float], fade: float
-) -> Cells:
-    """Return z with its voids filled: what lies below, plus the residual at the void's rim spread over it.
+def fill_voids(z: Cells, below: Below, steps: tuple[float, float], fade: float) -> Cells:
+    """Return z with its voids filled by the heights below plus the correction from the rim.
 
     Parameters
     ----------
     z : (rows, cols)
         Heights, m; NaN in voids.
     below
-        Gives the heights that hold where z does not, m, at col, row.
+        Heights in voids without the correction, m, as a function of col, row.
     steps
         Length of one column and of one row, m.
     fade
-        Length over which the residual dies down, m.
+        Length over which the correction decays, m.
     """
     gap = np.isnan(z)
     filled = z.copy()
@@ -46,30 +52,25 @@ def fill_voids(
     return filled
 
 
-def _fill_box(
-    z: Cells,
-    gap: BoolArray,
-    below: Callable[[FloatArray, FloatArray], FloatArray],
-    steps: tuple[float, float],
-    fade: float,
-) -> Cells:
-    """Return z with its voids filled; other cells mean nothing."""
+def _fill_box(z: Cells, gap: BoolArray, below: Below, steps: tuple[float, float], fade: float) -> Cells:
+    """Return z with its gaps filled; other cells are not valid."""
     rim = rim_of(gap)
     touched = gap | rim
-    stride = max(1, int(np.ceil(np.sqrt(np.count_nonzero(touched) / _ASKED))))
-    lattice = _ask_lattice(touched, stride, below)
+    stride = max(1, int(np.ceil(np.sqrt(np.count_nonzero(touched) / _EVALUATED))))
+    lattice = _evaluate_lattice(touched, stride, below)
     strips = [slice(first, min(first + _STRIP, len(z))) for first in range(0, len(z), _STRIP)]
     out = np.zeros_like(z)
     for strip in strips:
-        out[strip] = np.where(rim[strip], z[strip] - between(lattice, stride, strip, z.shape[1]), 0.0)
+        out[strip] = np.where(rim[strip], z[strip] - interpolate_lattice(lattice, stride, strip, z.shape[1]), 0.0)
     fill_from_rim(out, rim, gap, steps, fade)
     for strip in strips:
-        out[strip] += between(lattice, stride, strip, z.shape[1])
+        out[strip] += interpolate_lattice(lattice, stride, strip, z.shape[1])
     return out
 
 
 def _groups(gap: BoolArray) -> Iterator[tuple[tuple[slice, slice], BoolArray]]:
-    """Give groups of gaps that lie well apart, so that each can be filled by itself: its box, its gaps in the box."""
+    """Yield groups of gaps that are far enough apart to be filled one by one: the box, and the gaps in the box."""
+    # Takes a while to load.
     from scipy import ndimage
 
     rows, cols = (-(-size // _BLOCK) for size in gap.shape)
@@ -77,14 +78,14 @@ def _groups(gap: BoolArray) -> Iterator[tuple[tuple[slice, slice], BoolArray]]:
     groups: IntArray = np.zeros((rows, cols), np.int64)
     ndimage.label(padded.reshape(rows, _BLOCK, cols, _BLOCK).any(axis=(1, 3)), np.ones((3, 3)), output=groups)
     for number, found in enumerate(ndimage.find_objects(groups), 1):
-        # There is no number that no group has.
+        # Every number has a group.
         assert found is not None
         down, across = found
         blocks = np.repeat(np.repeat(groups[down, across] == number, _BLOCK, axis=0), _BLOCK, axis=1)
         first_row, first_col = down.start * _BLOCK, across.start * _BLOCK
         own = padded[first_row : down.stop * _BLOCK, first_col : across.stop * _BLOCK] & blocks
         row, col = np.flatnonzero(own.any(axis=1)), np.flatnonzero(own.any(axis=0))
-        # With the rim around the gaps.
+        # Including the rim around the gaps.
         box = (
             slice(max(first_row + int(row[0]) - 1, 0), min(first_row + int(row[-1]) + 2, gap.shape[0])),
             slice(max(first_col + int(col[0]) - 1, 0), min(first_col + int(col[-1]) + 2, gap.shape[1])),
@@ -95,15 +96,13 @@ def _groups(gap: BoolArray) -> Iterator[tuple[tuple[slice, slice], BoolArray]]:
         yield box, inner
 
 
-def _shifted(
-    below: Callable[[FloatArray, FloatArray], FloatArray], box: tuple[slice, slice]
-) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """Return `below` for positions that count from a box's first cell."""
+def _shifted(below: Below, box: tuple[slice, slice]) -> Below:
+    """Return `below` for positions relative to a box's first cell."""
     return lambda col, row: below(col + box[1].start, row + box[0].start)
 
 
 def rim_of(gap: BoolArray) -> BoolArray:
-    """Return the cells that touch a gap (by an edge or a corner) and are none."""
+    """Return the cells around gaps that touch them by an edge or a corner."""
     out: BoolArray = _spread(gap) & ~gap
     return out
 
@@ -111,31 +110,30 @@ def rim_of(gap: BoolArray) -> BoolArray:
 def fill_from_rim(
     values: Cells, known: BoolArray, free: BoolArray, steps: tuple[float, float], fade: float = np.inf
 ) -> None:
-    """Fill the free cells, in place, with the membrane that hangs on the known ones.
+    """Fill the free cells, in place, with the solution of laplace(r) = r / fade² from the known ones.
 
-    The membrane solves laplace(r) = r / fade², level across the border of the grid: it has no step at the rim, stays
-    within the range of the known values and 0, and dies down over the length `fade`. It is solved on ever coarser
-    grids first; on each, the cells near the rim are relaxed (cascadic multigrid with red-black Gauss-Seidel), while
-    those farther in are smooth enough as they come from the coarser one. The effort is that of the rim's length.
+    The normal derivative is 0 at the border of the grid. Cascadic multigrid (Bornemann and Deuflhard 1996): the
+    equation is solved on coarser grids first; on each finer grid only cells near the rim are relaxed, by red-black
+    Gauss-Seidel, as those farther inside are smooth. The effort is proportional to the length of the rim.
 
     Parameters
     ----------
     values : (rows, cols)
-        Read where known, 0 or anything finite where they take no part.
+        Values of the known cells; anything finite in other cells.
     known, free : (rows, cols)
-        Cells that hold the membrane, and those to fill. Every free cell is surrounded by known and free ones; there
-        is at least one known cell. Other cells take no part.
+        Cells with given values, and cells to fill. Every free cell is surrounded by known and free ones; there is at
+        least one known cell. Other cells take no part.
     steps
         Length of one column and of one row, m.
     fade
-        m.
+        Length over which the solution decays, m.
     """
     if not free.any():
         return
     coarse, count = _coarser(values, known)
     coarse_free = np.logical_or.reduce(_quarters(free))
     near = count > 0
-    # Where the rim runs through a block, the majority decides, lest the void shrink with every coarser grid.
+    # In blocks on the rim the majority decides; otherwise the void would shrink with every coarser grid.
     coarse_known = near & (~coarse_free | (count > 1))
     if not coarse_known.any():
         coarse_known = near
@@ -161,7 +159,7 @@ def _spread(mask: BoolArray) -> BoolArray:
 
 
 def _coarser(values: Cells, known: BoolArray) -> tuple[Cells, npt.NDArray[np.uint8]]:
-    """Return the means of the known cells in blocks of two by two, and how many these are."""
+    """Return the means of the known cells in blocks of 2 x 2, and their numbers."""
     count: npt.NDArray[np.uint8] = np.add.reduce([quarter.view(np.uint8) for quarter in _quarters(known)])
     total = np.add.reduce(_quarters(np.where(known, values, np.zeros((), values.dtype))))
     mean: Cells = (total / np.maximum(count, 1)).astype(values.dtype)
@@ -169,7 +167,7 @@ def _coarser(values: Cells, known: BoolArray) -> tuple[Cells, npt.NDArray[np.uin
 
 
 def _surround(values: Cells, known: BoolArray, free: BoolArray) -> BoolArray:
-    """Give cells beside free ones that take no part the mean of the known ones around them; return which."""
+    """Give cells beside free ones that take no part the mean of known ones around them; return which."""
     new: BoolArray = _spread(free) & ~known & ~free
     row, col = np.nonzero(new)
     weights = np.pad(known, 1)
@@ -185,13 +183,13 @@ def _surround(values: Cells, known: BoolArray, free: BoolArray) -> BoolArray:
 
 
 def _quarters(cells: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
-    """Return the four cells of each block of two by two; beyond the grid there is nothing (0, False)."""
+    """Return the four cells of each block of 2 x 2; beyond the grid they are 0 or False."""
     even = np.pad(cells, ((0, cells.shape[0] % 2), (0, cells.shape[1] % 2)))
     return [np.ascontiguousarray(even[i::2, j::2]) for i in (0, 1) for j in (0, 1)]
 
 
 def _twice(coarse: npt.NDArray[Any], rows: int) -> npt.NDArray[Any]:
-    """Interpolate to rows at half the distance, two in each row's block, level at the border."""
+    """Interpolate to rows at half the spacing, two for each row, constant at the border."""
     before, after = np.concatenate([coarse[:1], coarse[:-1]]), np.concatenate([coarse[1:], coarse[-1:]])
     out = np.empty((2 * len(coarse), coarse.shape[1]), coarse.dtype)
     out[0::2] = 0.75 * coarse + 0.25 * before
@@ -200,7 +198,7 @@ def _twice(coarse: npt.NDArray[Any], rows: int) -> npt.NDArray[Any]:
 
 
 def _relax(values: Cells, free: BoolArray, steps: tuple[float, float], fade: float) -> None:
-    """Bring each free cell into balance with its neighbours, in place, `_SWEEPS` times."""
+    """Do `_SWEEPS` sweeps of red-black Gauss-Seidel over the free cells, in place."""
     rows, cols = values.shape
     flat = values.reshape(-1)
     across, along = 1.0 / steps[0] ** 2, 1.0 / steps[1] ** 2
@@ -210,7 +208,7 @@ def _relax(values: Cells, free: BoolArray, steps: tuple[float, float], fade: flo
     for colour in (0, 1):
         pick = (row + col) % 2 == colour
         r, c = row[pick], col[pick]
-        # Beyond the border the membrane is level: the neighbour there is the cell itself.
+        # Beyond the border the neighbour is the cell itself, so that the normal derivative is 0.
         colours.append(
             (
                 r * cols + c,
@@ -225,9 +223,7 @@ def _relax(values: Cells, free: BoolArray, steps: tuple[float, float], fade: flo
             flat[here] = (across * (flat[left] + flat[right]) + along * (flat[up] + flat[down])) / total
 
 
-def _ask_lattice(
-    touched: BoolArray, stride: int, below: Callable[[FloatArray, FloatArray], FloatArray]
-) -> FloatArray:
+def _evaluate_lattice(touched: BoolArray, stride: int, below: Below) -> FloatArray:
     """Return heights at every stride-th row and column, where a touched cell lies between them."""
     rows, cols = (-(-size // stride) for size in touched.shape)
     padded = np.pad(touched, ((0, rows * stride - touched.shape[0]), (0, cols * stride - touched.shape[1])))
@@ -242,7 +238,7 @@ def _ask_lattice(
     return out
 
 
-def between(lattice: FloatArray, stride: int, strip: slice, cols: int) -> FloatArray:
+def interpolate_lattice(lattice: FloatArray, stride: int, strip: slice, cols: int) -> FloatArray:
     """Interpolate a lattice bilinearly to all cells of some rows."""
     row, col = np.arange(strip.start, strip.stop), np.arange(cols)
     u, v = (col % stride / stride)[None, :], (row % stride / stride)[:, None]

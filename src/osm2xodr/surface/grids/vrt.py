@@ -1,18 +1,22 @@
-"""Finds what a virtual raster (VRT) refers to, nothing but local files, before GDAL opens what it names."""
+"""The files that a virtual raster (VRT) refers to, checked to be local before GDAL opens any of them."""
 
 from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Final
 
 from osm2xodr.errors import InputError
 
-# GDAL's virtual file systems, addresses with a scheme, and data sets that are written out as text instead of named.
-_ELSEWHERE = re.compile(r"(^|[^\w.-])/vsi\w+/|[a-z][a-z0-9+.-]+://", re.IGNORECASE)
-_NOT_A_FILE = re.compile(r"^\s*<|^[a-z0-9_]{2,}:", re.IGNORECASE)
-_NAMES = frozenset({"sourcefilename", "sourcedataset"})
-_DEEPEST = 8
+# GDAL's virtual file systems, addresses with a scheme, and data sets given as text instead of a name.
+_ELSEWHERE: Final = re.compile(r"(^|[^\w.-])/vsi\w+/|[a-z][a-z0-9+.-]+://", re.IGNORECASE)
+_NOT_A_FILE: Final = re.compile(r"^\s*<|^[a-z0-9_]{2,}:", re.IGNORECASE)
+_NAME_TAGS: Final = frozenset({"sourcefilename", "sourcedataset"})
+# Largest depth of virtual rasters that refer to each other.
+_DEPTH_MAX: Final = 8
+# Longest name that a message quotes, characters.
+_QUOTED_MAX: Final = 200
 
 
 def is_virtual(path: Path) -> bool:
@@ -22,16 +26,16 @@ def is_virtual(path: Path) -> bool:
 
 
 def virtual_sources(path: Path, depth: int = 0) -> list[Path]:
-    """Return the local rasters that a virtual raster leads to, through others as well; refuse anything else.
+    """Return the local rasters that a virtual raster refers to, directly or through others; refuse anything else.
 
     Raises
     ------
     InputError
-        It is no XML, has a document type or entities, reaches into the network or an archive, or nests too deep.
+        It is not XML, has a document type or entities, refers to the network or an archive, or nests too deeply.
     """
-    if depth > _DEEPEST:
+    if depth > _DEPTH_MAX:
         raise InputError(
-            f"{path}: virtual rasters refer to each other more than {_DEEPEST} deep; give the DEMs themselves"
+            f"{path}: virtual rasters refer to each other more than {_DEPTH_MAX} deep; give the DEMs themselves"
         )
     found: list[Path] = []
     root = _read(path)
@@ -39,7 +43,7 @@ def virtual_sources(path: Path, depth: int = 0) -> list[Path]:
         for text in (element.text or "", element.tail or "", *element.attrib.values()):
             if _ELSEWHERE.search(text):
                 raise _refusal(path, text.strip())
-        if element.tag.casefold() in _NAMES:
+        if element.tag.casefold() in _NAME_TAGS:
             name = (element.text or "").strip()
             if _NOT_A_FILE.search(name):
                 raise _refusal(path, name)
@@ -50,7 +54,7 @@ def virtual_sources(path: Path, depth: int = 0) -> list[Path]:
 
 
 def _sources_behind(path: Path, source: Path, depth: int) -> list[Path]:
-    """Return what a source leads to, if it is virtual, too; GDAL will say it if it is absent."""
+    """Return the rasters behind a source if it is virtual too; absent ones are left to GDAL to report."""
     if not source.is_file():
         return []
     if is_virtual(source):
@@ -62,9 +66,10 @@ def _sources_behind(path: Path, source: Path, depth: int) -> list[Path]:
 
 
 def _refusal(path: Path, name: str) -> InputError:
-    """Say that a virtual raster refers to something that is not read."""
+    """Make the error for a virtual raster that refers to something that is not read."""
     return InputError(
-        f"{path}: the virtual raster refers to '{name[:200]}', but only local rasters are read; download it first"
+        f"{path}: the virtual raster refers to '{name[:_QUOTED_MAX]}', but only local rasters are read; "
+        "download it first"
     )
 
 

@@ -14,10 +14,10 @@ from osm2xodr.osmParsing import (
     ParseOptions,
     RawNodes,
     RawWay,
-    left_out,
     open_osm_file,
     read_nodes,
     read_ways,
+    reason_left_out,
 )
 from osm2xodr.viewing.defaults import COVER_ANGLE, COVER_SLACK, COVER_SPACING, COVER_WAY_LENGTH
 
@@ -74,7 +74,7 @@ def compare_with_osm(path: Path, file: OpenDrive, frame: Frame) -> tuple[list[Wa
     options = ParseOptions()
     source = open_osm_file(path)
     found, _ = read_ways(source, options.ways.highways, _TAGS)
-    ways = [way for way in found if left_out(way.tags, options.ways, options.include_private) is None]
+    ways = [way for way in found if reason_left_out(way.tags, options.ways, options.include_private) is None]
     nodes = read_nodes(source, np.unique(np.fromiter((ref for way in ways for ref in way.refs), np.int64)))
     points = _points(ways, nodes, frame)
     places = RoadFinder(file).find(points.x, points.y)

@@ -13,7 +13,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import Frame
 from osm2xodr.projection import make_frame, to_local
-from osm2xodr.surface import SurfaceOptions, read_surface
+from osm2xodr.surface import SurfaceOptions
 from osm2xodr.viewing.scene import Scene
 
 # Points of the grid that shows the ground, and how far it reaches beyond the roads at least, m. Choices: the page
@@ -62,6 +62,9 @@ def read_ground(
     CoverageError
         None has heights at the roads.
     """
+    # Loads slowly, and only pages with elevation models need it.
+    from osm2xodr.surface import read_surface
+
     columns, rows, corner, steps = _grid(scene)
     grid_x, grid_y = np.meshgrid(corner[0] + steps[0] * np.arange(columns), corner[1] + steps[1] * np.arange(rows))
     x = np.concatenate((scene.x, grid_x.ravel()))

@@ -10,12 +10,19 @@ import pyproj.network
 import pytest
 from affine import Affine
 from dem_factory import around, centres, in_crs, read, scatter, write_raster
+from pyproj import CRS
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.errors import InputError
 from osm2xodr.projection import make_frame
 from osm2xodr.surface import SurfaceOptions
-from osm2xodr.surface.grids.vertical_datum import heights_of, parse_datum
+from osm2xodr.surface.grids.vertical_crs import (
+    heights_of,
+    horizontal_crs,
+    metres_per,
+    parse_datum,
+    vertical_unit,
+)
 
 BELGIUM = make_frame(50.8, 4.5)
 SOCHI = make_frame(44.8, 37.5)
@@ -54,7 +61,7 @@ def test_ellipsoidal_heights_from_a_geoid(tmp_path: Path, made_geoid: None) -> N
     said = [item for item in diagnostics if item.code == "vertical-datum"]
     assert [item.kind for item in said] == [Kind.NOTE]
     assert "from EGM96 height (EPSG:5773) to heights above the ellipsoid of WGS 84" in said[0].message
-    assert "moved them by 42.29 to 42.41 m" in said[0].message
+    assert "changed them by 42.29 to 42.41 m" in said[0].message
     # The file's own datum does as well, and so does the way back.
     own = level(tmp_path / "own.tif", "EPSG:32631", "+5773")
     surface, _ = read(own, BELGIUM, x, y, vertical_datum="EPSG:4979")
@@ -114,7 +121,7 @@ def test_a_grid_that_is_absent_is_an_error(tmp_path: Path, source: str, target: 
     with pytest.raises(InputError) as caught:
         read(path, BELGIUM, *scatter(), vertical_datum=target, dem_vertical_datum=source)
     message = str(caught.value)
-    assert message.startswith(f"{path}: heights cannot be turned from ")
+    assert message.startswith(f"{path}: heights cannot be converted from ")
     assert grid in message
     assert f"projsync --file {grid}" in message
     assert message.count("\n") == 0
@@ -123,13 +130,13 @@ def test_a_grid_that_is_absent_is_an_error(tmp_path: Path, source: str, target: 
 def test_a_grid_that_does_not_reach_is_an_error(tmp_path: Path, made_geoid: None) -> None:
     transform, rows, cols = around(SOCHI, "EPSG:32637", 20.0)
     path = write_raster(tmp_path / "a.tif", np.full((rows, cols), 100.0), transform, "EPSG:32637")
-    with pytest.raises(InputError, match="heights cannot be turned from EGM96 height"):
+    with pytest.raises(InputError, match="heights cannot be converted from EGM96 height"):
         read(path, SOCHI, *scatter(), vertical_datum="ellipsoid", dem_vertical_datum="EPSG:5773")
 
 
 def test_no_transformation_at_all(tmp_path: Path) -> None:
     path = level(tmp_path / "a.tif", "EPSG:31370")
-    with pytest.raises(InputError, match="PROJ knows no transformation that holds there"):
+    with pytest.raises(InputError, match="PROJ knows no transformation that is valid there"):
         read(path, BELGIUM, *scatter(), vertical_datum="EPSG:5706", dem_vertical_datum="EPSG:5705")
 
 
@@ -149,7 +156,7 @@ def test_the_network_is_left_as_it_was(tmp_path: Path) -> None:
 
 def test_a_model_without_datum(tmp_path: Path) -> None:
     path = level(tmp_path / "a.tif", "EPSG:31370")
-    with pytest.raises(InputError, match=r"does not say from which datum .* --dem-vertical-datum"):
+    with pytest.raises(InputError, match=r"does not say to which datum .* --dem-vertical-datum"):
         read(path, BELGIUM, *scatter(), vertical_datum="EPSG:5730")
 
 
@@ -160,8 +167,8 @@ def test_several_datums_are_said(tmp_path: Path) -> None:
     said = [item.message for item in diagnostics if item.code == "dem-datums"]
     assert len(said) == 1
     assert said[0] == (
-        f"{one}, {two}: heights count from several datums (EGM96 height, Ostend height) and were taken as they are; "
-        "--vertical-datum turns them into one."
+        f"{one}, {two}: heights refer to several datums (EGM96 height, Ostend height) and were taken as they are; "
+        "--vertical-datum converts them to one."
     )
 
 
@@ -190,3 +197,54 @@ def test_datums() -> None:
 def test_a_source_alone_is_of_no_use() -> None:
     with pytest.raises(InputError, match="give --vertical-datum too"):
         SurfaceOptions(dem_vertical_datum="EPSG:5773")
+
+
+@pytest.mark.parametrize(
+    ("name", "metres"),
+    [
+        ("m", 1.0),
+        ("Metre", 1.0),
+        (" meters ", 1.0),
+        ("[m]", 1.0),
+        ("ft", 0.3048),
+        ("Feet", 0.3048),
+        ("US survey foot", 0.3048006096012192),
+        ("us-ft", 0.3048006096012192),
+        ("US_survey_foot", 0.3048006096012192),
+        ("cm", 0.01),
+        ("mm", 0.001),
+        ("dm", 0.1),
+        ("furlong", None),
+        ("", None),
+    ],
+)
+def test_names_of_units(name: str, metres: float | None) -> None:
+    assert metres_per(name) == metres
+
+
+@pytest.mark.parametrize(
+    ("crs", "expected"),
+    [
+        ("EPSG:4326", None),
+        ("EPSG:32632", None),
+        ("EPSG:4979", ("metre", 1.0)),
+        ("EPSG:7415", ("metre", 1.0)),
+        ("EPSG:2263+6360", ("US survey foot", 0.30480060960121924)),
+        ("EPSG:26910+8228", ("foot", 0.3048)),
+    ],
+)
+def test_unit_of_a_crs(crs: str, expected: tuple[str, float] | None) -> None:
+    assert vertical_unit(CRS.from_user_input(crs)) == expected
+
+
+@pytest.mark.parametrize(
+    ("crs", "plain"),
+    [
+        ("EPSG:4979", "EPSG:4326"),
+        ("EPSG:7415", "EPSG:28992"),
+        ("EPSG:2263+6360", "EPSG:2263"),
+        ("EPSG:32632", "EPSG:32632"),
+    ],
+)
+def test_crs_without_heights(crs: str, plain: str) -> None:
+    assert horizontal_crs(CRS.from_user_input(crs)) == CRS.from_user_input(plain)

@@ -1,4 +1,7 @@
-"""Heights from one vertical datum to another: on request only, and only if it can be done as well as is known."""
+"""Units and vertical datums of heights.
+
+Heights are converted to another datum only on request, and only with the best transformation that PROJ knows.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -19,33 +23,72 @@ from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
 from osm2xodr.surface.grids.grid import GridFrame
 from osm2xodr.surface.grids.interpolation import Cells
-from osm2xodr.surface.grids.voids import between
+from osm2xodr.surface.grids.voids import interpolate_lattice
 
-# Distance of the points at which the difference between two vertical datums is found, m: geoids are smoother.
+# Spacing of the points at which the difference between two vertical datums is computed, m: geoids are smoother.
 _DATUM_SPACING: Final = 1000.0
+# Rows that are converted at a time, to bound memory.
+_STRIP: Final = 256
 
-# The word for heights above the ellipsoid instead of a code.
-ELLIPSOID = "ellipsoid"
-_WGS84 = 4326
-_STRIP = 256
+# The user's word for heights above the WGS 84 ellipsoid.
+_ELLIPSOID: Final = "ellipsoid"
+_WGS84: Final = 4326
+
+# The international foot is 0.3048 m by definition (1959), the US survey foot 1200/3937 m.
+_FOOT: Final = 0.3048
+_US_SURVEY_FOOT: Final = 1200.0 / 3937.0
+_METRES: Final = MappingProxyType(
+    {
+        **dict.fromkeys(("m", "metre", "metres", "meter", "meters", "mtr"), 1.0),
+        **dict.fromkeys(("dm", "decimetre", "decimeter", "decimetres", "decimeters"), 0.1),
+        **dict.fromkeys(("cm", "centimetre", "centimeter", "centimetres", "centimeters"), 0.01),
+        **dict.fromkeys(("mm", "millimetre", "millimeter", "millimetres", "millimeters"), 0.001),
+        **dict.fromkeys(("km", "kilometre", "kilometer", "kilometres", "kilometers"), 1000.0),
+        **dict.fromkeys(("ft", "foot", "feet", "international foot", "international feet"), _FOOT),
+        "foot international": _FOOT,
+        **dict.fromkeys(("us-ft", "us ft", "ftus", "sft", "us survey foot", "us survey feet"), _US_SURVEY_FOOT),
+        **dict.fromkeys(("us foot", "us feet", "survey foot", "foot us"), _US_SURVEY_FOOT),
+        **dict.fromkeys(("u.s. survey foot", "u.s. survey feet"), _US_SURVEY_FOOT),
+        **dict.fromkeys(("yd", "yard", "yards"), 3.0 * _FOOT),
+        **dict.fromkeys(("fathom", "fathoms"), 6.0 * _FOOT),
+    }
+)
+
+
+def metres_per(unit: str) -> float | None:
+    """Return the metres in a unit of length as rasters name it, None if the name is not known."""
+    return _METRES.get(unit.strip().strip("[]()").replace("_", " ").casefold())
+
+
+def vertical_unit(crs: CRS) -> tuple[str, float] | None:
+    """Return name and metres of the unit of a CRS's heights, None if it has no heights."""
+    vertical = [part for part in crs.sub_crs_list if part.is_vertical]
+    axes = vertical[0].axis_info if vertical else crs.axis_info[2:3]
+    return (axes[0].unit_name, axes[0].unit_conversion_factor) if axes else None
+
+
+def horizontal_crs(crs: CRS) -> CRS:
+    """Return the CRS without its heights."""
+    plain = next((part for part in crs.sub_crs_list if not part.is_vertical), crs) if crs.is_compound else crs
+    return plain.to_2d()
 
 
 def parse_datum(text: str) -> CRS:
-    """Return the CRS of heights that a user names.
+    """Return the CRS of the heights that a user names.
 
     Parameters
     ----------
     text
-        ``ellipsoid`` (WGS 84), or what PROJ takes for a vertical, compound or three-dimensional CRS, such as
+        ``ellipsoid`` (WGS 84), or a vertical, compound or three-dimensional CRS in any form that PROJ reads, such as
         ``EPSG:3855`` (EGM2008) or ``EPSG:5773`` (EGM96).
 
     Raises
     ------
     InputError
-        It is none of these.
+        It is neither.
     """
-    remedy = f"give '{ELLIPSOID}' or the code of a vertical reference system, such as EPSG:3855 (EGM2008)"
-    if text.strip().casefold() == ELLIPSOID:
+    remedy = f"give '{_ELLIPSOID}' or the code of a vertical reference system, such as EPSG:3855 (EGM2008)"
+    if text.strip().casefold() == _ELLIPSOID:
         return CRS.from_epsg(_WGS84).to_3d()
     try:
         crs = CRS.from_user_input(text.strip())
@@ -58,7 +101,7 @@ def parse_datum(text: str) -> CRS:
 
 
 def heights_of(crs: CRS) -> CRS | None:
-    """Return what a CRS says about heights: a vertical CRS, a geographic one with ellipsoidal heights, or None."""
+    """Return the CRS of a CRS's heights: vertical, or geographic with ellipsoidal heights; None if it has none."""
     if crs.is_vertical and not crs.is_compound:
         return crs
     for part in crs.sub_crs_list if crs.is_compound else ():
@@ -71,23 +114,23 @@ def heights_of(crs: CRS) -> CRS | None:
 def convert_heights(
     path: Path, z: Cells, frame: GridFrame, source: CRS, target: CRS, diagnostics: Diagnostics
 ) -> Cells:
-    """Return heights in another vertical datum.
+    """Return heights converted to another vertical datum.
 
-    The difference between two datums is found at points about `_DATUM_SPACING` apart and interpolated, as
-    geoids change by centimetres over kilometres.
+    The difference between two datums is computed at points about 1 km apart and interpolated, as geoids change by
+    centimetres over kilometres.
 
     Parameters
     ----------
     path
-        Of the elevation model, for messages.
+        Path of the elevation model, for messages.
     z : (rows, cols)
         Heights, m; NaN in voids.
     frame
-        Where the cells are.
+        Frame of the cells.
     source, target
-        As of `parse_datum`.
+        Datums, as of `parse_datum`.
     diagnostics
-        Receives what was done.
+        Gets the transformation and the shift.
 
     Raises
     ------
@@ -106,11 +149,11 @@ def convert_heights(
     out = z.copy()
     for first in range(0, len(z), _STRIP):
         strip = slice(first, min(first + _STRIP, len(z)))
-        out[strip] += between(lattice, stride, strip, z.shape[1])
+        out[strip] += interpolate_lattice(lattice, stride, strip, z.shape[1])
     diagnostics.note(
         "vertical-datum",
         "",
-        f"{path}: heights were taken from {_label(source)} to {_label(target)} ({how}); that moved them by "
+        f"{path}: heights were converted from {_label(source)} to {_label(target)} ({how}), which changed them by "
         f"{shift.min():.2f} to {shift.max():.2f} m.",
     )
     return out
@@ -119,18 +162,16 @@ def convert_heights(
 def _shift(
     path: Path, frame: GridFrame, col: FloatArray, row: FloatArray, height: float, source: CRS, target: CRS
 ) -> tuple[FloatArray, str]:
-    """Return by how much heights (m) grow at col, row, m, and the name of the transformation."""
+    """Return the increase of heights at col, row (n,), m, and the name of the transformation."""
     geodetic = frame.crs.geodetic_crs
     if geodetic is None:
         raise InputError(
-            f"{path}: the raster's coordinate reference system has no datum, so that heights cannot be turned into "
+            f"{path}: the raster's coordinate reference system has no datum, so that heights cannot be converted to "
             "another vertical datum; leave --vertical-datum out"
         )
     # Heights in a vertical CRS belong to the raster's own positions, ellipsoidal ones to those on their ellipsoid.
     base = geodetic.to_2d() if source.is_vertical else source.to_2d()
-    a, b, c, d, e, f = frame.affine
-    px, py = a * (col + 0.5) + b * (row + 0.5) + c, d * (col + 0.5) + e * (row + 0.5) + f
-    lon, lat = Transformer.from_crs(frame.crs, base, always_xy=True).transform(px, py)
+    lon, lat = Transformer.from_crs(frame.crs, base, always_xy=True).transform(*frame.in_crs(col, row))
     begin, end = _with_heights(base, source), _with_heights(CRS.from_epsg(_WGS84), target)
     unit, new_unit = (crs.axis_info[-1].unit_conversion_factor for crs in (begin, end))
     with _offline():
@@ -153,7 +194,7 @@ def _with_heights(base: CRS, heights: CRS) -> CRS:
 
 
 def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> InputError:
-    """Say why heights cannot be taken from one datum to another."""
+    """Explain why heights cannot be converted from one datum to another."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -165,7 +206,7 @@ def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> Inpu
         for operation in (group.unavailable_operations if group is not None else ())
         if all(grid.available or grid.url for grid in operation.grids)
     ]
-    what = f"{path}: heights cannot be turned from {_label(source)} into {_label(target)}"
+    what = f"{path}: heights cannot be converted from {_label(source)} to {_label(target)}"
     if lacking:
         grids = min(lacking, key=len)
         commands = " and ".join(f"'projsync --file {name}'" for name in grids)
@@ -174,7 +215,7 @@ def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> Inpu
             "leave --vertical-datum out"
         )
     return InputError(
-        f"{what}: PROJ knows no transformation that holds there; give another --vertical-datum, or leave it out"
+        f"{what}: PROJ knows no transformation that is valid there; give another --vertical-datum, or leave it out"
     )
 
 
@@ -188,8 +229,8 @@ def _label(crs: CRS) -> str:
 
 @contextmanager
 def _offline() -> Iterator[None]:
-    """Keep PROJ off the network whatever its settings say: a grid that is absent is to be said, not fetched."""
-    # The module passes these two on without saying so to type checkers.
+    """Keep PROJ off the network whatever its settings: an absent grid is reported, not fetched."""
+    # pyproj's type hints lack these two functions.
     switch: Any = network
     was = switch.is_network_enabled()
     switch.set_network_enabled(False)

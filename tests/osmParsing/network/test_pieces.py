@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from osm_builder import ROAD, ROW, Area, about, ends_of, nodes_of, ways_of
+
+from osm2xodr.diagnostics import Kind
+
+
+@pytest.mark.parametrize(
+    ("way", "node", "streets", "ends"),
+    [
+        # A ring by itself has no intersection.
+        ([1, 2, 12, 11, 1], ROAD, [[1, 2, 12, 11, 1]], [(-1, -1)]),
+        ([1, 2, 12, 11, 1], "highway=residential oneway=-1", [[1, 11, 12, 2, 1]], [(-1, -1)]),
+        # A loop at the end of a street, an eight, and a way that crosses itself.
+        ([5, 1, 2, 12, 11, 1], ROAD, [[5, 1], [1, 2, 12, 11, 1]], [(5, 1), (1, 1)]),
+        ([1, 2, 12, 1, 3, 13, 1], ROAD, [[1, 2, 12, 1], [1, 3, 13, 1]], [(1, 1), (1, 1)]),
+        ([1, 2, 3, 13, 12, 2, 4], ROAD, [[1, 2], [2, 3, 13, 12, 2], [2, 4]], [(1, 2), (2, 2), (2, 4)]),
+        # Out and back over the same nodes.
+        ([1, 2, 1], ROAD, [[1, 2]], [(1, 2)]),
+        ([1, 2, 3, 2], ROAD, [[1, 2, 3]], [(1, 3)]),
+        ([1, 2, 3, 2, 1], ROAD, [[1, 2, 3]], [(1, 3)]),
+        # Nodes that follow themselves.
+        ([1, 1, 2, 2, 2, 3], ROAD, [[1, 2, 3]], [(1, 3)]),
+    ],
+)
+def test_ways_that_visit_nodes_twice(
+    tmp_path: Path, way: list[int], node: str, streets: list[list[int]], ends: list[tuple[int, int]]
+) -> None:
+    network, _ = Area(ROW, {20: (way, node)}).parse(tmp_path)
+    assert nodes_of(network) == streets
+    assert ends_of(network) == ends
+
+
+def test_a_roundabout_is_cut_at_its_arms(tmp_path: Path) -> None:
+    ring = ([2, 3, 13, 12, 2], "highway=tertiary junction=roundabout lanes=1")
+    network, _ = Area(ROW, {20: ring, 21: ([1, 2], ROAD), 22: ([13, 14], ROAD)}).parse(tmp_path)
+    assert nodes_of(network) == [[2, 3, 13], [13, 12, 2], [1, 2], [13, 14]]
+    assert [street.pieces[0][1].roundabout for street in network.streets] == [True, True, False, False]
+
+
+def test_ways_on_top_of_others_are_left_out(tmp_path: Path) -> None:
+    area = Area(ROW, {20: ([1, 2, 3, 4], ROAD), 21: ([3, 2], ROAD), 22: ([4, 5], ROAD)})
+    network, diagnostics = area.parse(tmp_path)
+    assert nodes_of(network) == [[1, 2, 3, 4, 5]]
+    assert ways_of(network) == [[(20, False), (22, False)]]
+    assert [(item.kind, item.code, item.osm_id) for item in diagnostics] == [
+        (Kind.DROPPED, "duplicate-way", "way/21")
+    ]
+
+
+def test_nodes_at_one_place_are_one_node(tmp_path: Path) -> None:
+    nodes = ROW | {30: (200.0004, 0.0), 31: (200.0004, 0.0)}
+    area = Area(
+        nodes,
+        {20: ([1, 2, 31, 30], ROAD), 21: ([30, 3], ROAD), 22: ([31, 12], ROAD)},
+        node_tags={30: "highway=stop a=b"},
+    )
+    network, diagnostics = area.parse(tmp_path)
+    assert nodes_of(network) == [[1, 2], [2, 3], [2, 12]]
+    assert [(item.osm_id, item.kind) for item in about(diagnostics, "same-place")] == [
+        ("node/30", Kind.REPAIRED),
+        ("node/31", Kind.REPAIRED),
+    ]
+    assert network.node_tags == {2: {"highway": "stop"}}
+
+
+def test_absent_nodes(tmp_path: Path) -> None:
+    # 99 and 98 are absent: 100 m are bridged, 300 m are not.
+    area = Area(
+        ROW,
+        {
+            20: ([1, 99, 2], ROAD),
+            21: ([3, 4, 98, 99, 7, 8], ROAD),
+            22: ([13, 98, 16], ROAD),
+            23: ([97, 98], ROAD),
+            24: ([99, 11, 98], ROAD),
+            25: ([], ROAD),
+        },
+    )
+    network, diagnostics = area.parse(tmp_path)
+    assert nodes_of(network) == [[1, 2], [3, 4], [7, 8]]
+    said = [(item.osm_id, item.kind.value) for item in about(diagnostics, "absent-node")]
+    assert said == [(f"way/{k}", "dropped") for k in (20, 21, 22, 23, 24)] + [
+        ("way/21", "repaired"),
+        ("way/22", "repaired"),
+    ]
+    assert [item.osm_id for item in about(diagnostics, "short-way")] == ["way/23", "way/24", "way/25"]
