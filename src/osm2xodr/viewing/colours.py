@@ -50,6 +50,8 @@ STEEPNESS: Final = ("#dfe7ea", "#c3d2c4", "#e8d48a", "#f0a94e", "#d9663a", "#a52
 # Too low is blue, too high is orange; what fits is nearly white.
 ERROR: Final = ("#0b3c7f", "#2f74b9", "#86b6da", "#e9ecec", "#f2b577", "#cf6a1c", "#7c3304")
 UNKNOWN_COLOUR: Final = "#b9a7c9"
+# Least difference between the ends of a ramp, in its unit, so that equal ends divide nothing by 0.
+_LEAST_RANGE: Final = 1e-12
 
 # Types of lanes; what is not listed is drawn as `LANE_OTHER`.
 LANE_TYPES: Final = MappingProxyType(
@@ -113,16 +115,17 @@ class Ramp:
     low: float
     high: float
     unit: str
+    unknown: Colour = UNKNOWN_COLOUR  # Of values that are not finite
 
     def colours(self, values: FloatArray) -> Pixels:
-        """Return red, green and blue, (n, 3), of values."""
+        """Return red, green and blue, (..., 3), of values of any shape."""
         table = np.array([rgb(stop) for stop in self.stops], np.float64)
         values = np.asarray(values, np.float64)
-        place = (values - self.low) / (self.high - self.low) * (len(table) - 1)
+        place = (values - self.low) / max(self.high - self.low, _LEAST_RANGE) * (len(table) - 1)
         place = np.clip(np.nan_to_num(place), 0.0, len(table) - 1)
         at = np.arange(len(table))
-        mixed = np.stack([np.interp(place, at, table[:, k]) for k in range(3)], axis=1)
-        mixed[~np.isfinite(values)] = rgb(UNKNOWN_COLOUR)
+        mixed = np.stack([np.interp(place, at, table[:, k]) for k in range(3)], axis=-1)
+        mixed[~np.isfinite(values)] = rgb(self.unknown)
         rounded: Pixels = np.rint(mixed).astype(np.uint8)
         return rounded
 

@@ -1,9 +1,9 @@
-"""From a file of OpenDRIVE to what is drawn of it."""
+"""From a file of OpenDRIVE to what is drawn of it: stations, borders of lanes, and the road marks on them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -23,8 +23,30 @@ from osm2xodr.opendrive import (
 )
 from osm2xodr.viewing.scene import Scene
 
+# How far chords of drawn roads lie from their curves at most, m, and the longest chord, m: less than a pixel up to 30
+# pixels per metre; and between stations of a profile a grade is as good as straight. Choices.
+_TOLERANCE: Final = 0.03
+_LONGEST_CHORD: Final = 10.0
+# How road marks are drawn (0 not at all, 1 solid, 2 broken), and in which colour; others are solid and white.
+_MARK_STYLES: Final = {
+    "none": 0,
+    "": 0,
+    "solid": 1,
+    "broken": 2,
+    "botts dots": 2,
+    "broken broken": 2,
+    "broken solid": 1,
+}
+_MARK_COLOURS: Final = {
+    "yellow": "#e8b400",
+    "orange": "#e08a00",
+    "red": "#d03a32",
+    "blue": "#4f8fd0",
+    "green": "#4aa564",
+}
 
-def make_scene(file: OpenDrive, tolerance: float, step: float) -> Scene:
+
+def make_scene(file: OpenDrive, tolerance: float = _TOLERANCE, step: float = _LONGEST_CHORD) -> Scene:
     """Sample all roads, and all borders of their lanes.
 
     Parameters
@@ -32,7 +54,7 @@ def make_scene(file: OpenDrive, tolerance: float, step: float) -> Scene:
     file
         The network. Roads that cannot be drawn (no plan view, no lane section, unreadable numbers) have no strips.
     tolerance, step
-        As for `osm2xodr.opendrive.space.sample_roads`, m.
+        As for `osm2xodr.opendrive.sample_roads`, m.
     """
     road, s, section, is_end = _stations(file, tolerance, step)
     strip_first = np.flatnonzero(np.diff(section, prepend=ABSENT) != 0)
@@ -148,3 +170,38 @@ def _borders(
     outer[ends] = lane_borders(file, which[ends], at[ends], before=True)[1]
     out[side] = outer
     return out
+
+
+def border_marks(file: OpenDrive, scene: Scene) -> tuple[list[list[Any]], IntArray]:
+    """Return kinds of road marks and the kind of each border of strips.
+
+    A lane's mark stands on its outer border, the centre lane's on the one between left and right.
+
+    Returns
+    -------
+    kinds
+        Name, 0 for none or 1 for solid or 2 for broken, colour.
+    kind : (borders,)
+        Of each border of each strip, from left to right, one strip after the other.
+    """
+    lanes = file.lanes
+    kinds: dict[tuple[str, str], int] = {("none", ""): 0}
+    code = np.array(
+        [kinds.setdefault(pair, len(kinds)) for pair in zip(lanes.mark, lanes.mark_color, strict=True)], np.int64
+    )
+    strip = np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start) + 1)
+    first = scene.lane_start[:-1] + np.arange(len(scene.strip_road))
+    rank = np.arange(len(strip)) - first[strip]
+    left = np.bincount(
+        np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start)),
+        weights=lanes.id[scene.lane] > 0,
+        minlength=len(scene.strip_road),
+    ).astype(np.int64)
+    out = np.zeros(len(strip), np.int64)
+    centre = rank == left[strip]
+    has_centre = centre & (scene.centre[strip] >= 0)
+    out[has_centre] = code[scene.centre[strip[has_centre]]]
+    side = np.flatnonzero(~centre)
+    out[side] = code[scene.lane[scene.lane_start[strip[side]] + rank[side] - (rank[side] > left[strip[side]])]]
+    rows = [[name, _MARK_STYLES.get(name, 1), _MARK_COLOURS.get(colour, "#ffffff")] for name, colour in kinds]
+    return rows, out

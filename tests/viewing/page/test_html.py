@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import hashlib
+import json
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -18,7 +21,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.opendrive.space import frame_of
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import ReportOptions, write_report
-from osm2xodr.viewing.page.html import make_report
+from osm2xodr.viewing.page.html import _as_json, _compressed, make_report
 
 
 def report_of(source: Path | OpenDrive, **options: Any) -> bytes:
@@ -211,3 +214,15 @@ def test_the_report_is_written_as_a_whole(tmp_path: Path) -> None:
     assert out.stat().st_size == size
     assert out.read_bytes().startswith(b"<!doctype html>")
     assert size < 1_200_000
+
+
+def test_the_same_bytes_give_the_same_text() -> None:
+    text = _compressed(b"abc" * 100)
+    assert text == _compressed(b"abc" * 100)
+    assert gzip.decompress(base64.b64decode(text)) == b"abc" * 100
+
+
+def test_json_has_only_finite_numbers_and_whole_characters() -> None:
+    assert json.loads(_as_json({"name": "Straße \udc80"})) == {"name": "Straße ?"}
+    with pytest.raises(ValueError, match="Out of range"):
+        _as_json([math.nan])

@@ -5,12 +5,9 @@ Scripts sort, filter and zoom; where they are forbidden, as in the archives of s
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import re
 from collections.abc import Iterator, Sequence
 from html import escape
-from importlib.resources import files
 from types import MappingProxyType
 from typing import Final
 from urllib.parse import quote
@@ -19,7 +16,8 @@ from osm2xodr import __version__
 from osm2xodr.batch.index.area_rows import AreaRow, Figures, one_line
 from osm2xodr.batch.index.map import Map, Shape, make_map, number
 from osm2xodr.batch.model import Status
-from osm2xodr.diagnostics import Kind
+from osm2xodr.diagnostics import Kind, counted
+from osm2xodr.viewing import facts, filled, package_text, page_html
 
 # Statuses in the order in which people want to know about them, and what each is.
 _STATUSES: Final = MappingProxyType(
@@ -48,8 +46,8 @@ _HEADINGS: Final = (
     ("Time", "of the conversion in this run", "s"),
     ("Memory", "most that the conversion took in this run", "MB"),
 )
-# Says before the table is read that scripts run, so that rows far down are laid out only when they come into sight.
-_EARLY: Final = 'document.documentElement.className = "scripted";'
+# Says before the table is read that scripts run, so that rows far down are laid out only when they come into view.
+_EARLY_SCRIPT: Final = 'document.documentElement.className = "scripted";'
 # How many of them come from the report.
 _FIGURES: Final = 12
 # An area smaller than this on the whole map gets a symbol, units: a hundredth of the map's width is hard to see.
@@ -67,18 +65,12 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
     order = {status: place for place, status in enumerate(_STATUSES)}
     rows = sorted(rows, key=lambda row: (order[row.result.status], _natural(row.name)))
     chart = make_map([row.result.outline_deg for row in rows])
-    script, style = _part("index.js"), _part("index.css")
-    count = f"{len(rows):,} area{'' if len(rows) == 1 else 's'}"
+    count = counted(len(rows), "area")
     parts = {
-        "policy": f"default-src 'none'; script-src {_hash(_EARLY)} {_hash(script)}; style-src {_hash(style)};"
-        " img-src data:; base-uri 'none'; form-action 'none'",
-        "style": style,
-        "script": script,
-        "early": _EARLY,
         "version": escape(__version__),
         "count": count,
         "statuses": "".join(_status(rows, status) for status in _STATUSES),
-        "figures": "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in _totals(rows)),
+        "figures": facts(_totals(rows)),
         "failures": _failures(rows),
         "map": _map(rows, chart),
         "nowhere": "" if any(chart.shapes) else ' class="nowhere"',
@@ -86,8 +78,13 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
         "headings": "".join(_heading(*heading) for heading in _HEADINGS),
         "rows": "\n".join(_row(place, row) for place, row in enumerate(rows)),
     }
-    page = re.sub(r"@([a-z]+)@", lambda match: parts[match.group(1)], _part("index.html"))
-    return page.encode("utf-8", "replace")
+    return page_html(
+        f"osm2xodr: {count}",
+        filled(_text("index.html"), parts),
+        _text("index.css"),
+        scripts=[_text("index.js")],
+        early_script=_EARLY_SCRIPT,
+    )
 
 
 def _natural(name: str) -> tuple[list[tuple[int, str]], str]:
@@ -229,11 +226,6 @@ def _written(value: float | None, factor: float, decimals: int) -> str:
     return "" if value is None else f"{value * factor:,.{decimals}f}"
 
 
-def _hash(text: str) -> str:
-    """Return what a policy calls a text by."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}'"
-
-
-def _part(name: str) -> str:
+def _text(name: str) -> str:
     """Return a file of the template."""
-    return files("osm2xodr.batch.index").joinpath("template").joinpath(name).read_text(encoding="utf-8")
+    return package_text("osm2xodr.batch.index", f"template/{name}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -19,8 +20,14 @@ from osm2xodr.osmParsing import (
     read_nodes,
     read_ways,
 )
-from osm2xodr.viewing.defaults import COVER_ANGLE, COVER_SLACK, COVER_SPACING, COVER_WAY_LENGTH
 
+# Distance of points along ways, m; how far beside a lane a point still counts as on it, m (a way drawn on the kerb);
+# how far the directions of a way and of its road may differ, rad (30 degrees).
+_SPACING: Final = 10.0
+_SLACK: Final = 1.0
+_ANGLE: Final = 0.5236
+# Least length of a way on a road that is listed with it, m; half of the road is enough.
+LEAST_MATCH: Final = 15.0
 _TAGS = frozenset({*ACCESS_TAGS, "highway", "name", "ref", "bridge", "tunnel"})
 _NO = frozenset({"no", ""})
 
@@ -79,7 +86,7 @@ def compare_with_osm(path: Path, file: OpenDrive, frame: Frame) -> tuple[list[Wa
     points = _points(ways, nodes, frame)
     places = RoadFinder(file).find(points.x, points.y)
     covered = np.zeros(len(points.x), np.bool_)
-    covered[places.point[places.distance <= COVER_SLACK]] = True
+    covered[places.point[places.distance <= _SLACK]] = True
     return _covers(ways, points, covered), _on_roads(file, points, places, len(ways))
 
 
@@ -106,7 +113,7 @@ def _points(ways: list[RawWay], nodes: RawNodes, frame: Frame) -> _Points:
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(px), np.diff(py)))))
         if len(px) < 2 or length[-1] <= 0.0:
             continue
-        pieces = max(1, int(np.ceil(length[-1] / COVER_SPACING)))
+        pieces = max(1, int(np.ceil(length[-1] / _SPACING)))
         middle = (np.arange(pieces) + 0.5) * length[-1] / pieces
         segment = np.clip(np.searchsorted(length, middle, "right") - 1, 0, len(px) - 2)
         columns.append(
@@ -158,10 +165,10 @@ def _on_roads(file: OpenDrive, points: _Points, places: Places, ways: int) -> li
     A way follows a road where its points lie on the lanes, and where both have one direction; levels are not told
     apart, so that a road may follow a way that lies above or below it as well.
     """
-    rows = np.flatnonzero((places.distance <= COVER_SLACK) & (file.roads.junction[places.road] == -1))
+    rows = np.flatnonzero((places.distance <= _SLACK) & (file.roads.junction[places.road] == -1))
     heading = pose(file, places.road[rows], places.s[rows])[2]
     along = np.abs(np.cos(heading - points.direction[places.point[rows]]))
-    rows = rows[along >= np.cos(COVER_ANGLE)]
+    rows = rows[along >= np.cos(_ANGLE)]
     if not len(rows):
         return []
     road, way, s = places.road[rows], points.way[places.point[rows]], places.s[rows]
@@ -178,6 +185,6 @@ def _on_roads(file: OpenDrive, points: _Points, places: Places, ways: int) -> li
     for a, b in zip(first.tolist(), last.tolist(), strict=True):
         length = float(file.roads.length[road[a]])
         begin, end = max(0.0, float(s[a] - half[a])), min(length, float(s[b] + half[b]))
-        if float(2.0 * half[a : b + 1].sum()) >= min(COVER_WAY_LENGTH, 0.5 * length):
+        if float(2.0 * half[a : b + 1].sum()) >= min(LEAST_MATCH, 0.5 * length):
             out.append(WayOnRoad(int(road[a]), int(kept_ways[way[a]]), begin, end))
     return sorted(out, key=lambda item: (item.road, item.begin, item.end, item.way))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,20 +12,21 @@ import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
-from osm2xodr.model import IntArray
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
 from osm2xodr.viewing import colours
-from osm2xodr.viewing.defaults import COVER_WAY_LENGTH
 from osm2xodr.viewing.furniture import junction_places, placed_objects, placed_signals, structures_of
-from osm2xodr.viewing.marks import border_marks
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes
-from osm2xodr.viewing.page.coverage import WayCover, WayOnRoad
+from osm2xodr.viewing.page.coverage import LEAST_MATCH, WayCover, WayOnRoad
 from osm2xodr.viewing.page.ground import Terrain
-from osm2xodr.viewing.page.packing import UNKNOWN, quantised
 from osm2xodr.viewing.scene import Scene
+from osm2xodr.viewing.strips import border_marks
 
 Packed = npt.NDArray[np.int32]
 
+# Stands for "unknown" among whole numbers of 32 bits.
+UNKNOWN = -(2**31)
+_LARGEST = 2**31 - 1
 # Degree of the polynomial that stands for the projection on the page, and points along each side that it fits.
 _ORDER = 4
 _FIT_POINTS = 15
@@ -86,7 +88,7 @@ def _kind_at(
     """Return the kind of structure that stands at an end of a road; empty without one."""
     for kind, begin, end, _ in structures.get(road, ()):
         s = float(file.roads.length[road]) if contact == End.END else 0.0
-        if begin - COVER_WAY_LENGTH <= s <= end + COVER_WAY_LENGTH:
+        if begin - LEAST_MATCH <= s <= end + LEAST_MATCH:
             return kind
     return ""
 
@@ -304,3 +306,26 @@ def on_structure(subject: Subject) -> npt.NDArray[np.bool_]:
         for _, begin, end, _ in items:
             out[rows] |= (scene.s[rows] >= begin) & (scene.s[rows] <= end)
     return out
+
+
+def quantised(values: FloatArray, step: float) -> npt.NDArray[np.int32]:
+    """Return values as whole numbers of steps: `UNKNOWN` where they are not finite, the largest where too large."""
+    scaled = np.asarray(values, np.float64) / step
+    known = np.isfinite(scaled)
+    whole = np.rint(np.clip(np.where(known, scaled, 0.0), -_LARGEST, _LARGEST))
+    return np.where(known, whole, float(UNKNOWN)).astype(np.int64).astype(np.int32)
+
+
+def pack_arrays(arrays: Mapping[str, npt.NDArray[np.int32]]) -> tuple[list[list[Any]], bytes]:
+    """Return a table of contents, rows of name and length, and all arrays as one string of bytes.
+
+    Each is written as differences (modulo 2 to the 32), and these as four planes of bytes, the lowest first.
+    """
+    contents: list[list[Any]] = []
+    parts: list[bytes] = []
+    for name, values in arrays.items():
+        whole = np.ascontiguousarray(values, np.int32).view(np.uint32)
+        steps = np.diff(whole, prepend=np.uint32(0)).astype("<u4")
+        parts.append(np.ascontiguousarray(steps.view(np.uint8).reshape(-1, 4).T).tobytes())
+        contents.append([name, len(whole)])
+    return contents, b"".join(parts)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from osm2xodr.defaults import GRADE_LIMIT, REPORT_MISSING, REPORT_WORST
-from osm2xodr.viewing import defaults
+from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.viewing.modes import strip_classes
 from osm2xodr.viewing.page.data import Subject, on_structure, origin_of, rounded
 from osm2xodr.viewing.page.ground import height_errors, worst_stations
@@ -18,7 +17,11 @@ from osm2xodr.viewing.page.ground import height_errors, worst_stations
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult
 
-_GRAVE = ("error", "warning")
+# Roads that a table of the worst ones lists, and ways with gaps, at most; choices.
+_MOST_ROADS: Final = 25
+_MOST_GAPS: Final = 2000
+# Least length without a road of a way that is listed as missing, m.
+_LEAST_GAP: Final = 15.0
 _OSM_ID = re.compile(r"(?:way|node|relation)/-?\d+")
 
 
@@ -44,8 +47,8 @@ def accuracy(subject: Subject, models: Sequence[str]) -> dict[str, Any] | None:
     groups += [("outside of junctions", ground & outside), ("in junctions", ground & ~outside)]
     groups += [(f"class {name}", ground & (station_class == k)) for k, name in enumerate(names)]
     error = scene.z - scene.ground
-    worst = worst_stations(error, scene, ground, REPORT_WORST)
-    steep = worst_stations(scene.grade, scene, outside, REPORT_WORST)
+    worst = worst_stations(error, scene, ground, _MOST_ROADS)
+    steep = worst_stations(scene.grade, scene, outside, _MOST_ROADS)
     roads = scene.station_road
     square = {int(road): _rms(error[(roads == road) & ground & np.isfinite(error)]) for road in roads[worst]}
     return {
@@ -84,15 +87,15 @@ def coverage(subject: Subject) -> dict[str, Any] | None:
             row[1] += item.covered
     order = {name: k for k, name in enumerate(("all", *GRADE_LIMIT))}
     rows = sorted(classes.items(), key=lambda entry: (order.get(entry[0], len(order)), entry[0]))
-    gaps = [item for item in subject.covers if item.length - item.covered > defaults.COVER_MISSING]
+    gaps = [item for item in subject.covers if item.length - item.covered > _LEAST_GAP]
     gaps.sort(key=lambda item: (item.covered - item.length, item.way))
-    shown = gaps[:REPORT_MISSING]
+    shown = gaps[:_MOST_GAPS]
     more = "" if len(shown) == len(gaps) else f" The first {len(shown):,} of {len(gaps):,} are listed."
     return {
         "text": "Ways that convert takes by default: for cars, open to the public, no driveways or parking aisles. A"
         " way is covered where it lies on a lane of any kind, or within 1 m of one; heights and lanes do not count."
         + more,
-        "least": defaults.COVER_MISSING,
+        "least": _LEAST_GAP,
         "rows": [[name, rounded(all_ / 1000.0, 3), rounded(done / 1000.0, 3)] for name, (all_, done) in rows if all_],
         "missing": [
             [
@@ -151,8 +154,11 @@ def verdict(
         _, length, covered = cover["rows"][0]
         out.append(["of OSM's car ways covered", f"{100.0 * covered / length:.1f} %" if length else "none"])
     if result is not None:
-        grave = [sum(item.findings for item in result.counts if item.severity.word == word) for word in _GRAVE]
-        out.append([" and ".join(f"{word}s" for word in _GRAVE), " + ".join(f"{count:,}" for count in grave)])
+        by_word = {
+            word: sum(item.findings for item in result.counts if item.severity.word == word)
+            for word in ("error", "warning")
+        }
+        out.append(["errors and warnings", " + ".join(f"{count:,}" for count in by_word.values())])
     return out
 
 

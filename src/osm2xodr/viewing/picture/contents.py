@@ -9,29 +9,31 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.defaults import RENDER_MARGIN, RENDER_PIXELS_MOST
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of
-from osm2xodr.viewing import defaults
 from osm2xodr.viewing.colours import Ramp, nice_step
-from osm2xodr.viewing.marks import border_marks
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.details import FURNISHED, MARKED, furniture_shapes, mark_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 from osm2xodr.viewing.scene import Scene
-from osm2xodr.viewing.strips import make_scene
+from osm2xodr.viewing.strips import border_marks, make_scene
 
-# Height of the legend's band below the map, and of a line of its text, in thousandths of the width, at least pixels.
-_BAND, _BAND_LEAST = 0.045, 44
-# Lanes are outlined from so many pixels per metre on.
-_OUTLINED = 1.5
-# What lies so much higher than something is above it, m.
-_CLEARANCE = 3.0
+# Height of the legend's band below the map as a share of the width, and its least height, pixels.
+_BAND: Final = 0.045
+_LEAST_BAND: Final = 44
+# Margin around the roads as a share of the longer side, and pixels in all at most. Choices.
+_MARGIN: Final = 0.03
+_MOST_PIXELS: Final = 100_000_000
+# Pixels per metre from which carriageways have edges.
+_EDGES_FROM: Final = 1.5
+# A strip higher than something by more than this is above it, m: less than the clearance of any bridge for cars.
+_CLEARANCE: Final = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,14 +71,14 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
     InputError
         Nothing of the file can be drawn, nothing of it is in the box, or it has no speeds to show.
     """
-    scene = make_scene(file, defaults.VIEW_TOLERANCE, defaults.VIEW_STEP)
+    scene = make_scene(file)
     if not len(scene.s):
         raise InputError(f"{file.path} has no road that can be drawn: it has none with a plan view and lanes")
     x, y, _ = scene.border_places()
     west, south, east, north = options.box or _around(x, y)
     scale = options.width / (east - west)
     map_height = max(1, round((north - south) * scale))
-    if options.width * map_height > RENDER_PIXELS_MOST:
+    if options.width * map_height > _MOST_PIXELS:
         raise InputError(
             f"the picture would have {options.width:,} x {map_height:,} pixels;"
             " give a smaller --width or a flatter box"
@@ -96,7 +98,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
         roads = frozenset(scene.strip_road.tolist())
         furniture = furniture_shapes(file, roads, lambda x, y: ((x - west) * scale, (north - y) * scale), scale)
         _add_furniture(layers, furniture, scene, x, y)
-    band = max(_BAND_LEAST, round(_BAND * options.width))
+    band = max(_LEAST_BAND, round(_BAND * options.width))
     return Picture(
         options.width,
         map_height + band,
@@ -113,7 +115,7 @@ def _around(x: FloatArray, y: FloatArray) -> tuple[float, float, float, float]:
     """Return the box around everything, with a margin."""
     known = np.isfinite(x) & np.isfinite(y)
     west, east, south, north = x[known].min(), x[known].max(), y[known].min(), y[known].max()
-    margin = RENDER_MARGIN * max(east - west, north - south, 20.0)
+    margin = _MARGIN * max(east - west, north - south, 20.0)
     return float(west - margin), float(south - margin), float(east + margin), float(north + margin)
 
 
@@ -156,7 +158,7 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
             shades = [station_colour[first + row] for row in rows[:-1]]
             for a, b in _runs(shades):
                 shapes.append(Polygon(_band(grid, a, b, 0, grid.shape[1] - 1), shades[a]))
-        if scale >= _OUTLINED and file.roads.junction[scene.strip_road[strip]] == -1:
+        if scale >= _EDGES_FROM and file.roads.junction[scene.strip_road[strip]] == -1:
             shapes += [Line(grid[:, 0]), Line(grid[:, -1])]
         if kinds:
             borders = lane + strip

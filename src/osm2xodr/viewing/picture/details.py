@@ -11,8 +11,17 @@ import numpy as np
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.viewing.furniture import PlacedObject, placed_objects, placed_signals
-from osm2xodr.viewing.picture import symbols
-from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
+from osm2xodr.viewing.picture.shapes import (
+    WHITE,
+    Line,
+    Polygon,
+    Shape,
+    arrow,
+    bars,
+    disc,
+    light_symbol,
+    sign_symbol,
+)
 
 # From so many pixels per metre on: marks, and objects and signals.
 MARKED: Final = 3.0
@@ -25,7 +34,7 @@ _BROKEN: Final = 2
 _DASHES_MAX: Final = 20_000
 _KERB_COLOUR: Final = "#8c8a84"
 _UNPAINTED: Final = frozenset({"", "none", "curb", "grass"})
-_PAINT: Final = symbols.WHITE
+_PAINT: Final = WHITE
 # Of objects by type; what is not listed is drawn in the last.
 _FILLS: Final = {
     "trafficIsland": "#c4c0b4",
@@ -109,12 +118,10 @@ def furniture_shapes(
     for thing in things:
         yield (thing.x, thing.y, thing.z), list(_object(thing, pixels, scale))
     size = min(max(_SYMBOL * scale, _SYMBOL_LEAST), _SYMBOL_MOST)
-    light = symbols.light_symbol()
+    light = light_symbol()
     for signal in placed_signals(file, roads):
         attributes = signal.item.attributes
-        face = (
-            light if signal.is_light else symbols.sign_symbol(attributes.get("type", ""), attributes.get("name", ""))
-        )
+        face = light if signal.is_light else sign_symbol(attributes.get("type", ""), attributes.get("name", ""))
         x, y = pixels(signal.x, signal.y)
         yield (
             (signal.x, signal.y, signal.z),
@@ -157,7 +164,7 @@ def _crosswalk(thing: PlacedObject, subtype: str, pixels: _Pixels, scale: float)
         for piece in _dashed(around, 0.5 * scale, 0.5 * scale):
             yield Line(piece, _PAINT, max(0.1 * scale, 0.5))
         return
-    for bar in symbols.bars(corners):
+    for bar in bars(corners):
         yield _area(bar, _PAINT, pixels)
 
 
@@ -166,11 +173,11 @@ def _painted(thing: PlacedObject, subtype: str, pixels: _Pixels) -> Iterator[Sha
     corners = _open(thing.corners)
     if subtype.startswith("arrow"):
         cos, sin = math.cos(thing.heading), math.sin(thing.heading)
-        for part in symbols.arrow(subtype, thing.item.length):
+        for part in arrow(subtype, thing.item.length):
             turned = [(thing.x + cos * u - sin * v, thing.y + sin * u + cos * v) for u, v in part]
             yield _area(turned, _PAINT, pixels)
     elif "giveWay" in subtype and len(corners) == 4:
-        for piece in symbols.bars(corners):
+        for piece in bars(corners):
             yield _area(piece, _PAINT, pixels)
     else:
         yield _area(corners, _PAINT, pixels)
@@ -189,7 +196,7 @@ def _area(corners: Iterable[tuple[float, float]], colour: str, pixels: _Pixels) 
 
 def _disc(x: float, y: float, radius: float, colour: str) -> Polygon:
     """Return a disc, pixels."""
-    return Polygon(np.array([(x + u, y + v) for u, v in symbols.disc(radius)]), colour)
+    return Polygon(np.array([(x + u, y + v) for u, v in disc(radius)]), colour)
 
 
 def _moved(line: FloatArray, aside: float) -> FloatArray:

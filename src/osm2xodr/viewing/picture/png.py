@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import io
+from typing import Final
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from osm2xodr.defaults import RENDER_SAMPLES, RENDER_SAMPLES_MOST
 from osm2xodr.model import FloatArray
+from osm2xodr.viewing.colours import Pixels
 from osm2xodr.viewing.picture.contents import Picture
 from osm2xodr.viewing.picture.legend import Text, legend
 from osm2xodr.viewing.picture.shapes import PAPER, Polygon
 
-_ANCHORS = {"start": "ls", "middle": "ms", "end": "rs"}
+# Samples per pixel in either direction, fewer where there would be more samples in all than the second (450 MB).
+_SAMPLES: Final = 3
+_MOST_SAMPLES: Final = 150_000_000
+_ANCHORS: Final = {"start": "ls", "middle": "ms", "end": "rs"}
 
 
 def draw_png(picture: Picture) -> bytes:
     """Return the picture as PNG; the same picture gives the same bytes."""
-    n = RENDER_SAMPLES
-    while n > 1 and n * n * picture.width * picture.map_height > RENDER_SAMPLES_MOST:
+    n = _SAMPLES
+    while n > 1 and n * n * picture.width * picture.map_height > _MOST_SAMPLES:
         n -= 1
     large = Image.new("RGB", (n * picture.width, n * picture.map_height), PAPER)
     pen = ImageDraw.Draw(large)
@@ -38,8 +42,18 @@ def draw_png(picture: Picture) -> bytes:
     whole = Image.new("RGB", (picture.width, picture.height), PAPER)
     whole.paste(large.reduce(n), (0, 0))
     _draw_legend(whole, picture)
+    return _encoded(whole)
+
+
+def as_png(pixels: Pixels) -> bytes:
+    """Return pixels, (rows, columns, 3), as PNG; the same pixels give the same bytes."""
+    return _encoded(Image.fromarray(np.ascontiguousarray(pixels)))
+
+
+def _encoded(image: Image.Image) -> bytes:
+    """Return an image as PNG."""
     stream = io.BytesIO()
-    whole.save(stream, "PNG", optimize=True)
+    image.save(stream, "PNG", optimize=True)
     return stream.getvalue()
 
 
