@@ -42,7 +42,7 @@ def test_a_gap_is_measured_where_it_is(tree: Tree, path: Path) -> None:
     assert (finding.x, finding.y) == (-30.0, 0.25)
     assert finding.value == pytest.approx(0.25)
     assert finding.limit == 0.01
-    assert finding.text == "the record begins 0.25 m beside the end of the one before"
+    assert finding.text == "the record begins 0.25 m away from the end of the previous one"
     # 30 m west of the origin at 49 N, 11 E: a metre of longitude there is 1 / 73172 degrees.
     assert finding.lat == pytest.approx(49 + 0.25 / 111229, abs=1e-7)
     assert finding.lon == pytest.approx(11 - 30 / 73172, abs=1e-6)
@@ -209,7 +209,7 @@ def test_readers_have_rules_of_their_own(tree: Tree, path: Path) -> None:
     assert checked(tree, path, readers=()).by_rule() == {}
 
 
-def test_findings_say_who_suffers(tree: Tree, path: Path) -> None:
+def test_findings_name_the_affected_readers(tree: Tree, path: Path) -> None:
     one(tree, "road[@id='3']/lanes/laneSection").remove(one(tree, "road[@id='3']/lanes/laneSection/center"))
     for readers, expected in (
         (("carla", "sumo"), ("carla",)),
@@ -290,4 +290,4 @@ def test_every_rule_says_what_to_do() -> None:
         assert set(rule.readers) <= set(READERS)
         assert rule.standard or rule.readers
         assert (rule.limit is None) <= ("{value}" not in rule.text)
-        assert rule.grave is None or (rule.limit is not None and rule.grave >= rule.limit)
+        assert rule.limit is None or rule.limit.error is None or rule.limit.error >= rule.limit.value

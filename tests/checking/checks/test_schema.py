@@ -8,7 +8,7 @@ import pytest
 from real_readers import SCHEMA, need
 from t_junction import sound_map
 
-from osm2xodr.checking import CheckOptions, check_file, defaults
+from osm2xodr.checking import CheckOptions, check_file
 from osm2xodr.checking.checks import schema
 from osm2xodr.errors import InputError
 
@@ -50,7 +50,7 @@ def test_a_schema_of_xsd_1_1_is_understood(path: Path) -> None:
 
 
 def test_large_files_of_1_8_are_not_held_against_it(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(defaults, "CHECK_SCHEMA_18_BYTES", 1000)
+    monkeypatch.setattr(schema, "_MOST_BYTES", 1000)
     result = check_file(with_version(path, 8), CheckOptions(only=ONLY))
     assert [note for note in result.notes if "takes long" in note] == list(result.notes) != []
 

@@ -1,4 +1,4 @@
-"""What finds the defects of a road network."""
+"""The checks of a road network."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from osm2xodr.checking.checks.lane_transitions import transitions
 from osm2xodr.checking.checks.lanes import check_lanes
 from osm2xodr.checking.checks.links import check_links, check_ways_on
 from osm2xodr.checking.checks.phases import check_phases
-from osm2xodr.checking.checks.places import file_bytes
 from osm2xodr.checking.checks.plan_views import check_plan_views
 from osm2xodr.checking.checks.profiles import check_profiles
 from osm2xodr.checking.checks.readers import check_misfits, check_readers
@@ -27,7 +26,6 @@ __all__ = [
     "check_references",
     "check_surfaces",
     "check_ways_on",
-    "file_bytes",
     "lane_index",
     "schema_violations",
     "transitions",
