@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import ranks, runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import (
     ABSENT,
@@ -57,7 +57,7 @@ def make_scene(file: OpenDrive, tolerance: float = _TOLERANCE, step: float = _LO
         As for `osm2xodr.opendrive.sample_roads`, m.
     """
     road, s, section, is_end = _stations(file, tolerance, step)
-    strip_first = np.flatnonzero(np.diff(section, prepend=ABSENT) != 0)
+    strip_first = np.flatnonzero(np.diff(section, prepend=ABSENT))
     strip_section = section[strip_first]
     station_start = np.append(strip_first, len(s)).astype(np.int64)
     lane, lane_start, left_lanes = _lanes(file, strip_section)
@@ -91,7 +91,7 @@ def make_scene(file: OpenDrive, tolerance: float = _TOLERANCE, step: float = _LO
 def _stations(file: OpenDrive, tolerance: float, step: float) -> tuple[IntArray, FloatArray, IntArray, BoolArray]:
     """Return road, s and lane section of all stations, and which are the end of a section that another one follows.
 
-    Where a section begins there are two stations: the end of the one before it and its own first.
+    There are two stations where one section follows another: the end of the first and the start of the second.
     """
     found = sample_roads(file, tolerance, step)
     drawn = np.isfinite(found.x) & np.isfinite(found.y) & np.isfinite(found.hdg)
@@ -99,7 +99,7 @@ def _stations(file: OpenDrive, tolerance: float, step: float) -> tuple[IntArray,
     section = section_at(file, road, s)
     known = section != ABSENT
     road, s, section = road[known], s[known], section[known]
-    # Row k is followed by another section of the same road: that one's first station ends its own section as well.
+    # Where row k is the last of its section, the first station of the next section ends it as well.
     ends = np.flatnonzero((road[1:] == road[:-1]) & (section[1:] != section[:-1]))
     at = np.concatenate((np.arange(len(s)), ends + 1))
     owner = np.concatenate((section, section[ends]))
@@ -115,7 +115,7 @@ def _stations(file: OpenDrive, tolerance: float, step: float) -> tuple[IntArray,
 def _both(
     function: Callable[..., Any], file: OpenDrive, road: IntArray, s: FloatArray, before: BoolArray
 ) -> list[FloatArray]:
-    """Evaluate something at stations, from the left where they are ends."""
+    """Evaluate a function at stations, as the limit from the left where `before` is true."""
     after = function(file, road, s)
     columns = list(after) if isinstance(after, tuple) else [after]
     left = function(file, road[before], s[before], before=True)
@@ -125,15 +125,11 @@ def _both(
 
 
 def _lanes(file: OpenDrive, section: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the lanes of sections from left to right without centre lanes.
-
-    Also where each section's begin, and how many of them are left of the centre.
-    """
+    """Return the lanes of sections from left to right without centre lanes, their starts, and how many are left."""
     ids = file.lanes.id
     first, last = file.lanes.start[section], file.lanes.start[section + 1]
-    count = last - first
-    row = runs(first, count)
-    strip = np.repeat(np.arange(len(section)), count)
+    row = runs(first, last - first)
+    strip = np.repeat(np.arange(len(section)), last - first)
     kept = (ids[row] != 0) & (ids[row] != ABSENT)
     row, strip = row[kept], strip[kept]
     lane_start = np.searchsorted(strip, np.arange(len(section) + 1)).astype(np.int64)
@@ -155,14 +151,12 @@ def _borders(
     stations, lanes = np.diff(station_start), np.diff(lane_start)
     borders = np.repeat(lanes + 1, stations)
     strip = np.repeat(np.arange(len(lanes)), stations)
-    begin = np.cumsum(borders) - borders
-    station = np.repeat(np.arange(len(s)), borders)
-    rank = np.arange(len(station)) - begin[station]
+    station, rank = np.repeat(np.arange(len(s)), borders), ranks(borders)
     left = left_lanes[strip[station]]
     out = np.empty(len(station))
     centre = rank == left
     out[centre] = _both(lane_offset, file, road, s, is_end)[0]
-    # Left of the centre border k is the outer one of lane k, right of it of lane k - 1.
+    # Left of the centre, border k is the outer one of lane k; right of it, of lane k - 1.
     side = np.flatnonzero(~centre)
     which = lane[lane_start[strip[station[side]]] + rank[side] - (rank[side] > left[side])]
     at, ends = s[station[side]], is_end[station[side]]
@@ -173,30 +167,26 @@ def _borders(
 
 
 def border_marks(file: OpenDrive, scene: Scene) -> tuple[list[list[Any]], IntArray]:
-    """Return kinds of road marks and the kind of each border of strips.
+    """Return the kinds of road marks, and the kind of mark on each border.
 
-    A lane's mark stands on its outer border, the centre lane's on the one between left and right.
+    The mark of a lane is on its outer border, that of the centre lane on the border between left and right.
 
     Returns
     -------
     kinds
-        Name, 0 for none or 1 for solid or 2 for broken, colour.
+        Name, style (`_MARK_STYLES`) and colour of each kind.
     kind : (borders,)
-        Of each border of each strip, from left to right, one strip after the other.
+        Index of the kind on each border of each strip, from left to right, one strip after the other.
     """
     lanes = file.lanes
     kinds: dict[tuple[str, str], int] = {("none", ""): 0}
     code = np.array(
         [kinds.setdefault(pair, len(kinds)) for pair in zip(lanes.mark, lanes.mark_color, strict=True)], np.int64
     )
-    strip = np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start) + 1)
-    first = scene.lane_start[:-1] + np.arange(len(scene.strip_road))
-    rank = np.arange(len(strip)) - first[strip]
-    left = np.bincount(
-        np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start)),
-        weights=lanes.id[scene.lane] > 0,
-        minlength=len(scene.strip_road),
-    ).astype(np.int64)
+    strips = np.arange(len(scene.strip_road))
+    strip, rank = np.repeat(strips, scene.strip_borders), ranks(scene.strip_borders)
+    owner = np.repeat(strips, np.diff(scene.lane_start))
+    left = np.bincount(owner[lanes.id[scene.lane] > 0], minlength=len(strips))
     out = np.zeros(len(strip), np.int64)
     centre = rank == left[strip]
     has_centre = centre & (scene.centre[strip] >= 0)

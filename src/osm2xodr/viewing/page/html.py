@@ -1,4 +1,4 @@
-"""The report: one page of HTML that needs nothing else, neither a network nor other files."""
+"""The report: one page of HTML to explore a road network."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from osm2xodr import __version__
 from osm2xodr.defaults import REPORT_FINDINGS
-from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import OpenDrive, frame_of, read_xodr
 from osm2xodr.system import stream_to
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _SCRIPTS = ("data.js", "colours.js", "tiles.js", "map.js", "profile.js", "panel.js", "view3d.js", "main.js")
 _LICENCES = ("leaflet.LICENSE", "uplot.LICENSE", "three.LICENSE")
 _THREE = {"core": "three.core.js", "module": "three.module.js", "controls": "three.orbit_controls.js"}
-# Images that only marks and switches would need which the page does not have.
+# Images of markers and controls that the page does not use.
 _IMAGE = re.compile(r"url\((?!#)[^)]*\)")
 _SOURCE_MAP = re.compile(r"^//# sourceMappingURL=.*$", re.MULTILINE)
 
@@ -107,7 +107,7 @@ def make_report(
 
 
 def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) -> Subject:
-    """Read all that the report is about."""
+    """Read everything that the report is about."""
     scene = make_scene(file)
     frame, reason = frame_of(file.header)
     terrain = cover = None
@@ -127,20 +127,20 @@ def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) 
 
 
 def _checked(file: OpenDrive) -> CheckResult:
-    """Check the file."""
+    # Not every report needs the checks.
     from osm2xodr.checking import CheckOptions, check_drive
 
     return check_drive(file, CheckOptions(most=REPORT_FINDINGS))
 
 
 def _first_mode(subject: Subject) -> str:
-    """Return what roads are coloured by at first: their height, unless all are as high."""
+    """Return what roads are coloured by at first: their height, unless the network is level."""
     known = subject.scene.z[np.isfinite(subject.scene.z)]
     return "height" if len(known) and float(np.ptp(known)) > 1.0 else "type"
 
 
 def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics) -> dict[str, Any]:
-    """Return headline, figures and what stands about the file in its header."""
+    """Return headline, figures, facts about the file, and notes."""
     file, scene = subject.file, subject.scene
     header = file.header
     outside = file.roads.junction == -1
@@ -158,23 +158,24 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
     known = scene.z[np.isfinite(scene.z)]
     if len(known):
         figures += [["lowest", f"{known.min():,.1f} m"], ["highest", f"{known.max():,.1f} m"]]
-    about = [["file", file.path.name], ["OpenDRIVE", revision]]
-    about += [
-        [key, header.attributes[key]] for key in ("name", "vendor", "date", "version") if header.attributes.get(key)
+    keys = [key for key in ("name", "vendor", "date", "version") if header.attributes.get(key)]
+    about = [
+        ["file", file.path.name],
+        ["OpenDRIVE", revision],
+        *([key, header.attributes[key]] for key in keys),
+        ["geoReference", header.geo_reference or "none"],
+        *([code, value] for (road, code), value in file.provenance.items() if road == -1),
+        ["report by", f"osm2xodr {__version__}"],
     ]
-    about += [["geoReference", header.geo_reference or "none"]]
-    about += [[code, value] for (road, code), value in file.provenance.items() if road == -1]
-    about += [["report by", f"osm2xodr {__version__}"]]
+    notes = []
     undrawn = len(file.roads.id) - len(np.unique(scene.strip_road))
-    notes = (
-        [f"{undrawn:,} roads cannot be drawn: they have no plan view, no lanes, or unreadable numbers."]
-        if undrawn
-        else []
-    )
-    if len(file.misfits):
+    if undrawn:
         notes.append(
-            f"The reader could not take in {len(file.misfits):,} places of the file; osm2xodr check lists them."
+            f"Not drawn, for lack of a plan view, of lanes or of readable numbers: {counted(undrawn, 'road')}."
         )
+    if file.misfits:
+        places = counted(len(file.misfits), "place")
+        notes.append(f"The reader could not read {places} of the file; osm2xodr check lists them.")
     notes += [item.message for item in diagnostics]
     return {
         "title": options.title or name or file.path.name,

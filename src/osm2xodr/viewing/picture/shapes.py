@@ -18,9 +18,11 @@ RED, AMBER, GREEN, DARK, WHITE, BLUE = "#c1272d", "#f2b134", "#3fa35b", "#1d2630
 
 # Bars of a crosswalk and the gaps between them, and of a give-way line, m.
 _BAR: Final = 0.5
-# Of an arrow: half the width of its shaft, and of its head, m; its head's share of its length.
-_SHAFT, _HEAD, _HEAD_SHARE = 0.1, 0.4, 0.3
-# Words in the names and types of signs, and the face that they have; the first that fits.
+# Arrows: half the width of the shaft, and of the head, m; the head's share of the length.
+_SHAFT: Final = 0.1
+_HEAD: Final = 0.4
+_HEAD_SHARE: Final = 0.3
+# Words in the names of signs, and the face of such signs; the first match holds.
 _FACES: Final = (
     (("city", "town"), "board"),
     (("stop",), "octagon"),
@@ -28,7 +30,7 @@ _FACES: Final = (
     (("maxspeed", "speed", "limit"), "ring"),
     (("priority",), "diamond"),
 )
-# OpenDRIVE's codes for Germany, which CARLA and esmini read everywhere.
+# Codes of Germany, which CARLA and esmini read everywhere.
 _CODES: Final = {
     "206": "octagon",
     "205": "triangle",
@@ -46,7 +48,7 @@ class Polygon:
 
     corners: FloatArray  # (n, 2)
     colour: str  # Of the area
-    # Whether a line of the same colour runs around it, so that no seam shows between neighbours
+    # Whether it has an outline of the same colour, so that no seam shows between neighbours
     outlined: bool = True
 
 
@@ -55,7 +57,7 @@ class Line:
     """A line."""
 
     corners: FloatArray  # (n, 2)
-    # Of the line; those of the edge of a carriageway, if nothing is said
+    # By default those of the edge of a carriageway
     colour: str = EDGE
     width: float = 0.6
 
@@ -64,9 +66,9 @@ Shape: TypeAlias = Polygon | Line
 
 
 def bars(corners: Corners) -> list[Corners]:
-    """Return the bars of a crosswalk from four corners: they run along the road, which its longer way crosses."""
+    """Return the bars of a crosswalk from its four corners: they lie along the road, across its longer side."""
     a, b, c, d = corners
-    # Two edges that traffic meets: from one kerb to the other.
+    # The two edges across the road, from kerb to kerb.
     first, second = ((a, d), (b, c)) if math.dist(a, d) >= math.dist(a, b) else ((a, b), (d, c))
     width = math.dist(*first)
     count = max(1, int((width + _BAR) / (2.0 * _BAR)))
@@ -79,7 +81,7 @@ def bars(corners: Corners) -> list[Corners]:
 
 
 def arrow(subtype: str, length: float) -> list[Corners]:
-    """Return the parts of an arrow on a lane; its directions are words of its subtype."""
+    """Return the parts of an arrow on a lane; its directions are named in its subtype."""
     word = subtype.lower()
     sides = [side for name, side in (("left", 1.0), ("right", -1.0)) if name in word]
     through = "straight" in word or "through" in word or not sides
