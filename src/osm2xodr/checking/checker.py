@@ -8,22 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from osm2xodr.checking.checks import (
-    LaneIndex,
-    check_lanes,
-    check_links,
-    check_misfits,
-    check_phases,
-    check_plan_views,
-    check_profiles,
-    check_readers,
-    check_references,
-    check_surfaces,
-    check_ways_on,
-    lane_index,
-    schema_violations,
-    transitions,
-)
+from osm2xodr.checking.checks import check_tables, schema_violations
 from osm2xodr.checking.findings import Finding, Findings
 from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.model import FloatArray, IntArray
@@ -57,7 +42,7 @@ def check_drive(drive: OpenDrive, options: CheckOptions) -> CheckResult:
     notes = _check_schema(drive, options, findings)
     # Damaged files lead to NaN and infinity; warnings about them would say nothing new.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        _check_tables(drive, lane_index(drive), findings)
+        check_tables(drive, _head(drive.path), findings)
     readers = frozenset(options.readers)
     found = findings.records(options.most, readers, lambda road, s: _located(drive, road, s))
     major, minor = drive.header.revision
@@ -82,21 +67,6 @@ def _check_schema(drive: OpenDrive, options: CheckOptions, findings: Findings) -
         "schema", line=[line for line, _ in violations], other=[text for _, text in violations], count=len(violations)
     )
     return () if note is None else (note,)
-
-
-def _check_tables(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Check everything that was read."""
-    check_misfits(drive, findings)
-    check_references(drive, lanes, findings)
-    check_readers(drive, lanes, _head(drive.path), findings)
-    check_plan_views(drive, findings)
-    check_profiles(drive, lanes, findings)
-    check_lanes(drive, lanes, findings)
-    steps = transitions(drive, lanes, findings)
-    check_links(drive, lanes, steps, findings)
-    check_ways_on(drive, lanes, steps, findings)
-    check_surfaces(drive, lanes, findings)
-    check_phases(drive, lanes, findings)
 
 
 def _head(path: Path) -> str:
