@@ -51,7 +51,7 @@ def test_json(result: CheckResult) -> None:
     assert document["not_checked"] == []
 
 
-def test_json_fails_as_it_is_told(result: CheckResult) -> None:
+def test_json_fails_from_the_given_severity_on(result: CheckResult) -> None:
     assert json.loads(FORMATS["json"](result, Severity.ERROR))["failed"] is True
     mended = CheckResult(*(getattr(result, name) for name in result.__dataclass_fields__))
     assert mended.failed(Severity.ERROR)

@@ -115,7 +115,7 @@ def test_names_are_escaped() -> None:
     assert "WGS 84 &lt;b&gt;" in page
 
 
-def test_patches_are_said() -> None:
+def test_patches_are_reported() -> None:
     assert "9 patches of 61 x 41 cells were looked at" in page_of(comparison(bowl(), patches=9))
     assert "patches" not in page_of(comparison(bowl()))
 

@@ -34,13 +34,13 @@ UNKNOWN_COLOUR: Final = "#b9a7c9"
 _LEAST_RANGE: Final = 1e-12
 
 
-def _by_name(names_of: Mapping[Colour, str]) -> Mapping[str, Colour]:
+def colours_by_name(names_of: Mapping[Colour, str]) -> Mapping[str, Colour]:
     """Return colours by name, from the names that share each colour."""
     return MappingProxyType({name: colour for colour, names in names_of.items() for name in names.split()})
 
 
 # Types of lanes; others have the colour `LANE_OTHER`.
-LANE_TYPES: Final = _by_name(
+LANE_TYPES: Final = colours_by_name(
     {
         "#5d6b7a": "driving entry exit onRamp offRamp connectingRamp slipLane",
         "#7b6a8f": "bidirectional",

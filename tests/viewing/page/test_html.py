@@ -156,7 +156,7 @@ def test_connecting_roads_between_tunnels_are_in_the_tunnel(tmp_path: Path) -> N
     assert "2" not in info_of(report_of(file))["structures"]
 
 
-def test_what_the_converter_said_is_shown_with_its_place(tmp_path: Path) -> None:
+def test_messages_of_the_conversion_are_shown_with_their_place(tmp_path: Path) -> None:
     file = viewed_file(tmp_path)
     area = write_ways(tmp_path, file, {4: (TERTIARY, [(0.0, 1.0), (120.0, 1.0)])})
     said = [

@@ -12,24 +12,10 @@ from osm2xodr.model import BoolArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive
 
 # Types of lanes that cars may be on, of all versions of the standard.
-_DRIVING_TYPES: Final = frozenset(
-    [
-        "driving",
-        "entry",
-        "exit",
-        "onRamp",
-        "offRamp",
-        "connectingRamp",
-        "slipLane",
-        "bidirectional",
-        "mwyEntry",
-        "mwyExit",
-        "bus",
-        "taxi",
-        "HOV",
-        "shared",
-    ]
+_DRIVING_TEXT: Final = (
+    "driving entry exit onRamp offRamp connectingRamp slipLane bidirectional mwyEntry mwyExit bus taxi HOV shared"
 )
+_DRIVING_TYPES: Final = frozenset(_DRIVING_TEXT.split())
 # Lane ids beyond this, either way, are not looked up: no road has so many lanes.
 _LARGEST_ID: Final = 1 << 20
 

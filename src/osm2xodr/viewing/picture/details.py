@@ -10,6 +10,7 @@ import numpy as np
 
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
+from osm2xodr.viewing.colours import colours_by_name
 from osm2xodr.viewing.furniture import PlacedObject, placed_objects, placed_signals
 from osm2xodr.viewing.picture.shapes import (
     WHITE,
@@ -39,19 +40,17 @@ _KERB_COLOUR: Final = "#8c8a84"
 _UNPAINTED: Final = frozenset({"", "none", "curb", "grass"})
 _PAINT: Final = WHITE
 # Colours of objects by type, and of all others.
-_FILLS: Final = {
-    "trafficIsland": "#c4c0b4",
-    "patch": "#c98f2b",
-    "roadSurface": "#c98f2b",
-    "obstacle": "#8d6e63",
-    "barrier": "#43484d",
-    "railing": "#43484d",
-    "gantry": "#43484d",
-    "soundBarrier": "#43484d",
-    "vegetation": "#7ba268",
-    "building": "#cbc6bd",
-    "parkingSpace": "#4f7fbf",
-}
+_FILLS: Final = colours_by_name(
+    {
+        "#c4c0b4": "trafficIsland",
+        "#c98f2b": "patch roadSurface",
+        "#8d6e63": "obstacle",
+        "#43484d": "barrier railing gantry soundBarrier",
+        "#7ba268": "vegetation",
+        "#cbc6bd": "building",
+        "#4f7fbf": "parkingSpace",
+    }
+)
 _OTHER_FILL: Final = "#b9b4aa"
 # Objects drawn as discs: colour, radius where none is stated, m, least radius, pixels.
 _DISCS: Final = {
