@@ -95,7 +95,7 @@ def test_figures_are_in_the_tables() -> None:
     assert "11, 49, 12, 50 degrees" in page
     assert "3 of them heights that are not the ground" in page
     assert "a surface model (canopy and roofs)" in page
-    assert "On these heights bicubic, which convert uses unless told otherwise, has the smallest error." in page
+    assert "On these heights bicubic, which convert uses by default, has the smallest error." in page
 
 
 def test_a_better_method_is_named() -> None:
@@ -116,7 +116,7 @@ def test_names_are_escaped() -> None:
 
 
 def test_patches_are_reported() -> None:
-    assert "9 patches of 61 x 41 cells were looked at" in page_of(comparison(bowl(), patches=9))
+    assert "9 patches of 61 x 41 cells were examined" in page_of(comparison(bowl(), patches=9))
     assert "patches" not in page_of(comparison(bowl()))
 
 

@@ -119,7 +119,7 @@ class CheckResult:
 
 
 def place(finding: Finding) -> str:
-    """Say where a finding is."""
+    """Return where a finding is, in words."""
     words = []
     if finding.road:
         words.append(f"road {finding.road}")

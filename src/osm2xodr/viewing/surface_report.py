@@ -46,7 +46,7 @@ def _model(model: DemComparison) -> str:
     if len(grid.patches) > 1:
         rows, cols = z.shape
         note = (
-            f'<p class="note">{len(grid.patches)} patches of {cols} x {rows} cells were looked at, evenly spread; '
+            f'<p class="note">{len(grid.patches)} patches of {cols} x {rows} cells were examined, evenly spread; '
             "the pictures show one of them, the figures are for all.</p>\n"
         )
     ramp = land_ramp(float(known.min()), float(known.max()))
@@ -76,7 +76,7 @@ def _methods(
 
 
 def _facts(model: DemComparison) -> str:
-    """Return what the elevation model is."""
+    """Return the facts about the elevation model."""
     across, along = model.grid.steps
     voids = f"{100.0 * model.voids / max(model.cells, 1):.3g} % of {model.cells:,}"
     if model.outliers:
@@ -108,17 +108,17 @@ def _table(title: str, results: Sequence[MethodResult]) -> str:
 
 
 def _verdict(model: DemComparison) -> str:
-    """Return what the figures come to."""
+    """Return a sentence on which method is best."""
     best = min(model.grid.interpolations, key=lambda result: result.rms)
     usual = next(result for result in model.grid.interpolations if result.name == defaults.SURFACE_METHOD)
     if not best.count:
         return "There is nothing to compare: no cell lies between others that have a height."
     if usual.rms <= best.rms:
-        return f"On these heights {usual.name}, which convert uses unless told otherwise, has the smallest error."
+        return f"On these heights {usual.name}, which convert uses by default, has the smallest error."
     share = 100.0 * (1.0 - best.rms / usual.rms)
     return (
         f"On these heights {best.name} has the smallest error, {share:.0f} % below that of {usual.name}, which "
-        f"convert uses unless told otherwise; <code>--surface {best.name}</code> chooses it."
+        f"convert uses by default; <code>--surface {best.name}</code> chooses it."
     )
 
 
@@ -127,7 +127,7 @@ def _maps(results: Sequence[MethodResult], shown: int, steps: tuple[float, float
     errors: list[FloatArray] = [result.errors[shown] for result in results]
     sizes = [np.abs(error[np.isfinite(error)]) for error in errors]
     limits = sorted(float(np.percentile(size, _SHOWN)) for size in sizes if len(size))
-    # The worst method may be off the scale, so that the others are told apart.
+    # The worst method may be off the scale, so that the others can be distinguished.
     ramp = error_ramp(max([1e-3, *limits[-2:][:1]]))
     figures = "".join(
         f"<figure>{image(error_map(error, ramp), steps, f'{title}, {result.name}')}"
