@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Renew the libraries of the report's page from packages that npm fetched, and check their sums. Run by hand.
+"""Update the libraries of the report from packages that npm fetched, and check their sums. Run by hand.
 
     npm pack leaflet@1.9.4 uplot@1.6.32 three@0.183.2
     tools/vendor_web.py .            # takes the files from the packages in this folder
-    tools/vendor_web.py --check      # only compares what is there with SHA256SUMS
+    tools/vendor_web.py --check      # only compares the files with SHA256SUMS
 
-For other versions change `PACKAGES` (and the README beside the files), and say `--accept` to write new sums.
+For other versions change `PACKAGES` (and the README beside the files), and give `--accept` to write new sums.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 TARGET = Path(__file__).resolve().parent.parent / "src/osm2xodr/viewing/page/vendor"
 SUMS = TARGET / "SHA256SUMS"
 
-# Package, version, and the files that are taken, by the names that they get.
+# Package, version, and its files by the names that they get.
 PACKAGES: tuple[tuple[str, str, dict[str, str]], ...] = (
     (
         "leaflet",
@@ -44,7 +44,7 @@ PACKAGES: tuple[tuple[str, str, dict[str, str]], ...] = (
 )
 
 
-def taken(folder: Path) -> dict[str, bytes]:
+def read_packages(folder: Path) -> dict[str, bytes]:
     """Return the files of all packages in a folder, by the names that they get."""
     found: dict[str, bytes] = {}
     for package, version, files in PACKAGES:
@@ -57,17 +57,17 @@ def taken(folder: Path) -> dict[str, bytes]:
     return found
 
 
-def listed(files: dict[str, bytes]) -> str:
+def sum_lines(files: dict[str, bytes]) -> str:
     """Return the sums of files as ``sha256sum`` writes them."""
     return "".join(f"{hashlib.sha256(files[name]).hexdigest()}  {name}\n" for name in sorted(files))
 
 
 def main() -> int:
-    """Renew or check."""
+    """Update or check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, help="where the packages are")
-    parser.add_argument("--check", action="store_true", help="only compare the files that are there with their sums")
-    parser.add_argument("--accept", action="store_true", help="take what the packages hold for right: new versions")
+    parser.add_argument("--check", action="store_true", help="only compare the files with their sums")
+    parser.add_argument("--accept", action="store_true", help="accept the packages as they are: new versions")
     arguments = parser.parse_args()
     if arguments.check == (arguments.folder is not None):
         parser.error("give either a folder with packages or --check")
@@ -75,8 +75,8 @@ def main() -> int:
         names = [name for _, _, files in PACKAGES for name in files]
         files = {name: (TARGET / name).read_bytes() for name in names}
     else:
-        files = taken(arguments.folder)
-    sums = listed(files)
+        files = read_packages(arguments.folder)
+    sums = sum_lines(files)
     if not arguments.accept and sums != SUMS.read_text(encoding="ascii"):
         wrong = sorted(set(sums.splitlines()) ^ set(SUMS.read_text(encoding="ascii").splitlines()))
         print("these differ from SHA256SUMS:", *sorted({line.split()[1] for line in wrong}), file=sys.stderr)

@@ -89,18 +89,11 @@ CHECK_FINDINGS: Final = 20
 
 # ---------------------------------------------------------------- reports and pictures
 
-# Roads, findings per rule and ways that tables list at most; a choice.
-REPORT_WORST: Final = 25
+# Findings per rule that the report lists at most; a choice.
 REPORT_FINDINGS: Final = 500
-REPORT_MISSING: Final = 2000
-# Pictures: width, pixels, and the largest; pixels in all at most; margin as a share of the longer side; samples per
-# pixel in either direction, fewer where there would be more samples than the last (450 MB). Choices.
+# Width of pictures, pixels, and the largest. Choices.
 RENDER_WIDTH: Final = 1600
 RENDER_WIDTH_MOST: Final = 16_384
-RENDER_PIXELS_MOST: Final = 100_000_000
-RENDER_MARGIN: Final = 0.03
-RENDER_SAMPLES: Final = 3
-RENDER_SAMPLES_MOST: Final = 150_000_000
 
 # ---------------------------------------------------------------- furniture: what lies beside the carriageway
 

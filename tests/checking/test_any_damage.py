@@ -36,7 +36,7 @@ def damage(tree: Tree, dice: random.Random) -> None:
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_it_is_told(seed: int, tmp_path: Path) -> None:
+def test_it_is_reported(seed: int, tmp_path: Path) -> None:
     tree = sound_tree()
     damage(tree, random.Random(seed))
     path = tmp_path / "damaged.xodr"

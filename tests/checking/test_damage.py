@@ -45,7 +45,7 @@ def test_damage_is_named(item: Damage, tmp_path: Path) -> None:
         listed = [finding for finding in result.findings if finding.rule == item.rule]
         assert listed
         assert all("{" not in finding.text and finding.text for finding in listed)
-        # A file that is given to those who suffer only is found wanting, too.
+        # The finding is there for each affected reader alone, too.
         for reader in RULES[item.rule].readers:
             assert item.rule in check_file(path, CheckOptions(readers=(reader,), only=(item.rule,))).by_rule()
     else:

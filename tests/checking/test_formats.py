@@ -29,7 +29,7 @@ def test_text(result: CheckResult) -> None:
     lines = FORMATS["text"](result, Severity.WARNING).splitlines()
     assert lines[0] == f"{result.path}: 1 error, 1 warning, 1 note (OpenDRIVE 1.6, 10 roads, 1 junction, 0.3 km)"
     assert lines[1].startswith("error   road 4 s 40.50 at 100.50,0.00 (49.000000 11.00137")
-    assert lines[1].endswith("the road's length is 0.5 m off the sum of its records [road-length]")
+    assert lines[1].endswith("the road's length differs from the sum of its records by 0.5 m [road-length]")
     assert lines[2].startswith("warning line ")
     assert lines[2].endswith("junction 100: a priority names road 77, which is not in the file [priority-road]")
     assert "the grade reaches 22.5 % [grade-steep]" in lines[3]
@@ -51,7 +51,7 @@ def test_json(result: CheckResult) -> None:
     assert document["not_checked"] == []
 
 
-def test_json_fails_as_it_is_told(result: CheckResult) -> None:
+def test_json_fails_from_the_given_severity_on(result: CheckResult) -> None:
     assert json.loads(FORMATS["json"](result, Severity.ERROR))["failed"] is True
     mended = CheckResult(*(getattr(result, name) for name in result.__dataclass_fields__))
     assert mended.failed(Severity.ERROR)

@@ -92,7 +92,7 @@ def test_a_click_on_a_road_shows_its_profile_with_the_right_height(page: Page, r
     assert troubles(page) == []
 
 
-def test_the_pointer_tells_place_and_height(page: Page, report: Path, file: OpenDrive) -> None:
+def test_the_pointer_shows_place_and_height(page: Page, report: Path, file: OpenDrive) -> None:
     page.open(report)
     px, py = at(page, file, 0, 60.0, 2.0)
     page.move(px, py)

@@ -9,7 +9,8 @@ from typing import Final
 import pytest
 from browser import Page, browser, troubles
 from lxml import etree
-from viewed_file import HOSTILE, hostile, viewed_text
+from page_cases import write_plane
+from viewed_file import HOSTILE, hostile, viewed_file, viewed_text
 
 from osm2xodr.cli import main
 
@@ -126,6 +127,19 @@ def test_a_conversion_in_which_every_text_is_markup(page: Page, tmp_path: Path) 
     assert f"maxspeed={HOSTILE}" in told
     assert "highway=</script><script>" in told
     assert "barrier=</script><script>" in told
+
+
+def test_a_comparison_of_elevation_models_whose_names_are_markup(page: Page, tmp_path: Path) -> None:
+    write_plane(tmp_path, viewed_file(tmp_path)).rename(tmp_path / f"{NAME}.tif")
+    out = tmp_path / f"{NAME}.html"
+    assert main(["surface", str(tmp_path / f"{NAME}.tif"), "-o", str(out), "-q"]) == 0
+    page.driver.get(out.as_uri())
+    assert page.value("window.owned === undefined")
+    assert NAME in page.text("h2")
+    assert page.value("Array.from(document.images).every((image) => image.naturalWidth > 0)")
+    assert page.value("document.images.length") == 8
+    assert page.value("document.querySelectorAll('script').length") == 0
+    assert troubles(page) == []
 
 
 @pytest.mark.parametrize("command", ["render", "export"])

@@ -12,20 +12,17 @@ TEXT = (Path(__file__).parents[2] / "docs" / "check.md").read_text(encoding="utf
 
 def row(rule: Rule) -> str:
     """Return a rule's row of the table."""
-    severity = rule.severity.word
-    limit = ""
-    if rule.limit is not None and rule.source:
-        limit = f"{quantity(rule.limit, rule.unit)} ({rule.source})"
-    elif rule.limit is not None:
-        limit = quantity(rule.limit, rule.unit)
-    if rule.grave is not None:
-        severity = (
-            "error" if rule.grave == rule.limit else f"{severity}, error from {quantity(rule.grave, rule.unit)}"
-        )
+    severity, limit = rule.severity.word, ""
+    if rule.limit is not None:
+        limit = quantity(rule.limit.value, rule.unit) + (f" ({rule.limit.source})" if rule.limit.source else "")
+        if rule.limit.error == rule.limit.value:
+            severity = "error"
+        elif rule.limit.error is not None:
+            severity += f", error from {quantity(rule.limit.error, rule.unit)}"
     who = ", ".join(rule.readers)
-    suffers = f"{who}: {rule.suffers}" if who else rule.suffers
+    impact = f"{who}: {rule.impact}" if who else rule.impact
     origin = "standard" if rule.standard else "readers"
-    cells = (f"`{rule.name}`", severity, rule.meaning, limit, origin, suffers, rule.remedy)
+    cells = (f"`{rule.name}`", severity, rule.meaning, limit, origin, impact, rule.remedy)
     return "| " + " | ".join(cell.replace("|", "\\|").replace("<", "&lt;") for cell in cells) + " |"
 
 

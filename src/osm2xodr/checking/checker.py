@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import gzip
 from pathlib import Path
 
 import numpy as np
 
-from osm2xodr.checking.checks import (
-    LaneIndex,
-    check_lanes,
-    check_links,
-    check_misfits,
-    check_phases,
-    check_plan_views,
-    check_profiles,
-    check_readers,
-    check_references,
-    check_surfaces,
-    check_ways_on,
-    file_bytes,
-    lane_index,
-    schema_violations,
-    transitions,
-)
+from osm2xodr.checking.checks import check_tables, schema_violations
 from osm2xodr.checking.findings import Finding, Findings
 from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr
 
-_HEAD_END = b"<road"
+_GZIP = b"\x1f\x8b"
 
 
 def check_file(path: Path, options: CheckOptions | None = None) -> CheckResult:
@@ -40,24 +25,24 @@ def check_file(path: Path, options: CheckOptions | None = None) -> CheckResult:
     path
         The file.
     options
-        What is looked at; by default the standard and the readers of `DEFAULT_READERS`.
+        What is checked; by default the rules of the standard and of `DEFAULT_READERS`.
 
     Raises
     ------
     InputError
-        If the file, or a schema that was given, cannot be read.
+        The file, or the schema that was given, cannot be read.
     """
     return check_drive(read_xodr(path), options or CheckOptions())
 
 
 def check_drive(drive: OpenDrive, options: CheckOptions) -> CheckResult:
-    """Check a file that was read; see `check_file`."""
+    """Check a file that was read before; see `check_file`."""
     rules = options.rules()
     findings = Findings(drive, rules)
     notes = _check_schema(drive, options, findings)
-    # Damaged files make numbers that are none; what comes of them is no finding of its own.
+    # Damaged files lead to NaN and infinity; warnings about them would say nothing new.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        _check_tables(drive, lane_index(drive), findings)
+        check_tables(drive, _head(drive.path), findings)
     readers = frozenset(options.readers)
     found = findings.records(options.most, readers, lambda road, s: _located(drive, road, s))
     major, minor = drive.header.revision
@@ -74,7 +59,7 @@ def check_drive(drive: OpenDrive, options: CheckOptions) -> CheckResult:
 
 
 def _check_schema(drive: OpenDrive, options: CheckOptions, findings: Findings) -> tuple[str, ...]:
-    """Hold the file against its schema, and return what hinders that."""
+    """Check the file against its schema, and return why that was not possible, if so."""
     if not findings.wants("schema"):
         return ()
     violations, note = schema_violations(drive.path, drive.header.revision, options.schema)
@@ -84,29 +69,19 @@ def _check_schema(drive: OpenDrive, options: CheckOptions, findings: Findings) -
     return () if note is None else (note,)
 
 
-def _check_tables(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at all that was read."""
-    check_misfits(drive, findings)
-    check_references(drive, lanes, findings)
-    # Some readers look at the text, of which standard input leaves none.
-    text = b"" if str(drive.path) == "-" else file_bytes(drive.path)
-    check_readers(drive, lanes, text.partition(_HEAD_END)[0].decode("utf-8", "replace"), findings)
-    check_plan_views(drive, findings)
-    check_profiles(drive, lanes, findings)
-    check_lanes(drive, lanes, findings)
-    steps = transitions(drive, lanes, findings)
-    check_links(drive, lanes, steps, findings)
-    check_ways_on(drive, lanes, steps, findings)
-    check_surfaces(drive, lanes, findings)
-    check_phases(drive, lanes, findings)
+def _head(path: Path) -> str:
+    """Return the text of a file up to its first road, on which some readers depend; none for standard input."""
+    data = b"" if str(path) == "-" else path.read_bytes()
+    data = gzip.decompress(data) if data.startswith(_GZIP) else data
+    return data.partition(b"<road")[0].decode("utf-8", "replace")
 
 
 def _located(drive: OpenDrive, road: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return x and y of stations; NaN where there is no road."""
+    """Return x and y of stations, (n,), m; NaN where there is no road."""
     x, y = np.full(len(road), np.nan), np.full(len(road), np.nan)
     known = np.flatnonzero(road >= 0)
     if len(known):
-        # Roads as a whole are found at their start.
+        # A finding about a road as a whole is placed at its start.
         x[known], y[known], _ = pose(drive, road[known], np.nan_to_num(s[known]))
     return x, y
 

@@ -1,10 +1,10 @@
-"""Findings: collected as columns, however many there are; made into records for the worst ones only."""
+"""Findings: collected as columns, however many there are; only the worst ones become records."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import TypeAlias, TypedDict
 
 import numpy as np
 
@@ -12,10 +12,12 @@ from osm2xodr.checking.rules import RULES, Rule, Severity
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive
 
-# Names the second thing that a finding is about, by the finding's row in what was handed in.
-Namer = Callable[[int], str]
+# Names the second thing that a finding is about, by the finding's row in the columns that were given.
+Namer: TypeAlias = Callable[[int], str]
 # Finds x and y of stations of roads.
-Locator = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
+Locator: TypeAlias = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
+# What findings are sorted by: severity, excess, name of the rule, row.
+_Rank: TypeAlias = tuple[float, float, str, int]
 
 _NO_ROAD = -1
 
@@ -31,25 +33,34 @@ class Place(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is wrong in one place."""
+    """One thing that is wrong at one place."""
 
     rule: str  # Name of the rule
     severity: Severity  # How bad it is
-    road: str  # Id of the road as written; empty where none is concerned
-    lane: int | None  # Lane id; None where none is concerned
-    s: float | None  # Station on the road, m; None where the finding has none
+    road: str  # Id of the road as written; empty where the finding is about no road
+    lane: int | None  # Lane id; None where the finding is about no lane
+    s: float | None  # Station on the road, m; None where there is none
     # Place on the reference line there, m; None without one
     x: float | None
     y: float | None
     # The same, degrees; None without a geoReference
     lat: float | None
     lon: float | None
-    # What was measured and allowed, in the rule's unit; None where there is no number
+    # Measured value and limit, in the rule's unit; None where nothing is measured
     value: float | None
     limit: float | None
     line: int  # Of the file; 0 where unknown
-    readers: tuple[str, ...]  # Readers that suffer, of those that were asked for
+    readers: tuple[str, ...]  # Affected readers, of those that were asked for
     text: str  # A sentence
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """How often a rule was broken, all findings counted."""
+
+    rule: str
+    severity: Severity
+    findings: int
 
 
 @dataclass(frozen=True)
@@ -64,15 +75,6 @@ class _Batch:
     other: Namer
 
 
-@dataclass(frozen=True, slots=True)
-class Count:
-    """How often a rule was broken, all findings counted."""
-
-    rule: str
-    severity: Severity
-    findings: int
-
-
 class Findings:
     """Collects findings of one file.
 
@@ -81,7 +83,7 @@ class Findings:
     drive
         The file.
     rules
-        Names of the rules that are looked at; others are not collected.
+        Names of the rules that are checked; findings of others are not collected.
     """
 
     def __init__(self, drive: OpenDrive, rules: frozenset[str]) -> None:
@@ -90,7 +92,7 @@ class Findings:
         self._batches: dict[str, list[_Batch]] = {}
 
     def wants(self, *rules: str) -> bool:
-        """Whether any of some rules is looked at."""
+        """Whether any of some rules is checked."""
         return not self._rules.isdisjoint(rules)
 
     def add(
@@ -105,7 +107,7 @@ class Findings:
         other: Namer | Sequence[str] = "",
         count: int | None = None,
     ) -> None:
-        """Take in findings of one rule.
+        """Collect findings of one rule.
 
         Parameters
         ----------
@@ -122,25 +124,24 @@ class Findings:
         line : (n,)
             Of the file.
         other
-            What fills ``{other}`` in the rule's sentence: one text for each, or a function of the row.
+            What fills ``{other}`` in the rule's sentence: one text for each finding, or a function of the row.
         count
-            Number of findings where no column tells it.
+            Number of findings if there is no column.
         """
         columns = [column for column in (road, lane, s, value, line) if column is not None]
         n = len(columns[0]) if columns else (1 if count is None else count)
         if rule not in self._rules or n == 0:
             return
         namer: Namer = other if callable(other) else (other.__getitem__ if other else (lambda _: ""))
-        self._batches.setdefault(rule, []).append(
-            _Batch(
-                _whole(road, n, _NO_ROAD),
-                _whole(lane, n, ABSENT),
-                _real(s, n),
-                _real(value, n),
-                _whole(line, n, 0),
-                namer,
-            )
+        batch = _Batch(
+            _integers(road, n, _NO_ROAD),
+            _integers(lane, n, ABSENT),
+            _reals(s, n),
+            _reals(value, n),
+            _integers(line, n, 0),
+            namer,
         )
+        self._batches.setdefault(rule, []).append(batch)
 
     def counts(self) -> tuple[Count, ...]:
         """Return how often each rule was broken, by severity: the worse first."""
@@ -148,15 +149,15 @@ class Findings:
         for name, batches in self._batches.items():
             rule = RULES[name]
             value = np.concatenate([batch.value for batch in batches])
-            grave = int(np.count_nonzero(_severities(rule, value) == Severity.ERROR))
-            if grave:
-                out.append(Count(name, Severity.ERROR, grave))
-            if len(value) > grave:
-                out.append(Count(name, rule.severity, len(value) - grave))
+            errors = int(np.count_nonzero(_severities(rule, value) == Severity.ERROR))
+            if errors:
+                out.append(Count(name, Severity.ERROR, errors))
+            if len(value) > errors:
+                out.append(Count(name, rule.severity, len(value) - errors))
         return tuple(sorted(out, key=lambda count: (-count.severity, -count.findings, count.rule)))
 
     def records(self, most: int, readers: frozenset[str], locate: Locator) -> tuple[Finding, ...]:
-        """Return the worst findings of each rule and severity, ranked: errors first, then by how far off they are.
+        """Return the worst findings of each rule and severity, errors first, then by how often they exceed the limit.
 
         Parameters
         ----------
@@ -167,30 +168,27 @@ class Findings:
         locate
             Finds x and y.
         """
-        ranked: list[tuple[tuple[float, float, str, int], Finding]] = []
+        ranked: list[tuple[_Rank, Finding]] = []
         for name, batches in self._batches.items():
             ranked += self._of_rule(RULES[name], batches, most, readers, locate)
         return tuple(finding for _, finding in sorted(ranked, key=lambda item: item[0]))
 
     def _of_rule(
         self, rule: Rule, batches: list[_Batch], most: int, readers: frozenset[str], locate: Locator
-    ) -> Iterable[tuple[tuple[float, float, str, int], Finding]]:
-        """Return the worst findings of one rule with what they are sorted by."""
+    ) -> Iterable[tuple[_Rank, Finding]]:
+        """Return the worst findings of one rule, each with its rank."""
         names = ("road", "lane", "s", "value", "line")
         road, lane, s, value, line = (np.concatenate([getattr(batch, name) for batch in batches]) for name in names)
         batch_of = np.repeat(np.arange(len(batches)), [len(batch.road) for batch in batches])
         row = np.concatenate([np.arange(len(batch.road)) for batch in batches])
-        severity = _severities(rule, value)
-        excess = _excess(rule, value)
+        severity, excess = _severities(rule, value), _excess(rule, value)
         order = np.lexsort((line, -excess, -severity))
         kept = np.concatenate([order[severity[order] == level][:most] for level in (2, 1, 0)])
         x, y = locate(road[kept], s[kept])
-        suffering = tuple(reader for reader in rule.readers if reader in readers)
+        affected = tuple(reader for reader in rule.readers if reader in readers)
+        limit = None if rule.limit is None else rule.limit.value
         for k, at_x, at_y in zip(kept.tolist(), x.tolist(), y.tolist(), strict=True):
-            named = batches[batch_of[k]].other(int(row[k]))
-            text = rule.text.format(
-                value=quantity(float(value[k]), rule.unit), limit=quantity(rule.limit, rule.unit), other=named
-            )
+            other = batches[batch_of[k]].other(int(row[k]))
             finding = Finding(
                 rule.name,
                 Severity(int(severity[k])),
@@ -202,10 +200,12 @@ class Findings:
                 None,
                 None,
                 _known(value[k]),
-                None if np.isnan(value[k]) else rule.limit,
+                None if np.isnan(value[k]) else limit,
                 int(line[k]),
-                suffering,
-                text,
+                affected,
+                rule.text.format(
+                    value=quantity(float(value[k]), rule.unit), limit=quantity(limit, rule.unit), other=other
+                ),
             )
             yield (-float(severity[k]), -float(excess[k]), rule.name, k), finding
 
@@ -219,17 +219,17 @@ def quantity(value: float | None, unit: str) -> str:
 
 
 def _severities(rule: Rule, value: FloatArray) -> IntArray:
-    """Return the severity of each finding of a rule."""
-    if rule.grave is None:
+    """Return the severity of each finding of a rule, (n,)."""
+    if rule.limit is None or rule.limit.error is None:
         return np.full(len(value), int(rule.severity))
-    return np.where(value >= rule.grave, int(Severity.ERROR), int(rule.severity))
+    return np.where(value >= rule.limit.error, int(Severity.ERROR), int(rule.severity))
 
 
 def _excess(rule: Rule, value: FloatArray) -> FloatArray:
-    """Return how many times the limit findings reach; infinity for what is no matter of measure."""
-    if rule.limit is None or rule.limit <= 0:
+    """Return how many times the limit the values are, (n,); infinity where nothing is measured."""
+    if rule.limit is None or rule.limit.value <= 0:
         return np.where(np.isnan(value), np.inf, np.maximum(value, 1.0))
-    ratio = value / rule.limit
+    ratio = value / rule.limit.value
     # Some limits are least values: what is below them is a finding.
     return np.where(np.isnan(value), np.inf, np.where(ratio < 1, 1 / np.maximum(ratio, 1e-9), ratio))
 
@@ -239,11 +239,9 @@ def _known(value: float) -> float | None:
     return None if np.isnan(value) else float(value)
 
 
-def _whole(column: IntArray | Sequence[int] | None, n: int, missing: int) -> IntArray:
-    """Return a column of whole numbers."""
+def _integers(column: IntArray | Sequence[int] | None, n: int, missing: int) -> IntArray:
     return np.full(n, missing, np.int64) if column is None else np.asarray(column, np.int64)
 
 
-def _real(column: FloatArray | Sequence[float] | None, n: int) -> FloatArray:
-    """Return a column of numbers."""
+def _reals(column: FloatArray | Sequence[float] | None, n: int) -> FloatArray:
     return np.full(n, np.nan) if column is None else np.asarray(column, np.float64)

@@ -14,6 +14,7 @@ from osm2xodr import __version__
 from osm2xodr.checking.findings import Finding
 from osm2xodr.checking.result import CheckResult, place
 from osm2xodr.checking.rules import RULES, Severity
+from osm2xodr.diagnostics import counted
 
 _SARIF_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
 
@@ -107,7 +108,7 @@ def _sarif_result(result: CheckResult, finding: Finding, rule: int) -> dict[str,
 
 
 def as_junit(result: CheckResult, fail_on: Severity) -> str:
-    """Return a result as JUnit's XML: each rule is a test, and fails if there are findings that count."""
+    """Return a result as JUnit XML: each rule is a test, which fails if it has findings of a severity or worse."""
     failing = {item.rule for item in result.counts if item.severity >= fail_on}
     counts = result.by_rule()
     suite = ElementTree.Element(
@@ -121,7 +122,7 @@ def as_junit(result: CheckResult, fail_on: Severity) -> str:
         tag = "failure" if name in failing else "system-out"
         element = ElementTree.SubElement(case, tag)
         if name in failing:
-            element.set("message", f"{counts[name]} findings: {RULES[name].meaning}")
+            element.set("message", f"{counted(counts[name], 'finding')}: {RULES[name].meaning}")
         element.text = _printable(text)
     root = ElementTree.Element("testsuites")
     root.append(suite)
@@ -129,7 +130,7 @@ def as_junit(result: CheckResult, fail_on: Severity) -> str:
 
 
 def _printable(text: str) -> str:
-    """Return text without characters that XML does not know."""
+    """Return text without the characters that XML does not allow."""
     return "".join(letter for letter in text if letter >= " " or letter in "\n\t")
 
 

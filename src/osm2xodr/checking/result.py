@@ -1,4 +1,4 @@
-"""What checking a file gives, and how it is asked for."""
+"""What a check examines, and its result."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from osm2xodr.diagnostics import counted
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """What is looked at.
+    """What is checked.
 
     Raises
     ------
@@ -26,26 +26,26 @@ class CheckOptions:
 
     readers: tuple[str, ...] = DEFAULT_READERS  # Readers of OpenDRIVE that must be able to use the file (`READERS`)
     schema: Path | None = None  # XML schema; by default that of ASAM's checker, if installed
-    # Names of rules: nothing but these, all but these
+    # Names of rules: only these (all if empty), but not these
     only: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
-    most: int = defaults.CHECK_FINDINGS  # Findings that are listed per rule and severity; all are counted
+    most: int = defaults.CHECK_FINDINGS  # Findings listed per rule and severity; all are counted
 
     def __post_init__(self) -> None:
         for name in self.readers:
             if name not in READERS:
-                raise ValueError(f"{name} is no reader that is known; known are {', '.join(READERS)}")
+                raise ValueError(f"{name} is no reader that check knows; it knows {', '.join(READERS)}")
         for name in (*self.only, *self.ignore):
             if name not in RULES:
-                raise ValueError(f"{name} is no rule; rules are listed in docs/check.md")
+                raise ValueError(f"{name} is no rule; docs/check.md lists the rules")
         if self.most < 0:
             raise ValueError(f"{self.most} findings per rule cannot be listed; give 0 or more")
 
     def rules(self) -> frozenset[str]:
-        """Return the names of the rules that are looked at."""
+        """Return the names of the rules that are checked."""
         readers = frozenset(self.readers)
         wanted = {name for name, rule in RULES.items() if rule.matters_to(readers)}
-        # A rule that is asked for by name is looked at whoever suffers.
+        # A rule that is asked for by name is checked whichever readers it affects.
         return frozenset((set(self.only) if self.only else wanted) - set(self.ignore))
 
 
@@ -54,13 +54,13 @@ class CheckResult:
     """What was found in a file."""
 
     path: Path  # The file
-    version: str  # Its version as stated, such as ``1.7``; empty where it states none
+    version: str  # The version that it states, such as ``1.7``; empty where it states none
     size: tuple[int, int, float]  # Roads, junctions and length of reference lines, km
     readers: tuple[str, ...]  # Those that were asked for
-    rules: frozenset[str]  # Names of the rules that were looked at
-    counts: tuple[Count, ...]  # How often each rule was broken, complete
+    rules: frozenset[str]  # Names of the rules that were checked
+    counts: tuple[Count, ...]  # How often each rule was broken; complete
     findings: tuple[Finding, ...]  # The worst of them, ranked
-    notes: tuple[str, ...] = field(default=())  # What could not be looked at, and why
+    notes: tuple[str, ...] = field(default=())  # What could not be checked, and why
 
     def count(self, severity: Severity) -> int:
         """Return the number of findings of a severity."""
@@ -78,7 +78,7 @@ class CheckResult:
         return out
 
     def worst(self, most: int) -> CheckResult:
-        """Return the result with the first of its findings of each rule and severity, so many at most."""
+        """Return the result with at most `most` findings of each rule and severity, the first ones."""
         listed: Counter[tuple[str, Severity]] = Counter()
         kept = []
         for finding in self.findings:
@@ -99,13 +99,13 @@ class CheckResult:
         return f"{self.path}: {', '.join(words)} ({version}, {size})"
 
     def lines(self, least: Severity = Severity.INFO) -> Iterator[str]:
-        """Yield the result as text: a headline, the findings, the worst first, and how many there are by rule.
+        """Yield the result as text: a headline, the findings, the worst first, and their number by rule.
 
-        Those below a severity are left to the headline, which counts them.
+        Findings below a severity are only counted in the headline.
         """
         yield self.headline()
         for finding in (item for item in self.findings if item.severity >= least):
-            yield f"{finding.severity.word:8}{place(finding)}: {finding.text} [{finding.rule}]{_sufferers(finding)}"
+            yield f"{finding.severity.word:8}{place(finding)}: {finding.text} [{finding.rule}]{_affected(finding)}"
         counts = [item for item in self.counts if item.severity >= least]
         if counts:
             yield ""
@@ -119,7 +119,7 @@ class CheckResult:
 
 
 def place(finding: Finding) -> str:
-    """Say where a finding is."""
+    """Return where a finding is, in words."""
     words = []
     if finding.road:
         words.append(f"road {finding.road}")
@@ -136,6 +136,6 @@ def place(finding: Finding) -> str:
     return " ".join(words) or "file"
 
 
-def _sufferers(finding: Finding) -> str:
-    """Say who suffers."""
+def _affected(finding: Finding) -> str:
+    """Name the readers that are affected."""
     return f" ({', '.join(finding.readers)})" if finding.readers else ""

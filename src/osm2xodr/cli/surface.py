@@ -35,7 +35,7 @@ def surface(dem: tuple[Path, ...], output: Path, bbox: str | None, overwrite: bo
     from osm2xodr.viewing import surface_page
 
     diagnostics = Diagnostics()
-    page = surface_page(compare_surfaces(dem, box, diagnostics)).encode("utf-8", "replace")
+    page = surface_page(compare_surfaces(dem, box, diagnostics))
     with stream_to(output) as stream:
         stream.write(page)
     if not quiet:

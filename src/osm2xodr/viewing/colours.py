@@ -1,4 +1,4 @@
-"""Colours of what is shown, the same on the page and in pictures.
+"""Colours on the page and in pictures.
 
 Ramps grow lighter or darker from end to end, so that they keep their order for colour-blind readers and in print.
 The stops of the ramps for heights and speeds are those of matplotlib's cividis and viridis, which are in the public
@@ -8,7 +8,7 @@ in hue.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
@@ -21,63 +21,40 @@ from osm2xodr.model import FloatArray
 Colour = str
 Pixels = npt.NDArray[np.uint8]
 
-CIVIDIS: Final = (
-    "#00224e",
-    "#123570",
-    "#3b496c",
-    "#575d6d",
-    "#707173",
-    "#8a8678",
-    "#a59c74",
-    "#c3b369",
-    "#e1cc55",
-    "#fee838",
-)
-VIRIDIS: Final = (
-    "#440154",
-    "#482878",
-    "#3e4a89",
-    "#31688e",
-    "#26828e",
-    "#1f9e89",
-    "#35b779",
-    "#6ece58",
-    "#b5de2b",
-    "#fde725",
-)
+_CIVIDIS_TEXT = "#00224e #123570 #3b496c #575d6d #707173 #8a8678 #a59c74 #c3b369 #e1cc55 #fee838"
+_VIRIDIS_TEXT = "#440154 #482878 #3e4a89 #31688e #26828e #1f9e89 #35b779 #6ece58 #b5de2b #fde725"
+CIVIDIS: Final = tuple(_CIVIDIS_TEXT.split())
+VIRIDIS: Final = tuple(_VIRIDIS_TEXT.split())
 # Level is pale, steep is dark red-brown.
 STEEPNESS: Final = ("#dfe7ea", "#c3d2c4", "#e8d48a", "#f0a94e", "#d9663a", "#a5283a", "#5b0f35")
 # Too low is blue, too high is orange; what fits is nearly white.
 ERROR: Final = ("#0b3c7f", "#2f74b9", "#86b6da", "#e9ecec", "#f2b577", "#cf6a1c", "#7c3304")
 UNKNOWN_COLOUR: Final = "#b9a7c9"
+# Least difference between the ends of a ramp, in its unit, so that equal ends divide nothing by 0.
+_LEAST_RANGE: Final = 1e-12
 
-# Types of lanes; what is not listed is drawn as `LANE_OTHER`.
-LANE_TYPES: Final = MappingProxyType(
+
+def colours_by_name(names_of: Mapping[Colour, str]) -> Mapping[str, Colour]:
+    """Return colours by name, from the names that share each colour."""
+    return MappingProxyType({name: colour for colour, names in names_of.items() for name in names.split()})
+
+
+# Types of lanes; others have the colour `LANE_OTHER`.
+LANE_TYPES: Final = colours_by_name(
     {
-        "driving": "#5d6b7a",
-        "entry": "#5d6b7a",
-        "exit": "#5d6b7a",
-        "onRamp": "#5d6b7a",
-        "offRamp": "#5d6b7a",
-        "connectingRamp": "#5d6b7a",
-        "slipLane": "#5d6b7a",
-        "bidirectional": "#7b6a8f",
-        "bus": "#b5543c",
-        "taxi": "#b5543c",
-        "HOV": "#b5543c",
-        "biking": "#2f8f83",
-        "parking": "#4f7fbf",
-        "sidewalk": "#d9c7a3",
-        "walking": "#d9c7a3",
-        "shoulder": "#9aa78c",
-        "stop": "#9aa78c",
-        "border": "#b7bfa6",
-        "curb": "#8f8f8f",
-        "median": "#a9c08f",
-        "restricted": "#c9b5c6",
-        "tram": "#8a4f7d",
-        "rail": "#8a4f7d",
-        "none": "#cfd4d8",
+        "#5d6b7a": "driving entry exit onRamp offRamp connectingRamp slipLane",
+        "#7b6a8f": "bidirectional",
+        "#b5543c": "bus taxi HOV",
+        "#2f8f83": "biking",
+        "#4f7fbf": "parking",
+        "#d9c7a3": "sidewalk walking",
+        "#9aa78c": "shoulder stop",
+        "#b7bfa6": "border",
+        "#8f8f8f": "curb",
+        "#a9c08f": "median",
+        "#c9b5c6": "restricted",
+        "#8a4f7d": "tram rail",
+        "#cfd4d8": "none",
     }
 )
 LANE_OTHER: Final = "#aeb4ba"
@@ -100,29 +77,30 @@ ROAD_TYPES: Final = MappingProxyType(
     }
 )
 ROAD_OTHER: Final = "#aeb4ba"
-# Findings, from the gravest on.
+# Findings, the worst first.
 SEVERITIES: Final = MappingProxyType({"error": "#c1272d", "warning": "#e08a00", "info": "#2f74b9"})
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """A scale of colours between two values; beyond them the colours at the ends are taken."""
+    """A scale of colours between two values; beyond them the colours at the ends hold."""
 
     stops: Sequence[Colour]  # Evenly spaced
     # Values at the first and the last stop, in `unit`
     low: float
     high: float
     unit: str
+    unknown: Colour = UNKNOWN_COLOUR  # Of values that are not finite
 
     def colours(self, values: FloatArray) -> Pixels:
-        """Return red, green and blue, (n, 3), of values."""
+        """Return red, green and blue, (..., 3), of values of any shape."""
         table = np.array([rgb(stop) for stop in self.stops], np.float64)
         values = np.asarray(values, np.float64)
-        place = (values - self.low) / (self.high - self.low) * (len(table) - 1)
+        place = (values - self.low) / max(self.high - self.low, _LEAST_RANGE) * (len(table) - 1)
         place = np.clip(np.nan_to_num(place), 0.0, len(table) - 1)
         at = np.arange(len(table))
-        mixed = np.stack([np.interp(place, at, table[:, k]) for k in range(3)], axis=1)
-        mixed[~np.isfinite(values)] = rgb(UNKNOWN_COLOUR)
+        mixed = np.stack([np.interp(place, at, table[:, k]) for k in range(3)], axis=-1)
+        mixed[~np.isfinite(values)] = rgb(self.unknown)
         rounded: Pixels = np.rint(mixed).astype(np.uint8)
         return rounded
 
@@ -133,7 +111,7 @@ def rgb(colour: Colour) -> tuple[int, int, int]:
 
 
 def round_range(low: float, high: float, least: float) -> tuple[float, float]:
-    """Widen a range to round numbers (1, 2 or 5 times a power of ten apart) and to a least width."""
+    """Widen a range to round numbers (multiples of 1, 2 or 5 times a power of ten) and to a least width."""
     if not (np.isfinite(low) and np.isfinite(high)):
         return 0.0, least
     if high - low < least:
@@ -144,7 +122,7 @@ def round_range(low: float, high: float, least: float) -> tuple[float, float]:
 
 
 def nice_step(width: float) -> float:
-    """Return the largest of 1, 2 and 5 times powers of ten that is not above a width."""
+    """Return the largest 1, 2 or 5 times a power of ten that is not above a width."""
     power = 10.0 ** np.floor(np.log10(width))
     for factor in (5.0, 2.0, 1.0):
         if factor * power <= width * (1.0 + 1e-9):

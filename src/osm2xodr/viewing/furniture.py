@@ -1,10 +1,11 @@
-"""Signals, crossings and other things beside and on roads, and where junctions lie."""
+"""Where signals and objects stand, which roads are bridges or tunnels, and where junctions lie."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -12,20 +13,24 @@ from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import Furniture, OpenDrive, pose, surface_points
 from osm2xodr.viewing.scene import Scene
 
-_SIGNALS = frozenset({"signal", "signalReference"})
-_STRUCTURES = frozenset({"bridge", "tunnel"})
-# How far the corners of what goes on along a road are apart, and how wide it is where the file does not say, m.
-_ALONG_STEP = 2.0
-_THIN = 0.2
-# No repeat is drawn more often: damaged files ask for any number.
-_COPIES_MOST = 10_000
+# Bridges and tunnels of each road: kind, from s to s (m) and name.
+Structures: TypeAlias = dict[int, list[tuple[str, float, float, str]]]
+
+_SIGNALS: Final = frozenset({"signal", "signalReference"})
+_STRUCTURES: Final = frozenset({"bridge", "tunnel"})
+# Distance of the corners of objects that extend along a road, m, and their width where the file states none, m.
+_CORNER_STEP: Final = 2.0
+_USUAL_WIDTH: Final = 0.2
+# Copies of one object that are drawn at most: damaged files ask for any number.
+_MOST_COPIES: Final = 10_000
 
 
 @dataclass(frozen=True)
 class PlacedSignal:
-    """A sign or signal at x, y, z, m."""
+    """A sign or traffic light."""
 
-    item: Furniture
+    item: Furniture  # As read
+    # m
     x: float
     y: float
     z: float
@@ -37,8 +42,8 @@ class PlacedObject:
     """An object, or one of its copies."""
 
     item: Furniture  # As read
-    corners: tuple[tuple[float, float], ...]  # x and y of its outline, or of its place alone, m
-    # Its place and where it points to, m, rad
+    corners: tuple[tuple[float, float], ...]  # x and y of its outline, or only of its place, m
+    # Its place, m, and heading, rad
     x: float
     y: float
     z: float
@@ -46,7 +51,7 @@ class PlacedObject:
 
 
 def placed_signals(file: OpenDrive, roads: frozenset[int] | None = None) -> list[PlacedSignal]:
-    """Return signs and signals (of some roads) with their places; those without one are left out."""
+    """Return signs and traffic lights (of some roads) whose place is known."""
     items = [item for item in file.furniture if item.kind == "signal" and _is_on(item, roads)]
     x, y, z = _places(file, items, [item.s for item in items], [item.t for item in items])
     return [
@@ -57,7 +62,7 @@ def placed_signals(file: OpenDrive, roads: frozenset[int] | None = None) -> list
 
 
 def placed_objects(file: OpenDrive, roads: frozenset[int] | None = None) -> list[PlacedObject]:
-    """Return objects (of some roads) with a place; repeated ones as often as they stand there."""
+    """Return objects (of some roads) whose place is known, and all copies of those that repeat."""
     spots = [
         spot
         for item in file.furniture
@@ -86,13 +91,13 @@ def placed_objects(file: OpenDrive, roads: frozenset[int] | None = None) -> list
 
 
 def _is_on(item: Furniture, roads: frozenset[int] | None) -> bool:
-    """Whether something stands on a road, or on one of some roads."""
+    """Whether an item stands on a road, or on one of some roads."""
     return item.road >= 0 if roads is None else item.road in roads
 
 
-def structures_of(file: OpenDrive) -> dict[int, list[tuple[str, float, float, str]]]:
-    """Return the bridges and tunnels of each road: kind, from s to s (m) and name."""
-    out: dict[int, list[tuple[str, float, float, str]]] = {}
+def structures_of(file: OpenDrive) -> Structures:
+    """Return the bridges and tunnels of each road."""
+    out: Structures = {}
     for item in file.furniture:
         if item.kind in _STRUCTURES and item.road >= 0 and math.isfinite(item.s) and math.isfinite(item.length):
             name = item.attributes.get("name", "")
@@ -101,7 +106,7 @@ def structures_of(file: OpenDrive) -> dict[int, list[tuple[str, float, float, st
 
 
 def junction_places(file: OpenDrive, scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """Return x and y of the middle of each junction's roads, (junctions,), m; NaN where it has none."""
+    """Return x and y of the middle of each junction's roads, (junctions,), m; NaN for junctions without roads."""
     n = len(file.junctions.id)
     junction = file.roads.junction[scene.station_road]
     rows = np.flatnonzero((junction >= 0) & (junction < n))
@@ -114,7 +119,7 @@ def junction_places(file: OpenDrive, scene: Scene) -> tuple[FloatArray, FloatArr
 
 @dataclass(frozen=True)
 class _Spot:
-    """An object or one of its copies at s, t; corners are s, t on its road, or u, v in its own frame."""
+    """An object or one of its copies at s, t (m); corners are s, t on its road, or u, v in its own frame, m."""
 
     item: Furniture
     s: float
@@ -124,7 +129,7 @@ class _Spot:
 
 
 def _spots(item: Furniture) -> Iterator[_Spot]:
-    """Yield where an object stands; one that repeats stands where its copies do."""
+    """Yield the places of an object; those of its copies if it repeats."""
     if not item.repeats:
         if item.outlines and not item.local_outlines[0]:
             yield _Spot(item, item.s, item.t, on_road=tuple((s, t) for s, t, _, _ in item.outlines[0]))
@@ -134,21 +139,21 @@ def _spots(item: Furniture) -> Iterator[_Spot]:
     for s, length, distance, t_start, t_end, width in item.repeats:
         if not math.isfinite(s + length + distance + t_start + t_end):
             continue
-        apart = distance if distance > 0.0 else _ALONG_STEP
-        count = min(int(length / apart + 1e-6) if length > 0.0 else 0, _COPIES_MOST)
+        apart = distance if distance > 0.0 else _CORNER_STEP
+        count = min(int(length / apart + 1e-6) if length > 0.0 else 0, _MOST_COPIES)
         share = [k * apart / length for k in range(count + 1)] if length > 0.0 else [0.0]
         if distance > 0.0:
             for part in share:
                 yield _Spot(item, s + part * length, t_start + part * (t_end - t_start), local=_shape(item))
         elif length > 0.0:
-            half = 0.5 * next((size for size in (width, item.width) if size > 0.0), _THIN)
+            half = 0.5 * next((size for size in (width, item.width) if size > 0.0), _USUAL_WIDTH)
             line = [(s + part * length, t_start + part * (t_end - t_start)) for part in (*share, 1.0)]
             edge = [(at, t + half) for at, t in line] + [(at, t - half) for at, t in reversed(line)]
             yield _Spot(item, s, t_start, on_road=tuple(edge))
 
 
 def _shape(item: Furniture) -> tuple[tuple[float, float], ...]:
-    """Return the corners of an object in its own frame: of its outline or its box, or its place alone."""
+    """Return the corners of an object in its own frame, m: of its outline or its box, or only its place."""
     if item.outlines and item.local_outlines[0]:
         return tuple((u, v) for u, v, _, _ in item.outlines[0])
     if item.length > 0.0 and item.width > 0.0:
@@ -160,6 +165,6 @@ def _shape(item: Furniture) -> tuple[tuple[float, float], ...]:
 def _places(
     file: OpenDrive, items: Sequence[Furniture], s: Sequence[float], t: Sequence[float]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return x, y, z of road coordinates on the roads of items, m."""
+    """Return x, y, z (m) of s, t on the roads of items, (n,)."""
     road = np.array([item.road for item in items], np.int64)
     return surface_points(file, road, np.asarray(s, np.float64), np.asarray(t, np.float64))

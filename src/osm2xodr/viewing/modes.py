@@ -1,9 +1,10 @@
-"""What roads can be coloured by, and the values of each."""
+"""What roads can be coloured by: types, heights, grades, height errors, speeds, findings."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -14,7 +15,12 @@ from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.scene import Scene
 
 # m/s to km/h.
-KMH = 3.6
+_KMH: Final = 3.6
+# Percentiles of the values at the ends of ramps: a few outliers must not use up the colours.
+_HEIGHT_ENDS: Final = (1.0, 99.0)
+_GRADE_END: Final = 98.0
+_ERROR_END: Final = 90.0
+_NO_FINDING_COLOUR: Final = "#9aa5af"
 
 
 @dataclass(frozen=True)
@@ -25,7 +31,7 @@ class Categories:
     names: tuple[str, ...]
     colours: tuple[str, ...]
     labels: tuple[str, ...]
-    present: tuple[bool, ...]  # Whether it occurs, and so stands in the legend
+    present: tuple[bool, ...]  # Whether it occurs and has an entry in the legend
 
 
 @dataclass(frozen=True)
@@ -41,18 +47,18 @@ class Mode:
 
 
 def lane_speeds(file: OpenDrive, scene: Scene) -> FloatArray:
-    """Return the speed limit of each lane of a scene, km/h: its own, or else the road's in its strip's middle."""
+    """Return the speed limit of each lane of a scene, (lanes,), km/h: its own, or that of the road at mid-strip."""
     strip_of_lane = np.repeat(np.arange(len(scene.strip_road)), np.diff(scene.lane_start))
     row = _type_rows(file, scene)[strip_of_lane]
     road_speed = np.full(len(row), np.nan)
     road_speed[row >= 0] = file.types.speed[row[row >= 0]]
     own = file.lanes.speed[scene.lane]
-    speed = np.where(np.isfinite(own), own, road_speed) * KMH
+    speed = np.where(np.isfinite(own), own, road_speed) * _KMH
     return np.where(np.isfinite(speed), speed, np.nan)
 
 
 def strip_classes(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray]:
-    """Return names of road types, and the one of each strip: that of its middle."""
+    """Return names of road types, and the index of each strip's type, (strips,): that at its middle."""
     names = tuple(sorted({*file.types.type, "unknown"}))
     row = _type_rows(file, scene)
     number = {name: k for k, name in enumerate(names)}
@@ -61,7 +67,7 @@ def strip_classes(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntAr
 
 
 def _type_rows(file: OpenDrive, scene: Scene) -> IntArray:
-    """Return the row of the ``<type>`` that holds at the middle of each strip; -1 without one."""
+    """Return the row of the ``<type>`` that holds at the middle of each strip, (strips,); -1 without one."""
     first, last = scene.station_start[:-1], scene.station_start[1:] - 1
     middle = 0.5 * (scene.s[first] + scene.s[last])
     start = file.types.start
@@ -74,7 +80,7 @@ def _type_rows(file: OpenDrive, scene: Scene) -> IntArray:
 
 
 def lane_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray]:
-    """Return names of lane types, and the one of each lane of a scene."""
+    """Return names of lane types, and the index of the type of each lane of a scene, (lanes,)."""
     found = [file.lanes.type[row] for row in scene.lane.tolist()]
     names = tuple(sorted(set(found) | {"driving"}))
     number = {name: k for k, name in enumerate(names)}
@@ -82,9 +88,9 @@ def lane_types(file: OpenDrive, scene: Scene) -> tuple[tuple[str, ...], IntArray
 
 
 def make_modes(file: OpenDrive, scene: Scene, *, has_findings: bool) -> list[Mode]:
-    """Return the ways to colour a scene, the usual one first."""
-    types, _ = lane_types(file, scene)
-    used = {types[k] for k in lane_types(file, scene)[1].tolist()}
+    """Return the ways to colour a scene, the default first."""
+    types, type_of = lane_types(file, scene)
+    used = {types[k] for k in type_of.tolist()}
     classes, class_of = strip_classes(file, scene)
     class_used = {classes[k] for k in class_of.tolist()}
     modes = [
@@ -92,12 +98,12 @@ def make_modes(file: OpenDrive, scene: Scene, *, has_findings: bool) -> list[Mod
         Mode(
             "class", "road class", "Roads", _categories(classes, colours.ROAD_TYPES, colours.ROAD_OTHER, class_used)
         ),
-        Mode("height", "height", "Height, m", _ramp(colours.CIVIDIS, scene.z, 1.0, 99.0, 10.0, "m")),
+        Mode("height", "height", "Height, m", _ramp(colours.CIVIDIS, scene.z, *_HEIGHT_ENDS, 10.0, "m")),
         Mode("grade", "grade", "Grade, %", Ramp(colours.STEEPNESS, 0.0, _steep(scene), "%")),
     ]
     if np.isfinite(scene.ground).any():
         error = np.abs(scene.z - scene.ground)
-        far = colours.round_range(0.0, float(np.nanpercentile(error, 90.0)), 1.0)[1]
+        far = colours.round_range(0.0, float(np.nanpercentile(error, _ERROR_END)), 1.0)[1]
         title = "Road less elevation model, m"
         modes.append(Mode("error", "height error", title, Ramp(colours.ERROR, -far, far, "m"), 1))
     speed = lane_speeds(file, scene)
@@ -105,7 +111,7 @@ def make_modes(file: OpenDrive, scene: Scene, *, has_findings: bool) -> list[Mod
         modes.append(Mode("speed", "speed", "Speed, km/h", _ramp(colours.VIRIDIS, speed, 0.0, 100.0, 20.0, "km/h")))
     if has_findings:
         names = ("none", *reversed(colours.SEVERITIES))
-        shades = ("#9aa5af", *reversed(tuple(colours.SEVERITIES.values())))
+        shades = (_NO_FINDING_COLOUR, *reversed(tuple(colours.SEVERITIES.values())))
         labels = ("nothing found", *(f"road with {name}" for name in reversed(colours.SEVERITIES)))
         scale = Categories(names, shades, labels, (True,) * len(names))
         modes.append(Mode("finding", "findings", "Findings", scale))
@@ -113,7 +119,7 @@ def make_modes(file: OpenDrive, scene: Scene, *, has_findings: bool) -> list[Mod
 
 
 def _categories(names: tuple[str, ...], table: Mapping[str, str], other: str, used: set[str]) -> Categories:
-    """Give kinds their colours; those of one colour share the first's place in the legend."""
+    """Return kinds with their colours; those of the same colour share one entry of the legend."""
     shades = tuple(table.get(name, other) for name in names)
     labels, present = [], []
     for name, shade in zip(names, shades, strict=True):
@@ -124,13 +130,13 @@ def _categories(names: tuple[str, ...], table: Mapping[str, str], other: str, us
 
 
 def _ramp(stops: tuple[str, ...], values: FloatArray, low: float, high: float, least: float, unit: str) -> Ramp:
-    """Spread a ramp over percentiles of values."""
+    """Return a ramp from one percentile of the values to another, at least `least` wide."""
     known = values[np.isfinite(values)]
     ends = np.percentile(known, (low, high)) if len(known) else (np.nan, np.nan)
     return Ramp(stops, *colours.round_range(float(ends[0]), float(ends[1]), least), unit)
 
 
 def _steep(scene: Scene) -> float:
-    """Return the grade at the end of the ramp, %."""
+    """Return the grade at the upper end of the ramp, %."""
     known = np.abs(scene.grade[np.isfinite(scene.grade)])
-    return colours.round_range(0.0, 100.0 * float(np.percentile(known, 98.0)) if len(known) else 0.0, 4.0)[1]
+    return colours.round_range(0.0, 100.0 * float(np.percentile(known, _GRADE_END)) if len(known) else 0.0, 4.0)[1]

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from osm2xodr.curves import runs
 from osm2xodr.model import FloatArray, IntArray
 
 
@@ -21,8 +22,8 @@ class Scene:
     strip_section: IntArray  # (strips,) Index of the lane section
     station_start: IntArray  # (strips + 1,) Into the stations
     lane_start: IntArray  # (strips + 1,) Into the lanes
-    # (stations,) On the reference line: m, rad, rise per metre. Roll lowers what is to the right when it is positive,
-    # as OpenDRIVE's superelevation does. NaN where the file does not say.
+    # (stations,) On the reference line: m, rad, rise per metre; NaN where unknown. A positive roll lowers the right
+    # side, as OpenDRIVE's superelevation does.
     s: FloatArray
     x: FloatArray
     y: FloatArray
@@ -31,10 +32,10 @@ class Scene:
     roll: FloatArray
     grade: FloatArray
     ground: FloatArray  # (stations,) Height of the elevation model, m; NaN where there is none
-    # (stations x borders,) t of the borders, m, from left to right; one more than lanes. Strip after strip, station
-    # after station.
+    # (stations x borders,) t of the borders, m: strip after strip, station after station, from left to right. A strip
+    # has one border more than lanes.
     border: FloatArray
-    lane: IntArray  # (lanes,) Row in the file's table of lanes; from left to right, without centre lanes
+    lane: IntArray  # (lanes,) Rows in the file's table of lanes, from left to right, without centre lanes
     centre: IntArray  # (strips,) Row of the centre lane, -1 without one
 
     @property
@@ -49,7 +50,7 @@ class Scene:
 
     @property
     def border_start(self) -> IntArray:
-        """Where the borders of each strip begin, and where the last ones end."""
+        """Where the borders of each strip begin, and those of the last one end."""
         return np.concatenate(([0], np.cumsum(self.strip_stations * self.strip_borders)))
 
     @property
@@ -85,39 +86,30 @@ class Scene:
         return self.border[left], self.border[left + borders - 1]
 
     def with_ground(self, ground: FloatArray) -> Scene:
-        """Return the same with heights of an elevation model at the stations."""
+        """Return the scene with heights of an elevation model at the stations."""
         return replace(self, ground=ground)
 
     def only(self, strips: IntArray) -> Scene:
         """Return the scene of some of the strips, in the order in which they are given."""
-        stations, lanes = self._rows(self.station_start, strips), self._rows(self.lane_start, strips)
-        return Scene(
-            strip_road=self.strip_road[strips],
-            strip_section=self.strip_section[strips],
+        parts = {
+            ("strip_road", "strip_section", "centre"): strips,
+            ("s", "x", "y", "z", "heading", "roll", "grade", "ground"): _rows(self.station_start, strips),
+            ("border",): _rows(self.border_start, strips),
+            ("lane",): _rows(self.lane_start, strips),
+        }
+        return replace(
+            self,
             station_start=_starts(self.strip_stations[strips]),
             lane_start=_starts(np.diff(self.lane_start)[strips]),
-            s=self.s[stations],
-            x=self.x[stations],
-            y=self.y[stations],
-            z=self.z[stations],
-            heading=self.heading[stations],
-            roll=self.roll[stations],
-            grade=self.grade[stations],
-            ground=self.ground[stations],
-            border=self.border[self._rows(self.border_start, strips)],
-            lane=self.lane[lanes],
-            centre=self.centre[strips],
+            **{name: getattr(self, name)[rows] for names, rows in parts.items() for name in names},
         )
 
-    @staticmethod
-    def _rows(start: IntArray, strips: IntArray) -> IntArray:
-        """Return the rows of some strips, one strip after the other."""
-        count = np.diff(start)[strips]
-        first = np.repeat(start[strips] - (np.cumsum(count) - count), count)
-        rows: IntArray = first + np.arange(len(first))
-        return rows
+
+def _rows(start: IntArray, strips: IntArray) -> IntArray:
+    """Return the rows of some strips, one strip after the other."""
+    return runs(start[strips], np.diff(start)[strips])
 
 
 def _starts(count: IntArray) -> IntArray:
-    """Return where the rows of owners begin, by how many they have."""
+    """Return where the rows of each owner begin, and those of the last one end, from how many each has."""
     return np.concatenate(([0], np.cumsum(count)))

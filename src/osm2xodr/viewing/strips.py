@@ -1,13 +1,13 @@
-"""From a file of OpenDRIVE to what is drawn of it."""
+"""From a file of OpenDRIVE to what is drawn of it: stations, borders of lanes, and the road marks on them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import ranks, runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import (
     ABSENT,
@@ -23,8 +23,30 @@ from osm2xodr.opendrive import (
 )
 from osm2xodr.viewing.scene import Scene
 
+# How far chords of drawn roads lie from their curves at most, m, and the longest chord, m: less than a pixel up to 30
+# pixels per metre; and between stations of a profile a grade is as good as straight. Choices.
+_TOLERANCE: Final = 0.03
+_LONGEST_CHORD: Final = 10.0
+# How road marks are drawn (0 not at all, 1 solid, 2 broken), and in which colour; others are solid and white.
+_MARK_STYLES: Final = {
+    "none": 0,
+    "": 0,
+    "solid": 1,
+    "broken": 2,
+    "botts dots": 2,
+    "broken broken": 2,
+    "broken solid": 1,
+}
+_MARK_COLOURS: Final = {
+    "yellow": "#e8b400",
+    "orange": "#e08a00",
+    "red": "#d03a32",
+    "blue": "#4f8fd0",
+    "green": "#4aa564",
+}
 
-def make_scene(file: OpenDrive, tolerance: float, step: float) -> Scene:
+
+def make_scene(file: OpenDrive, tolerance: float = _TOLERANCE, step: float = _LONGEST_CHORD) -> Scene:
     """Sample all roads, and all borders of their lanes.
 
     Parameters
@@ -32,10 +54,10 @@ def make_scene(file: OpenDrive, tolerance: float, step: float) -> Scene:
     file
         The network. Roads that cannot be drawn (no plan view, no lane section, unreadable numbers) have no strips.
     tolerance, step
-        As for `osm2xodr.opendrive.space.sample_roads`, m.
+        As for `osm2xodr.opendrive.sample_roads`, m.
     """
     road, s, section, is_end = _stations(file, tolerance, step)
-    strip_first = np.flatnonzero(np.diff(section, prepend=ABSENT) != 0)
+    strip_first = np.flatnonzero(np.diff(section, prepend=ABSENT))
     strip_section = section[strip_first]
     station_start = np.append(strip_first, len(s)).astype(np.int64)
     lane, lane_start, left_lanes = _lanes(file, strip_section)
@@ -69,7 +91,7 @@ def make_scene(file: OpenDrive, tolerance: float, step: float) -> Scene:
 def _stations(file: OpenDrive, tolerance: float, step: float) -> tuple[IntArray, FloatArray, IntArray, BoolArray]:
     """Return road, s and lane section of all stations, and which are the end of a section that another one follows.
 
-    Where a section begins there are two stations: the end of the one before it and its own first.
+    There are two stations where one section follows another: the end of the first and the start of the second.
     """
     found = sample_roads(file, tolerance, step)
     drawn = np.isfinite(found.x) & np.isfinite(found.y) & np.isfinite(found.hdg)
@@ -77,7 +99,7 @@ def _stations(file: OpenDrive, tolerance: float, step: float) -> tuple[IntArray,
     section = section_at(file, road, s)
     known = section != ABSENT
     road, s, section = road[known], s[known], section[known]
-    # Row k is followed by another section of the same road: that one's first station ends its own section as well.
+    # Where row k is the last of its section, the first station of the next section ends it as well.
     ends = np.flatnonzero((road[1:] == road[:-1]) & (section[1:] != section[:-1]))
     at = np.concatenate((np.arange(len(s)), ends + 1))
     owner = np.concatenate((section, section[ends]))
@@ -93,7 +115,7 @@ def _stations(file: OpenDrive, tolerance: float, step: float) -> tuple[IntArray,
 def _both(
     function: Callable[..., Any], file: OpenDrive, road: IntArray, s: FloatArray, before: BoolArray
 ) -> list[FloatArray]:
-    """Evaluate something at stations, from the left where they are ends."""
+    """Evaluate a function at stations, as the limit from the left where `before` is true."""
     after = function(file, road, s)
     columns = list(after) if isinstance(after, tuple) else [after]
     left = function(file, road[before], s[before], before=True)
@@ -103,15 +125,11 @@ def _both(
 
 
 def _lanes(file: OpenDrive, section: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the lanes of sections from left to right without centre lanes.
-
-    Also where each section's begin, and how many of them are left of the centre.
-    """
+    """Return the lanes of sections from left to right without centre lanes, their starts, and how many are left."""
     ids = file.lanes.id
     first, last = file.lanes.start[section], file.lanes.start[section + 1]
-    count = last - first
-    row = runs(first, count)
-    strip = np.repeat(np.arange(len(section)), count)
+    row = runs(first, last - first)
+    strip = np.repeat(np.arange(len(section)), last - first)
     kept = (ids[row] != 0) & (ids[row] != ABSENT)
     row, strip = row[kept], strip[kept]
     lane_start = np.searchsorted(strip, np.arange(len(section) + 1)).astype(np.int64)
@@ -133,14 +151,12 @@ def _borders(
     stations, lanes = np.diff(station_start), np.diff(lane_start)
     borders = np.repeat(lanes + 1, stations)
     strip = np.repeat(np.arange(len(lanes)), stations)
-    begin = np.cumsum(borders) - borders
-    station = np.repeat(np.arange(len(s)), borders)
-    rank = np.arange(len(station)) - begin[station]
+    station, rank = np.repeat(np.arange(len(s)), borders), ranks(borders)
     left = left_lanes[strip[station]]
     out = np.empty(len(station))
     centre = rank == left
     out[centre] = _both(lane_offset, file, road, s, is_end)[0]
-    # Left of the centre border k is the outer one of lane k, right of it of lane k - 1.
+    # Left of the centre, border k is the outer one of lane k; right of it, of lane k - 1.
     side = np.flatnonzero(~centre)
     which = lane[lane_start[strip[station[side]]] + rank[side] - (rank[side] > left[side])]
     at, ends = s[station[side]], is_end[station[side]]
@@ -148,3 +164,34 @@ def _borders(
     outer[ends] = lane_borders(file, which[ends], at[ends], before=True)[1]
     out[side] = outer
     return out
+
+
+def border_marks(file: OpenDrive, scene: Scene) -> tuple[list[list[Any]], IntArray]:
+    """Return the kinds of road marks, and the kind of mark on each border.
+
+    The mark of a lane is on its outer border, that of the centre lane on the border between left and right.
+
+    Returns
+    -------
+    kinds
+        Name, style (`_MARK_STYLES`) and colour of each kind.
+    kind : (borders,)
+        Index of the kind on each border of each strip, from left to right, one strip after the other.
+    """
+    lanes = file.lanes
+    kinds: dict[tuple[str, str], int] = {("none", ""): 0}
+    code = np.array(
+        [kinds.setdefault(pair, len(kinds)) for pair in zip(lanes.mark, lanes.mark_color, strict=True)], np.int64
+    )
+    strips = np.arange(len(scene.strip_road))
+    strip, rank = np.repeat(strips, scene.strip_borders), ranks(scene.strip_borders)
+    owner = np.repeat(strips, np.diff(scene.lane_start))
+    left = np.bincount(owner[lanes.id[scene.lane] > 0], minlength=len(strips))
+    out = np.zeros(len(strip), np.int64)
+    centre = rank == left[strip]
+    has_centre = centre & (scene.centre[strip] >= 0)
+    out[has_centre] = code[scene.centre[strip[has_centre]]]
+    side = np.flatnonzero(~centre)
+    out[side] = code[scene.lane[scene.lane_start[strip[side]] + rank[side] - (rank[side] > left[strip[side]])]]
+    rows = [[name, _MARK_STYLES.get(name, 1), _MARK_COLOURS.get(colour, "#ffffff")] for name, colour in kinds]
+    return rows, out

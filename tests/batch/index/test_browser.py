@@ -141,7 +141,7 @@ def test_statuses_and_words_filter_table_and_map(page: Page, index: Path) -> Non
     assert names(page) == ["n8", "n15"]
 
 
-def test_a_click_on_the_map_tells_about_the_area(page: Page, index: Path) -> None:
+def test_a_click_on_the_map_shows_the_area(page: Page, index: Path) -> None:
     page.open(index)
     x, y = page.value(
         f"(() => {{ const box = {area('n11')}.getBoundingClientRect();"

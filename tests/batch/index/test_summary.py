@@ -91,7 +91,7 @@ def test_the_same_results_give_the_same_bytes_in_any_order(tmp_path: Path) -> No
         json.dumps({"format": 2}).encode(),
     ],
 )
-def test_a_report_that_cannot_be_read_is_told_and_stops_nothing(tmp_path: Path, content: bytes | None) -> None:
+def test_a_report_that_cannot_be_read_is_reported_and_stops_nothing(tmp_path: Path, content: bytes | None) -> None:
     if content is not None:
         (tmp_path / "a.json").write_bytes(content)
     (tmp_path / "b.json").write_bytes(report())
@@ -167,7 +167,7 @@ def test_links_lead_to_the_files_that_are_there(tmp_path: Path) -> None:
     assert [link.get("href") for link in page.xpath("//tbody/tr[2]//a")] == ["./plain.xodr", "./plain.json"]
 
 
-def test_areas_of_unknown_place_are_told(tmp_path: Path) -> None:
+def test_areas_of_unknown_place_are_reported(tmp_path: Path) -> None:
     results = [result("a", outline_deg=rectangle(7, 43, 1, 1)), result("b", Status.FAILED, "It failed.")]
     _, page = written(tmp_path, results)
     below = page.get_element_by_id("below").text_content()
@@ -202,7 +202,7 @@ def test_the_page_asks_for_no_network(tmp_path: Path) -> None:
     assert addresses == ["data:,"]
 
 
-def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match=r"summary\.csv"):
         write_summary(tmp_path / "missing", [result("a", Status.EMPTY)])
 

@@ -44,9 +44,9 @@ def found(tree: Tree, folder: Path) -> list[str]:
         # Ways of one approach.
         ({1: [10, 12], 2: [11]}, ""),
         # The street from the south turns left across the road.
-        ({1: [10], 3: [14]}, "1 pairs, connecting roads 10 and 14 first"),
+        ({1: [10], 3: [14]}, "1 pair, connecting roads 10 and 14 first"),
         # It turns right onto the lane that the others go on.
-        ({1: [10], 3: [13]}, "1 pairs, connecting roads 10 and 13 first"),
+        ({1: [10], 3: [13]}, "1 pair, connecting roads 10 and 13 first"),
         ({1: [12], 3: [13]}, ""),
         ({1: [10, 12], 2: [11, 15]}, "2 pairs, connecting roads 10 and 15 first"),
         # Without references all ways from the light's road are meant: 10 and 12 with 13 and 14.

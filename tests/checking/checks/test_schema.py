@@ -8,7 +8,7 @@ import pytest
 from real_readers import SCHEMA, need
 from t_junction import sound_map
 
-from osm2xodr.checking import CheckOptions, check_file, defaults
+from osm2xodr.checking import CheckOptions, check_file
 from osm2xodr.checking.checks import schema
 from osm2xodr.errors import InputError
 
@@ -50,25 +50,25 @@ def test_a_schema_of_xsd_1_1_is_understood(path: Path) -> None:
 
 
 def test_large_files_of_1_8_are_not_held_against_it(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(defaults, "CHECK_SCHEMA_18_BYTES", 1000)
+    monkeypatch.setattr(schema, "_MOST_BYTES", 1000)
     result = check_file(with_version(path, 8), CheckOptions(only=ONLY))
     assert [note for note in result.notes if "takes long" in note] == list(result.notes) != []
 
 
-def test_a_version_without_a_schema_is_said(path: Path) -> None:
+def test_a_version_without_a_schema_is_reported(path: Path) -> None:
     result = check_file(with_version(path, 9), CheckOptions(only=ONLY))
     assert result.notes == ("the schema was not checked: there is none for version 1.9; give one with --schema",)
     assert result.counts == ()
 
 
-def test_a_missing_checker_is_said(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_checker_is_reported(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(schema, "_PACKAGE", "no_such_package")
     result = check_file(path, CheckOptions(only=ONLY))
     assert result.notes == ("the schema was not checked: give one with --schema, or install asam-qc-opendrive",)
 
 
 @pytest.mark.parametrize("module", ["lxml.etree", "xmlschema"])
-def test_a_missing_library_is_said(module: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_reported(module: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(schema, "_module", lambda name, real=schema._module: None if name == module else real(name))
     result = check_file(with_version(path, 8), CheckOptions(only=ONLY))
     assert [note for note in result.notes if f"install {module.split('.')[0]}" in note] == list(result.notes) != []
@@ -83,7 +83,7 @@ def test_a_schema_can_be_given(path: Path) -> None:
     assert result.by_rule()["schema"] >= 10
 
 
-def test_a_schema_that_is_none_is_refused(path: Path, tmp_path: Path) -> None:
+def test_an_unusable_schema_is_refused(path: Path, tmp_path: Path) -> None:
     for name, text in (("absent.xsd", None), ("bad.xsd", "<no/>"), ("worse.xsd", "no XML")):
         given = tmp_path / name
         if text is not None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import hashlib
+import json
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -18,7 +21,7 @@ from osm2xodr.errors import InputError
 from osm2xodr.opendrive.space import frame_of
 from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import ReportOptions, write_report
-from osm2xodr.viewing.page.html import make_report
+from osm2xodr.viewing.page.html import _as_json, _compressed, make_report
 
 
 def report_of(source: Path | OpenDrive, **options: Any) -> bytes:
@@ -153,7 +156,7 @@ def test_connecting_roads_between_tunnels_are_in_the_tunnel(tmp_path: Path) -> N
     assert "2" not in info_of(report_of(file))["structures"]
 
 
-def test_what_the_converter_said_is_shown_with_its_place(tmp_path: Path) -> None:
+def test_messages_of_the_conversion_are_shown_with_their_place(tmp_path: Path) -> None:
     file = viewed_file(tmp_path)
     area = write_ways(tmp_path, file, {4: (TERTIARY, [(0.0, 1.0), (120.0, 1.0)])})
     said = [
@@ -211,3 +214,15 @@ def test_the_report_is_written_as_a_whole(tmp_path: Path) -> None:
     assert out.stat().st_size == size
     assert out.read_bytes().startswith(b"<!doctype html>")
     assert size < 1_200_000
+
+
+def test_the_same_bytes_give_the_same_text() -> None:
+    text = _compressed(b"abc" * 100)
+    assert text == _compressed(b"abc" * 100)
+    assert gzip.decompress(base64.b64decode(text)) == b"abc" * 100
+
+
+def test_json_has_only_finite_numbers_and_whole_characters() -> None:
+    assert json.loads(_as_json({"name": "Straße \udc80"})) == {"name": "Straße ?"}
+    with pytest.raises(ValueError, match="Out of range"):
+        _as_json([math.nan])

@@ -121,7 +121,7 @@ def test_a_box_in_degrees_is_the_same_place(file: OpenDrive) -> None:
     assert found == pytest.approx((10.0, -20.0, 90.0, 30.0), abs=0.01)
 
 
-def test_what_cannot_be_drawn_is_said(file: OpenDrive, tmp_path: Path) -> None:
+def test_what_cannot_be_drawn_is_reported(file: OpenDrive, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no road within --bbox; its roads lie at x and y within -7,-13,"):
         make_picture(file, PictureOptions((1000.0, 1000.0, 1100.0, 1100.0)))
     with pytest.raises(InputError, match="pixels; give a smaller --width or a flatter box"):

@@ -17,7 +17,7 @@ from osm2xodr.opendrive.tables import OpenDrive
 from osm2xodr.viewing import PictureOptions
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.furniture import placed_objects
-from osm2xodr.viewing.picture import symbols
+from osm2xodr.viewing.picture import shapes
 from osm2xodr.viewing.picture.contents import Picture, make_picture
 from osm2xodr.viewing.picture.details import mark_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon
@@ -58,11 +58,11 @@ def test_signals_are_symbols_of_a_size(file: OpenDrive) -> None:
     lamps = [
         metres(picture, item).mean(axis=0)
         for item in picture.shapes
-        if isinstance(item, Polygon) and item.colour == symbols.GREEN
+        if isinstance(item, Polygon) and item.colour == shapes.GREEN
     ]
     # Lights 1 and 2; references have no head of their own.
     assert np.array(lamps) == pytest.approx(np.array([[98.0, -4.93], [112.0, 4.07]]), abs=0.05)
-    rings = [item for item in picture.shapes if isinstance(item, Polygon) and item.colour == symbols.RED]
+    rings = [item for item in picture.shapes if isinstance(item, Polygon) and item.colour == shapes.RED]
     assert min(abs(metres(picture, item).mean(axis=0) - (20.0, -4.0)).max() for item in rings) < 0.05
 
 
@@ -122,35 +122,6 @@ def test_double_lines_are_two() -> None:
     assert len([item for item in lines if item.corners[0, 1] < 30.0]) == 1
     assert len([item for item in lines if item.corners[0, 1] > 30.0]) == 3
     assert {item.colour for item in lines} == {"#e8b400"}
-
-
-def test_arrows_point_where_they_say() -> None:
-    straight = np.concatenate(symbols.arrow("arrowStraight", 5.0))
-    assert (straight[:, 0].min(), straight[:, 0].max()) == (-2.5, 2.5)
-    assert np.abs(straight[:, 1]).max() < 0.5
-    left = np.concatenate(symbols.arrow("arrowLeft", 5.0))
-    right = np.concatenate(symbols.arrow("arrowRight", 5.0))
-    assert left[:, 1].max() > 0.7 > 0.2 > -left[:, 1].min()
-    assert sorted(map(tuple, left.round(9).tolist())) == sorted((u, -v + 0.0) for u, v in right.round(9).tolist())
-    both = np.concatenate(symbols.arrow("arrowLeftStraight", 5.0))
-    assert both[:, 0].max() == 2.5
-    assert both[:, 1].max() > 0.7
-
-
-@pytest.mark.parametrize(
-    ("kind", "name", "colours"),
-    [
-        ("206", "", {symbols.RED, WHITE}),
-        ("R1-1", "stop", {symbols.RED, WHITE}),
-        ("205", "", {symbols.RED, WHITE}),
-        ("274", "maxspeed", {symbols.RED, WHITE}),
-        ("306", "", {symbols.AMBER, WHITE}),
-        ("310", "city_limit", {symbols.AMBER}),
-        ("999", "", {symbols.BLUE, WHITE}),
-    ],
-)
-def test_faces_of_signs(kind: str, name: str, colours: set[str]) -> None:
-    assert {colour for _, colour in symbols.sign_symbol(kind, name)} == colours
 
 
 def test_colours_are_spread_over_what_is_in_the_box(tmp_path: Path) -> None:

@@ -1,16 +1,13 @@
-"""The page about many areas: a map, what failed, a table; one file of HTML that needs neither a network nor scripts.
+"""The page about many areas: a map, the failures, a table.
 
-Scripts sort, filter and zoom; where they are forbidden, as in the archives of some build servers, all else is there.
+Scripts sort, filter and zoom; where they are forbidden, as in archives of some build servers, the rest still works.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import re
 from collections.abc import Iterator, Sequence
 from html import escape
-from importlib.resources import files
 from types import MappingProxyType
 from typing import Final
 from urllib.parse import quote
@@ -19,66 +16,58 @@ from osm2xodr import __version__
 from osm2xodr.batch.index.area_rows import AreaRow, Figures, one_line
 from osm2xodr.batch.index.map import Map, Shape, make_map, number
 from osm2xodr.batch.model import Status
-from osm2xodr.diagnostics import Kind
+from osm2xodr.diagnostics import Kind, counted
+from osm2xodr.viewing import facts, filled, package_text, page_html
 
-# Statuses in the order in which people want to know about them, and what each is.
+# Statuses, the most important first, and what each means for areas.
 _STATUSES: Final = MappingProxyType(
     {
         Status.FAILED: "could not be converted",
-        Status.EMPTY: "hold nothing to drive on",
+        Status.EMPTY: "contain no road for cars",
         Status.DONE: "converted in this run",
-        Status.UNCHANGED: "left as they were: neither input nor version changed",
+        Status.UNCHANGED: "kept from before: neither input nor version changed",
     }
 )
 _LINKS: Final = MappingProxyType({".xodr": "xodr", ".json": "report", ".html": "page"})
-# Columns after name, status and files: heading, what it is, unit.
+# Columns after name, status and files: heading, meaning, unit.
 _HEADINGS: Final = (
     ("Roads", "length of reference lines outside of junctions", "km"),
     ("Roads", "number of roads outside of junctions", ""),
     ("Junctions", "number of junctions", ""),
-    ("DEM", "share of the streets whose height is measured", "%"),
-    ("Lowest", "least height of a road", "m"),
-    ("Highest", "greatest height of a road", "m"),
+    ("DEM", "share of the streets with a measured height", "%"),
+    ("Lowest", "lowest height of a road", "m"),
+    ("Highest", "highest height of a road", "m"),
     ("Steepest", "largest grade", "%"),
-    ("Guessed", "number of values that OpenStreetMap does not give", ""),
-    ("Dropped", "number of things that are left out", ""),
+    ("Guessed", "number of values that are missing in OpenStreetMap", ""),
+    ("Dropped", "number of things that were left out", ""),
     ("Repaired", "number of contradictions that were resolved", ""),
     ("Notes", "number of further remarks", ""),
-    ("Size", "of the road network's file", "MB"),
-    ("Time", "of the conversion in this run", "s"),
-    ("Memory", "most that the conversion took in this run", "MB"),
+    ("Size", "size of the road network's file", "MB"),
+    ("Time", "time of the conversion in this run", "s"),
+    ("Memory", "peak memory of the conversion in this run", "MB"),
 )
-# Says before the table is read that scripts run, so that rows far down are laid out only when they come into sight.
-_EARLY: Final = 'document.documentElement.className = "scripted";'
-# How many of them come from the report.
+# Marks the page before the table is read, so that rows far down are laid out only when they come into view.
+_EARLY_SCRIPT: Final = 'document.documentElement.className = "scripted";'
+# How many of the columns come from the report; index.js knows this number, too.
 _FIGURES: Final = 12
-# An area smaller than this on the whole map gets a symbol, units: a hundredth of the map's width is hard to see.
-_SMALL: Final = 9.0
+# An area smaller than this on the map gets a symbol, units: a hundredth of the map's width is hard to see.
+_SYMBOL_BELOW: Final = 9.0
+# Durations are given in seconds, and in minutes, up to this many.
+_MOST_SECONDS: Final = 120.0
+_MOST_MINUTES: Final = 120
 
 
 def make_index(rows: Sequence[AreaRow]) -> bytes:
-    """Return the page, UTF-8; the same rows give the same bytes.
-
-    Parameters
-    ----------
-    rows
-        In order of names.
-    """
+    """Return the page, UTF-8; the same rows, in order of names, give the same bytes."""
     order = {status: place for place, status in enumerate(_STATUSES)}
     rows = sorted(rows, key=lambda row: (order[row.result.status], _natural(row.name)))
     chart = make_map([row.result.outline_deg for row in rows])
-    script, style = _part("index.js"), _part("index.css")
-    count = f"{len(rows):,} area{'' if len(rows) == 1 else 's'}"
+    count = counted(len(rows), "area")
     parts = {
-        "policy": f"default-src 'none'; script-src {_hash(_EARLY)} {_hash(script)}; style-src {_hash(style)};"
-        " img-src data:; base-uri 'none'; form-action 'none'",
-        "style": style,
-        "script": script,
-        "early": _EARLY,
         "version": escape(__version__),
         "count": count,
         "statuses": "".join(_status(rows, status) for status in _STATUSES),
-        "figures": "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in _totals(rows)),
+        "figures": facts(_totals(rows)),
         "failures": _failures(rows),
         "map": _map(rows, chart),
         "nowhere": "" if any(chart.shapes) else ' class="nowhere"',
@@ -86,30 +75,35 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
         "headings": "".join(_heading(*heading) for heading in _HEADINGS),
         "rows": "\n".join(_row(place, row) for place, row in enumerate(rows)),
     }
-    page = re.sub(r"@([a-z]+)@", lambda match: parts[match.group(1)], _part("index.html"))
-    return page.encode("utf-8", "replace")
+    return page_html(
+        f"osm2xodr: {count}",
+        filled(_text("index.html"), parts),
+        _text("index.css"),
+        scripts=[_text("index.js")],
+        early_script=_EARLY_SCRIPT,
+    )
 
 
 def _natural(name: str) -> tuple[list[tuple[int, str]], str]:
-    """Return what names are sorted by: numbers in them by their value."""
+    """Return the sort key of a name: numbers in it count by their value."""
     words = re.findall(r"[0-9]+|[^0-9]+", name.casefold())
     return [(int(word[:99]), "") if word[0] in "0123456789" else (-1, word) for word in words], name
 
 
 def _status(rows: Sequence[AreaRow], status: Status) -> str:
-    """Return the switch of a status: how it is drawn, and how many there are."""
-    number_of = sum(row.result.status is status for row in rows)
+    """Return the button of a status, which shows its symbol and the number of its areas."""
+    areas = sum(row.result.status is status for row in rows)
     word, meaning = status.value, _STATUSES[status]
     return (
         f'<button type="button" class="{word}" data-status="{word}" aria-pressed="false"'
-        f' title="{number_of:,} {meaning}">'
+        f' title="{areas:,} {meaning}">'
         '<svg class="swatch" viewBox="0 0 46 22" aria-hidden="true"><path class="shape" d="M1 1H27V21H1Z"/>'
-        f'<use href="#s-{word}" x="38" y="11"/></svg><b>{number_of:,}</b> {word}</button>'
+        f'<use href="#s-{word}" x="38" y="11"/></svg><b>{areas:,}</b> {word}</button>'
     )
 
 
 def _totals(rows: Sequence[AreaRow]) -> Iterator[tuple[str, str]]:
-    """Return names and values of figures about all areas."""
+    """Yield names and values of figures about all areas."""
     known = [row.figures for row in rows if row.figures is not None]
     yield "km of road", f"{sum(figures.road_length or 0.0 for figures in known) / 1000.0:,.1f}"
     yield "roads", f"{sum(figures.roads or 0.0 for figures in known):,.0f}"
@@ -120,15 +114,15 @@ def _totals(rows: Sequence[AreaRow]) -> Iterator[tuple[str, str]]:
 
 
 def _duration(seconds: float) -> str:
-    """Write a duration for people."""
-    if seconds < 120.0:
+    """Return a duration in words."""
+    if seconds < _MOST_SECONDS:
         return f"{seconds:.1f} s"
     minutes = round(seconds / 60.0)
-    return f"{minutes} min" if minutes < 120 else f"{minutes // 60:,} h {minutes % 60} min"
+    return f"{minutes} min" if minutes < _MOST_MINUTES else f"{minutes // 60:,} h {minutes % 60} min"
 
 
 def _failures(rows: Sequence[AreaRow]) -> str:
-    """Return the list of areas that failed, each with its sentence."""
+    """Return the list of areas that failed, each with its message."""
     items = [
         f'<li><a href="#a{place}"><bdi>{escape(row.name)}</bdi></a> <span>{escape(row.message)}</span></li>'
         for place, row in enumerate(rows)
@@ -141,16 +135,15 @@ def _failures(rows: Sequence[AreaRow]) -> str:
 
 
 def _unplaced(chart: Map) -> str:
-    """Return how many areas are not on the map."""
+    """Return a sentence on areas that are not on the map."""
     missing = sum(shape is None for shape in chart.shapes)
     verb = "is" if missing == 1 else "are"
-    return (
-        f"{missing:,} of {len(chart.shapes):,} areas {verb} of unknown place, and not on the map." if missing else ""
-    )
+    text = f"{missing:,} of {len(chart.shapes):,} areas {verb} of unknown place, and not on the map."
+    return text if missing else ""
 
 
 def _map(rows: Sequence[AreaRow], chart: Map) -> str:
-    """Return the map; areas that failed lie on top."""
+    """Return the map; areas that failed are drawn last."""
     drawn = [
         _area(place, row, shape) for place, (row, shape) in enumerate(zip(rows, chart.shapes, strict=True)) if shape
     ]
@@ -161,10 +154,10 @@ def _map(rows: Sequence[AreaRow], chart: Map) -> str:
 
 
 def _area(place: int, row: AreaRow, shape: Shape) -> str:
-    """Return an area of the map; it leads to its row."""
+    """Return an area of the map, a link to its row."""
     word = row.result.status.value
     outline = f'<path class="shape" d="{shape.path}"/>' if shape.path else ""
-    small = not shape.path or max(shape.width, shape.height) < _SMALL
+    small = not shape.path or max(shape.width, shape.height) < _SYMBOL_BELOW
     symbol = ""
     if small or row.result.status is Status.FAILED:
         at = f"translate({number(shape.x)} {number(shape.y)})"
@@ -181,17 +174,17 @@ def _heading(name: str, meaning: str, unit: str) -> str:
 
 
 def _row(place: int, row: AreaRow) -> str:
-    """Return an area's row of the table; where it has no figures, a sentence takes their place."""
+    """Return the row of an area; if it has no figures, a message takes their place."""
     word = row.result.status.value
     links = _links(row)
     if row.figures is None or row.message:
-        told = f'<td colspan="{1 + _FIGURES}">{links} {escape(row.message)}</td>'
+        cells = f'<td colspan="{1 + _FIGURES}">{links} {escape(row.message)}</td>'
     else:
-        told = f"<td>{links}</td>" + "".join(f"<td>{cell}</td>" for cell in _figures(row.figures))
+        cells = f"<td>{links}</td>" + "".join(f"<td>{cell}</td>" for cell in _figures(row.figures))
     spent = "".join(f"<td>{cell}</td>" for cell in _spent(row))
     return (
         f'<tr id="a{place}" class="{word}"><th scope="row"><bdi>{escape(row.name)}</bdi></th>'
-        f"<td>{word}</td>{told}{spent}</tr>"
+        f"<td>{word}</td>{cells}{spent}</tr>"
     )
 
 
@@ -206,13 +199,13 @@ def _links(row: AreaRow) -> str:
 
 
 def _spent(row: AreaRow) -> Iterator[str]:
-    """Return the cells under the last headings, about the run."""
+    """Yield the cells under the last headings, about the run."""
     yield f"{row.result.seconds:,.1f}" if row.result.seconds > 0.0 else ""
     yield f"{row.result.memory / 1e6:,.0f}" if row.result.memory > 0 else ""
 
 
 def _figures(figures: Figures) -> Iterator[str]:
-    """Return the cells under the first headings, about the road network."""
+    """Yield the cells under the first headings, about the road network."""
     yield _written(figures.road_length, 1e-3, 2)
     yield _written(figures.roads, 1.0, 0)
     yield _written(figures.junctions, 1.0, 0)
@@ -229,11 +222,6 @@ def _written(value: float | None, factor: float, decimals: int) -> str:
     return "" if value is None else f"{value * factor:,.{decimals}f}"
 
 
-def _hash(text: str) -> str:
-    """Return what a policy calls a text by."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}'"
-
-
-def _part(name: str) -> str:
+def _text(name: str) -> str:
     """Return a file of the template."""
-    return files("osm2xodr.batch.index").joinpath("template").joinpath(name).read_text(encoding="utf-8")
+    return package_text("osm2xodr.batch.index", f"template/{name}")

@@ -1,8 +1,7 @@
-"""Where areas lie on the map of a page: outlines in Mercator's projection, in units of the drawing.
+"""Where areas lie on the map of the page: outlines in the Mercator projection, in units of the drawing.
 
-Mercator's is the projection that keeps the shape of small areas wherever they are, so that tiles in Norway and towns
-in Kenya stand on one map without being squeezed. Formula: J. P. Snyder, Map Projections: A Working Manual, USGS 1987,
-eq. 7-1 and 7-2, on the sphere.
+The Mercator projection is conformal, so small areas keep their shape at any latitude. Formula: J. P. Snyder, Map
+Projections: A Working Manual, USGS 1987, eq. 7-1 and 7-2, on the sphere.
 """
 
 from __future__ import annotations
@@ -16,22 +15,26 @@ from typing import Final
 Ring = tuple[tuple[float, float], ...]
 Point = tuple[float, float]
 
-# Radius of the sphere, m: the larger half axis of WGS 84, as web maps take it.
+# Radius of the sphere, m: the semi-major axis of WGS 84, as in web maps.
 RADIUS: Final = 6378137.0
-# Width of the drawing; numbers of units stay short, and fine enough for browsers, which keep seven digits.
+# Width of the drawing, units: numbers stay short, and fine enough for browsers, which keep seven digits.
 WIDTH: Final = 1000.0
-# Where the map ends towards the poles, degrees: where it is as high as wide.
-_POLE: Final = 85.05
-# Least width and height of what is drawn, m; a single area may be but a point.
-_LEAST: Final = 300.0
+# Latitude at which the map ends, degrees: there a map of the whole earth is a square.
+_LAST_LATITUDE: Final = 85.05
+# Least width and height of what is drawn, m: a single area may be a point.
+_LEAST_EXTENT: Final = 300.0
+# Margin on each side as a share of the width.
 _MARGIN: Final = 0.03
+# Least and largest height of the drawing as a share of its width.
+_LEAST_ASPECT: Final = 1 / 3
+_LARGEST_ASPECT: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
     """An area on the map."""
 
-    path: str  # Its outline, as data of an SVG path; empty where it is but a point
+    path: str  # Its outline, as data of an SVG path; empty for a point
     # Its middle, units to the right and down
     x: float
     y: float
@@ -44,7 +47,7 @@ class Shape:
 class Map:
     """Areas on the map."""
 
-    shapes: tuple[Shape | None, ...]  # Of each area; None for those of which nobody knows where they are
+    shapes: tuple[Shape | None, ...]  # Of each area; None where its place is unknown
     # Of the drawing, units
     width: float
     height: float
@@ -57,7 +60,7 @@ class Map:
 def make_map(outlines: Sequence[Sequence[Ring]]) -> Map:
     """Put outlines (rings of longitude and latitude, degrees) on a map that shows all of them.
 
-    The map is cut open on the far side of the areas, so that those beside the 180th meridian are neighbours.
+    The map is cut on the far side of the areas, so that areas on both sides of the 180th meridian are neighbours.
     """
     joined = [[_joined(ring) for ring in rings if ring] for rings in outlines]
     cut = _cut([_middle([lon for ring in rings for lon, _ in ring]) for rings in joined if rings])
@@ -66,9 +69,9 @@ def make_map(outlines: Sequence[Sequence[Ring]]) -> Map:
     ys = [y for rings in placed for ring in rings for _, y in ring]
     if not xs:
         return Map(tuple(None for _ in outlines), WIDTH, WIDTH / 2.0, 1.0, 0.0, 0.0)
-    across, down = (max(max(values) - min(values), _LEAST) for values in (xs, ys))
+    across, down = (max(max(values) - min(values), _LEAST_EXTENT) for values in (xs, ys))
     unit = across * (1.0 + 2.0 * _MARGIN) / WIDTH
-    height = min(max(down + 2.0 * _MARGIN * across, across / 3.0) / unit, 3.0 * WIDTH)
+    height = min(max(down + 2.0 * _MARGIN * across, _LEAST_ASPECT * across) / unit, _LARGEST_ASPECT * WIDTH)
     unit = max(unit, (down + 2.0 * _MARGIN * across) / height)
     left, top = _middle(xs) - unit * WIDTH / 2.0, _middle(ys) + unit * height / 2.0
     shapes = tuple(_shape(rings, left, top, unit) for rings in placed)
@@ -76,7 +79,7 @@ def make_map(outlines: Sequence[Sequence[Ring]]) -> Map:
 
 
 def _joined(ring: Ring) -> list[Point]:
-    """Return a ring that does not jump at the 180th meridian; one all round the earth goes on as it is."""
+    """Return a ring that does not jump at the 180th meridian; one all round the earth stays as it is."""
     out = [ring[0]]
     for (before, _), (lon, lat) in pairwise(ring):
         step = lon - before
@@ -89,7 +92,7 @@ def _middle(values: Sequence[float]) -> float:
 
 
 def _cut(longitudes: Sequence[float]) -> float:
-    """Return the meridian, degrees from -180 on, in the middle of the widest gap between others."""
+    """Return the meridian, degrees from -180, in the middle of the widest gap between longitudes."""
     sorted_deg = sorted(longitude % 360.0 for longitude in longitudes)
     if not sorted_deg:
         return -180.0
@@ -99,7 +102,7 @@ def _cut(longitudes: Sequence[float]) -> float:
 
 
 def _turned(rings: list[list[Point]], cut: float) -> list[list[Point]]:
-    """Return rings with longitudes within the turn that begins at the cut; rings of one area stay together."""
+    """Return rings with longitudes within the 360 degrees from the cut on; rings of one area stay together."""
     if not rings:
         return []
     middle = _middle([lon for ring in rings for lon, _ in ring])
@@ -108,16 +111,16 @@ def _turned(rings: list[list[Point]], cut: float) -> list[list[Point]]:
 
 
 def _projected(ring: list[Point]) -> list[Point]:
-    """Return x and y, m."""
+    """Return x and y of the Mercator projection, m."""
     out = []
     for lon, lat in ring:
-        y = math.asinh(math.tan(math.radians(min(max(lat, -_POLE), _POLE))))
+        y = math.asinh(math.tan(math.radians(min(max(lat, -_LAST_LATITUDE), _LAST_LATITUDE))))
         out.append((RADIUS * math.radians(lon), RADIUS * y))
     return out
 
 
 def _shape(rings: list[list[Point]], left: float, top: float, unit: float) -> Shape | None:
-    """Draw the rings of an area."""
+    """Return the shape of an area; None without rings."""
     if not rings:
         return None
     drawn = [[((x - left) / unit, (top - y) / unit) for x, y in ring] for ring in rings]
@@ -129,6 +132,6 @@ def _shape(rings: list[list[Point]], left: float, top: float, unit: float) -> Sh
 
 
 def number(value: float) -> str:
-    """Write a number of units."""
+    """Return a number of units, short."""
     text = f"{value:.3f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text

@@ -1,34 +1,45 @@
-"""What finds the defects of a road network."""
+"""The checks of a road network."""
 
 from __future__ import annotations
 
-from osm2xodr.checking.checks.index import LaneIndex, lane_index
+from osm2xodr.checking.checks.index import lane_index
 from osm2xodr.checking.checks.lane_transitions import transitions
 from osm2xodr.checking.checks.lanes import check_lanes
 from osm2xodr.checking.checks.links import check_links, check_ways_on
 from osm2xodr.checking.checks.phases import check_phases
-from osm2xodr.checking.checks.places import file_bytes
 from osm2xodr.checking.checks.plan_views import check_plan_views
 from osm2xodr.checking.checks.profiles import check_profiles
 from osm2xodr.checking.checks.readers import check_misfits, check_readers
 from osm2xodr.checking.checks.references import check_references
 from osm2xodr.checking.checks.schema import schema_violations
 from osm2xodr.checking.checks.surfaces import check_surfaces
+from osm2xodr.checking.findings import Findings
+from osm2xodr.opendrive import OpenDrive
 
-__all__ = [
-    "LaneIndex",
-    "check_lanes",
-    "check_links",
-    "check_misfits",
-    "check_phases",
-    "check_plan_views",
-    "check_profiles",
-    "check_readers",
-    "check_references",
-    "check_surfaces",
-    "check_ways_on",
-    "file_bytes",
-    "lane_index",
-    "schema_violations",
-    "transitions",
-]
+__all__ = ["check_tables", "schema_violations"]
+
+
+def check_tables(drive: OpenDrive, head: str, findings: Findings) -> None:
+    """Check everything that was read of a file.
+
+    Parameters
+    ----------
+    drive
+        What was read.
+    head
+        The text of the file up to its first road, as written.
+    findings
+        Receives the findings.
+    """
+    lanes = lane_index(drive)
+    check_misfits(drive, findings)
+    check_references(drive, lanes, findings)
+    check_readers(drive, lanes, head, findings)
+    check_plan_views(drive, findings)
+    check_profiles(drive, lanes, findings)
+    check_lanes(drive, lanes, findings)
+    steps = transitions(drive, lanes, findings)
+    check_links(drive, lanes, steps, findings)
+    check_ways_on(drive, lanes, steps, findings)
+    check_surfaces(drive, lanes, findings)
+    check_phases(drive, lanes, findings)

@@ -1,4 +1,4 @@
-"""Lanes of a whole file by section and id, and which of them cars drive on in which direction."""
+"""The lanes of a file by section and id, and which of them cars drive on in which direction."""
 
 from __future__ import annotations
 
@@ -9,29 +9,15 @@ import numpy as np
 
 from osm2xodr.checking.findings import Place
 from osm2xodr.model import BoolArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive
+from osm2xodr.opendrive import ABSENT, End, OpenDrive
 
 # Types of lanes that cars may be on, of all versions of the standard.
-DRIVING_TYPES: Final = frozenset(
-    {
-        "driving",
-        "entry",
-        "exit",
-        "onRamp",
-        "offRamp",
-        "connectingRamp",
-        "slipLane",
-        "bidirectional",
-        "mwyEntry",
-        "mwyExit",
-        "bus",
-        "taxi",
-        "HOV",
-        "shared",
-    }
+_DRIVING_TEXT: Final = (
+    "driving entry exit onRamp offRamp connectingRamp slipLane bidirectional mwyEntry mwyExit bus taxi HOV shared"
 )
-# No road has so many lanes: ids beyond are looked for in vain.
-_MOST = 1 << 20
+_DRIVING_TYPES: Final = frozenset(_DRIVING_TEXT.split())
+# Lane ids beyond this, either way, are not looked up: no road has so many lanes.
+_LARGEST_ID: Final = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -45,6 +31,7 @@ class LaneIndex:
     # (roads,) First and last section of each road; -1 without one
     first: IntArray
     last: IntArray
+    # (lanes,) Sorted keys of sections and lane ids, and the row of each
     _keys: IntArray
     _rows: IntArray
 
@@ -54,38 +41,33 @@ class LaneIndex:
         if not len(self._keys):
             return np.full(len(sought), -1, np.int64)
         at = np.minimum(np.searchsorted(self._keys, sought), len(self._keys) - 1)
-        good = (self._keys[at] == sought) & (section >= 0) & (np.abs(lane_id) < _MOST)
-        return np.where(good, self._rows[at], -1)
+        found = (self._keys[at] == sought) & (section >= 0) & (np.abs(lane_id) < _LARGEST_ID)
+        return np.where(found, self._rows[at], -1)
 
-    def end_section(self, road: IntArray, end: IntArray) -> IntArray:
-        """Return the section at an end (`End`) of roads, (n,)."""
-        return np.where(end == 0, self.first[road], self.last[road])
+    def end_section(self, road: IntArray, end: IntArray | End) -> IntArray:
+        """Return the section at an end of roads, (n,)."""
+        return np.where(end == End.START, self.first[road], self.last[road])
+
+    def is_outermost(self, section: IntArray, end: End) -> BoolArray:
+        """Whether each lane, whose section is given, is in the section at an end of its road, (lanes,)."""
+        return np.asarray(self.end_section(self.road, end) == section)
 
 
 def lane_index(drive: OpenDrive) -> LaneIndex:
     """Return the index of a file's lanes."""
     lanes, sections = drive.lanes, drive.sections
     road = sections.road[lanes.section]
-    driving = np.array([kind in DRIVING_TYPES for kind in lanes.type], bool) & (lanes.id != 0) & (lanes.id != ABSENT)
+    driving = np.array([kind in _DRIVING_TYPES for kind in lanes.type], bool) & (lanes.id != 0) & (lanes.id != ABSENT)
     both = np.array([kind == "bidirectional" for kind in lanes.type], bool)
     both |= np.array([word == "both" for word in lanes.direction], bool)
-    # Version 1.8 can turn the traffic of a lane round.
-    turned = np.array([word == "reversed" for word in lanes.direction], bool)
-    forward = ((lanes.id < 0) != drive.roads.left_hand[road]) != turned
+    # Version 1.8 can reverse the traffic of a lane.
+    reversed_ = np.array([word == "reversed" for word in lanes.direction], bool)
+    forward = ((lanes.id < 0) != drive.roads.left_hand[road]) != reversed_
     has = sections.start[1:] > sections.start[:-1]
-    keys = _key(lanes.section, lanes.id)
-    # Of lanes with one id the first is kept.
-    unique, rows = np.unique(keys, return_index=True)
-    return LaneIndex(
-        road,
-        driving,
-        forward,
-        both,
-        np.where(has, sections.start[:-1], -1),
-        np.where(has, sections.start[1:] - 1, -1),
-        unique,
-        rows,
-    )
+    # Of lanes with the same id the first is kept.
+    keys, rows = np.unique(_key(lanes.section, lanes.id), return_index=True)
+    first, last = np.where(has, sections.start[:-1], -1), np.where(has, sections.start[1:] - 1, -1)
+    return LaneIndex(road, driving, forward, both, first, last, keys, rows)
 
 
 def lane_place(drive: OpenDrive, lanes: LaneIndex, row: IntArray) -> Place:
@@ -101,5 +83,5 @@ def lane_place(drive: OpenDrive, lanes: LaneIndex, row: IntArray) -> Place:
 
 def _key(section: IntArray, lane_id: IntArray) -> IntArray:
     """Return one number for a section and a lane id."""
-    bounded = np.where(np.abs(np.maximum(lane_id, -_MOST)) < _MOST, lane_id, -_MOST)
-    return np.asarray(section * (2 * _MOST) + bounded + _MOST, np.int64)
+    bounded = np.where(np.abs(np.maximum(lane_id, -_LARGEST_ID)) < _LARGEST_ID, lane_id, -_LARGEST_ID)
+    return np.asarray(section * (2 * _LARGEST_ID) + bounded + _LARGEST_ID, np.int64)

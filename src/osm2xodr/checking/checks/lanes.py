@@ -1,4 +1,4 @@
-"""Lanes within roads: ids, sections, borders that jump, lanes that fold over themselves in curves."""
+"""Lanes within roads: ids, sections, edges that jump, lanes that fold over themselves in curves."""
 
 from __future__ import annotations
 
@@ -7,23 +7,22 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.checking import defaults
+from osm2xodr.checking.checks.common import above, first_rows, followers, owners, worst_of
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
-from osm2xodr.checking.checks.places import joints, owners, worst_of
-from osm2xodr.checking.checks.plan_views import above
 from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.curves import runs
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive, Shape, curvature, lane_borders, section_at
+from osm2xodr.opendrive import ABSENT, End, OpenDrive, Shape, curvature, lane_borders, section_at
 
-# Where curves are looked at, as shares of their records: the ends belong to the neighbours, too.
+# Where curves are examined, as shares of their records; at the very ends the neighbouring records hold as well.
 _SHARES: Final = (1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1 - 1e-6)
 # Straighter curves are neither tight nor fold any lane, 1/m: no carriageway reaches 200 m to one side.
 _STRAIGHT: Final = 0.005
 
 
 def check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at lanes and their sections."""
+    """Check lanes and their sections."""
     _check_sections(drive, findings)
     _check_ids(drive, lanes, findings)
     _check_section_gaps(drive, lanes, findings)
@@ -32,65 +31,51 @@ def check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
 
 
 def _check_sections(drive: OpenDrive, findings: Findings) -> None:
-    """Look where lane sections stand."""
+    """Check where lane sections begin."""
     sections, roads = drive.sections, drive.roads
     bare = np.flatnonzero(np.diff(sections.start) == 0)
     findings.add("no-lane-section", road=bare, line=roads.line[bare])
-    first = sections.start[:-1][np.diff(sections.start) > 0]
+    first = first_rows(sections.start)
     late = first[above("section-order", np.abs(sections.s[first]))]
     beyond = np.flatnonzero((sections.s >= roads.length[sections.road]) & (sections.s > 0))
-    follows = joints(sections.start)
-    twice = follows[sections.s[follows] - sections.s[follows - 1] <= defaults.CHECK_SAME_S]
+    follows = followers(sections.start)
+    twice = follows[sections.s[follows] - sections.s[follows - 1] <= defaults.SAME_S]
     for row, text in (
         (late, "the first lane section does not begin at s = 0"),
-        (beyond, "the lane section begins behind the road's end"),
-        (twice, "two lane sections begin in one place"),
+        (beyond, "the lane section begins after the end of the road"),
+        (twice, "two lane sections begin at the same place, or in descending order"),
     ):
-        findings.add(
-            "section-order",
-            road=sections.road[row],
-            s=sections.s[row],
-            line=sections.line[row],
-            other=lambda _, text=text: text,  # type: ignore[misc]
-        )
+        place: Place = {"road": sections.road[row], "s": sections.s[row], "line": sections.line[row]}
+        findings.add("section-order", other=[text] * len(row), **place)
 
 
 def _check_ids(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at the ids of lanes: they stand from left to right."""
+    """Check the ids of lanes, which are stored from left to right."""
     table, sections = drive.lanes, drive.sections
     centres = np.bincount(table.section[table.id == 0], minlength=len(sections.s))
     bare = np.flatnonzero(centres == 0)
     findings.add("no-centre-lane", road=sections.road[bare], s=sections.s[bare], line=sections.line[bare])
-    row = joints(table.start)
+    row = followers(table.start)
     row = row[(table.id[row] != ABSENT) & (table.id[row - 1] != ABSENT)]
     fall = table.id[row - 1] - table.id[row]
     same = row[fall == 0]
-    findings.add(
-        "duplicate-lane-id",
-        **lane_place(drive, lanes, same),
-        other=lambda k: str(table.id[same[k]]),
-    )
+    findings.add("duplicate-lane-id", other=lambda k: str(table.id[same[k]]), **lane_place(drive, lanes, same))
     # Without a centre lane 1 and -1 are neighbours.
     across = (table.id[row - 1] > 0) & (table.id[row] < 0)
     hole = row[(fall > 1) & ~(across & (fall == 2))]
-    findings.add(
-        "lane-id-hole",
-        **lane_place(drive, lanes, hole),
-        other=lambda k: str(table.id[hole[k]] + 1),
-    )
+    findings.add("lane-id-hole", other=lambda k: str(table.id[hole[k]] + 1), **lane_place(drive, lanes, hole))
     # A side without its first lane.
-    first = table.start[:-1][np.diff(table.start) > 0]
+    first = first_rows(table.start)
     last = table.start[1:][np.diff(table.start) > 0] - 1
     for end, missing in ((first, -1), (last, 1)):
         lone = end[(table.id[end] * missing > 0) & (np.abs(table.id[end]) > 1) & (table.id[end] != ABSENT)]
-        findings.add("lane-id-hole", **lane_place(drive, lanes, lone), other=lambda _, missing=missing: str(missing))  # type: ignore[misc]
+        findings.add("lane-id-hole", other=[str(missing)] * len(lone), **lane_place(drive, lanes, lone))
 
 
 def _check_section_gaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look whether borders go on from section to section."""
+    """Check whether edges continue from section to section."""
     table, sections = drive.lanes, drive.sections
-    inner_end = table.section != lanes.last[lanes.road]
-    row = np.flatnonzero(inner_end & (table.successor != ABSENT))
+    row = np.flatnonzero(~lanes.is_outermost(table.section, End.END) & (table.successor != ABSENT))
     to = lanes.find(table.section[row] + 1, table.successor[row])
     row, to = row[to >= 0], to[to >= 0]
     s = sections.end[table.section[row]]
@@ -110,7 +95,7 @@ def _check_section_gaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) 
 
 
 def _check_curves(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at lanes in curves: one finding for each lane, where it is worst."""
+    """Check lanes in curves: one finding for each lane, where it is worst."""
     plan, table = drive.plan_view, drive.lanes
     bent = np.flatnonzero((plan.shape != Shape.LINE) & (plan.length > 0))
     owner = owners(plan.start)
@@ -124,23 +109,23 @@ def _check_curves(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Non
     count = np.diff(table.start)[section]
     place = np.repeat(np.arange(len(section)), count)
     lane = runs(table.start[section], count)
-    # Only lanes on the inner side of the curve can fold or be tighter than the reference line, but any can be tight.
+    # Only lanes on the inner side of a curve can fold, but any lane can be tight.
     inner, outer = lane_borders(drive, lane, s[place])
-    middle, wide = (inner + outer) / 2, np.abs(outer - inner) > defaults.CHECK_TAPERED
+    middle, wide = (inner + outer) / 2, np.abs(outer - inner) > defaults.TAPERED_WIDTH
     reach = np.maximum(inner * bend[place], outer * bend[place]) - 1
     beyond = reach / np.abs(bend[place])
 
     def add(rule: str, row: IntArray, value: FloatArray) -> None:
         at, found = place[row], lane[row]
-        where: Place = {"road": lanes.road[found], "lane": table.id[found], "s": s[at], "line": plan.line[record[at]]}
-        findings.add(rule, value=value[row], **where)
+        line = plan.line[record[at]]
+        findings.add(rule, road=lanes.road[found], lane=table.id[found], s=s[at], value=value[row], line=line)
 
     real = wide & (table.id[lane] != 0)
     fold = worst_of(lane, np.where(real, beyond, -np.inf))
     fold = fold[above("folded-lane", beyond[fold]) & real[fold]]
     add("folded-lane", fold, beyond)
     radius = np.abs(1 - middle * bend[place]) / np.abs(bend[place])
-    # A lane that folds need not be told to be tight.
+    # A lane that folds is not reported as tight as well.
     driven = wide & lanes.driving[lane] & ~np.isin(lane, lane[fold])
     tight = worst_of(lane, np.where(driven, -radius, -np.inf))
     add("tight-curve", tight[(radius[tight] < CONNECTING_RADIUS) & driven[tight]], radius)

@@ -1,22 +1,32 @@
-"""Heights, cross slopes, lane offsets and widths: steps from record to record, grades, negative widths."""
+"""Heights, superelevation, lane offsets and widths: steps between records, grades, negative widths."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from osm2xodr.checking import defaults
+from osm2xodr.checking.checks.common import (
+    above,
+    degrees,
+    first_rows,
+    followers,
+    owners,
+    record_ends,
+    spans,
+    worst_of,
+)
 from osm2xodr.checking.checks.index import LaneIndex
-from osm2xodr.checking.checks.places import degrees, joints, owners, record_ends, spans, worst_of
-from osm2xodr.checking.checks.plan_views import above
-from osm2xodr.checking.findings import Findings
+from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive
 
 _PERCENT = 100.0
+# Stations that fit into a key of 64 bits beside the road's index.
+_STATIONS = 1 << 44
 
 
 def check_profiles(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at all piecewise cubics."""
+    """Check all piecewise cubics."""
     _check_starts(drive, findings)
     _check_heights(drive, findings)
     _check_grades(drive, findings)
@@ -24,53 +34,47 @@ def check_profiles(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> No
     _check_widths(drive, lanes, findings)
 
 
-def _check_starts(drive: OpenDrive, findings: Findings) -> None:
-    """Look whether first records begin at the road's start."""
-    for rule, name, word in (
-        ("late-elevation", "elevation", "elevation"),
-        ("late-record", "superelevation", "superelevation"),
-        ("late-record", "lane_offset", "lane offset"),
-    ):
-        profile: CubicProfile = getattr(drive, name)
-        row = profile.start[:-1][np.diff(profile.start) > 0]
-        row = row[above(rule, profile.s[row])]
-        findings.add(
-            rule,
-            road=owners(profile.start)[row],
-            s=profile.s[row],
-            value=profile.s[row],
-            line=drive.record_lines[name][row],
-            other=lambda _, word=word: word,  # type: ignore[misc]
-        )
+def _place(drive: OpenDrive, name: str, row: IntArray) -> Place:
+    """Return where records of a profile of roads are, for findings."""
+    profile: CubicProfile = getattr(drive, name)
+    return {"road": owners(profile.start)[row], "s": profile.s[row], "line": drive.record_lines[name][row]}
 
 
 def _add(rule: str, drive: OpenDrive, name: str, row: IntArray, value: FloatArray, findings: Findings) -> None:
-    """Take in findings about records of a profile of roads whose values are above the limit."""
+    """Add findings about records of a profile of roads whose values are above the limit."""
     bad = np.flatnonzero(above(rule, value))
-    profile: CubicProfile = getattr(drive, name)
-    at = row[bad]
-    findings.add(
-        rule,
-        road=owners(profile.start)[at],
-        s=profile.s[at],
-        value=value[bad],
-        line=drive.record_lines[name][at],
-    )
+    findings.add(rule, value=value[bad], **_place(drive, name, row[bad]))
+
+
+def _check_starts(drive: OpenDrive, findings: Findings) -> None:
+    """Check whether first records begin at the start of the road."""
+    for rule, name in (
+        ("late-elevation", "elevation"),
+        ("late-record", "superelevation"),
+        ("late-record", "lane_offset"),
+    ):
+        profile: CubicProfile = getattr(drive, name)
+        row = first_rows(profile.start)
+        row = row[above(rule, profile.s[row])]
+        words = [name.replace("_", " ")] * len(row)
+        findings.add(rule, value=profile.s[row], other=words, **_place(drive, name, row))
 
 
 def _check_heights(drive: OpenDrive, findings: Findings) -> None:
-    """Look for steps of height, grade and cross slope."""
-    row = joints(drive.elevation.start)
-    value, slope = record_ends(drive.elevation, row - 1)
-    _add("height-step", drive, "elevation", row, np.abs(drive.elevation.a[row] - value), findings)
-    _add("grade-step", drive, "elevation", row, _PERCENT * np.abs(drive.elevation.b[row] - slope), findings)
-    row = joints(drive.superelevation.start)
-    value, _ = record_ends(drive.superelevation, row - 1)
-    _add("superelevation-step", drive, "superelevation", row, degrees(drive.superelevation.a[row] - value), findings)
+    """Check for steps of height, grade and superelevation."""
+    profile = drive.elevation
+    row = followers(profile.start)
+    value, slope = record_ends(profile, row - 1)
+    _add("height-step", drive, "elevation", row, np.abs(profile.a[row] - value), findings)
+    _add("grade-step", drive, "elevation", row, _PERCENT * np.abs(profile.b[row] - slope), findings)
+    profile = drive.superelevation
+    row = followers(profile.start)
+    value, _ = record_ends(profile, row - 1)
+    _add("superelevation-step", drive, "superelevation", row, degrees(profile.a[row] - value), findings)
 
 
 def _check_grades(drive: OpenDrive, findings: Findings) -> None:
-    """Look for roads that are too steep: one finding for each, at its steepest place."""
+    """Check for roads that are too steep: one finding for each, at its steepest place."""
     profile = drive.elevation
     span = spans(profile, drive.roads.length)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -78,7 +82,7 @@ def _check_grades(drive: OpenDrive, findings: Findings) -> None:
         turn = np.clip(np.nan_to_num(-profile.c / (3 * profile.d)), 0.0, span)
     at = np.stack([np.zeros_like(span), turn, span])
     grade = np.abs(profile.b + at * (2 * profile.c + 3 * at * profile.d))
-    # A record that holds nowhere is none.
+    # A record that holds nowhere does not count.
     grade[:, span <= 0] = 0.0
     which = grade.argmax(0)
     rows = np.arange(len(span))
@@ -87,81 +91,69 @@ def _check_grades(drive: OpenDrive, findings: Findings) -> None:
     excess = above("grade-excess", steepest[worst])
     for rule, wanted in (("grade-excess", excess), ("grade-steep", above("grade-steep", steepest[worst]) & ~excess)):
         row = worst[wanted]
-        findings.add(
-            rule,
-            road=owners(profile.start)[row],
-            s=profile.s[row] + at[which[row], row],
-            value=steepest[row],
-            line=drive.record_lines["elevation"][row],
-        )
+        place = _place(drive, "elevation", row)
+        place["s"] = place["s"] + at[which[row], row]
+        findings.add(rule, value=steepest[row], **place)
 
 
 def _check_lane_offsets(drive: OpenDrive, findings: Findings) -> None:
-    """Look for steps of the lane offset; where a lane section begins they may be meant, and borders tell."""
+    """Check for steps of the lane offset; at the start of a lane section lanes may make up for them."""
     profile = drive.lane_offset
-    row = joints(profile.start)
+    row = followers(profile.start)
+    row = row[~_at_section(drive, owners(profile.start)[row], profile.s[row])]
     value, _ = record_ends(profile, row - 1)
-    road = owners(profile.start)[row]
-    inside = ~_at_section(drive, road, profile.s[row])
-    row, value = row[inside], value[inside]
     _add("lane-offset-step", drive, "lane_offset", row, np.abs(profile.a[row] - value), findings)
 
 
 def _at_section(drive: OpenDrive, road: IntArray, s: FloatArray) -> BoolArray:
-    """Whether a lane section of a road begins at s."""
+    """Whether a lane section of a road begins at s, (n,)."""
     sections = drive.sections
-    keys = np.sort(_place_keys(sections.road, sections.s))
-    sought = _place_keys(road, s)
+    keys = np.sort(_station_keys(sections.road, sections.s))
+    sought = _station_keys(road, s)
     if not len(keys):
         return np.zeros(len(sought), bool)
     near = np.minimum(np.searchsorted(keys, sought - 1), len(keys) - 1)
     return np.asarray(np.abs(keys[near] - sought) <= 1)
 
 
-def _place_keys(road: IntArray, s: FloatArray) -> IntArray:
-    """Return whole numbers that tell places of roads apart."""
-    step = np.rint(np.nan_to_num(s) / defaults.CHECK_SAME_S).astype(np.int64)
-    return np.asarray(road * (1 << 44) + np.clip(step, 0, (1 << 43) - 1))
+def _station_keys(road: IntArray, s: FloatArray) -> IntArray:
+    """Return one whole number for a road and a station; those of neighbouring stations differ by 1."""
+    step = np.rint(np.nan_to_num(s) / defaults.SAME_S).astype(np.int64)
+    return np.asarray(road * _STATIONS + np.clip(step, 0, _STATIONS // 2 - 1))
 
 
 def _check_widths(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at the widths of lanes."""
+    """Check the widths of lanes."""
     width, table = drive.lanes.width, drive.lanes
     owner = owners(width.start)
     begin = drive.sections.s[table.section]
-    lines = drive.record_lines["width"]
 
     def add(rule: str, row: IntArray, value: FloatArray, ds: FloatArray | float = 0.0) -> None:
         lane = owner[row]
-        findings.add(
-            rule,
-            road=lanes.road[lane],
-            lane=table.id[lane],
-            s=begin[lane] + width.s[row] + ds,
-            value=value,
-            line=lines[row],
-        )
+        s = begin[lane] + width.s[row] + ds
+        line = drive.record_lines["width"][row]
+        findings.add(rule, road=lanes.road[lane], lane=table.id[lane], s=s, value=value, line=line)
 
-    first = width.start[:-1][np.diff(width.start) > 0]
-    # The centre lane needs no width, but many give it one.
+    first = first_rows(width.start)
+    # The centre lane needs no width, but many writers give it one.
     first = first[above("late-width", width.s[first]) & (table.id[owner[first]] != 0)]
     add("late-width", first, width.s[first])
-    row = joints(width.start)
+    row = followers(width.start)
     value, _ = record_ends(width, row - 1)
     step = np.abs(width.a[row] - value)
     bad = above("width-step", step)
     add("width-step", row[bad], step[bad])
-    least, at = _least(width, spans(width, drive.sections.end[table.section] - begin))
+    least, at = _minima(width, spans(width, drive.sections.end[table.section] - begin))
     worst = worst_of(owner, -least)
     worst = worst[above("negative-width", -least[worst])]
     add("negative-width", worst, -least[worst], at[worst])
 
 
-def _least(profile: CubicProfile, span: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the smallest value of each record, and where, both (records,)."""
+def _minima(profile: CubicProfile, span: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the smallest value of each record, and at which ds, both (records,)."""
     a, b, c, d = profile.a, profile.b, profile.c, profile.d
     with np.errstate(divide="ignore", invalid="ignore"):
-        # Where b + 2c·ds + 3d·ds² is 0; the second form holds where d is 0.
+        # Where b + 2c·ds + 3d·ds² is 0; the last form holds where d is 0.
         root = np.sqrt(np.maximum(c * c - 3 * b * d, 0.0))
         places = [np.zeros_like(span), span, (-c + root) / (3 * d), (-c - root) / (3 * d), -b / (2 * c)]
     at = np.clip(np.nan_to_num(np.stack(places), posinf=0.0, neginf=0.0), 0.0, span)

@@ -1,19 +1,19 @@
-"""What single readers of OpenDRIVE stumble over, and what the reader of this package could not take in."""
+"""What single readers of OpenDRIVE fail on, and what the reader of this package could not read."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking import defaults
+from osm2xodr.checking.checks.common import above, add_furniture, owners
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings
-from osm2xodr.opendrive import Furniture, OpenDrive
+from osm2xodr.diagnostics import counted
+from osm2xodr.opendrive import OpenDrive
 
-# What becomes of the reader's misfits. What other rules say better is left out.
+# The rule that each kind of the reader's misfits breaks; the rule is `unreadable` for all others.
 _MISFIT_RULES: Final = {
     "bad-number": "not-a-number",
     "unsorted-records": "record-order",
@@ -23,13 +23,16 @@ _MISFIT_RULES: Final = {
     "include": "misplaced",
     "namespace": "namespace",
 }
+# Misfits that other rules describe better.
 _SAID_BETTER: Final = re.compile(
     r"<connection> has no attribute (id|incomingRoad|connectingRoad|linkedRoad|contactPoint)"
     r"|<(road|laneSection)> has no (<lanes>|<planView>|centre lane)"
     r"|<geometry> has no shape"
     r"|<laneSection> has no centre lane"
 )
-# Words of PROJ strings that esmini knows; it logs an error for others.
+# Largest id in a signed integer of 32 bits. Junction ids of 3e9 fail in CARLA, whose own limit was not searched for.
+_LARGEST_ID: Final = 2**31 - 1
+# Words of PROJ strings that esmini does not know; it logs an error.
 _ESMINI_UNKNOWN: Final = re.compile(r"\+(no_defs|type)\b")
 _ROADRUNNER_VERSIONS: Final = frozenset({(1, 4), (1, 5), (1, 6)})
 _CENTRE: Final = 0
@@ -38,7 +41,7 @@ _DIRECTIONS: Final = frozenset({"+", "-"})
 
 
 def check_misfits(drive: OpenDrive, findings: Findings) -> None:
-    """Pass on what the reader could not take in."""
+    """Report what the reader could not read."""
     for item in drive.misfits:
         if _SAID_BETTER.match(item.text):
             continue
@@ -49,17 +52,7 @@ def check_misfits(drive: OpenDrive, findings: Findings) -> None:
 
 
 def check_readers(drive: OpenDrive, lanes: LaneIndex, head: str, findings: Findings) -> None:
-    """Look for what single readers stumble over.
-
-    Parameters
-    ----------
-    drive, lanes
-        The file.
-    head
-        Its text up to the first road, as written.
-    findings
-        Where findings go.
-    """
+    """Check for what single readers fail on; `head` is the text of the file up to its first road, as written."""
     _check_ids(drive, findings)
     _check_header(drive, head, findings)
     _check_signals(drive, findings)
@@ -69,11 +62,11 @@ def check_readers(drive: OpenDrive, lanes: LaneIndex, head: str, findings: Findi
 
 def _fits(text: str, least: int) -> bool:
     """Whether an id is a whole number that readers can keep."""
-    return text.isascii() and text.isdigit() and least <= int(text) <= defaults.CHECK_ID_MAX
+    return text.isascii() and text.isdigit() and least <= int(text) <= _LARGEST_ID
 
 
 def _check_ids(drive: OpenDrive, findings: Findings) -> None:
-    """Look at ids of roads and junctions."""
+    """Check the ids of roads and junctions."""
     roads, junctions = drive.roads, drive.junctions
     bad = [k for k, name in enumerate(roads.id) if not _fits(name, 0)]
     findings.add("road-id-not-number", road=bad, line=roads.line[bad], other=[repr(roads.id[k]) for k in bad])
@@ -87,7 +80,7 @@ def _check_ids(drive: OpenDrive, findings: Findings) -> None:
 
 
 def _check_header(drive: OpenDrive, head: str, findings: Findings) -> None:
-    """Look at the header."""
+    """Check the header."""
     header = drive.header
     line = [_line_of(head, "<geoReference") or _line_of(head, "<header")]
     text = header.geo_reference
@@ -115,66 +108,44 @@ def _check_header(drive: OpenDrive, head: str, findings: Findings) -> None:
 
 
 def _line_of(text: str, what: str) -> int:
-    """Return the line in which something stands first; 0 where it does not."""
+    """Return the line in which a text stands first; 0 where it does not."""
     at = text.find(what)
     return text.count("\n", 0, at) + 1 if at >= 0 else 0
 
 
 def _check_signals(drive: OpenDrive, findings: Findings) -> None:
-    """Look at signals and objects."""
-    # What is not on a road is not off one either.
+    """Check signals and objects."""
+    # Only what names a road of the file and an s can be off that road.
     here = [item for item in drive.furniture if item.road >= 0 and item.s == item.s]
-    beyond = [_off_road(item, float(drive.roads.length[item.road])) for item in here]
-    off = [k for k, value in enumerate(beyond) if value > defaults.CHECK_SAME_S]
-    _add("signal-off-road", [here[k] for k in off], findings, [""] * len(off), [beyond[k] for k in off])
+    s = np.array([item.s for item in here])
+    off = np.maximum(-s, s - drive.roads.length[[item.road for item in here]]) if here else s
+    beyond = np.flatnonzero(above("signal-off-road", off))
+    add_furniture("signal-off-road", [here[k] for k in beyond], findings, value=off[beyond].tolist())
     static = [item for item in drive.furniture if item.kind == "signal" and "dynamic" not in item.attributes]
-    _add("signal-not-dynamic", static, findings, [item.attributes.get("id", "") for item in static])
+    add_furniture("signal-not-dynamic", static, findings, [item.attributes.get("id", "") for item in static])
     directed = [
         item
         for item in drive.furniture
         if item.kind in _SIGNALS and not item.validity and item.attributes.get("orientation") in _DIRECTIONS
     ]
-    # Told once: a file that leaves them out leaves all out.
+    # Reported once: a file that leaves one out leaves all out.
     first = directed[:1]
-    _add("signal-without-lanes", first, findings, [f"{len(directed):,} signals and references"] * len(first))
+    add_furniture("signal-without-lanes", first, findings, [counted(len(directed), "signal")] * len(first))
     _check_crosswalks(drive, findings)
 
 
 def _check_crosswalks(drive: OpenDrive, findings: Findings) -> None:
-    """Look whether CARLA sees the outlines of crosswalks, and tells them apart."""
+    """Check whether CARLA sees the outlines of crosswalks and can separate them."""
     crosswalks = [item for item in drive.furniture if item.attributes.get("type") == "crosswalk" and item.outlines]
     unseen = [item for item in crosswalks if not item.old_outline]
-    _add("outlines-unseen", unseen, findings, [""] * len(unseen))
+    add_furniture("outlines-unseen", unseen, findings)
     seen = [item for item in crosswalks if item.old_outline]
     endless = [item for item in seen if item.old_outline[0][:2] != item.old_outline[-1][:2]]
-    _add("crosswalk-open", endless, findings, [item.attributes.get("id", "") for item in endless])
-
-
-def _off_road(item: Furniture, length: float) -> float:
-    """Return how far something stands off its road along s, m; negative: it does not."""
-    return max(-item.s, item.s - length)
-
-
-def _add(
-    rule: str,
-    items: Sequence[Furniture],
-    findings: Findings,
-    other: Sequence[str],
-    value: Sequence[float] | None = None,
-) -> None:
-    """Take in findings about signals and objects."""
-    findings.add(
-        rule,
-        road=[item.road for item in items],
-        s=[item.s for item in items],
-        value=value,
-        line=[item.line for item in items],
-        other=other,
-    )
+    add_furniture("crosswalk-open", endless, findings, [item.attributes.get("id", "") for item in endless])
 
 
 def _check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at lanes and cross-sections."""
+    """Check lanes and cross sections."""
     table, roads = drive.lanes, drive.roads
     has_border = table.border.start[1:] > table.border.start[:-1]
     has_width = table.width.start[1:] > table.width.start[:-1]
@@ -182,14 +153,14 @@ def _check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None
     findings.add("border-lanes", **lane_place(drive, lanes, row))
     row = np.flatnonzero(~has_border & ~has_width & (table.id != _CENTRE))
     findings.add("lane-without-width", **lane_place(drive, lanes, row))
-    # What follows is told once for the file: all its roads have it for one reason.
+    # What follows is reported once for the file: all its roads have it for one reason.
     row = np.flatnonzero((table.height != 0).any(1))
-    findings.add("lane-height-ignored", **lane_place(drive, lanes, row[:1]), other=[f"{len(row):,} lanes"])
+    findings.add("lane-height-ignored", **lane_place(drive, lanes, row[:1]), other=[counted(len(row), "lane")])
     left = np.flatnonzero(roads.left_hand)
     findings.add("left-hand-ignored", road=left[:1], line=roads.line[left[:1]])
     bank = drive.superelevation
     tilted = (bank.a != 0) | (bank.b != 0) | (bank.c != 0) | (bank.d != 0)
-    owner = np.repeat(np.arange(len(bank.start) - 1), np.diff(bank.start))
+    owner = owners(bank.start)
     banked = np.unique(owner[tilted])
     if len(banked):
         steepest = int(owner[tilted][np.argmax(np.abs(np.nan_to_num(bank.a[tilted])))])
@@ -197,17 +168,17 @@ def _check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None
             "superelevation-ignored",
             road=[steepest],
             line=[int(roads.line[steepest])],
-            other=[f"{len(banked):,} roads"],
+            other=[counted(len(banked), "road")],
         )
 
 
 def _check_coordinates(drive: OpenDrive, findings: Findings) -> None:
-    """Look how far away from the origin roads lie."""
+    """Check how far from the origin roads lie."""
     plan = drive.plan_view
     size = np.fmax(np.abs(plan.x), np.abs(plan.y))
     if np.isfinite(size).any():
         far = int(np.nanargmax(size))
-        if size[far] > defaults.CHECK_COORDINATE:
-            owner = np.searchsorted(plan.start, far, side="right") - 1
+        if above("large-coordinates", size[far]):
+            road = int(owners(plan.start)[far])
             line = [int(plan.line[far])]
-            findings.add("large-coordinates", road=[int(owner)], s=[float(plan.s[far])], value=[size[far]], line=line)
+            findings.add("large-coordinates", road=[road], s=[float(plan.s[far])], value=[size[far]], line=line)

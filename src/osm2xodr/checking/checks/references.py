@@ -1,4 +1,4 @@
-"""Ids that are given twice, and names of what is not there."""
+"""Ids that are used twice, and references to what does not exist."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from osm2xodr.checking.checks.common import add_furniture
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
-from osm2xodr.opendrive import ABSENT, End, Furniture, LinkKind, OpenDrive
+from osm2xodr.opendrive import ABSENT, End, Furniture, LinkKind, OpenDrive, section_at
 
 ENDS = ("predecessor", "successor")
 _NO_JUNCTION = ("", "-1")
 
 
 def check_references(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at ids and names of roads, junctions, signals and controllers."""
+    """Check ids and references of roads, junctions, signals and controllers."""
     _check_ids(drive, findings)
     _check_road_links(drive, findings)
     _check_junctions(drive, findings)
@@ -24,7 +25,7 @@ def check_references(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
 
 
 def _repeated(ids: Sequence[object]) -> list[int]:
-    """Return where things stand whose id was given to another before."""
+    """Return the indices of ids that stand before in the list."""
     seen: set[object] = set()
     out = []
     for k, item in enumerate(ids):
@@ -35,6 +36,7 @@ def _repeated(ids: Sequence[object]) -> list[int]:
 
 
 def _check_ids(drive: OpenDrive, findings: Findings) -> None:
+    """Check for ids that are used twice."""
     roads, junctions, connections = drive.roads, drive.junctions, drive.connections
     twice = _repeated(roads.id)
     findings.add("duplicate-road-id", road=twice, line=roads.line[twice])
@@ -51,7 +53,7 @@ def _check_ids(drive: OpenDrive, findings: Findings) -> None:
     for kind in ("signal", "object"):
         things = [item for item in drive.furniture if item.kind == kind and item.attributes.get("id")]
         again = [things[k] for k in _repeated([item.attributes["id"] for item in things])]
-        _add_furniture(f"duplicate-{kind}-id", again, findings, [item.attributes["id"] for item in again])
+        add_furniture(f"duplicate-{kind}-id", again, findings, [item.attributes["id"] for item in again])
     controllers = [drive.controllers[k] for k in _repeated([item.id for item in drive.controllers])]
     findings.add(
         "duplicate-controller-id",
@@ -69,23 +71,15 @@ def connection_name(drive: OpenDrive, row: int) -> str:
 
 
 def _check_road_links(drive: OpenDrive, findings: Findings) -> None:
-    """Look at what roads name as their neighbours and junctions."""
+    """Check what roads name as their neighbours and junctions."""
     roads = drive.roads
     road, end = np.nonzero(roads.link == ABSENT)
     kind = roads.link_kind[road, end]
     station = np.where(end == 0, 0.0, roads.length[road])
     for wanted, word in ((LinkKind.ROAD, "road"), (LinkKind.JUNCTION, "junction")):
         at = np.flatnonzero(kind == wanted)
-        where, side = road[at], end[at]
-        findings.add(
-            f"{word}-link",
-            road=where,
-            s=station[at],
-            line=roads.line[where],
-            other=lambda row, where=where, side=side, word=word: (  # type: ignore[misc]
-                f"{ENDS[side[row]]} is {word} {roads.link_id[where[row]][side[row]]}"
-            ),
-        )
+        texts = [f"{ENDS[end[k]]} is {word} {roads.link_id[road[k]][end[k]]}" for k in at]
+        findings.add(f"{word}-link", road=road[at], s=station[at], line=roads.line[road[at]], other=texts)
     lost = np.flatnonzero(roads.junction == ABSENT)
     findings.add(
         "road-junction", road=lost, line=roads.line[lost], other=lambda row: roads.junction_id[int(lost[row])]
@@ -99,7 +93,7 @@ def _check_road_links(drive: OpenDrive, findings: Findings) -> None:
 
 
 def _check_open(drive: OpenDrive, findings: Findings) -> None:
-    """Look for connecting roads that end in nothing."""
+    """Check for connecting roads without a neighbour at an end."""
     roads = drive.roads
     road, end = np.nonzero((roads.link_kind == LinkKind.NONE) & (roads.junction >= 0)[:, None])
     findings.add(
@@ -112,7 +106,7 @@ def _check_open(drive: OpenDrive, findings: Findings) -> None:
 
 
 def _check_mutual(drive: OpenDrive, findings: Findings) -> None:
-    """Look whether roads that name each other do so in return."""
+    """Check whether roads that name a neighbour are named by it."""
     roads = drive.roads
     road, end = np.nonzero((roads.link_kind == LinkKind.ROAD) & (roads.link != ABSENT))
     other = roads.link[road, end]
@@ -133,9 +127,9 @@ def _check_mutual(drive: OpenDrive, findings: Findings) -> None:
 
 
 def _check_junctions(drive: OpenDrive, findings: Findings) -> None:
-    """Look at what junctions name apart from their connections."""
+    """Check what junctions name apart from their connections."""
     junctions = drive.junctions
-    # Crossings of 1.8 have none.
+    # Crossings of version 1.8 have no connections.
     crossing = np.array([kind == "crossing" for kind in junctions.type], bool)
     empty = np.flatnonzero((junctions.start[1:] == junctions.start[:-1]) & ~crossing)
     findings.add("junction-empty", line=junctions.line[empty], other=lambda row: junctions.id[int(empty[row])])
@@ -155,14 +149,14 @@ def _check_junctions(drive: OpenDrive, findings: Findings) -> None:
 
 
 def _check_signals(drive: OpenDrive, findings: Findings) -> None:
-    """Look at what refers to signals."""
+    """Check what refers to signals."""
     signal_ids = {item.attributes.get("id", "") for item in drive.furniture if item.kind == "signal"}
     lost = [
         item
         for item in drive.furniture
         if item.kind == "signalReference" and item.attributes.get("id", "") not in signal_ids
     ]
-    _add_furniture("signal-reference", lost, findings, [item.attributes.get("id", "") for item in lost])
+    add_furniture("signal-reference", lost, findings, [item.attributes.get("id", "") for item in lost])
     missing = [(item, name) for item in drive.controllers for name in item.signal_ids if name not in signal_ids]
     findings.add(
         "controller-signal",
@@ -182,45 +176,19 @@ def _check_signals(drive: OpenDrive, findings: Findings) -> None:
 
 
 def _check_validity(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look whether lanes exist that signals and objects are valid for."""
+    """Check whether the lanes exist that signals and objects are valid for."""
     rows = [(item, first, last) for item in drive.furniture for first, last in item.validity if item.road >= 0]
     if not rows or not findings.wants("signal-lane"):
         return
-    road = np.array([item.road for item, _, _ in rows])
-    s = np.array([item.s for item, _, _ in rows])
-    section = _section_at(drive, road, s)
+    section = section_at(drive, np.array([item.road for item, *_ in rows]), np.array([item.s for item, *_ in rows]))
     bad = np.zeros(len(rows), bool)
     for lane in (np.array([row[1] for row in rows]), np.array([row[2] for row in rows])):
         bad |= (lanes.find(section, lane) < 0) & (lane != 0)
-    _add_furniture(
-        "signal-lane",
-        [rows[k][0] for k in np.flatnonzero(bad)],
-        findings,
-        [_validity_text(*rows[k]) for k in np.flatnonzero(bad)],
-    )
+    wrong = [rows[k] for k in np.flatnonzero(bad)]
+    add_furniture("signal-lane", [item for item, *_ in wrong], findings, [_validity_text(*row) for row in wrong])
 
 
 def _validity_text(item: Furniture, first: int, last: int) -> str:
     name = f"{item.kind} {item.attributes.get('id', '')}".strip()
-    return f"{name} is valid for lanes {first} to {last}, not all of which are there"
-
-
-def _section_at(drive: OpenDrive, road: np.ndarray, s: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-    """Return the section of roads at s, (n,); -1 where there is none."""
-    out = np.full(len(road), -1, np.int64)
-    for k in range(len(road)):
-        first, after = drive.sections.start[road[k]], drive.sections.start[road[k] + 1]
-        if after > first:
-            out[k] = first + max(int(np.searchsorted(drive.sections.s[first:after], s[k], side="right")) - 1, 0)
-    return out
-
-
-def _add_furniture(rule: str, items: Sequence[Furniture], findings: Findings, other: Sequence[str]) -> None:
-    """Take in findings about signals and objects."""
-    findings.add(
-        rule,
-        road=[item.road for item in items],
-        s=[item.s for item in items],
-        line=[item.line for item in items],
-        other=other,
-    )
+    lowest, highest = ("an unreadable lane" if lane == ABSENT else str(lane) for lane in (first, last))
+    return f"{name} is valid for lanes {lowest} to {highest}, not all of which exist"

@@ -1,4 +1,4 @@
-"""Files held against the XML schema of their version, where a schema and a library that knows it are there."""
+"""Checks files against the XML schema of their version, if a schema and a library that reads it are installed."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import locale
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
-from osm2xodr.checking import defaults
 from osm2xodr.errors import InputError
 
 # Where the schemas lie in the package of ASAM's checker, by version.
@@ -26,14 +25,17 @@ _SCHEMAS: Final = {
     (1, 8): "1.8.0/OpenDRIVE_Core.xsd",
 }
 
+# Larger files are not checked against the schema of 1.8, bytes: xmlschema takes ten seconds and more for each MB.
+_MOST_BYTES: Final = 2_000_000
+
 # Line of the file and what is wrong there.
-Violation = tuple[int, str]
+Violation: TypeAlias = tuple[int, str]
 
 
 def schema_violations(
     path: Path, revision: tuple[int, int], schema: Path | None
 ) -> tuple[tuple[Violation, ...], str | None]:
-    """Hold a file against a schema.
+    """Check a file against a schema.
 
     Parameters
     ----------
@@ -42,17 +44,17 @@ def schema_violations(
     revision
         Its version.
     schema
-        The schema; None: that of the version from the package of ASAM's checker, if it is installed.
+        The schema; None takes that of the version from the package of ASAM's checker, if it is installed.
 
     Returns
     -------
     tuple
-        Violations, and a note on why the schema was not looked at, if it was not.
+        Violations, and a note on why the schema was not checked, if so.
 
     Raises
     ------
     InputError
-        If a schema that was given cannot be used.
+        The schema that was given cannot be used.
     """
     if str(path) == "-":
         return (), "the schema was not checked: standard input can be read only once"
@@ -75,9 +77,12 @@ def schema_violations(
         with _decimal_points():
             compiled = etree.XMLSchema(etree.parse(str(found)))
     except etree.LxmlError as error:
-        # The schemas of 1.8 are of XML Schema 1.1, which lxml does not know.
-        if schema is None and path.stat().st_size > defaults.CHECK_SCHEMA_18_BYTES:
-            return (), f"the schema was not checked: it takes long for so large a file; --schema {found.name} does it"
+        # The schemas of 1.8 use XML Schema 1.1, which lxml does not read.
+        if schema is None and path.stat().st_size > _MOST_BYTES:
+            return (
+                (),
+                f"the schema was not checked: it takes long for a file of this size; --schema {found.name} does it",
+            )
         return _by_xmlschema(_tree(etree, path), found, str(error))
     with _decimal_points():
         compiled.validate(_tree(etree, path))
@@ -86,7 +91,7 @@ def schema_violations(
 
 @contextmanager
 def _decimal_points() -> Iterator[None]:
-    """Have the C library read numbers with points: libxml2 asks it, and a program around this one may want commas."""
+    """Make the C library, which libxml2 uses, read decimal points: the surrounding program may have set commas."""
     before = locale.setlocale(locale.LC_NUMERIC)
     if locale.localeconv()["decimal_point"] == ".":
         yield
@@ -108,7 +113,7 @@ def _installed(revision: tuple[int, int]) -> Path | None:
 
 
 def _module(name: str) -> Any:
-    """Return a library that is not among those that are always installed, or None."""
+    """Return an optional library, or None if it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -125,16 +130,14 @@ def _tree(etree: Any, path: Path) -> Any:
 
 
 def _by_xmlschema(tree: Any, found: Path, refused: str) -> tuple[tuple[Violation, ...], str | None]:
-    """Check by xmlschema, which knows XML Schema 1.1 as well."""
+    """Check with xmlschema, which reads XML Schema 1.1 as well."""
     library = _module("xmlschema")
     if library is None:
-        return (), "the schema was not checked: install xmlschema, which knows XML Schema 1.1"
+        return (), "the schema was not checked: install xmlschema, which reads XML Schema 1.1"
     try:
         schema = library.XMLSchema11(str(found))
     except (library.XMLSchemaException, SyntaxError) as error:
-        raise InputError(
-            f"{found} is no XML schema that can be used ({refused}); give another with --schema"
-        ) from error
+        raise InputError(f"{found} is not a usable XML schema ({refused}); give another with --schema") from error
     return tuple(
         (int(error.sourceline or 0), f"{error.path}: {' '.join(str(error.reason).split())}")
         for error in schema.iter_errors(tree)

@@ -1,35 +1,46 @@
-"""Surfaces: connecting roads that lie over each other at different heights, carriageways that claim one place."""
+"""Surfaces: connecting roads that overlap at different heights, carriageways that overlap at the same height."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.checking import defaults
+from osm2xodr.checking.checks.common import above, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
-from osm2xodr.checking.checks.places import worst_of
-from osm2xodr.checking.checks.plan_views import above
 from osm2xodr.checking.findings import Findings
 from osm2xodr.curves import ranks
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders, pose, section_at, superelevation
 
+# Surfaces of junctions: step of the samples along a road, m, and their shares of the carriageway's width; samples of
+# two roads that are nearer than the last, m, are one place.
+_STEP: Final = 1.0
+_SHARES: Final = (0.05, 0.35, 0.65, 0.95)
+_SAME_PLACE: Final = 0.12
+# Overlaps are counted in cells of this size, m, this far from the edges and the ends of a carriageway, m.
+_CELL: Final = 0.7
+_EDGE_MARGIN: Final = 0.4
+_END_MARGIN: Final = 1.5
 # Roads shorter than this are too short to overlap another for long, m.
-_SHORTEST = 4.0
-# Roads longer, carriageways wider and places farther away than these are not looked at, m: they come of damaged
-# numbers, which other rules name, and would take all memory.
-_LONGEST, _WIDEST, _FARTHEST = 1e6, 1e3, 1e9
-# Cells of one file, along x and along y.
-_CELLS = 1 << 31
+_SHORTEST: Final = 4.0
+# Roads longer, carriageways wider and places farther away than these are left out, m: they come from damaged numbers,
+# which other rules report, and would take all memory.
+_LONGEST: Final = 1e6
+_WIDEST: Final = 1e3
+_FARTHEST: Final = 1e9
+# More than the cells of any file along y.
+_CELLS: Final = 1 << 31
 
 
 @dataclass(frozen=True)
 class _Carriageways:
-    """Driving carriageways at stations of roads."""
+    """Carriageways at stations of roads, from the leftmost to the rightmost driving lane."""
 
-    # (n,) Where, and how the surface is inclined along and across the road
+    # (n,) Places on the reference line, m, rad; slope along (m/m) and across the road (rad)
     road: IntArray
     s: FloatArray
     x: FloatArray
@@ -38,7 +49,7 @@ class _Carriageways:
     hdg: FloatArray
     grade: FloatArray
     bank: FloatArray
-    # (n,) t of the right and the left edge
+    # (n,) t of the right and the left edge, m
     low: FloatArray
     high: FloatArray
 
@@ -52,13 +63,13 @@ class _Carriageways:
         )
 
     def gradients(self, row: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return how the surface rises in x and in y at stations, m/m."""
+        """Return the slope of the surface along x and y at stations, m/m."""
         cos, sin, rise, bank = np.cos(self.hdg[row]), np.sin(self.hdg[row]), self.grade[row], np.tan(self.bank[row])
         return rise * cos - bank * sin, rise * sin + bank * cos
 
 
 def check_surfaces(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at places that several roads claim."""
+    """Check places that belong to several roads."""
     if findings.wants("junction-surface"):
         _check_junctions(drive, lanes, findings)
     if findings.wants("overlap"):
@@ -66,7 +77,7 @@ def check_surfaces(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> No
 
 
 def _carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float) -> _Carriageways:
-    """Return the carriageways of some roads at steps along them, m."""
+    """Return the carriageways of some roads at every `step` along them, m."""
     length = drive.roads.length[roads]
     count = np.maximum((length / step).astype(np.int64) + 1, 2)
     road = np.repeat(roads, count)
@@ -81,7 +92,7 @@ def _carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: flo
     x, y, hdg = pose(drive, road, s)
     high, low = np.maximum(*left), np.minimum(*right)
     z, rise, bank = elevation(drive, road, s), grade(drive, road, s), superelevation(drive, road, s)
-    # Comparisons with what is no number are false.
+    # Comparisons with NaN are false.
     good = (np.abs(x) < _FARTHEST) & (np.abs(y) < _FARTHEST) & (high - low < _WIDEST) & (np.abs(high) < _WIDEST)
     good &= np.isfinite(z) & np.isfinite(rise) & np.isfinite(bank) & np.isfinite(hdg)
     columns = (road, s, x, y, z, hdg, rise, bank, low, high)
@@ -93,7 +104,7 @@ def _outer_driving(drive: OpenDrive, lanes: LaneIndex) -> tuple[IntArray, IntArr
     section = drive.lanes.section
     first, last = (np.full(len(drive.sections.s), -1, np.int64) for _ in range(2))
     row = np.flatnonzero(lanes.driving)
-    # Lanes stand from left to right; what is written last stays.
+    # Lanes are stored from left to right; of several assignments the last one stays.
     first[section[row[::-1]]] = row[::-1]
     last[section[row]] = row
     return first, last
@@ -105,32 +116,32 @@ def _at(values: IntArray, index: IntArray) -> IntArray:
     return out
 
 
-def _usable(drive: OpenDrive) -> BoolArray:
-    """Whether roads have a length, so that something can lie on them."""
+def _has_length(drive: OpenDrive) -> BoolArray:
+    """Whether roads have a length, (roads,), so that something can lie on them."""
     return np.asarray((drive.roads.length < _LONGEST) & (drive.roads.length > 0))
 
 
 def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at connecting roads: one finding for each pair, where it is worst."""
-    roads = np.flatnonzero(_usable(drive) & (drive.roads.junction >= 0))
-    ways = _carriageways(drive, lanes, roads, defaults.CHECK_SURFACE_STEP)
+    """Check connecting roads: one finding for each pair, where it is worst."""
+    roads = np.flatnonzero(_has_length(drive) & (drive.roads.junction >= 0))
+    ways = _carriageways(drive, lanes, roads, _STEP)
     n = len(ways.road)
     if n == 0:
         return
-    row = np.tile(np.arange(n), len(defaults.CHECK_SURFACE_SHARES))
-    share = np.repeat(defaults.CHECK_SURFACE_SHARES, n)
+    row = np.tile(np.arange(n), len(_SHARES))
+    share = np.repeat(_SHARES, n)
     x, y, z = ways.points(row, ways.low[row] + share * (ways.high - ways.low)[row])
     # The junction as a third coordinate keeps junctions apart.
     place = np.column_stack([x, y, drive.roads.junction[ways.road[row]].astype(np.float64)])
-    pairs = cKDTree(place).query_pairs(defaults.CHECK_SURFACE_PLACE, output_type="ndarray")
+    pairs = cKDTree(place).query_pairs(_SAME_PLACE, output_type="ndarray")
     road = ways.road[row]
     a, b = road[pairs[:, 0]], road[pairs[:, 1]]
     dx, dy, dz = (values[pairs[:, 0]] - values[pairs[:, 1]] for values in (x, y, z))
-    # The two places are near each other, but not one: what the surfaces rise between them is no step.
+    # The two places are near each other, but not the same: what the surfaces rise between them is no step.
     gradients = (ways.gradients(row[pairs[:, k]]) for k in (0, 1))
     rise_x, rise_y = ((one + two) / 2 for one, two in zip(*gradients, strict=True))
     apart = np.abs(dz - dx * rise_x - dy * rise_y)
-    wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < defaults.CHECK_LEVELS))
+    wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < defaults.LEVEL_HEIGHT))
     low, high = np.minimum(a, b)[wanted], np.maximum(a, b)[wanted]
     worst = worst_of(low * len(drive.roads.id) + high, apart[wanted])
     pick = wanted[worst]
@@ -148,7 +159,7 @@ def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
 
 @dataclass(frozen=True)
 class _Shared:
-    """Cells that two roads claim at one height: indices of both roads, the lower first, and a station of it."""
+    """Cells that belong to two roads at one height: indices of both roads, the lower first, and an s of that one."""
 
     low: IntArray
     high: IntArray
@@ -156,15 +167,15 @@ class _Shared:
 
 
 def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
-    """Look at roads outside of junctions: one finding for each pair, with the area that both claim."""
-    length, cell = drive.roads.length, defaults.CHECK_OVERLAP_CELL
-    roads = np.flatnonzero(_usable(drive) & (drive.roads.junction == -1) & (length > _SHORTEST))
-    rough = _shared_cells(drive, _carriageways(drive, lanes, roads, defaults.CHECK_SURFACE_STEP), cell)
-    # So coarse, cells are left out. The few roads that overlap are looked at closely.
+    """Check roads outside of junctions: one finding for each pair, with the area that belongs to both."""
+    length = drive.roads.length
+    roads = np.flatnonzero(_has_length(drive) & (drive.roads.junction == -1) & (length > _SHORTEST))
+    rough = _shared_cells(drive, _carriageways(drive, lanes, roads, _STEP), _CELL)
+    # At this spacing cells are missed. The few roads that overlap are sampled again, closely.
     roads = np.union1d(rough.low, rough.high)
-    shared = _shared_cells(drive, _carriageways(drive, lanes, roads, cell / 2), cell / 2)
+    shared = _shared_cells(drive, _carriageways(drive, lanes, roads, _CELL / 2), _CELL / 2)
     pair, first, cells = np.unique(shared.low * len(length) + shared.high, return_index=True, return_counts=True)
-    area = cells * cell**2
+    area = cells * _CELL**2
     bad = np.flatnonzero(above("overlap", area))
     one, other = pair[bad] // len(length), pair[bad] % len(length)
     findings.add(
@@ -178,15 +189,14 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
 
 
 def _shared_cells(drive: OpenDrive, ways: _Carriageways, spacing: float) -> _Shared:
-    """Return the cells that two roads claim, from points at some spacing across."""
-    end, cell = defaults.CHECK_OVERLAP_END, defaults.CHECK_OVERLAP_CELL
-    inside = np.flatnonzero((ways.s > end) & (ways.s < drive.roads.length[ways.road] - end))
-    room = (ways.high - ways.low)[inside] - 2 * defaults.CHECK_OVERLAP_EDGE
+    """Return the cells that belong to two roads, from points at a spacing across, m."""
+    inside = np.flatnonzero((ways.s > _END_MARGIN) & (ways.s < drive.roads.length[ways.road] - _END_MARGIN))
+    room = (ways.high - ways.low)[inside] - 2 * _EDGE_MARGIN
     count = np.maximum(np.ceil(room / spacing), 0).astype(np.int64)
     row = np.repeat(inside, count)
     k = ranks(count)
-    x, y, z = ways.points(row, ways.low[row] + defaults.CHECK_OVERLAP_EDGE + k * spacing)
-    key = np.floor(x / cell).astype(np.int64) * _CELLS + np.floor(y / cell).astype(np.int64)
+    x, y, z = ways.points(row, ways.low[row] + _EDGE_MARGIN + k * spacing)
+    key = np.floor(x / _CELL).astype(np.int64) * _CELLS + np.floor(y / _CELL).astype(np.int64)
     del x, y, k
     road = ways.road[row]
     # One entry for each cell and road, then in each cell from below.
@@ -194,14 +204,14 @@ def _shared_cells(drive: OpenDrive, ways: _Carriageways, spacing: float) -> _Sha
     order = order[_changes(key[order], road[order])]
     order = order[np.lexsort((z[order], key[order]))]
     key, road, z, row = key[order], road[order], z[order], row[order]
-    both = np.flatnonzero((key[1:] == key[:-1]) & (z[1:] - z[:-1] < defaults.CHECK_LEVELS))
+    both = np.flatnonzero((key[1:] == key[:-1]) & (z[1:] - z[:-1] < defaults.LEVEL_HEIGHT))
     first = np.where(road[both] < road[both + 1], both, both + 1)
     last = np.where(road[both] < road[both + 1], both + 1, both)
     return _Shared(road[first], road[last], ways.s[row[first]])
 
 
 def _changes(*columns: IntArray) -> BoolArray:
-    """Whether a row differs from the one before it."""
+    """Whether each row differs from the one before it, (n,)."""
     out = np.ones(len(columns[0]), bool)
     out[1:] = np.any([column[1:] != column[:-1] for column in columns], axis=0)
     return out

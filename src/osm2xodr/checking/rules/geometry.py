@@ -1,287 +1,233 @@
-"""Rules of where roads lie: plan view, lanes, heights, surfaces."""
+"""Rules about where roads lie: plan view, lanes, heights, surfaces."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from osm2xodr.checking import defaults
-from osm2xodr.checking.rules.rule import Rule, Severity
+from osm2xodr.checking.rules.rule import Limit, error, note, warning
 from osm2xodr.defaults import CONNECTING_RADIUS
 
-# Turn of the heading in one place, degrees: a car at 50 km/h is 0.24 m beside its line after a second. An error above
-# what the steering of a car takes up over its own length: a choice.
-_CHECK_KINK: Final = 1.0
-_CHECK_KINK_GRAVE: Final = 10.0
-# Step of the grade in one place, %: a car pitches by 0.3 degrees at 0.5; an error is a break on which low cars
-# ground. Choices.
-_CHECK_GRADE_STEP: Final = 0.5
-_CHECK_GRADE_STEP_GRAVE: Final = 8.0
-# Grade, %: steeper than any street that cars use (Baldwin Street, Dunedin: 34.8), and than all but a few (15).
-_CHECK_GRADE: Final = 35.0
-_CHECK_GRADE_STEEP: Final = 15.0
-# A lane's border folds where it is nearer to the centre of the curve than this, m.
-_CHECK_FOLD: Final = 0.0
-
-_ERROR, _WARNING, _INFO = Severity.ERROR, Severity.WARNING, Severity.INFO
-_GAP = (defaults.CHECK_GAP, defaults.CHECK_GAP_GRAVE, "m", "ASAM's checker: 0.01 m at touching points")
-_KINK = (_CHECK_KINK, _CHECK_KINK_GRAVE, "deg", "0.24 m beside the line a second later at 50 km/h")
-_GRADE = (_CHECK_GRADE_STEP, _CHECK_GRADE_STEP_GRAVE, "%", "a car pitches by 0.3 degrees; a choice")
-
-
-def _measured(
-    name: str,
-    meaning: str,
-    text: str,
-    remedy: str,
-    scale: tuple[float, float | None, str, str],
-    severity: Severity = _WARNING,
-    suffers: str = "",
-    readers: tuple[str, ...] = (),
-) -> Rule:
-    """Return a rule with a limit."""
-    limit, grave, unit, source = scale
-    return Rule(
-        name, severity, meaning, text, remedy, suffers, readers, limit=limit, grave=grave, unit=unit, source=source
-    )
-
+_GAP: Final = Limit(defaults.GAP, "m", "ASAM's checker: 0.01 m where lanes touch", error=defaults.GAP_ERROR)
+# Sums of lengths, m.
+_LENGTH: Final = Limit(0.01, "m", "rounding of many lengths")
+# Turn of the heading at one place: an error above what a car can steer within its own length, a choice.
+_KINK: Final = Limit(1.0, "deg", "at 50 km/h a car is 0.24 m off its line after a second", error=10.0)
+# Step of the grade at one place: an error is a break on which low cars hit the ground. Choices.
+_GRADE: Final = Limit(0.5, "%", "a car pitches by 0.3 degrees; a choice", error=8.0)
 
 GEOMETRY_RULES: Final = (
-    _measured(
+    warning(
         "record-gap",
-        "A plan-view record does not begin where the one before it ends.",
-        "the record begins {value} beside the end of the one before",
-        "Let each record start at the computed end of the one before.",
-        _GAP,
+        "A plan-view record does not begin where the previous one ends.",
+        "the record begins {value} away from the end of the previous one",
+        "Start each record at the computed end of the previous one.",
+        limit=_GAP,
     ),
-    _measured(
+    warning(
         "record-kink",
         "The heading jumps from one plan-view record to the next.",
         "the heading jumps by {value}",
-        "Fit curves with common tangents.",
-        _KINK,
+        "Fit curves that share their tangents.",
+        limit=_KINK,
     ),
-    _measured(
+    error(
         "record-s",
-        "A plan-view record's s is not where the one before it ends, or the first is not 0.",
-        "the record's s is {value} off",
+        "The s of a plan-view record is not where the previous one ends, or the first is not 0.",
+        "the record's s is wrong by {value}",
         "Write the sum of the lengths before it.",
-        (defaults.CHECK_ROAD_LENGTH, None, "m", "rounding of many lengths"),
-        _ERROR,
+        limit=_LENGTH,
     ),
-    _measured(
+    warning(
         "record-length",
-        "The stated length of a paramPoly3 is not that of its curve.",
-        "the stated length is {value} off the curve's own",
+        "The stated length of a paramPoly3 is not the length of its curve.",
+        "the stated length differs from that of the curve by {value}",
         "Write the length along the curve.",
-        (defaults.CHECK_RECORD_LENGTH, defaults.CHECK_GAP_GRAVE, "m", "ASAM's checker: 0.001 m"),
-        _WARNING,
-        "Readers differ on where such a road lies: by 0.45 m at 0.5 m in 20 m.",
+        "Readers disagree on where such a road lies: by 0.45 m where 0.5 m in 20 m are wrong.",
         ("carla", "esmini", "libopendrive"),
+        Limit(0.001, "m", "ASAM's checker: 0.001 m", error=defaults.GAP_ERROR),
     ),
-    _measured(
+    error(
         "road-length",
-        "The length of a road is not the sum of its records'.",
-        "the road's length is {value} off the sum of its records",
+        "The length of a road is not the sum of the lengths of its records.",
+        "the road's length differs from the sum of its records by {value}",
         "Write the sum.",
-        (defaults.CHECK_ROAD_LENGTH, None, "m", "rounding of many lengths"),
-        _ERROR,
+        limit=_LENGTH,
     ),
-    Rule(
+    error(
         "zero-length",
-        _ERROR,
         "A road or a plan-view record has no length.",
         "{other} has the length {value}",
         "Leave it out.",
         "CARLA does not load the file (s <= road->GetLength()); esmini leaves the lane out.",
         ("carla", "esmini"),
-        limit=0.0,
-        unit="m",
+        Limit(0.0, "m"),
     ),
-    Rule(
+    note(
         "short-record",
-        _INFO,
         "A road or a plan-view record is shorter than 1 cm.",
         "{other} is only {value} long",
         "Join it to its neighbour.",
-        "RoadRunner rounds lengths to 1 cm to be rid of such.",
+        "RoadRunner rounds lengths to 1 cm to get rid of such records.",
         ("roadrunner",),
-        limit=defaults.CHECK_SHORT,
-        unit="m",
-        source="RoadRunner's rounding",
+        Limit(0.01, "m", "RoadRunner's rounding"),
     ),
-    _measured(
+    note(
         "start-tangent",
-        "A paramPoly3 or poly3 does not start along its stated heading.",
+        "A paramPoly3 or poly3 does not start in the direction of its stated heading.",
         "the curve starts {value} off its hdg",
-        "Turn the record's frame so that bV is 0.",
-        (_CHECK_KINK, None, "deg", "as for kinks"),
-        _INFO,
+        "Rotate the record's frame so that bV is 0.",
+        limit=Limit(1.0, "deg", "as for kinks"),
     ),
-    _measured(
+    warning(
         "lane-gap",
-        "The middle of a driving lane and of the lane it is linked to are not in one place where roads meet.",
-        "the lane's middle ends {value} beside that of {other}",
-        "Let linked lanes meet: reference lines, lane offsets and widths.",
-        _GAP,
-        _WARNING,
+        "Where two roads meet, the middle of a driving lane is not where the middle of its linked lane is.",
+        "the middle of the lane ends {value} away from the middle of {other}",
+        "Let linked lanes meet: check reference lines, lane offsets and widths.",
         "Vehicles jump.",
         ("carla", "esmini", "sumo"),
-    ),
-    _measured(
-        "lane-edge-gap",
-        "An edge of a driving lane does not meet that of the lane it is linked to where roads meet.",
-        "an edge of the lane ends {value} beside that of {other}",
-        "Let widths taper instead of jump.",
         _GAP,
     ),
-    _measured(
+    warning(
+        "lane-edge-gap",
+        "Where two roads meet, an edge of a driving lane does not meet the edge of its linked lane.",
+        "an edge of the lane ends {value} away from the edge of {other}",
+        "Let widths taper instead of jump.",
+        limit=_GAP,
+    ),
+    warning(
         "lane-height-step",
-        "Linked driving lanes differ in height where roads meet.",
+        "Where two roads meet, linked driving lanes differ in height.",
         "the lane ends {value} above or below {other}",
         "Let elevation and superelevation of both roads agree.",
-        _GAP,
-        _WARNING,
         "Vehicles jump and bounce.",
         ("carla", "esmini"),
+        _GAP,
     ),
-    _measured(
+    warning(
         "link-kink",
-        "Linked driving lanes differ in heading where roads meet.",
+        "Where two roads meet, linked driving lanes differ in heading.",
         "the heading jumps by {value} to {other}",
-        "Let both roads have a common tangent.",
-        _KINK,
+        "Let both roads share their tangent.",
+        limit=_KINK,
     ),
-    _measured(
+    warning(
         "link-grade-step",
-        "Linked driving lanes differ in grade where roads meet.",
+        "Where two roads meet, linked driving lanes differ in grade.",
         "the grade jumps by {value} to {other}",
-        "Let both profiles have a common tangent.",
-        _GRADE,
-        _WARNING,
+        "Let both profiles share their tangent.",
         "Vehicles hit the ground or take off.",
         ("carla", "esmini"),
+        _GRADE,
     ),
-    _measured(
+    note(
         "side-lane-gap",
-        "An edge of a lane that is not for driving, or its height, does not meet that of the lane it is linked to.",
-        "an edge of the lane ends {value} beside that of {other}",
+        "Where two roads meet, a lane that is not for driving differs in an edge or in height from its linked lane.",
+        "an edge of the lane ends {value} away from the edge of {other}",
         "Let linked lanes meet.",
-        (defaults.CHECK_GAP, None, "m", "as for lanes"),
-        _INFO,
+        limit=Limit(defaults.GAP, "m", "as for driving lanes"),
     ),
-    _measured(
+    warning(
         "section-gap",
         "An edge of a lane jumps from one lane section to the next.",
         "an edge of the lane jumps by {value} to lane {other}",
-        "Let widths and lane offset go on.",
-        _GAP,
+        "Let widths and the lane offset continue.",
+        limit=_GAP,
     ),
-    _measured(
+    warning(
         "lane-offset-step",
         "The lane offset jumps within a lane section.",
         "the lane offset jumps by {value}",
-        "Let lane offsets go on, or begin a lane section there.",
-        _GAP,
+        "Let the lane offset continue, or begin a lane section there.",
+        limit=_GAP,
     ),
-    _measured(
+    warning(
         "width-step",
         "The width of a lane jumps within its section.",
         "the width jumps by {value}",
-        "Let widths taper.",
-        _GAP,
+        "Let the width taper.",
+        limit=_GAP,
     ),
-    _measured(
+    error(
         "negative-width",
         "A lane has a negative width.",
-        "the lane is {value} wide below 0",
-        "Let widths end at 0.",
-        (defaults.CHECK_ZERO_WIDTH, None, "m", "ASAM's checker: 1e-6 m"),
-        _ERROR,
+        "the width of the lane is {value} below 0",
+        "Let the width end at 0.",
+        limit=Limit(1e-6, "m", "ASAM's checker: 1e-6 m"),
     ),
-    _measured(
+    warning(
         "folded-lane",
-        "A lane's border reaches over the centre of the curve: the lane folds over itself.",
-        "the border reaches {value} beyond the centre of the curve",
-        "Use a larger radius, a narrower lane, or lay the reference line on the inner side.",
-        (_CHECK_FOLD, None, "m", "geometry"),
-        _WARNING,
-        "esmini hung for ever on one such road with elevation; meshes are torn.",
+        "The border of a lane lies beyond the centre of the curve: the lane folds over itself.",
+        "the border lies {value} beyond the centre of the curve",
+        "Use a larger radius or a narrower lane, or put the reference line on the inner side.",
+        "esmini hung forever on one such road with elevation; meshes are torn.",
         ("esmini", "carla"),
+        Limit(0.0, "m", "geometry"),
     ),
-    Rule(
+    note(
         "tight-curve",
-        _INFO,
         "The middle of a driving lane turns more sharply than a car can.",
         "the middle of the lane has a radius of {value}",
         "Use a larger radius.",
         "Vehicles leave the lane.",
         ("carla", "esmini", "sumo"),
-        limit=CONNECTING_RADIUS,
-        unit="m",
-        source="DIN 70020: half of a turning circle less half of the car",
+        Limit(CONNECTING_RADIUS, "m", "DIN 70020: half of a turning circle less half of the car"),
     ),
-    _measured(
+    warning(
         "height-step",
         "The elevation jumps from one record to the next.",
         "the elevation jumps by {value}",
-        "Let each record start at the height where the one before ends.",
-        _GAP,
-        _WARNING,
+        "Start each record at the height where the previous one ends.",
         "Vehicles jump and bounce.",
         ("carla", "esmini"),
+        _GAP,
     ),
-    _measured(
+    warning(
         "grade-step",
         "The grade jumps from one elevation record to the next.",
         "the grade jumps by {value}",
-        "Use cubics with common tangents.",
-        _GRADE,
-        _WARNING,
+        "Use cubics that share their tangents.",
         "Vehicles hit the ground or take off.",
         ("carla", "esmini"),
+        _GRADE,
     ),
-    _measured(
+    warning(
         "superelevation-step",
         "The superelevation jumps from one record to the next.",
         "the superelevation jumps by {value}",
-        "Let each record start where the one before ends.",
-        (_CHECK_KINK, _CHECK_KINK_GRAVE, "deg", "as for kinks"),
+        "Start each record where the previous one ends.",
+        limit=Limit(1.0, "deg", "as for kinks", error=10.0),
     ),
-    _measured(
+    warning(
         "grade-excess",
         "A road is steeper than any street that cars use.",
         "the grade reaches {value}",
-        "Look at the heights: surface models show roofs and trees, bridges need their own.",
-        (_CHECK_GRADE, 100.0, "%", "Baldwin Street, Dunedin: 34.8 %"),
+        "Check the heights: surface models contain roofs and trees, and bridges need heights of their own.",
+        limit=Limit(35.0, "%", "Baldwin Street, Dunedin: 34.8 %", error=100.0),
     ),
-    _measured(
+    note(
         "grade-steep",
         "A road is steeper than all but a few streets.",
         "the grade reaches {value}",
-        "Look at the heights.",
-        (_CHECK_GRADE_STEEP, None, "%", "few streets are steeper"),
-        _INFO,
+        "Check the heights.",
+        limit=Limit(15.0, "%", "few streets are steeper"),
     ),
-    _measured(
+    warning(
         "junction-surface",
-        "Connecting roads of a junction that lie over each other differ in height.",
+        "Connecting roads of a junction overlap at different heights.",
         "its surface is {value} above or below that of {other}",
         "Let all connecting roads of a junction share one surface.",
-        (defaults.CHECK_SURFACE, defaults.CHECK_SURFACE_GRAVE, "m", "half of a low kerb; a choice"),
-        _WARNING,
-        "Vehicles are blocked by the higher road's edge.",
+        "Vehicles are blocked by the edge of the higher road.",
         ("carla", "esmini"),
+        Limit(0.12, "m", "half of a low kerb; a choice", error=0.3),
     ),
-    Rule(
+    warning(
         "overlap",
-        _WARNING,
-        "Carriageways of two roads outside of junctions lie over each other at one height.",
-        "{value} of its carriageway are also that of {other}",
-        "Narrow the roads, lay them apart, or join them in a junction.",
+        "Carriageways of two roads outside of junctions overlap at the same height.",
+        "{value} of its carriageway also belong to {other}",
+        "Make the roads narrower, move them apart, or join them in a junction.",
         "Vehicles collide with oncoming ones.",
         ("carla", "esmini"),
-        limit=defaults.CHECK_OVERLAP,
-        unit="m²",
-        source="a car's area; a choice",
+        Limit(8.0, "m²", "the area of a car; a choice"),
     ),
 )

@@ -1,232 +1,197 @@
-"""Rules that single readers of OpenDRIVE have beyond the standard."""
+"""Rules of single readers of OpenDRIVE: what they need beyond the standard, or read in a way of their own."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 from osm2xodr.checking import defaults
-from osm2xodr.checking.rules.rule import Rule, Severity
+from osm2xodr.checking.rules import rule
+from osm2xodr.checking.rules.rule import Limit
 
-_ERROR, _WARNING, _INFO = Severity.ERROR, Severity.WARNING, Severity.INFO
-
-
-def _own(
-    name: str,
-    severity: Severity,
-    readers: tuple[str, ...],
-    meaning: str,
-    text: str,
-    remedy: str,
-    suffers: str,
-    **more: object,
-) -> Rule:
-    """Return a rule that the standard does not have."""
-    return Rule(name, severity, meaning, text, remedy, suffers, readers, standard=False, **more)  # type: ignore[arg-type]
-
+_error = partial(rule.error, standard=False)
+_warning = partial(rule.warning, standard=False)
+_note = partial(rule.note, standard=False)
 
 READER_RULES: Final = (
-    _own(
+    # CARLA 0.9.16: text, negative ids and ids above 2^32 were tried.
+    _error(
         "road-id-not-number",
-        _ERROR,
+        "The id of a road is not a whole number from 0 to 2147483647.",
+        "the road's id {other} is not a whole number from 0 to 2147483647",
+        "Number roads from 1.",
+        "CARLA merges all such roads into one.",
         ("carla",),
-        "A road's id is no whole number from 0 to 2147483647.",
-        "the road's id {other} is no number that fits",
-        "Number roads from 1 on.",
-        "CARLA makes one road of all such.",
-        source="CARLA 0.9.16: texts, negative ids and ids above 2^32",
     ),
-    _own(
+    _error(
         "negative-road-id",
-        _ERROR,
-        ("sumo",),
-        "A road's id is negative.",
+        "The id of a road is negative.",
         "the road's id {other} is negative",
-        "Number roads from 1 on.",
+        "Number roads from 1.",
         "netconvert loses connections.",
+        ("sumo",),
     ),
-    _own(
+    _error(
         "junction-id-not-number",
-        _ERROR,
+        "The id of a junction is not a whole number from 1 to 2147483647.",
+        "junction {other}: the id is not a whole number from 1 to 2147483647",
+        "Number junctions from 1, with small numbers.",
+        "CARLA's topology is wrong with the id 0 (18 edges instead of 15) and loses edges with 3e9.",
         ("carla",),
-        "A junction's id is no whole number from 1 to 2147483647.",
-        "junction {other}: the id is no number from 1 on that fits",
-        "Number junctions from 1 on, with small numbers.",
-        "CARLA's topology is wrong with 0 (18 edges in place of 15) and loses edges with 3e9.",
     ),
-    _own(
+    _error(
         "junction-id-of-road",
-        _ERROR,
-        ("carla",),
-        "A junction has the id of a road.",
+        "A junction and a road have the same id.",
         "junction {other}: a road has the same id",
-        "Use no number for both a road and a junction.",
-        "CARLA lost 6 of 15 edges of the topology.",
+        "Do not use a number for both a road and a junction.",
+        "CARLA lost 6 of the 15 edges of its topology.",
+        ("carla",),
     ),
-    _own(
+    _warning(
         "no-georeference",
-        _WARNING,
-        ("carla", "sumo"),
         "The file has no geoReference, or an empty one.",
         "there is no geoReference",
         "Write +proj=tmerc with +lat_0 and +lon_0 near the data.",
-        "CARLA takes 42 N 2 E for the origin; netconvert knows no projection, and refuses an empty one.",
+        "CARLA uses 42 N 2 E as the origin; netconvert has no projection, and rejects an empty one.",
+        ("carla", "sumo"),
     ),
-    _own(
+    _warning(
         "georeference-without-origin",
-        _WARNING,
-        ("carla",),
         "The geoReference has no +lat_0 and +lon_0.",
         "the geoReference has no +lat_0 and +lon_0",
         "Write +proj=tmerc with +lat_0 and +lon_0 near the data.",
-        "CARLA takes 42 N 2 E for the origin.",
+        "CARLA uses 42 N 2 E as the origin.",
+        ("carla",),
     ),
-    _own(
+    _warning(
         "georeference-not-proj",
-        _WARNING,
-        ("sumo",),
-        "The geoReference is no PROJ string, but a code or WKT.",
-        "the geoReference is no PROJ string",
+        "The geoReference is a code or WKT instead of a PROJ string.",
+        "the geoReference is not a PROJ string",
         "Write +proj=….",
-        "netconvert knows no projection then.",
+        "netconvert has no projection.",
+        ("sumo",),
     ),
-    _own(
+    _note(
         "georeference-words",
-        _INFO,
-        ("esmini",),
         "The geoReference has words that esmini does not know, or several lines.",
-        "esmini logs an error about {other} of the geoReference",
+        "esmini logs an error about {other} in the geoReference",
         "Write it on one line, without +no_defs and +type.",
         "An error is logged that does no harm.",
+        ("esmini",),
     ),
-    _own(
+    _warning(
         "header-offset",
-        _WARNING,
-        ("carla", "esmini", "libopendrive"),
         "The header has an <offset>.",
         "the header's offset is {other}",
         "Write coordinates without an offset.",
         "esmini adds it to every coordinate, CARLA and libOpenDRIVE ignore it: they disagree on where roads lie.",
-    ),
-    _own(
-        "border-lanes",
-        _WARNING,
         ("carla", "esmini", "libopendrive"),
-        "A lane has a <border> in place of a width.",
-        "the lane has a border in place of a width",
+    ),
+    _warning(
+        "border-lanes",
+        "A lane has a <border> instead of a width.",
+        "the lane has a border instead of a width",
         "Write widths.",
         "CARLA, esmini and libOpenDRIVE give it the width 0.",
+        ("carla", "esmini", "libopendrive"),
     ),
-    _own(
+    _error(
         "user-data-in-geometry",
-        _ERROR,
-        ("esmini",),
-        "There is <userData> inside of <geometry>.",
-        "userData stands inside of <geometry>",
-        "Put it into the road.",
+        "There is <userData> inside <geometry>.",
+        "userData stands inside <geometry>",
+        "Move it to the road.",
         "esmini loses the geometry.",
-    ),
-    _own(
-        "user-data-in-elevation",
-        _ERROR,
         ("esmini",),
-        "There is <userData> inside of <elevationProfile>.",
-        "userData stands inside of <elevationProfile>",
-        "Put it into the road.",
-        "esmini takes it for an elevation of 0.",
     ),
-    Rule(
+    _error(
+        "user-data-in-elevation",
+        "There is <userData> inside <elevationProfile>.",
+        "userData stands inside <elevationProfile>",
+        "Move it to the road.",
+        "esmini reads it as an elevation of 0.",
+        ("esmini",),
+    ),
+    rule.error(
         "signal-off-road",
-        _ERROR,
-        "A signal or object stands before the road's start or behind its end.",
+        "A signal or object stands before the start or after the end of its road.",
         "it stands {value} off the road",
         "Put it on the road.",
-        "esmini crashes on a signal behind the end.",
+        "esmini crashes on a signal after the end.",
         ("esmini",),
-        limit=defaults.CHECK_SAME_S,
-        unit="m",
+        Limit(defaults.SAME_S, "m"),
     ),
-    Rule(
+    rule.error(
         "signal-not-dynamic",
-        _ERROR,
         "A signal does not say whether it is dynamic.",
         "signal {other} has no attribute dynamic",
         "Write dynamic yes or no.",
-        "netconvert writes no net; esmini reports an error.",
+        "netconvert writes no network; esmini reports an error.",
         ("esmini", "sumo"),
     ),
-    _own(
+    _note(
         "superelevation-ignored",
-        _INFO,
-        ("carla",),
         "Roads are banked.",
-        "{other} are banked, this one most",
-        "Expect CARLA's roads to be level across.",
+        "{other} with superelevation, this one most",
+        "Expect the roads to be level across in CARLA.",
         "CARLA's waypoints ignore superelevation.",
-    ),
-    _own(
-        "lane-height-ignored",
-        _INFO,
         ("carla",),
-        "Lanes have heights.",
-        "{other} have heights, this one first",
-        "Expect CARLA's lanes to lie on the road.",
-        "CARLA's waypoints ignore it.",
     ),
-    _own(
+    _note(
+        "lane-height-ignored",
+        "Lanes have heights.",
+        "{other} with heights, this one first",
+        "Expect the lanes to lie on the road in CARLA.",
+        "CARLA's waypoints ignore the heights of lanes.",
+        ("carla",),
+    ),
+    _note(
         "left-hand-ignored",
-        _INFO,
-        ("sumo", "libopendrive"),
         "Traffic drives on the left.",
         "traffic drives on the left",
-        "Tell netconvert with --lefthand.",
-        "netconvert and libOpenDRIVE's routing ignore the rule.",
+        "Run netconvert with --lefthand.",
+        "netconvert and libOpenDRIVE's routing ignore the rule attribute.",
+        ("sumo", "libopendrive"),
     ),
-    _own(
+    _warning(
         "large-coordinates",
-        _WARNING,
-        ("carla",),
-        "Coordinates are larger than single precision tells apart to 1 cm.",
+        "Coordinates are so large that single precision does not resolve 1 cm.",
         "coordinates reach {value}",
-        "Lay the origin near the data.",
-        "CARLA was off by up to 0.57 m at 5.7e6 m.",
-        limit=defaults.CHECK_COORDINATE,
-        unit="m",
-        source="24 bits of a float",
+        "Put the origin near the data.",
+        "CARLA was wrong by up to 0.57 m at 5.7e6 m.",
+        ("carla",),
+        # 2**17 m at a resolution of 2**-6 m; a round number below.
+        Limit(1e5, "m", "24 bits of a float"),
     ),
-    _own(
+    _warning(
         "outlines-unseen",
-        _WARNING,
-        ("carla",),
-        "A crosswalk has its <outline> inside of <outlines> alone.",
-        "the crosswalk's outline stands inside of <outlines> alone",
-        "Write <outline> into the object itself where CARLA shall see it.",
+        "The <outline> of a crosswalk stands only inside <outlines>.",
+        "the crosswalk's outline stands only inside <outlines>",
+        "Write <outline> directly into the object if CARLA is to see it.",
         "CARLA sees no crosswalk.",
+        ("carla",),
     ),
-    _own(
+    _warning(
         "crosswalk-open",
-        _WARNING,
-        ("carla",),
-        "A crosswalk's outline does not end with its first corner.",
+        "The outline of a crosswalk does not end with its first corner.",
         "the outline of crosswalk {other} does not end with its first corner",
-        "Write the first corner once more at the end.",
-        "CARLA lists the corners of all crosswalks in a row; nothing else tells where one ends.",
-    ),
-    _own(
-        "signal-without-lanes",
-        _WARNING,
+        "Repeat the first corner at the end.",
+        "CARLA lists the corners of all crosswalks in one row; nothing else shows where one ends.",
         ("carla",),
+    ),
+    _warning(
+        "signal-without-lanes",
         "Signals for one direction have no <validity>.",
-        "{other} for one direction have no <validity>, this one first",
+        "{other} for one direction without <validity>, this one first",
         "Name the lanes that a signal is for.",
         "CARLA takes lanes above 0 for +, below 0 for -: those of the other direction where traffic drives right.",
+        ("carla",),
     ),
-    _own(
+    _note(
         "version-unread",
-        _INFO,
-        ("roadrunner",),
-        "The version is none of 1.4, 1.5 and 1.6.",
+        "The version is not 1.4, 1.5 or 1.6.",
         "the version is {other}",
         "Write 1.6 or 1.4.",
         "The Driving Scenario Designer of MATLAB documents these versions only.",
+        ("roadrunner",),
     ),
 )

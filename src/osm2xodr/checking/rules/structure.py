@@ -1,307 +1,263 @@
-"""Rules of what names what: ids, links, signals, lanes, and what a road must have."""
+"""Rules about the structure of a file: ids, links, signals, lanes, and what a road must have."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from osm2xodr.checking import defaults
-from osm2xodr.checking.rules.rule import Rule, Severity
+from osm2xodr.checking.rules.rule import Limit, error, note, warning
 
-_ERROR, _WARNING, _INFO = Severity.ERROR, Severity.WARNING, Severity.INFO
-_S = "m"
+_SAME_S: Final = Limit(defaults.SAME_S, "m")
 
 STRUCTURE_RULES: Final = (
-    Rule(
+    error(
         "schema",
-        _ERROR,
         "The file is not valid against the XML schema of its version.",
         "{other}",
-        "Write what the schema of the stated version asks for, or state the version that is written.",
+        "Write what the schema of the stated version requires, or state the version that the file really has.",
     ),
-    Rule(
+    error(
         "unreadable",
-        _ERROR,
-        "An attribute or element that is needed is missing, or no number where one must be.",
+        "A required attribute or element is missing, or is not a number where it must be one.",
         "{other}",
-        "Write all attributes that the standard calls required, as plain numbers.",
-        "Readers take 0, skip the record or stop.",
+        "Write every attribute that the standard requires, as a plain number.",
+        "Readers take it as 0, skip the record, or stop.",
     ),
-    Rule(
+    warning(
         "misplaced",
-        _WARNING,
-        "An element is unknown or stands where the standard has none.",
+        "An element is unknown, or stands where the standard does not allow it.",
         "{other}",
-        "Keep what is one's own in <userData>.",
+        "Put your own data into <userData>.",
     ),
-    Rule(
+    note(
         "namespace",
-        _INFO,
-        "The root has a default namespace.",
+        "The root element has a default namespace.",
         "{other}",
-        "Leave it out up to version 1.5, whose schemas know none.",
-        "Readers take no notice; the schema of 1.4 does.",
+        "Leave it out up to version 1.5, whose schemas have none.",
+        "Readers ignore it; the schema of 1.4 rejects it.",
     ),
-    Rule(
+    error(
         "not-a-number",
-        _ERROR,
-        "A number is nan, infinite or no number at all.",
+        "A number is nan, infinite, or not a number at all.",
         "{other}",
         "Leave out records without a value; find out where the number comes from.",
-        "CARLA and esmini go on with positions that are nan; netconvert stops; libOpenDRIVE shows a gap of height.",
+        "CARLA and esmini go on with positions that are nan; netconvert stops; libOpenDRIVE shows a gap in height.",
         ("carla", "esmini", "sumo", "libopendrive"),
     ),
-    Rule(
+    error(
         "duplicate-road-id",
-        _ERROR,
-        "Two roads have one id.",
-        "the id was given to another road before",
-        "Number roads anew.",
-        "Readers keep one of them.",
+        "Two roads have the same id.",
+        "another road already has this id",
+        "Give each road its own id.",
+        "Readers keep one of the two.",
         ("carla", "esmini", "sumo", "libopendrive"),
     ),
-    Rule(
+    error(
         "duplicate-junction-id",
-        _ERROR,
-        "Two junctions have one id.",
-        "junction {other}: the id was given to another junction before",
-        "Number junctions anew.",
+        "Two junctions have the same id.",
+        "junction {other}: another junction already has this id",
+        "Give each junction its own id.",
     ),
-    Rule(
+    warning(
         "duplicate-connection-id",
-        _WARNING,
-        "Two connections of one junction have one id.",
-        "{other}: the id was given to another connection of the junction before",
-        "Number connections anew.",
+        "Two connections of one junction have the same id.",
+        "{other}: another connection of the junction already has this id",
+        "Give each connection of a junction its own id.",
     ),
-    Rule(
+    error(
         "duplicate-lane-id",
-        _ERROR,
-        "Two lanes of one lane section have one id.",
+        "Two lanes of one lane section have the same id.",
         "two lanes of the section have the id {other}",
-        "Number lanes from the centre outwards.",
+        "Number lanes outwards from the centre.",
     ),
-    Rule(
+    warning(
         "duplicate-signal-id",
-        _WARNING,
-        "Two signals have one id.",
-        "signal {other}: the id was given to another signal before",
-        "Give each signal an id of its own; further faces of one are <signalReference>.",
+        "Two signals have the same id.",
+        "signal {other}: another signal already has this id",
+        "Give each signal its own id; use <signalReference> for more places of the same signal.",
     ),
-    Rule(
+    warning(
         "duplicate-object-id",
-        _WARNING,
-        "Two objects have one id.",
-        "object {other}: the id was given to another object before",
-        "Give each object an id of its own.",
+        "Two objects have the same id.",
+        "object {other}: another object already has this id",
+        "Give each object its own id.",
     ),
-    Rule(
+    warning(
         "duplicate-controller-id",
-        _WARNING,
-        "Two controllers have one id.",
-        "controller {other}: the id was given to another controller before",
-        "Give each controller an id of its own.",
+        "Two controllers have the same id.",
+        "controller {other}: another controller already has this id",
+        "Give each controller its own id.",
     ),
-    Rule(
+    error(
         "no-plan-view",
-        _ERROR,
         "A road has no plan view.",
         "the road has no geometry",
-        "Give it one, or leave the road out.",
+        "Write its plan view, or leave the road out.",
         "CARLA crashes; netconvert and esmini report errors.",
         ("carla", "esmini", "sumo", "libopendrive"),
     ),
-    Rule(
+    error(
         "unknown-shape",
-        _ERROR,
-        "A plan-view record holds none of line, arc, spiral, poly3, paramPoly3.",
-        "the record has no shape that is known",
-        "Write the shape, as first child of <geometry>.",
+        "A plan-view record is not a line, arc, spiral, poly3 or paramPoly3.",
+        "the record has no known shape",
+        "Write the shape as the first child of <geometry>.",
     ),
-    Rule(
+    error(
         "no-lane-section",
-        _ERROR,
         "A road has no lane section.",
         "the road has no lane section",
-        "Give it one that starts at s = 0 and has a centre lane.",
+        "Write one that starts at s = 0 and has a centre lane.",
         "CARLA, netconvert and libOpenDRIVE's routing crash.",
         ("carla", "esmini", "sumo", "libopendrive"),
     ),
-    Rule(
+    error(
         "no-centre-lane",
-        _ERROR,
         "A lane section has no centre lane.",
         "the lane section has no lane 0",
         'Write <center><lane id="0" type="none"/></center> in every section.',
-        "CARLA and esmini crash, libOpenDRIVE throws.",
+        "CARLA and esmini crash; libOpenDRIVE throws an exception.",
         ("carla", "esmini", "libopendrive"),
     ),
-    Rule(
+    error(
         "lane-id-hole",
-        _ERROR,
         "The lane ids of a section are not 1, 2, 3 … to the left and -1, -2, -3 … to the right.",
-        "lane {other} is missing between others",
-        "Number lanes without holes, from the centre outwards.",
-        "CARLA throws when waypoints are made; esmini warns; libOpenDRIVE loses the link.",
+        "lane {other} is missing",
+        "Number lanes outwards from the centre, without gaps.",
+        "CARLA throws an exception when it makes waypoints; esmini warns; libOpenDRIVE loses the link.",
         ("carla", "esmini", "libopendrive"),
     ),
-    Rule(
+    error(
         "lane-without-width",
-        _ERROR,
-        "A lane has neither width nor border.",
+        "A lane has neither a width nor a border.",
         "the lane has no <width>",
-        "Give each lane but the centre lane a width from sOffset 0 on.",
-        "The lane has width 0, and CARLA may not load the file.",
+        "Give each lane except the centre lane a width from sOffset = 0 on.",
+        "The lane gets the width 0, and CARLA may not load the file.",
         ("carla",),
     ),
-    Rule(
+    error(
         "section-order",
-        _ERROR,
-        "Lane sections do not start at s = 0, do not ascend, or begin behind the road's end.",
+        "Lane sections do not start at s = 0, are not in ascending order, or begin after the end of the road.",
         "{other}",
-        "Sort sections along s, the first at 0, all before the road's end.",
-        limit=defaults.CHECK_SAME_S,
-        unit=_S,
+        "Sort sections by s, the first at 0 and all before the end of the road.",
+        limit=_SAME_S,
     ),
-    Rule(
+    error(
         "record-order",
-        _ERROR,
-        "Records of one list do not ascend along s.",
-        "{other} does not ascend along s",
-        "Sort records along s and keep one for each place.",
-        "Readers take any of them for a place.",
+        "The records of one list are not in ascending order of s.",
+        "{other}",
+        "Sort records by s, and write one record for each s.",
+        "Readers use any one of them at such a place.",
     ),
-    Rule(
+    warning(
         "late-elevation",
-        _WARNING,
-        "The first elevation begins behind the road's start.",
-        "the first elevation begins {value} behind the road's start",
+        "The first elevation record begins after the start of the road.",
+        "the first elevation record begins {value} after the start of the road",
         "Let the first record begin at s = 0.",
-        "CARLA does not load the file (failed to find road elevation); libOpenDRIVE takes 0 before it, esmini and"
-        " netconvert carry it on backwards.",
+        "CARLA does not load the file (failed to find road elevation); libOpenDRIVE uses 0 before the record, esmini"
+        " and netconvert extend it backwards.",
         ("carla", "libopendrive"),
-        limit=defaults.CHECK_SAME_S,
-        grave=defaults.CHECK_SAME_S,
-        unit=_S,
+        limit=Limit(defaults.SAME_S, "m", error=defaults.SAME_S),
     ),
-    Rule(
+    error(
         "late-width",
-        _ERROR,
-        "The first width of a lane begins behind the start of its section.",
-        "the first width begins {value} behind the section's start",
+        "The first width of a lane begins after the start of its section.",
+        "the first width begins {value} after the start of the section",
         "Let the first width begin at sOffset = 0.",
         "CARLA does not load the file (info != nullptr).",
         ("carla",),
-        limit=defaults.CHECK_SAME_S,
-        unit=_S,
+        limit=_SAME_S,
     ),
-    Rule(
+    warning(
         "late-record",
-        _WARNING,
-        "The first lane offset or superelevation begins behind the road's start.",
-        "the first {other} begins {value} behind the road's start",
+        "The first lane offset or superelevation record begins after the start of the road.",
+        "the first {other} record begins {value} after the start of the road",
         "Let the first record begin at s = 0.",
-        limit=defaults.CHECK_SAME_S,
-        unit=_S,
+        limit=_SAME_S,
     ),
-    Rule(
+    error(
         "road-link",
-        _ERROR,
         "A road's predecessor or successor is a road that is not in the file.",
         "the road's {other}, which is not in the file",
         "Remove the link, or add the road.",
     ),
-    Rule(
+    error(
         "junction-link",
-        _ERROR,
         "A road's predecessor or successor is a junction that is not in the file.",
         "the road's {other}, which is not in the file",
         "Remove the link, or add the junction.",
     ),
-    Rule(
+    error(
         "road-junction",
-        _ERROR,
         "A road belongs to a junction that is not in the file.",
         "the road belongs to junction {other}, which is not in the file",
         'Add the junction, or write junction="-1".',
     ),
-    Rule(
+    error(
         "link-not-returned",
-        _ERROR,
-        "A road names another as its neighbour, which does not name it in return.",
+        "A road names another road as its neighbour, but the other road does not name it.",
         "the road's {other}, which does not name it in return",
         "Write both links.",
     ),
-    Rule(
+    error(
         "no-contact-point",
-        _ERROR,
-        "A link to a road does not say which end touches.",
+        "A link to a road does not say at which end the roads touch.",
         "{other} has no contactPoint",
         "Write contactPoint start or end.",
     ),
-    Rule(
+    error(
         "wrong-contact-point",
-        _ERROR,
-        "A link names the far end of the other road.",
-        "{other} names the wrong end: the other one touches, and this one is {value} away",
+        "A link names the wrong end of the other road.",
+        "{other} names the wrong end: the other end touches, and this one is {value} away",
         "Name the end that touches.",
-        limit=defaults.CHECK_GAP,
-        unit=_S,
+        limit=Limit(defaults.GAP, "m"),
     ),
-    Rule(
+    error(
         "lane-link",
-        _ERROR,
-        "A lane's predecessor or successor is a lane that is not there.",
-        "the lane's {other}, which is not there",
+        "A lane's predecessor or successor is a lane that does not exist.",
+        "the lane's {other}, which does not exist",
         "Remove the link, or name a lane of the neighbouring section or road.",
-        "CARLA crashes on loading; libOpenDRIVE and netconvert lose the link; esmini fails when it is driven.",
+        "CARLA crashes while loading; libOpenDRIVE and netconvert lose the link; esmini fails when a car gets there.",
         ("carla", "esmini", "sumo", "libopendrive"),
     ),
-    Rule(
+    warning(
         "lane-link-other-way",
-        _WARNING,
-        "Traffic on a lane runs against that on the lane it is linked to.",
+        "A lane is linked to a lane whose traffic runs the other way.",
         "the lane leads to {other}, where traffic comes the other way",
-        "Link lanes of one direction of traffic.",
+        "Link lanes whose traffic runs the same way.",
     ),
-    Rule(
+    warning(
         "signal-reference",
-        _WARNING,
         "A signalReference names a signal that is not in the file.",
         "it refers to signal {other}, which is not in the file",
         "Remove it, or add the signal.",
     ),
-    Rule(
+    warning(
         "controller-signal",
-        _WARNING,
-        "A controller controls a signal that is not in the file.",
+        "A controller names a signal that is not in the file.",
         "controller {other}, which is not in the file",
         "Remove it, or add the signal.",
     ),
-    Rule(
+    warning(
         "signal-of-two-controllers",
-        _WARNING,
-        "A signal is controlled by two controllers.",
+        "Two controllers control the same signal.",
         "{other}",
-        "Let one controller have it.",
+        "Assign the signal to one controller.",
     ),
-    Rule(
+    warning(
         "junction-controller",
-        _WARNING,
         "A junction names a controller that is not in the file.",
         "junction {other}, which is not in the file",
         "Remove it, or add the controller.",
     ),
-    Rule(
+    warning(
         "priority-road",
-        _WARNING,
         "A junction's priority names a road that is not in the file.",
         "junction {other}, which is not in the file",
         "Remove it, or name a road of the file.",
     ),
-    Rule(
+    warning(
         "signal-lane",
-        _WARNING,
-        "A signal or object is valid for lanes that the road does not have there.",
+        "A signal or object is valid for lanes that the road does not have at that place.",
         "{other}",
         "Name lanes of the section in which it stands.",
     ),

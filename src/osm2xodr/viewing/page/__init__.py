@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from osm2xodr.viewing.page.html import make_report
+from osm2xodr.viewing.page.html import write_report
 
-__all__ = ["make_report"]
+__all__ = ["write_report"]

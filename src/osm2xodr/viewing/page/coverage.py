@@ -1,9 +1,10 @@
-"""Roads against the ways of OpenStreetMap: which ways lie on a carriageway, and which way each road is."""
+"""Compares roads with the ways of OpenStreetMap: which ways lie on a carriageway, and which way each road follows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -19,8 +20,14 @@ from osm2xodr.osmParsing import (
     read_ways,
     reason_left_out,
 )
-from osm2xodr.viewing.defaults import COVER_ANGLE, COVER_SLACK, COVER_SPACING, COVER_WAY_LENGTH
 
+# Distance of points along ways, m; how far beside a lane a point still counts as on it, m (a way drawn on the kerb);
+# how far the directions of a way and of its road may differ, rad (30 degrees).
+_SPACING: Final = 10.0
+_SLACK: Final = 1.0
+_ANGLE: Final = 0.5236
+# Least length of a way on a road that is listed with it, m; half of the road is enough.
+LEAST_MATCH: Final = 15.0
 _TAGS = frozenset({*ACCESS_TAGS, "highway", "name", "ref", "bridge", "tunnel"})
 _NO = frozenset({"no", ""})
 
@@ -44,32 +51,35 @@ class WayCover:
 
 @dataclass(frozen=True)
 class WayOnRoad:
-    """A stretch of a road that follows a way: index of the road, of the `WayCover`, and from s to s, m."""
+    """A stretch of a road that follows a way."""
 
+    # Index of the road, and of the `WayCover`
     road: int
     way: int
+    # s, m
     begin: float
     end: float
 
 
 @dataclass(frozen=True, eq=False)
 class _Points:
-    """Points along ways at even distances: the way's row, x, y, direction (rad) and the length they stand for, m."""
+    """Points along ways at even distances, (n,)."""
 
-    way: IntArray
+    way: IntArray  # Index of the way
+    # m
     x: FloatArray
     y: FloatArray
-    direction: FloatArray
-    weight: FloatArray
+    direction: FloatArray  # Of the way, rad
+    weight: FloatArray  # Length that the point stands for, m
 
 
 def compare_with_osm(path: Path, file: OpenDrive, frame: Frame) -> tuple[list[WayCover], list[WayOnRoad]]:
-    """Lay the ways for cars that ``convert`` takes by default beside the roads of a file.
+    """Compare the roads of a file with the ways for cars that ``convert`` uses by default.
 
     Raises
     ------
     InputError
-        The file of OSM cannot be read.
+        The OSM file cannot be read.
     """
     options = ParseOptions()
     source = open_osm_file(path)
@@ -79,12 +89,12 @@ def compare_with_osm(path: Path, file: OpenDrive, frame: Frame) -> tuple[list[Wa
     points = _points(ways, nodes, frame)
     places = RoadFinder(file).find(points.x, points.y)
     covered = np.zeros(len(points.x), np.bool_)
-    covered[places.point[places.distance <= COVER_SLACK]] = True
+    covered[places.point[places.distance <= _SLACK]] = True
     return _covers(ways, points, covered), _on_roads(file, points, places, len(ways))
 
 
 def structure_of(tags: dict[str, str]) -> str:
-    """Return whether a way is a bridge or a tunnel; neither: empty."""
+    """Return ``bridge`` or ``tunnel`` if a way is one, else an empty text."""
     for kind in ("bridge", "tunnel"):
         if tags.get(kind, "no") not in _NO:
             return kind
@@ -92,9 +102,9 @@ def structure_of(tags: dict[str, str]) -> str:
 
 
 def _points(ways: list[RawWay], nodes: RawNodes, frame: Frame) -> _Points:
-    """Cut ways into pieces of even length and return their middles."""
+    """Cut ways into pieces of even length and return the middles of the pieces."""
     x, y = frame.to_inertial(nodes.lon_deg, nodes.lat_deg)
-    columns: list[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]] = []
+    columns = [(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))]
     for row, way in enumerate(ways):
         refs = np.asarray(way.refs, np.int64)
         at = np.searchsorted(nodes.ids, refs)
@@ -103,37 +113,27 @@ def _points(ways: list[RawWay], nodes: RawNodes, frame: Frame) -> _Points:
         px, py = x[at[there]], y[at[there]]
         usable = np.isfinite(px) & np.isfinite(py)
         px, py = px[usable], py[usable]
-        length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(px), np.diff(py)))))
+        dx, dy = np.diff(px), np.diff(py)
+        length = np.concatenate(([0.0], np.cumsum(np.hypot(dx, dy))))
         if len(px) < 2 or length[-1] <= 0.0:
             continue
-        pieces = max(1, int(np.ceil(length[-1] / COVER_SPACING)))
+        pieces = max(1, int(np.ceil(length[-1] / _SPACING)))
         middle = (np.arange(pieces) + 0.5) * length[-1] / pieces
-        segment = np.clip(np.searchsorted(length, middle, "right") - 1, 0, len(px) - 2)
-        columns.append(
-            (
-                np.full(pieces, row),
-                np.interp(middle, length, px),
-                np.interp(middle, length, py),
-                np.arctan2(np.diff(py)[segment], np.diff(px)[segment]),
-                np.full(pieces, length[-1] / pieces),
-            )
-        )
-    if not columns:
-        none = np.zeros(0)
-        return _Points(np.zeros(0, np.int64), none, none, none, none)
-    way_rows, at_x, at_y, direction, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return _Points(way_rows.astype(np.int64), at_x, at_y, direction, weight)
+        segment = np.clip(np.searchsorted(length, middle, "right") - 1, 0, len(dx) - 1)
+        at_x, at_y = np.interp(middle, length, px), np.interp(middle, length, py)
+        weight = np.full(pieces, length[-1] / pieces)
+        columns.append((np.full(pieces, float(row)), at_x, at_y, np.arctan2(dy[segment], dx[segment]), weight))
+    way_row, *others = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return _Points(way_row.astype(np.int64), *others)
 
 
 def _covers(ways: list[RawWay], points: _Points, covered: BoolArray) -> list[WayCover]:
-    """Sum up by way."""
+    """Sum up by way; ways without a length are left out."""
     out = []
-    for row, rows in enumerate(
-        np.split(np.arange(len(points.way)), np.searchsorted(points.way, range(1, len(ways))))
-    ):
+    rows_of_ways = np.split(np.arange(len(points.way)), np.searchsorted(points.way, range(1, len(ways))))
+    for way, rows in zip(ways, rows_of_ways, strict=False):
         if not len(rows):
             continue
-        way = ways[row]
         missing = rows[~covered[rows]]
         shown = missing if len(missing) else rows
         middle = shown[len(shown) // 2]
@@ -153,20 +153,20 @@ def _covers(ways: list[RawWay], points: _Points, covered: BoolArray) -> list[Way
 
 
 def _on_roads(file: OpenDrive, points: _Points, places: Places, ways: int) -> list[WayOnRoad]:
-    """Say which stretches of roads outside of junctions follow which ways, in order of roads and s.
+    """Return which stretches of roads outside of junctions follow which ways, in order of roads and s.
 
-    A way follows a road where its points lie on the lanes, and where both have one direction; levels are not told
-    apart, so that a road may follow a way that lies above or below it as well.
+    A road follows a way whose points lie on its lanes and whose direction is its own. Heights are not compared, so a
+    road may also follow a way above or below it.
     """
-    rows = np.flatnonzero((places.distance <= COVER_SLACK) & (file.roads.junction[places.road] == -1))
+    rows = np.flatnonzero((places.distance <= _SLACK) & (file.roads.junction[places.road] == -1))
     heading = pose(file, places.road[rows], places.s[rows])[2]
     along = np.abs(np.cos(heading - points.direction[places.point[rows]]))
-    rows = rows[along >= np.cos(COVER_ANGLE)]
+    rows = rows[along >= np.cos(_ANGLE)]
     if not len(rows):
         return []
     road, way, s = places.road[rows], points.way[places.point[rows]], places.s[rows]
     half = 0.5 * points.weight[places.point[rows]]
-    # Rows of WayCover: ways without a length have none.
+    # Indices of WayCover, which leaves out ways without a length.
     kept_ways = np.full(ways, -1)
     present = np.unique(points.way)
     kept_ways[present] = np.arange(len(present))
@@ -178,6 +178,6 @@ def _on_roads(file: OpenDrive, points: _Points, places: Places, ways: int) -> li
     for a, b in zip(first.tolist(), last.tolist(), strict=True):
         length = float(file.roads.length[road[a]])
         begin, end = max(0.0, float(s[a] - half[a])), min(length, float(s[b] + half[b]))
-        if float(2.0 * half[a : b + 1].sum()) >= min(COVER_WAY_LENGTH, 0.5 * length):
+        if float(2.0 * half[a : b + 1].sum()) >= min(LEAST_MATCH, 0.5 * length):
             out.append(WayOnRoad(int(road[a]), int(kept_ways[way[a]]), begin, end))
     return sorted(out, key=lambda item: (item.road, item.begin, item.end, item.way))

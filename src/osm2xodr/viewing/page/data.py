@@ -1,49 +1,70 @@
-"""The page's data: a document of texts and small tables, and arrays of whole numbers, for the page's data.js."""
+"""The data of the page: a document of texts and small tables, and arrays of whole numbers, for its data.js.
+
+Neighbours in an array of places differ little, so the upper bytes of their differences are nearly all alike; written
+as planes of first, second … bytes they compress several times better than as text.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
-from osm2xodr.model import IntArray
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
 from osm2xodr.viewing import colours
-from osm2xodr.viewing.defaults import COVER_WAY_LENGTH
-from osm2xodr.viewing.furniture import junction_places, placed_objects, placed_signals, structures_of
-from osm2xodr.viewing.marks import border_marks
+from osm2xodr.viewing.furniture import (
+    PlacedObject,
+    PlacedSignal,
+    Structures,
+    junction_places,
+    placed_objects,
+    placed_signals,
+    structures_of,
+)
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes
-from osm2xodr.viewing.page.coverage import WayCover, WayOnRoad
+from osm2xodr.viewing.page.coverage import LEAST_MATCH, WayCover, WayOnRoad
 from osm2xodr.viewing.page.ground import Terrain
-from osm2xodr.viewing.page.packing import UNKNOWN, quantised
 from osm2xodr.viewing.scene import Scene
+from osm2xodr.viewing.strips import border_marks
 
-Packed = npt.NDArray[np.int32]
+Packed: TypeAlias = npt.NDArray[np.int32]
 
-# Degree of the polynomial that stands for the projection on the page, and points along each side that it fits.
-_ORDER = 4
-_FIT_POINTS = 15
+# Stands for "unknown" among whole numbers of 32 bits.
+UNKNOWN: Final = -(2**31)
+_LARGEST: Final = 2**31 - 1
+# Units of the arrays: m, rad, rise per metre, km/h.
+_CENTIMETRE: Final = 0.01
+_ANGLE_STEP: Final = 1e-5
+_GRADE_STEP: Final = 1e-4
+_SPEED_STEP: Final = 0.1
+_TERRAIN_STEP: Final = 0.1
+# Polynomials replace the projection on the page: their degree, points along each side of the square that they are
+# fitted to, and its size as a multiple of the roads' extent, or of the last, m.
+_ORDER: Final = 4
+_FIT_POINTS: Final = 15
+_FIT_REACH: Final = 1.1
+_LEAST_FIT: Final = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A file and all that is known about it."""
+    """A file and everything that is known about it."""
 
-    # The file, what is drawn of it, and where it lies on Earth, if that is known
     file: OpenDrive
-    scene: Scene
-    frame: Frame | None
-    terrain: Terrain | None  # The ground, with an elevation model
-    # OSM's ways, and which roads follow them; None without a file of OSM
+    scene: Scene  # What is drawn of the file
+    frame: Frame | None  # Where the file lies on Earth; None if that is unknown
+    terrain: Terrain | None  # None without an elevation model
+    # OSM's ways, and which roads follow them; None without an OSM file
     covers: list[WayCover] | None
     on_roads: list[WayOnRoad] | None
-    # Bridges and tunnels of each road: kind, from s to s (m) and name
-    structures: dict[int, list[tuple[str, float, float, str]]]
+    structures: Structures  # Bridges and tunnels of each road
 
 
 def make_subject(
@@ -53,7 +74,7 @@ def make_subject(
     terrain: Terrain | None,
     cover: tuple[list[WayCover], list[WayOnRoad]] | None,
 ) -> Subject:
-    """Put together what is known; bridges and tunnels are the file's own, or else those of OSM."""
+    """Combine what is known; bridges and tunnels are those of the file, or else those of OSM."""
     structures = structures_of(file)
     covers, on_roads = (None, None) if cover is None else cover
     if not structures and covers is not None and on_roads is not None:
@@ -66,10 +87,10 @@ def make_subject(
     return Subject(file, scene, frame, terrain, covers, on_roads, structures)
 
 
-def _add_connecting(file: OpenDrive, structures: dict[int, list[tuple[str, float, float, str]]]) -> None:
+def _add_connecting(file: OpenDrive, structures: Structures) -> None:
     """Add connecting roads from a bridge to a bridge, or from a tunnel to a tunnel: no file names them."""
     roads = file.roads
-    found: dict[int, list[tuple[str, float, float, str]]] = {}
+    found: Structures = {}
     for road in np.flatnonzero((roads.junction != -1) & (roads.link_kind == LinkKind.ROAD).all(axis=1)).tolist():
         if road in structures:
             continue
@@ -80,19 +101,17 @@ def _add_connecting(file: OpenDrive, structures: dict[int, list[tuple[str, float
     structures.update(found)
 
 
-def _kind_at(
-    file: OpenDrive, structures: dict[int, list[tuple[str, float, float, str]]], road: int, contact: int
-) -> str:
-    """Return the kind of structure that stands at an end of a road; empty without one."""
+def _kind_at(file: OpenDrive, structures: Structures, road: int, contact: int) -> str:
+    """Return the kind of structure at an end of a road; empty without one."""
     for kind, begin, end, _ in structures.get(road, ()):
         s = float(file.roads.length[road]) if contact == End.END else 0.0
-        if begin - COVER_WAY_LENGTH <= s <= end + COVER_WAY_LENGTH:
+        if begin - LEAST_MATCH <= s <= end + LEAST_MATCH:
             return kind
     return ""
 
 
 def origin_of(scene: Scene) -> tuple[float, float]:
-    """Return what is taken off x and y on the page: whole metres, so that coordinates are small."""
+    """Return what is subtracted from x and y on the page: whole metres, so that coordinates are small."""
     if not len(scene.x):
         return 0.0, 0.0
     return (
@@ -102,7 +121,7 @@ def origin_of(scene: Scene) -> tuple[float, float]:
 
 
 def page_arrays(subject: Subject) -> dict[str, Packed]:
-    """Return the arrays: cm, 1e-5 rad, 0.01 %, 0.1 km/h."""
+    """Return the arrays of the page."""
     file, scene = subject.file, subject.scene
     x0, y0 = origin_of(scene)
     lanes = file.lanes
@@ -111,38 +130,37 @@ def page_arrays(subject: Subject) -> dict[str, Packed]:
         "strip_class": _whole(strip_classes(file, scene)[1]),
         "station_start": _whole(scene.station_start),
         "lane_start": _whole(scene.lane_start),
-        "s": quantised(scene.s, 0.01),
-        "x": quantised(scene.x - x0, 0.01),
-        "y": quantised(scene.y - y0, 0.01),
-        "z": quantised(scene.z, 0.01),
-        "heading": quantised(np.mod(scene.heading + np.pi, 2.0 * np.pi) - np.pi, 1e-5),
-        "roll": quantised(scene.roll, 1e-5),
-        "grade": quantised(scene.grade, 1e-4),
-        "ground": quantised(scene.ground, 0.01),
-        "border": quantised(scene.border, 0.01),
+        "s": quantised(scene.s, _CENTIMETRE),
+        "x": quantised(scene.x - x0, _CENTIMETRE),
+        "y": quantised(scene.y - y0, _CENTIMETRE),
+        "z": quantised(scene.z, _CENTIMETRE),
+        "heading": quantised(np.mod(scene.heading + np.pi, 2.0 * np.pi) - np.pi, _ANGLE_STEP),
+        "roll": quantised(scene.roll, _ANGLE_STEP),
+        "grade": quantised(scene.grade, _GRADE_STEP),
+        "ground": quantised(scene.ground, _CENTIMETRE),
+        "border": quantised(scene.border, _CENTIMETRE),
         "lane_id": _whole(lanes.id[scene.lane]),
         "lane_type": _whole(lane_types(file, scene)[1]),
-        "lane_speed": quantised(lane_speeds(file, scene), 0.1),
+        "lane_speed": quantised(lane_speeds(file, scene), _SPEED_STEP),
         "lane_predecessor": _whole(lanes.predecessor[scene.lane]),
         "lane_successor": _whole(lanes.successor[scene.lane]),
         "mark": _whole(border_marks(file, scene)[1]),
-        "road_length": quantised(file.roads.length, 0.01),
+        "road_length": quantised(file.roads.length, _CENTIMETRE),
         "road_junction": _whole(file.roads.junction),
         "link_kind": _whole(file.roads.link_kind.ravel()),
         "link": _whole(file.roads.link.ravel()),
         "contact": _whole(file.roads.contact.ravel()),
     }
     if subject.terrain is not None:
-        arrays["terrain"] = quantised(subject.terrain.z.ravel(), 0.1)
+        arrays["terrain"] = quantised(subject.terrain.z.ravel(), _TERRAIN_STEP)
     return arrays
 
 
 def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
-    """Return the document, but for what other modules add: headline, accuracy, coverage, findings, log."""
+    """Return the document without what other modules add: headline, accuracy, coverage, findings, log."""
     file, scene = subject.file, subject.scene
     x0, y0 = origin_of(scene)
     jx, jy = junction_places(file, scene)
-    terrain = subject.terrain
     return {
         "origin": [x0, y0],
         "bounds": _bounds(scene, x0, y0),
@@ -167,21 +185,18 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
         },
         "signals": [
             [
-                signal.item.road,
-                rounded(signal.x - x0),
-                rounded(signal.y - y0),
-                int(signal.is_light),
-                signal.item.attributes.get("id", ""),
-                signal.item.attributes.get("type", ""),
+                item.item.road,
+                rounded(item.x - x0),
+                rounded(item.y - y0),
+                int(item.is_light),
+                *_texts(item, "id", "type"),
             ]
-            for signal in placed_signals(file)
+            for item in placed_signals(file)
         ],
         "objects": [
             [
                 item.item.road,
-                item.item.attributes.get("type", ""),
-                item.item.attributes.get("name", ""),
-                item.item.attributes.get("id", ""),
+                *_texts(item, "type", "name", "id"),
                 [rounded(value) for x, y in item.corners for value in (x - x0, y - y0)],
             ]
             for item in placed_objects(file)
@@ -193,22 +208,25 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
         "user": _user_data(file),
         "ways": _ways(subject),
         "limits": _limits(subject),
-        "terrain": None
-        if terrain is None
-        else {
-            "x": rounded(terrain.x - x0),
-            "y": rounded(terrain.y - y0),
-            "dx": terrain.dx,
-            "dy": terrain.dy,
-            "nx": terrain.z.shape[1],
-            "ny": terrain.z.shape[0],
-        },
+        "terrain": None if subject.terrain is None else _terrain(subject.terrain, x0, y0),
     }
 
 
+def _terrain(terrain: Terrain, x0: float, y0: float) -> dict[str, Any]:
+    """Return the grid of the ground without its heights."""
+    rows, columns = terrain.z.shape
+    place = {"x": rounded(terrain.x - x0), "y": rounded(terrain.y - y0)}
+    return {**place, "dx": terrain.dx, "dy": terrain.dy, "nx": columns, "ny": rows}
+
+
 def rounded(value: float | None, digits: int = 2) -> float | None:
-    """Return a number with few digits; None where it is unknown."""
+    """Return a number rounded to some digits after the point; None where it is unknown."""
     return None if value is None or not math.isfinite(value) else round(float(value), digits)
+
+
+def _texts(placed: PlacedSignal | PlacedObject, *names: str) -> list[str]:
+    """Return attributes of a signal or object; empty texts for missing ones."""
+    return [placed.item.attributes.get(name, "") for name in names]
 
 
 def _whole(values: IntArray) -> Packed:
@@ -225,12 +243,12 @@ def _bounds(scene: Scene, x0: float, y0: float) -> list[float]:
 
 
 def _geographic(subject: Subject, x0: float, y0: float) -> dict[str, Any] | None:
-    """Return polynomials that take x, y on the page to longitude and latitude; None where that is unknown."""
+    """Return polynomials from x, y on the page to longitude and latitude; None where these are unknown."""
     scene = subject.scene
     if subject.frame is None or not len(scene.x):
         return None
-    half = max(float(np.ptp(scene.x)), float(np.ptp(scene.y)), 1000.0) / 2.0
-    u, v = (item.ravel() for item in np.meshgrid(*[np.linspace(-1.1, 1.1, _FIT_POINTS)] * 2))
+    half = max(float(np.ptp(scene.x)), float(np.ptp(scene.y)), _LEAST_FIT) / 2.0
+    u, v = (item.ravel() for item in np.meshgrid(*[np.linspace(-_FIT_REACH, _FIT_REACH, _FIT_POINTS)] * 2))
     lon, lat = subject.frame.to_geographic(x0 + half * u, y0 + half * v)
     if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
         return None
@@ -247,7 +265,7 @@ def _geographic(subject: Subject, x0: float, y0: float) -> dict[str, Any] | None
 
 
 def _mode(mode: Mode) -> dict[str, Any]:
-    """Return a mode as the page reads it."""
+    """Return a colour mode as the page reads it."""
     out: dict[str, Any] = {"key": mode.key, "label": mode.label, "title": mode.title}
     scale = mode.scale
     if isinstance(scale, Categories):
@@ -295,7 +313,7 @@ def _limits(subject: Subject) -> dict[int, float]:
 
 
 def on_structure(subject: Subject) -> npt.NDArray[np.bool_]:
-    """Return which stations lie on bridges or in tunnels, as far as the file or OSM says."""
+    """Whether each station lies on a bridge or in a tunnel, as far as the file or OSM says, (stations,)."""
     scene = subject.scene
     out = np.zeros(len(scene.s), np.bool_)
     first = np.searchsorted(scene.station_road, np.arange(len(subject.file.roads.id) + 1))
@@ -304,3 +322,26 @@ def on_structure(subject: Subject) -> npt.NDArray[np.bool_]:
         for _, begin, end, _ in items:
             out[rows] |= (scene.s[rows] >= begin) & (scene.s[rows] <= end)
     return out
+
+
+def quantised(values: FloatArray, step: float) -> npt.NDArray[np.int32]:
+    """Return values as whole numbers of steps: `UNKNOWN` where they are not finite, the largest where too large."""
+    scaled = np.asarray(values, np.float64) / step
+    known = np.isfinite(scaled)
+    whole = np.rint(np.clip(np.where(known, scaled, 0.0), -_LARGEST, _LARGEST))
+    return np.where(known, whole, float(UNKNOWN)).astype(np.int64).astype(np.int32)
+
+
+def pack_arrays(arrays: Mapping[str, npt.NDArray[np.int32]]) -> tuple[list[list[Any]], bytes]:
+    """Return a table of contents, rows of name and length, and all arrays as one string of bytes.
+
+    Each array is written as differences modulo 2**32, and these as four planes of bytes, the lowest first.
+    """
+    contents: list[list[Any]] = []
+    parts: list[bytes] = []
+    for name, values in arrays.items():
+        whole = np.ascontiguousarray(values, np.int32).view(np.uint32)
+        steps = np.diff(whole, prepend=np.uint32(0)).astype("<u4")
+        parts.append(np.ascontiguousarray(steps.view(np.uint8).reshape(-1, 4).T).tobytes())
+        contents.append([name, len(whole)])
+    return contents, b"".join(parts)

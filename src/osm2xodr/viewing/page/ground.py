@@ -1,4 +1,4 @@
-"""Heights of elevation models beneath roads, and how far the roads are off them."""
+"""Heights of elevation models below roads, and how far the roads are above or below them."""
 
 from __future__ import annotations
 
@@ -16,20 +16,21 @@ from osm2xodr.projection import make_frame, to_local
 from osm2xodr.surface import SurfaceOptions
 from osm2xodr.viewing.scene import Scene
 
-# Points of the grid that shows the ground, and how far it reaches beyond the roads at least, m. Choices: the page
-# gets 40 kB heavier.
-_REPORT_TERRAIN_CELLS: Final = 40_000
-_REPORT_TERRAIN_MARGIN: Final = 60.0
+# Points of the grid that shows the ground, which make the page 40 kB larger; and how far the grid extends beyond the
+# roads at least, m, and as a share of their extent. Choices.
+_GRID_POINTS: Final = 40_000
+_LEAST_MARGIN: Final = 60.0
+_MARGIN_SHARE: Final = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
     """The ground as a grid."""
 
-    # Of the south-western point, m
+    # South-western point, m
     x: float
     y: float
-    # Distance of columns and rows, m
+    # Spacing of columns and rows, m
     dx: float
     dy: float
     z: FloatArray  # (rows, columns) Heights, m, from south to north; NaN where nothing is measured
@@ -37,11 +38,11 @@ class Terrain:
 
 @dataclass(frozen=True)
 class HeightErrors:
-    """Height of roads above the ground along some of them."""
+    """Height of some roads above the ground."""
 
-    label: str  # Which
-    length: float  # Length that is measured, m
-    # m: p95 and largest of the magnitude; NaN where nothing is measured
+    label: str  # Which roads
+    length: float  # Length with known heights, m
+    # m; p95 and largest are of the magnitude
     mean: float
     rms: float
     p95: float
@@ -51,16 +52,16 @@ class HeightErrors:
 def read_ground(
     paths: Sequence[Path], scene: Scene, frame: Frame, diagnostics: Diagnostics
 ) -> tuple[FloatArray, Terrain]:
-    """Return the height of the ground at the stations, (stations,), NaN where it is not measured, and around them.
+    """Return the height of the ground at the stations, (stations,), m, NaN where it is not measured, and on a grid.
 
-    Heights count as the file's do: what the header's offset adds is taken off.
+    Heights are those of the file: the header's offset is subtracted.
 
     Raises
     ------
     InputError
         An elevation model cannot be used.
     CoverageError
-        None has heights at the roads.
+        No elevation model has heights at the roads.
     """
     # Loads slowly, and only pages with elevation models need it.
     from osm2xodr.surface import read_surface
@@ -71,10 +72,10 @@ def read_ground(
     y = np.concatenate((scene.y, grid_y.ravel()))
     lon, lat = frame.to_geographic(x, y)
     roads = slice(0, len(scene.x))
-    # Elevation models are read in a frame of osm2xodr's own, whatever the projection of the file.
+    # Elevation models are read in a local frame, whatever the projection of the file.
     local = make_frame(float(np.mean(lat[roads])), float(np.mean(lon[roads])))
     east, north = to_local(local, lon, lat)
-    # Heights as they are: whether they stand on roofs matters to whoever makes roads of them.
+    # Heights are shown as they are, with trees and roofs if the model has them.
     options = SurfaceOptions(allow_partial=True, dem_type="dtm")
     surface = read_surface(paths, local, east, north, options, diagnostics)
     z, measured = surface.heights(east, north)
@@ -84,18 +85,18 @@ def read_ground(
 
 
 def _grid(scene: Scene) -> tuple[int, int, tuple[float, float], tuple[float, float]]:
-    """Return columns, rows, south-western point and distances of a grid around the roads."""
+    """Return columns, rows, south-western point and spacings (m) of a grid around the roads."""
     west, east = float(np.min(scene.x)), float(np.max(scene.x))
     south, north = float(np.min(scene.y)), float(np.max(scene.y))
-    margin = max(_REPORT_TERRAIN_MARGIN, 0.03 * max(east - west, north - south))
+    margin = max(_LEAST_MARGIN, _MARGIN_SHARE * max(east - west, north - south))
     width, height = east - west + 2.0 * margin, north - south + 2.0 * margin
-    step = float(np.sqrt(width * height / _REPORT_TERRAIN_CELLS))
+    step = float(np.sqrt(width * height / _GRID_POINTS))
     columns, rows = max(2, int(width / step) + 1), max(2, int(height / step) + 1)
     return columns, rows, (west - margin, south - margin), (width / (columns - 1), height / (rows - 1))
 
 
 def station_lengths(scene: Scene) -> FloatArray:
-    """Return the length that each station stands for, (stations,), m: half of the way to its neighbours."""
+    """Return the length that each station stands for, (stations,), m: half of the distances to its neighbours."""
     gap = np.diff(scene.s)
     gap[np.diff(scene.station_strip) != 0] = 0.0
     out = np.zeros(len(scene.s))
@@ -105,7 +106,7 @@ def station_lengths(scene: Scene) -> FloatArray:
 
 
 def height_errors(scene: Scene, groups: Sequence[tuple[str, BoolArray]]) -> list[HeightErrors]:
-    """Sum up height above the ground for groups of stations; groups without a measured one are left out."""
+    """Summarise heights above the ground by groups of stations; groups without a known height are left out."""
     error = scene.z - scene.ground
     weight = station_lengths(scene)
     out = []
@@ -117,7 +118,7 @@ def height_errors(scene: Scene, groups: Sequence[tuple[str, BoolArray]]) -> list
 
 
 def _summary(label: str, error: FloatArray, weight: FloatArray) -> HeightErrors:
-    """Sum up errors, each by the length it stands for."""
+    """Summarise errors, each weighted by the length it stands for."""
     size = np.abs(error)
     order = np.argsort(size, kind="stable")
     reached = np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())
@@ -132,7 +133,7 @@ def _summary(label: str, error: FloatArray, weight: FloatArray) -> HeightErrors:
 
 
 def worst_stations(value: FloatArray, scene: Scene, rows: BoolArray, most: int) -> IntArray:
-    """Return the station with the largest magnitude of each road, the largest first, at most so many."""
+    """Return the station with the largest magnitude on each road, the largest first, at most `most`."""
     at = np.flatnonzero(rows & np.isfinite(value))
     road = scene.station_road[at]
     order = np.lexsort((at, -np.abs(value[at]), road))

@@ -1,13 +1,12 @@
-"""The report: one page of HTML that needs nothing else, neither a network nor other files."""
+"""The report: one page of HTML to explore a road network."""
 
 from __future__ import annotations
 
 import base64
-import hashlib
-import html
+import gzip
+import json
 import re
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,17 +14,17 @@ import numpy as np
 
 from osm2xodr import __version__
 from osm2xodr.defaults import REPORT_FINDINGS
-from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import OpenDrive, frame_of, read_xodr
-from osm2xodr.viewing import defaults
+from osm2xodr.system import stream_to
 from osm2xodr.viewing.modes import make_modes
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page import tables
 from osm2xodr.viewing.page.coverage import compare_with_osm
-from osm2xodr.viewing.page.data import Subject, make_subject, page_arrays, page_info
+from osm2xodr.viewing.page.data import Subject, make_subject, pack_arrays, page_arrays, page_info
 from osm2xodr.viewing.page.ground import read_ground
-from osm2xodr.viewing.page.packing import as_json, compressed, pack_arrays
+from osm2xodr.viewing.shell import filled, package_text, page_html
 from osm2xodr.viewing.strips import make_scene
 
 if TYPE_CHECKING:
@@ -34,26 +33,32 @@ if TYPE_CHECKING:
 _SCRIPTS = ("data.js", "colours.js", "tiles.js", "map.js", "profile.js", "panel.js", "view3d.js", "main.js")
 _LICENCES = ("leaflet.LICENSE", "uplot.LICENSE", "three.LICENSE")
 _THREE = {"core": "three.core.js", "module": "three.module.js", "controls": "three.orbit_controls.js"}
-# Images that only marks and switches would need which the page does not have.
+# Images of markers and controls that the page does not use.
 _IMAGE = re.compile(r"url\((?!#)[^)]*\)")
 _SOURCE_MAP = re.compile(r"^//# sourceMappingURL=.*$", re.MULTILINE)
 
 
-def make_report(
-    source: Path | OpenDrive, options: ReportOptions, diagnostics: Diagnostics, result: CheckResult | None = None
-) -> bytes:
-    """Return the report about a file of OpenDRIVE as HTML, UTF-8; the same input gives the same bytes.
+def write_report(
+    source: Path | OpenDrive,
+    out: Path,
+    options: ReportOptions,
+    diagnostics: Diagnostics,
+    result: CheckResult | None = None,
+) -> int:
+    """Write the report about a file of OpenDRIVE, one page of HTML, and return its size in bytes.
 
     Parameters
     ----------
     source
         The file, or what was read of it.
+    out
+        Where to; the file is there as a whole or not at all. ``-`` is standard output.
     options
-        What it is made of.
+        What the report contains.
     diagnostics
         Receives what was found about the elevation models.
     result
-        What the check found, if it was done before.
+        What the check found, if the file was checked before.
 
     Raises
     ------
@@ -62,7 +67,19 @@ def make_report(
         lies although it is to be compared.
     CoverageError
         No elevation model has heights at the roads.
+    OutputError
+        The page cannot be written.
     """
+    page = make_report(source, options, diagnostics, result)
+    with stream_to(out) as stream:
+        stream.write(page)
+    return len(page)
+
+
+def make_report(
+    source: Path | OpenDrive, options: ReportOptions, diagnostics: Diagnostics, result: CheckResult | None = None
+) -> bytes:
+    """Return the report as HTML, UTF-8, for `write_report`; the same input gives the same bytes."""
     file = read_xodr(source) if isinstance(source, Path) else source
     subject = _subject(file, options, diagnostics)
     if result is None and options.check:
@@ -86,12 +103,12 @@ def make_report(
         "coverage": cover,
         "log": tables.log(subject, options.log),
     }
-    return fill_page(info["title"], as_json(info), arrays)
+    return _filled_page(info["title"], _as_json(info), arrays)
 
 
 def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) -> Subject:
-    """Read all that the report is about."""
-    scene = make_scene(file, defaults.VIEW_TOLERANCE, defaults.VIEW_STEP)
+    """Read everything that the report is about."""
+    scene = make_scene(file)
     frame, reason = frame_of(file.header)
     terrain = cover = None
     if options.osm is not None or options.dem:
@@ -110,20 +127,20 @@ def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) 
 
 
 def _checked(file: OpenDrive) -> CheckResult:
-    """Check the file."""
+    # Not every report needs the checks.
     from osm2xodr.checking import CheckOptions, check_drive
 
     return check_drive(file, CheckOptions(most=REPORT_FINDINGS))
 
 
 def _first_mode(subject: Subject) -> str:
-    """Return what roads are coloured by at first: their height, unless all are as high."""
+    """Return what roads are coloured by at first: their height, unless the network is level."""
     known = subject.scene.z[np.isfinite(subject.scene.z)]
     return "height" if len(known) and float(np.ptp(known)) > 1.0 else "type"
 
 
 def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics) -> dict[str, Any]:
-    """Return headline, figures and what stands about the file in its header."""
+    """Return headline, figures, facts about the file, and notes."""
     file, scene = subject.file, subject.scene
     header = file.header
     outside = file.roads.junction == -1
@@ -141,23 +158,24 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
     known = scene.z[np.isfinite(scene.z)]
     if len(known):
         figures += [["lowest", f"{known.min():,.1f} m"], ["highest", f"{known.max():,.1f} m"]]
-    about = [["file", file.path.name], ["OpenDRIVE", revision]]
-    about += [
-        [key, header.attributes[key]] for key in ("name", "vendor", "date", "version") if header.attributes.get(key)
+    keys = [key for key in ("name", "vendor", "date", "version") if header.attributes.get(key)]
+    about = [
+        ["file", file.path.name],
+        ["OpenDRIVE", revision],
+        *([key, header.attributes[key]] for key in keys),
+        ["geoReference", header.geo_reference or "none"],
+        *([code, value] for (road, code), value in file.provenance.items() if road == -1),
+        ["report by", f"osm2xodr {__version__}"],
     ]
-    about += [["geoReference", header.geo_reference or "none"]]
-    about += [[code, value] for (road, code), value in file.provenance.items() if road == -1]
-    about += [["report by", f"osm2xodr {__version__}"]]
+    notes = []
     undrawn = len(file.roads.id) - len(np.unique(scene.strip_road))
-    notes = (
-        [f"{undrawn:,} roads cannot be drawn: they have no plan view, no lanes, or unreadable numbers."]
-        if undrawn
-        else []
-    )
-    if len(file.misfits):
+    if undrawn:
         notes.append(
-            f"The reader could not take in {len(file.misfits):,} places of the file; osm2xodr check lists them."
+            f"Not drawn, for lack of a plan view, of lanes or of readable numbers: {counted(undrawn, 'road')}."
         )
+    if file.misfits:
+        places = counted(len(file.misfits), "place")
+        notes.append(f"The reader could not read {places} of the file; osm2xodr check lists them.")
     notes += [item.message for item in diagnostics]
     return {
         "title": options.title or name or file.path.name,
@@ -168,60 +186,42 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
     }
 
 
-def fill_page(title: str, info: bytes, arrays: bytes) -> bytes:
-    """Put texts, libraries and data into the template."""
-    script = '(() => {\n"use strict";\n' + "\n".join(_part(f"template/{name}") for name in _SCRIPTS) + "\n})();\n"
-    scripts = {
-        "leaflet": _library("leaflet.js"),
-        "uplot": _library("uplot.js"),
-        "script": script,
-    }
-    style = "\n".join(
-        (_IMAGE.sub("none", _part("vendor/leaflet.css")), _part("vendor/uplot.css"), _part("template/page.css"))
+def _filled_page(title: str, info: bytes, arrays: bytes) -> bytes:
+    """Put texts, libraries and data into the page."""
+    data = {"info": _compressed(info), "arrays": _compressed(arrays), "three": _three()}
+    script = '(() => {\n"use strict";\n' + "\n".join(_text(f"template/{name}") for name in _SCRIPTS) + "\n})();\n"
+    styles = (_IMAGE.sub("none", _text("vendor/leaflet.css")), _text("vendor/uplot.css"), _text("template/page.css"))
+    return page_html(
+        title,
+        filled(_text("template/page.html"), data),
+        "\n".join(styles),
+        scripts=(_library("leaflet.js"), _library("uplot.js"), script),
+        # The view in 3D unpacks its library into such an address.
+        blob_scripts=True,
+        licences=[_text(f"vendor/{name}") for name in _LICENCES],
     )
-    parts = {
-        **scripts,
-        "style": style,
-        "policy": _policy(list(scripts.values()), style),
-        "title": html.escape(title),
-        # Two hyphens would end the comment.
-        "licences": "\n\n".join(_part(f"vendor/{name}").strip() for name in _LICENCES).replace("--", "- -"),
-        "info": compressed(info),
-        "arrays": compressed(arrays),
-        "three": _three(),
-    }
-    page = re.sub(r"@([a-z0-9]+)@", lambda match: parts[match.group(1)], _part("template/page.html"))
-    return page.encode("utf-8", "replace")
-
-
-def _policy(scripts: list[str], style: str) -> str:
-    """Return a content security policy: these scripts and styles and nothing else; no network at all.
-
-    The view in 3D unpacks its library into addresses of the kind ``blob:``, which only the page itself can make.
-    """
-    hashes = " ".join(_hash(script) for script in scripts)
-    return (
-        f"default-src 'none'; script-src {hashes} blob:; style-src {_hash(style)}; img-src data: blob:;"
-        " base-uri 'none'; form-action 'none'"
-    )
-
-
-def _hash(text: str) -> str:
-    """Return what a policy calls a text by."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}'"
 
 
 @cache
 def _three() -> str:
     """Return the library of the view in 3D, compressed; it is the same on all pages."""
-    return compressed(as_json({key: _library(name) for key, name in _THREE.items()}))
+    return _compressed(_as_json({key: _library(name) for key, name in _THREE.items()}))
 
 
 def _library(name: str) -> str:
-    """Return the text of a library, without the address of what it was made of."""
-    return _SOURCE_MAP.sub("", _part(f"vendor/{name}"))
+    """Return the text of a library, without the address of its source map."""
+    return _SOURCE_MAP.sub("", _text(f"vendor/{name}"))
 
 
-def _part(name: str) -> str:
-    """Return a file of the package."""
-    return files("osm2xodr.viewing.page").joinpath(*name.split("/")).read_text(encoding="utf-8")
+def _text(path: str) -> str:
+    return package_text("osm2xodr.viewing.page", path)
+
+
+def _compressed(data: bytes) -> str:
+    """Return bytes as base64 of gzip; the same bytes give the same text."""
+    return base64.b64encode(gzip.compress(data, 6, mtime=0)).decode("ascii")
+
+
+def _as_json(value: Any) -> bytes:
+    """Return a value as JSON, UTF-8, with finite numbers only; lone surrogates become question marks."""
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode("utf-8", "replace")

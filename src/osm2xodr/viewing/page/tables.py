@@ -1,16 +1,17 @@
-"""The page's tables: accuracy, coverage, findings, and what the converter said."""
+"""The tables of the page: accuracy, coverage, findings, and the messages of the conversion."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from osm2xodr.defaults import GRADE_LIMIT, REPORT_MISSING, REPORT_WORST
-from osm2xodr.viewing import defaults
+from osm2xodr.defaults import GRADE_LIMIT
+from osm2xodr.diagnostics import counted
+from osm2xodr.model import FloatArray
 from osm2xodr.viewing.modes import strip_classes
 from osm2xodr.viewing.page.data import Subject, on_structure, origin_of, rounded
 from osm2xodr.viewing.page.ground import height_errors, worst_stations
@@ -18,12 +19,16 @@ from osm2xodr.viewing.page.ground import height_errors, worst_stations
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult
 
-_GRAVE = ("error", "warning")
+# Roads that a table of the worst ones lists, and ways with gaps, at most; choices.
+_MOST_ROADS: Final = 25
+_MOST_GAPS: Final = 2000
+# Least length without a road of a way that is listed as missing, m.
+_LEAST_GAP: Final = 15.0
 _OSM_ID = re.compile(r"(?:way|node|relation)/-?\d+")
 
 
 def accuracy(subject: Subject, models: Sequence[str]) -> dict[str, Any] | None:
-    """Return how far roads are off the elevation model; None where nothing is measured."""
+    """Return how far roads are above or below the elevation model; None if no height is known."""
     scene, file = subject.scene, subject.file
     if not np.isfinite(scene.ground).any():
         return None
@@ -33,49 +38,44 @@ def accuracy(subject: Subject, models: Sequence[str]) -> dict[str, Any] | None:
     names, class_of = strip_classes(file, scene)
     station_class = class_of[scene.station_strip]
     groups = [("all roads", everything)]
-    ground = everything
-    text = "Height of the reference lines above the elevation model"
+    ground = ~bridged
     if bridged.any():
-        ground = ~bridged
         groups += [("on the ground", ground), ("bridges and tunnels", bridged)]
-        text += "; bridges and tunnels are told as far as the file or OpenStreetMap names them"
+        known = "bridges and tunnels are those that the file or OpenStreetMap names"
     else:
-        text += "; which roads are bridges or tunnels is unknown, so all count"
+        known = "which roads are bridges or tunnels is unknown, so all roads count"
     groups += [("outside of junctions", ground & outside), ("in junctions", ground & ~outside)]
     groups += [(f"class {name}", ground & (station_class == k)) for k, name in enumerate(names)]
     error = scene.z - scene.ground
-    worst = worst_stations(error, scene, ground, REPORT_WORST)
-    steep = worst_stations(scene.grade, scene, outside, REPORT_WORST)
+    worst = worst_stations(error, scene, ground, _MOST_ROADS)
+    steep = worst_stations(scene.grade, scene, outside, _MOST_ROADS)
     roads = scene.station_road
-    square = {int(road): _rms(error[(roads == road) & ground & np.isfinite(error)]) for road in roads[worst]}
+    road_rms = {int(road): _rms(error[(roads == road) & ground & np.isfinite(error)]) for road in roads[worst]}
     return {
-        "text": f"{text}. Elevation model: {', '.join(models)}.",
+        "text": f"Height of the reference lines above the elevation model ({', '.join(models)}); {known}.",
         "rows": [
-            [item.label, rounded(item.length / 1000.0), *(rounded(value) for value in _figures(item))]
+            [item.label, *map(rounded, (item.length / 1000.0, item.mean, item.rms, item.p95, item.largest))]
             for item in height_errors(scene, groups)
         ],
         "worst": [
-            [int(roads[k]), rounded(scene.s[k], 1), rounded(error[k]), rounded(square[int(roads[k])])] for k in worst
+            [int(roads[k]), rounded(scene.s[k], 1), rounded(error[k]), rounded(road_rms[int(roads[k])])]
+            for k in worst
         ],
         "steep": [[int(roads[k]), rounded(scene.s[k], 1), rounded(scene.grade[k], 4)] for k in steep],
     }
 
 
-def _figures(item: Any) -> tuple[float, ...]:
-    """Return the figures of a row of errors."""
-    return item.mean, item.rms, item.p95, item.largest
-
-
-def _rms(values: Any) -> float:
-    """Return the root of the mean square."""
+def _rms(values: FloatArray) -> float:
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
 
 
 def coverage(subject: Subject) -> dict[str, Any] | None:
-    """Return how much of OSM's ways lies on carriageways, and what does not; None without a file of OSM."""
+    """Return how much of OSM's ways lies on carriageways, and which parts do not; None without an OSM file."""
     if subject.covers is None:
         return None
     x0, y0 = origin_of(subject.scene)
+    # Length and covered length by class, m.
     classes: dict[str, list[float]] = {"all": [0.0, 0.0]}
     for item in subject.covers:
         for key in ("all", item.highway):
@@ -84,15 +84,15 @@ def coverage(subject: Subject) -> dict[str, Any] | None:
             row[1] += item.covered
     order = {name: k for k, name in enumerate(("all", *GRADE_LIMIT))}
     rows = sorted(classes.items(), key=lambda entry: (order.get(entry[0], len(order)), entry[0]))
-    gaps = [item for item in subject.covers if item.length - item.covered > defaults.COVER_MISSING]
+    gaps = [item for item in subject.covers if item.length - item.covered > _LEAST_GAP]
     gaps.sort(key=lambda item: (item.covered - item.length, item.way))
-    shown = gaps[:REPORT_MISSING]
+    shown = gaps[:_MOST_GAPS]
     more = "" if len(shown) == len(gaps) else f" The first {len(shown):,} of {len(gaps):,} are listed."
     return {
-        "text": "Ways that convert takes by default: for cars, open to the public, no driveways or parking aisles. A"
-        " way is covered where it lies on a lane of any kind, or within 1 m of one; heights and lanes do not count."
+        "text": "Ways that convert uses by default: for cars, open to the public, no driveways or parking aisles."
+        " A way is covered where it lies on a lane of any kind, or within 1 m of one. Heights are not compared."
         + more,
-        "least": defaults.COVER_MISSING,
+        "least": _LEAST_GAP,
         "rows": [[name, rounded(all_ / 1000.0, 3), rounded(done / 1000.0, 3)] for name, (all_, done) in rows if all_],
         "missing": [
             [
@@ -115,25 +115,16 @@ def findings(subject: Subject, result: CheckResult | None) -> tuple[list[list[An
         return [], None
     x0, y0 = origin_of(subject.scene)
     number = {name: k for k, name in reversed(list(enumerate(subject.file.roads.id)))}
-    rows = [
-        [
-            item.severity.word,
-            item.rule,
-            number.get(item.road, -1) if item.road else -1,
-            item.lane,
-            rounded(item.s),
-            None if item.x is None else rounded(item.x - x0),
-            None if item.y is None else rounded(item.y - y0),
-            item.text,
-        ]
-        for item in result.findings
-    ]
-    for row in rows:
-        if row[5] is None or row[6] is None:
-            row[5] = row[6] = None
-    counted = sum(item.findings for item in result.counts)
-    sentence = f"osm2xodr check: {counted:,} findings of {len(result.counts):,} kinds"
-    if counted > len(rows):
+    rows = []
+    for item in result.findings:
+        x = None if item.x is None else rounded(item.x - x0)
+        y = None if item.y is None else rounded(item.y - y0)
+        place = [None, None] if x is None or y is None else [x, y]
+        road = number.get(item.road, -1) if item.road else -1
+        rows.append([item.severity.word, item.rule, road, item.lane, rounded(item.s), *place, item.text])
+    total = sum(item.findings for item in result.counts)
+    sentence = f"osm2xodr check: {counted(total, 'finding')} of {counted(len(result.counts), 'kind')}"
+    if total > len(rows):
         sentence += f", the worst {len(rows):,} are listed"
     return rows, ". ".join((sentence, *(note.rstrip(".") for note in result.notes))) + "."
 
@@ -141,7 +132,7 @@ def findings(subject: Subject, result: CheckResult | None) -> tuple[list[list[An
 def verdict(
     errors: Mapping[str, Any] | None, cover: Mapping[str, Any] | None, result: CheckResult | None
 ) -> list[list[str]]:
-    """Return the figures that sum up the tables, as rows of label and value."""
+    """Return the figures that summarise the tables, as rows of label and value."""
     out = []
     if errors is not None:
         rows = {row[0]: row for row in errors["rows"]}
@@ -151,13 +142,14 @@ def verdict(
         _, length, covered = cover["rows"][0]
         out.append(["of OSM's car ways covered", f"{100.0 * covered / length:.1f} %" if length else "none"])
     if result is not None:
-        grave = [sum(item.findings for item in result.counts if item.severity.word == word) for word in _GRAVE]
-        out.append([" and ".join(f"{word}s" for word in _GRAVE), " + ".join(f"{count:,}" for count in grave)])
+        words = ("error", "warning")
+        totals = [sum(item.findings for item in result.counts if item.severity.word == word) for word in words]
+        out.append(["errors and warnings", " + ".join(f"{total:,}" for total in totals)])
     return out
 
 
 def log(subject: Subject, report: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """Return what the converter guessed, dropped and repaired, with places where the way is known to lie."""
+    """Return what the conversion guessed, dropped and repaired, each with its place if that is known."""
     if report is None:
         return None
     x0, y0 = origin_of(subject.scene)
@@ -168,11 +160,9 @@ def log(subject: Subject, report: Mapping[str, Any] | None) -> dict[str, Any] | 
         if not isinstance(entry, Mapping):
             continue
         osm_id = str(entry.get("osm_id") or "")
-        x, y = places.get(osm_id, (None, None))
         known = osm_id if _OSM_ID.fullmatch(osm_id) else ""
-        items.append(
-            (str(entry.get("kind", "")), str(entry.get("code", "")), known, str(entry.get("message", "")), x, y)
-        )
+        kind, code, message = (str(entry.get(key, "")) for key in ("kind", "code", "message"))
+        items.append((kind, code, known, message, *places.get(osm_id, (None, None))))
     items.sort(key=lambda item: (order.get(item[0], len(order)), item[1]))
     made = report.get("input", {})
     area = PurePath(str(made.get("area", ""))).name if isinstance(made, Mapping) else ""

@@ -1,50 +1,52 @@
-"""A picture of a road network: what is in it and where; `svg` and `png` draw it.
-
-PNG is drawn by Pillow: a wheel of a few megabytes that loads in a twentieth of a second, where matplotlib brings ten
-packages and takes a second; what it lacks, smooth edges, comes from drawing larger and averaging.
-"""
+"""A picture of a road network: what is in it and where; `svg` and `png` draw it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from osm2xodr.defaults import RENDER_MARGIN, RENDER_PIXELS_MOST
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of
-from osm2xodr.viewing import defaults
 from osm2xodr.viewing.colours import Ramp, nice_step
-from osm2xodr.viewing.marks import border_marks
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
-from osm2xodr.viewing.picture.details import FURNISHED, MARKED, furniture_shapes, mark_lines
+from osm2xodr.viewing.picture.details import FURNITURE_FROM, MARKS_FROM, furniture_shapes, mark_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 from osm2xodr.viewing.scene import Scene
-from osm2xodr.viewing.strips import make_scene
+from osm2xodr.viewing.strips import border_marks, make_scene
 
-# Height of the legend's band below the map, and of a line of its text, in thousandths of the width, at least pixels.
-_BAND, _BAND_LEAST = 0.045, 44
-# Lanes are outlined from so many pixels per metre on.
-_OUTLINED = 1.5
-# What lies so much higher than something is above it, m.
-_CLEARANCE = 3.0
+# Height of the legend's band below the map as a share of the width, and its least height, pixels.
+_BAND: Final = 0.045
+_LEAST_BAND: Final = 44
+# Margin around the roads as a share of the longer side, and pixels in all at most. Choices.
+_MARGIN: Final = 0.03
+_MOST_PIXELS: Final = 100_000_000
+# Colours of a ramp in a picture.
+_SHADES: Final = 64
+# Width of the scale bar at most, as a share of the picture's.
+_BAR_SHARE: Final = 0.16
+# Pixels per metre from which carriageways have edges.
+_EDGES_FROM: Final = 1.5
+# A strip higher than something by more than this is above it, m: less than the clearance of any bridge for cars.
+_CLEARANCE: Final = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
     """What is drawn, in pixels from the top left."""
 
-    # Of the whole; the map takes all but the band of the legend
+    # Of the whole picture; the map takes all of it except the band of the legend
     width: int
     height: int
-    map_height: int  # Of the map
+    map_height: int
     scale: float  # Pixels per metre
-    # Roads, the lowest first, with the edges of those outside of junctions unless they would be too fine; seen from
-    # near also their marks, then objects and signals.
+    # Roads, the lowest first, with edges outside of junctions unless these would be too fine; at large scales also
+    # marks, objects and signals
     shapes: list[Shape]
     mode: Mode  # What the colours mean
     bar: float  # Length of the scale bar, m
@@ -57,7 +59,7 @@ class Picture:
 
     @property
     def outline(self) -> float:
-        """Width of a line around areas in their own colour, pixels: roads are seen from afar, and seams are not."""
+        """Width of the outline of areas in their own colour, pixels: it keeps thin roads visible, and hides seams."""
         return float(np.clip(1.6 - 5.0 * self.scale, 0.4, 1.4))
 
 
@@ -67,16 +69,16 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
     Raises
     ------
     InputError
-        Nothing of the file can be drawn, nothing of it is in the box, or it has no speeds to show.
+        Nothing of the file can be drawn or lies in the box, or it has no speeds to show.
     """
-    scene = make_scene(file, defaults.VIEW_TOLERANCE, defaults.VIEW_STEP)
+    scene = make_scene(file)
     if not len(scene.s):
-        raise InputError(f"{file.path} has no road that can be drawn: it has none with a plan view and lanes")
+        raise InputError(f"{file.path} has no road that can be drawn: none has both a plan view and lanes")
     x, y, _ = scene.border_places()
     west, south, east, north = options.box or _around(x, y)
     scale = options.width / (east - west)
     map_height = max(1, round((north - south) * scale))
-    if options.width * map_height > RENDER_PIXELS_MOST:
+    if options.width * map_height > _MOST_PIXELS:
         raise InputError(
             f"the picture would have {options.width:,} x {map_height:,} pixels;"
             " give a smaller --width or a flatter box"
@@ -92,11 +94,11 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
         raise InputError(f"{file.path} states no speeds{' there' if options.box else ''}; choose another --color")
     x, y, _ = scene.border_places()
     layers = _layers(file, scene, mode, np.stack(((x - west) * scale, (north - y) * scale), axis=1), scale)
-    if scale >= FURNISHED:
+    if scale >= FURNITURE_FROM:
         roads = frozenset(scene.strip_road.tolist())
         furniture = furniture_shapes(file, roads, lambda x, y: ((x - west) * scale, (north - y) * scale), scale)
         _add_furniture(layers, furniture, scene, x, y)
-    band = max(_BAND_LEAST, round(_BAND * options.width))
+    band = max(_LEAST_BAND, round(_BAND * options.width))
     return Picture(
         options.width,
         map_height + band,
@@ -104,7 +106,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
         scale,
         [shape for layer in layers for shape in layer],
         mode,
-        nice_step(0.16 * options.width / scale),
+        nice_step(_BAR_SHARE * options.width / scale),
         file.header.attributes.get("name", "") or file.path.name,
     )
 
@@ -113,7 +115,7 @@ def _around(x: FloatArray, y: FloatArray) -> tuple[float, float, float, float]:
     """Return the box around everything, with a margin."""
     known = np.isfinite(x) & np.isfinite(y)
     west, east, south, north = x[known].min(), x[known].max(), y[known].min(), y[known].max()
-    margin = RENDER_MARGIN * max(east - west, north - south, 20.0)
+    margin = _MARGIN * max(east - west, north - south, 20.0)
     return float(west - margin), float(south - margin), float(east + margin), float(north + margin)
 
 
@@ -123,22 +125,24 @@ def _in_words(box: tuple[float, float, float, float]) -> str:
 
 
 def _seen(scene: Scene, x: FloatArray, y: FloatArray, box: tuple[float, float, float, float]) -> IntArray:
-    """Return the strips that reach into a box, the lowest first."""
-    start = scene.border_start[:-1]
-    west, east = np.fmin.reduceat(x, start), np.fmax.reduceat(x, start)
-    south, north = np.fmin.reduceat(y, start), np.fmax.reduceat(y, start)
+    """Return the strips that extend into a box, the lowest first."""
+    west, south, east, north = _strip_boxes(scene, x, y)
     seen = (east >= box[0]) & (west <= box[2]) & (north >= box[1]) & (south <= box[3])
-    lanes = np.diff(scene.lane_start) > 0
-    height = _heights(scene)
-    rows = np.flatnonzero(seen & lanes)
-    ordered: IntArray = rows[np.lexsort((rows, height[rows]))]
+    rows = np.flatnonzero(seen & (np.diff(scene.lane_start) > 0))
+    ordered: IntArray = rows[np.lexsort((rows, _heights(scene)[rows]))]
     return ordered
 
 
+def _strip_boxes(scene: Scene, x: FloatArray, y: FloatArray) -> list[FloatArray]:
+    """Return west, south, east, north of each strip, each (strips,); x, y are the places of the borders."""
+    start = scene.border_start[:-1]
+    return [limit.reduceat(values, start) for limit in (np.fmin, np.fmax) for values in (x, y)]
+
+
 def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale: float) -> list[list[Shape]]:
-    """Return for each strip its bands of one colour each, its edges and its marks."""
+    """Return the shapes of each strip: areas of one colour each, edges and marks."""
     lane_colour, station_colour = _colours(file, scene, mode)
-    kinds, kind_of = border_marks(file, scene) if scale >= MARKED else ([], np.zeros(0, np.int64))
+    kinds, kind_of = border_marks(file, scene) if scale >= MARKS_FROM else ([], np.zeros(0, np.int64))
     layers: list[list[Shape]] = []
     begin = scene.border_start
     for strip in range(len(scene.strip_road)):
@@ -156,7 +160,7 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
             shades = [station_colour[first + row] for row in rows[:-1]]
             for a, b in _runs(shades):
                 shapes.append(Polygon(_band(grid, a, b, 0, grid.shape[1] - 1), shades[a]))
-        if scale >= _OUTLINED and file.roads.junction[scene.strip_road[strip]] == -1:
+        if scale >= _EDGES_FROM and file.roads.junction[scene.strip_road[strip]] == -1:
             shapes += [Line(grid[:, 0]), Line(grid[:, -1])]
         if kinds:
             borders = lane + strip
@@ -171,10 +175,8 @@ def _add_furniture(
     x: FloatArray,
     y: FloatArray,
 ) -> None:
-    """Put furniture on top of all strips but those of bridges above it; x, y are the places of the borders."""
-    start = scene.border_start[:-1]
-    west, east = np.fmin.reduceat(x, start), np.fmax.reduceat(x, start)
-    south, north = np.fmin.reduceat(y, start), np.fmax.reduceat(y, start)
+    """Put furniture on top of all strips except bridges above it; x, y are the places of the borders."""
+    west, south, east, north = _strip_boxes(scene, x, y)
     height = _heights(scene)
     for (at_x, at_y, at_z), shapes in furniture:
         over = (west <= at_x) & (at_x <= east) & (south <= at_y) & (at_y <= north) & (height > at_z + _CLEARANCE)
@@ -200,8 +202,8 @@ def _colours(file: OpenDrive, scene: Scene, mode: Mode) -> tuple[list[str] | Non
 
 
 def _shades(ramp: Ramp, values: FloatArray) -> list[str]:
-    """Return colours of values in 64 steps, so that neighbours join to one area."""
-    step = (ramp.high - ramp.low) / 63.0
+    """Return the colours of values in steps, so that neighbours join to one area."""
+    step = (ramp.high - ramp.low) / (_SHADES - 1)
     stepped = np.where(np.isfinite(values), ramp.low + step * np.rint((values - ramp.low) / step), np.nan)
     return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in ramp.colours(stepped).tolist()]
 
@@ -216,18 +218,18 @@ def _rows(s: FloatArray, pixel: float) -> list[int]:
 
 
 def _runs(shades: list[str]) -> list[tuple[int, int]]:
-    """Return from where to where neighbours have one colour."""
+    """Return first and last row, exclusive, of neighbours of one colour."""
     ends = [k for k in range(1, len(shades)) if shades[k] != shades[k - 1]]
     return list(zip([0, *ends], [*ends, len(shades)], strict=True))
 
 
 def _band(grid: FloatArray, top: int, bottom: int, left: int, right: int) -> FloatArray:
-    """Return the outline of a part of a strip's grid."""
+    """Return the outline of a part of the grid of a strip."""
     return np.concatenate((grid[top : bottom + 1, left], grid[top : bottom + 1, right][::-1]))
 
 
 def box_of_degrees(file: OpenDrive, box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
-    """Return the box in x and y of a file, m, around one of west, south, east, north in degrees, WGS 84.
+    """Return the box in x and y of a file (m) around a box of west, south, east, north in degrees, WGS 84.
 
     Raises
     ------

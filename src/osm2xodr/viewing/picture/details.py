@@ -1,4 +1,4 @@
-"""What a picture shows from near: road marks, what is painted on roads, and what stands beside them."""
+"""What a picture shows at large scales: road marks, paint on roads, and what stands beside them."""
 
 from __future__ import annotations
 
@@ -10,48 +10,70 @@ import numpy as np
 
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
+from osm2xodr.viewing.colours import colours_by_name
 from osm2xodr.viewing.furniture import PlacedObject, placed_objects, placed_signals
-from osm2xodr.viewing.picture import symbols
-from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
+from osm2xodr.viewing.picture.shapes import (
+    WHITE,
+    Line,
+    Polygon,
+    Shape,
+    arrow,
+    bars,
+    disc,
+    light_symbol,
+    sign_symbol,
+)
 
-# From so many pixels per metre on: marks, and objects and signals.
-MARKED: Final = 3.0
-FURNISHED: Final = 2.0
+# Pixels per metre from which marks, and objects and signals are drawn.
+MARKS_FROM: Final = 3.0
+FURNITURE_FROM: Final = 2.0
 
-# Of road marks, m: width, dash and gap, distance of double lines.
-_WIDTH, _DASH, _GAP, _DOUBLE = 0.15, 3.0, 6.0, 0.14
+# Road marks, m: width, dash and gap, distance of each line of a double mark from the middle.
+_WIDTH: Final = 0.15
+_DASH: Final = 3.0
+_GAP: Final = 6.0
+_DOUBLE: Final = 0.14
 _BROKEN: Final = 2
-# Of one line.
-_DASHES_MAX: Final = 20_000
+# Dashes of one line at most; damaged files have longer ones, which are drawn solid.
+_MOST_DASHES: Final = 20_000
 _KERB_COLOUR: Final = "#8c8a84"
 _UNPAINTED: Final = frozenset({"", "none", "curb", "grass"})
-_PAINT: Final = symbols.WHITE
-# Of objects by type; what is not listed is drawn in the last.
-_FILLS: Final = {
-    "trafficIsland": "#c4c0b4",
-    "patch": "#c98f2b",
-    "roadSurface": "#c98f2b",
-    "obstacle": "#8d6e63",
-    "barrier": "#43484d",
-    "railing": "#43484d",
-    "gantry": "#43484d",
-    "soundBarrier": "#43484d",
-    "vegetation": "#7ba268",
-    "building": "#cbc6bd",
-    "parkingSpace": "#4f7fbf",
-}
-_OTHER: Final = "#b9b4aa"
-# Things seen as discs: colour, radius where none is stated, m, least pixels.
+_PAINT: Final = WHITE
+# Colours of objects by type, and of all others.
+_FILLS: Final = colours_by_name(
+    {
+        "#c4c0b4": "trafficIsland",
+        "#c98f2b": "patch roadSurface",
+        "#8d6e63": "obstacle",
+        "#43484d": "barrier railing gantry soundBarrier",
+        "#7ba268": "vegetation",
+        "#cbc6bd": "building",
+        "#4f7fbf": "parkingSpace",
+    }
+)
+_OTHER_FILL: Final = "#b9b4aa"
+# Objects drawn as discs: colour, radius where none is stated, m, least radius, pixels.
 _DISCS: Final = {
     "tree": ("#6f9a5d", 1.5, 2.0),
     "streetLamp": ("#e0a800", 0.3, 2.0),
     "pole": ("#555b61", 0.2, 1.5),
 }
-# Order in which objects cover each other.
-_ORDER: Final = {"patch": 0, "roadSurface": 0, "parkingSpace": 0, "crosswalk": 1, "roadMark": 1}
-_LAST: Final = {"tree": 4, "streetLamp": 5, "pole": 5}
-# Size of a symbol: m, least and most pixels.
-_SYMBOL, _SYMBOL_LEAST, _SYMBOL_MOST = 0.9, 5.0, 16.0
+# Layers in which objects cover each other by type, and that of all others.
+_LAYERS: Final = {
+    "patch": 0,
+    "roadSurface": 0,
+    "parkingSpace": 0,
+    "crosswalk": 1,
+    "roadMark": 1,
+    "tree": 4,
+    "streetLamp": 5,
+    "pole": 5,
+}
+_OTHER_LAYER: Final = 2
+# Size of a symbol, m, and its limits, pixels.
+_SYMBOL: Final = 0.9
+_SMALLEST_SYMBOL: Final = 5.0
+_LARGEST_SYMBOL: Final = 16.0
 
 _Pixels = Callable[[float, float], tuple[float, float]]
 
@@ -64,14 +86,14 @@ def mark_lines(grid: FloatArray, kinds: Sequence[Sequence[Any]], scale: float) -
     grid : (stations, borders, 2)
         Pixels.
     kinds
-        Of each border: name, style and colour, as `osm2xodr.viewing.marks` says.
+        Of each border: name, style and colour, as of `border_marks`.
     scale
         Pixels per metre.
     """
     out: list[Line] = []
     width = max(_WIDTH * scale, 0.5)
     for k, (name, style, colour) in enumerate(kinds):
-        # Those on the outside lie within, or they would be lost on the paper.
+        # Marks on the outermost borders are moved inwards, or they could not be seen on the paper.
         inward = 0.5 * width * ((k == 0) - (k == len(kinds) - 1))
         line = _moved(grid[:, k], inward)
         if name == "curb":
@@ -91,30 +113,19 @@ def mark_lines(grid: FloatArray, kinds: Sequence[Sequence[Any]], scale: float) -
 def furniture_shapes(
     file: OpenDrive, roads: frozenset[int], pixels: _Pixels, scale: float
 ) -> Iterator[tuple[tuple[float, float, float], list[Shape]]]:
-    """Yield where the objects and signals of some roads stand, x, y, z, m, and their shapes.
+    """Yield x, y, z (m) and the shapes of the objects and signals of some roads, the lowest layer first.
 
-    Parameters
-    ----------
-    file
-        The network.
-    roads
-        Indices of the roads.
-    pixels
-        Takes x, y, m, to pixels.
-    scale
-        Pixels per metre.
+    `pixels` converts x, y (m) to pixels, of which there are `scale` per metre.
     """
     things = placed_objects(file, roads)
-    things.sort(key=lambda thing: _ORDER.get(_type(thing), _LAST.get(_type(thing), 2)))
+    things.sort(key=lambda thing: _LAYERS.get(_type(thing), _OTHER_LAYER))
     for thing in things:
         yield (thing.x, thing.y, thing.z), list(_object(thing, pixels, scale))
-    size = min(max(_SYMBOL * scale, _SYMBOL_LEAST), _SYMBOL_MOST)
-    light = symbols.light_symbol()
+    size = min(max(_SYMBOL * scale, _SMALLEST_SYMBOL), _LARGEST_SYMBOL)
+    light = light_symbol()
     for signal in placed_signals(file, roads):
         attributes = signal.item.attributes
-        face = (
-            light if signal.is_light else symbols.sign_symbol(attributes.get("type", ""), attributes.get("name", ""))
-        )
+        face = light if signal.is_light else sign_symbol(attributes.get("type", ""), attributes.get("name", ""))
         x, y = pixels(signal.x, signal.y)
         yield (
             (signal.x, signal.y, signal.z),
@@ -140,60 +151,60 @@ def _object(thing: PlacedObject, pixels: _Pixels, scale: float) -> Iterator[Shap
         yield _disc(x, y, max(own * scale, least), colour)
     elif len(thing.corners) < 3:
         x, y = pixels(thing.x, thing.y)
-        yield _disc(x, y, max(0.3 * scale, 1.5), _OTHER)
+        yield _disc(x, y, max(0.3 * scale, 1.5), _OTHER_FILL)
     elif kind == "crosswalk":
         yield from _crosswalk(thing, subtype, pixels, scale)
     elif kind == "roadMark":
         yield from _painted(thing, subtype, pixels)
     else:
-        yield _area(thing.corners, _FILLS.get(kind, _OTHER), pixels)
+        yield _area(thing.corners, _FILLS.get(kind, _OTHER_FILL), pixels)
 
 
 def _crosswalk(thing: PlacedObject, subtype: str, pixels: _Pixels, scale: float) -> Iterator[Shape]:
-    """Yield the bars of a crosswalk; one that is not painted is but outlined."""
+    """Yield the bars of a crosswalk, or a dashed outline if it has no bars."""
     corners = _open(thing.corners)
     if subtype == "virtual" or len(corners) != 4:
         around = np.array([pixels(*corner) for corner in (*corners, corners[0])])
         for piece in _dashed(around, 0.5 * scale, 0.5 * scale):
             yield Line(piece, _PAINT, max(0.1 * scale, 0.5))
         return
-    for bar in symbols.bars(corners):
+    for bar in bars(corners):
         yield _area(bar, _PAINT, pixels)
 
 
 def _painted(thing: PlacedObject, subtype: str, pixels: _Pixels) -> Iterator[Shape]:
-    """Yield what is painted on a lane: arrows, lines to stop or to give way at."""
+    """Yield the paint on a lane: arrows, stop lines, give-way lines."""
     corners = _open(thing.corners)
     if subtype.startswith("arrow"):
         cos, sin = math.cos(thing.heading), math.sin(thing.heading)
-        for part in symbols.arrow(subtype, thing.item.length):
+        for part in arrow(subtype, thing.item.length):
             turned = [(thing.x + cos * u - sin * v, thing.y + sin * u + cos * v) for u, v in part]
             yield _area(turned, _PAINT, pixels)
     elif "giveWay" in subtype and len(corners) == 4:
-        for piece in symbols.bars(corners):
+        for piece in bars(corners):
             yield _area(piece, _PAINT, pixels)
     else:
         yield _area(corners, _PAINT, pixels)
 
 
 def _open(corners: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return corners without the first at the end."""
+    """Return corners without a repetition of the first at the end."""
     out = list(corners)
     return out[:-1] if len(out) > 3 and math.dist(out[0], out[-1]) < 1e-6 else out
 
 
 def _area(corners: Iterable[tuple[float, float]], colour: str, pixels: _Pixels) -> Polygon:
-    """Return an area with corners in x and y, m."""
+    """Return an area with corners at x, y, m."""
     return Polygon(np.array([pixels(*corner) for corner in corners]), colour, outlined=False)
 
 
 def _disc(x: float, y: float, radius: float, colour: str) -> Polygon:
-    """Return a disc, pixels."""
-    return Polygon(np.array([(x + u, y + v) for u, v in symbols.disc(radius)]), colour)
+    """Return a disc; all in pixels."""
+    return Polygon(np.array([(x + u, y + v) for u, v in disc(radius)]), colour)
 
 
 def _moved(line: FloatArray, aside: float) -> FloatArray:
-    """Move a line to its side, pixels."""
+    """Move a line sideways, pixels."""
     if not aside or len(line) < 2:
         return line
     along = np.gradient(line, axis=0)
@@ -209,8 +220,7 @@ def _dashed(line: FloatArray, dash: float, gap: float) -> Iterator[FloatArray]:
     if len(line) < 2:
         return
     at = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))))
-    # Beyond what roads have, as a damaged file may, nobody tells dashes from a line.
-    if not at[-1] < _DASHES_MAX * (dash + gap):
+    if not at[-1] < _MOST_DASHES * (dash + gap):
         yield line
         return
     begin = 0.0

@@ -1,8 +1,9 @@
-"""The band below a picture: its title, what the colours mean, a scale bar."""
+"""The band below a picture: title, meaning of the colours, scale bar, north arrow."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -11,26 +12,28 @@ from osm2xodr.viewing.modes import Categories
 from osm2xodr.viewing.picture.contents import Picture
 from osm2xodr.viewing.picture.shapes import INK, PAPER, SOFT, Polygon
 
-# Width of a letter as a share of its size, on the wide side, so that texts do not run into each other.
-_LETTER = 0.6
-_STEPS = 64
+# Width of a letter as a share of its size: rather too wide, so that texts do not overlap.
+_LETTER: Final = 0.6
+# Boxes that a ramp is drawn with.
+_STEPS: Final = 64
 
 
 @dataclass(frozen=True)
 class Text:
-    """Words at x, y (of their base line, pixels); anchor is ``start``, ``middle`` or ``end``."""
+    """A line of text."""
 
     text: str
+    # Of the anchor on the base line, and size of letters, pixels
     x: float
     y: float
     size: float
-    anchor: str = "start"
+    anchor: str = "start"  # Or ``middle`` or ``end``
     colour: str = INK
     bold: bool = False
 
 
 def legend(picture: Picture) -> list[Text | Polygon]:
-    """Return what stands in the band, in the order in which it is drawn."""
+    """Return the contents of the band in drawing order."""
     top, band, width = picture.map_height, picture.band, picture.width
     size = max(11.0, 0.27 * band)
     edge = 0.35 * band
@@ -67,7 +70,7 @@ def _ramp(
     shades = scale.colours(np.linspace(scale.low, scale.high, _STEPS)).tolist()
     step = width / _STEPS
     items: list[Text | Polygon] = [
-        # Each a little too wide, so that no gap shows; the next one covers it.
+        # Each is a little too wide, so that no gap shows; the next one covers the excess.
         _box(
             left + k * step,
             top + 0.2 * band,
@@ -86,7 +89,7 @@ def _ramp(
 def _kinds(
     scale: Categories, left: float, right: float, top: float, band: float, size: float
 ) -> list[Text | Polygon]:
-    """Return a box and a word for each kind, as many as there is room for."""
+    """Return a box and a label for each kind, as many as there is room for."""
     items: list[Text | Polygon] = []
     for shade, label, present in zip(scale.colours, scale.labels, scale.present, strict=True):
         width = 1.6 * size + _LETTER * size * (len(label) + 2)
@@ -98,7 +101,7 @@ def _kinds(
 
 
 def _north(x: float, y: float, height: float) -> Polygon:
-    """Return an arrow to the north with its tip at x, y."""
+    """Return a north arrow with its tip at x, y."""
     half = 0.3 * height
     return Polygon(np.array(((x, y), (x + half, y + height), (x, y + 0.75 * height), (x - half, y + height))), INK)
 
@@ -109,5 +112,5 @@ def _box(x: float, y: float, width: float, height: float, colour: str) -> Polygo
 
 
 def _length(metres: float) -> str:
-    """Write a length."""
+    """Return a length in words."""
     return f"{metres / 1000:g} km" if metres >= 1000 else f"{metres:g} m"

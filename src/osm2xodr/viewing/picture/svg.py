@@ -5,11 +5,15 @@ from __future__ import annotations
 import html
 import itertools
 import math
+from typing import Final
 
 from osm2xodr.model import FloatArray
 from osm2xodr.viewing.picture.contents import Picture
 from osm2xodr.viewing.picture.legend import Text, legend
 from osm2xodr.viewing.picture.shapes import PAPER, Polygon
+
+# Points farther away than this many times the width and height are moved there: viewers fail on huge numbers.
+_REACH: Final = 20
 
 
 def draw_svg(picture: Picture) -> bytes:
@@ -25,7 +29,7 @@ def draw_svg(picture: Picture) -> bytes:
         f'<rect width="{width}" height="{height}" fill="{PAPER}"/>',
         f'<g clip-path="url(#map)" stroke-width="{picture.outline:.2f}" stroke-linejoin="round">',
     ]
-    # Neighbours would let the paper shine through between them without a stroke of their own colour.
+    # Without a stroke of their own colour the paper would show between neighbours.
     for shape in picture.shapes:
         path = _path(shape.corners, picture)
         if path and isinstance(shape, Polygon):
@@ -48,9 +52,9 @@ def draw_svg(picture: Picture) -> bytes:
 
 
 def _path(points: FloatArray, picture: Picture) -> str:
-    """Return points as the data of a path, relative and in tenths of pixels; empty where none is known."""
+    """Return points as the data of a path, relative and in tenths of pixels; empty if fewer than two are known."""
     known = [(round(10 * x), round(10 * y)) for x, y in points.tolist() if math.isfinite(x) and math.isfinite(y)]
-    far = 10 * 20 * (picture.width + picture.map_height)
+    far = 10 * _REACH * (picture.width + picture.map_height)
     known = [(max(-far, min(far, x)), max(-far, min(far, y))) for x, y in known]
     if len(known) < 2:
         return ""
@@ -61,10 +65,10 @@ def _path(points: FloatArray, picture: Picture) -> str:
 
 
 def _tenths(value: int) -> str:
-    """Write tenths."""
+    """Return tenths as a decimal number."""
     return f"{value / 10:.1f}".removesuffix(".0")
 
 
 def _safe(text: str) -> str:
-    """Return text fit for XML: what XML does not know at all is left out."""
+    """Return text fit for XML, without the characters that XML does not allow."""
     return html.escape("".join(letter for letter in text if letter.isprintable()))

@@ -10,7 +10,7 @@
   const STEP = 100;
   let view = { ...whole }, chosen = -1, order = rows.map((_, i) => i), limit = STEP;
 
-  // Where an area is: from the numbers that it is drawn by, so that nothing must be laid out for it.
+  // Where an area is: from the numbers of its path, without waiting for the layout.
   function middle(area) {
     const path = area.querySelector("path"), sign = area.querySelector("g");
     area.signed = sign !== null;
@@ -22,14 +22,14 @@
   function range(values) {
     return values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
   }
-  // The cell of a row under a heading: where there are no figures, one cell stands for all of them.
+  // The cell of a row under a heading; in rows without figures one cell stands for all of them.
   function cell(row, column) {
     const short = row.cells.length < heads.length;
     if (!short || column < 3) return row.cells[column];
     return column < 3 + FIGURES ? null : row.cells[column - FIGURES];
   }
 
-  // The map: the view is a part of the drawing, as wide or high as the window's shape needs.
+  // The map: the view is a part of the drawing, extended to the shape of the window.
   function size() { return { w: svg.clientWidth || 1, h: svg.clientHeight || 1 }; }
   function perPixel() { const s = size(); return Math.max(view.w / s.w, view.h / s.h); }
   function draw() {
@@ -64,7 +64,7 @@
     if ($("scale").childNodes.length > 1) $("scale").lastChild.remove();
     $("scale").append(step >= 1000 ? `${step / 1000} km` : `${step} m`);
   }
-  // Meridians and parallels at round distances, with their degrees at the left and lower edges.
+  // Meridians and parallels at round intervals, with their degrees at the left and lower edges.
   function grid(k) {
     const [north, west] = degrees(view.x, view.y), [south, east] = degrees(view.x + view.w, view.y + view.h);
     const step = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 60].find((d) => (east - west) / d < view.w / k / 110) || 90;
@@ -96,7 +96,7 @@
     parent.append(item);
     return item;
   }
-  // Names are written into areas that have room for them, and beside small ones where nothing is in the way.
+  // Names are written into areas with room for them, and beside small ones where nothing is in the way.
   function labels(k) {
     const group = $("labels"), taken = [], todo = [];
     group.replaceChildren();
@@ -130,21 +130,21 @@
     }
   }
 
-  // Choosing an area marks it in both places and tells about it on the map.
+  // Choosing an area marks it on the map and in the table, and shows a card about it.
   function choose(i, move) {
     for (const item of [areas[chosen], rows[chosen]]) if (item) item.classList.remove("here");
     chosen = i;
     for (const item of [areas[i], rows[i]]) if (item) item.classList.add("here");
     $("card").hidden = i < 0;
     if (i < 0) return;
-    tell(i);
+    describe(i);
     const box = boxes[i];
     if (!box || !move) return;
     const inside = box.x > view.x && box.x < view.x + view.w && box.y > view.y && box.y < view.y + view.h;
     if (!inside) { view.x = box.x - view.w / 2; view.y = box.y - view.h / 2; draw(); }
     aside(box);
   }
-  // What is told stands where the area is not.
+  // The card is on the side where the area is not.
   function aside(box) {
     $("card").classList.toggle("right", box.x - box.w / 2 < view.x + 350 * perPixel());
   }
@@ -154,7 +154,7 @@
     of.append(item);
     return item;
   }
-  function tell(i) {
+  function describe(i) {
     const counted = (text, what) => `${text} ${what}${text === "1" ? "" : "s"}`;
     const card = $("card"), cells = rows[i].cells, value = (k) => (cell(rows[i], k) || { textContent: "" }).textContent;
     card.replaceChildren();
@@ -263,10 +263,10 @@
     if (row && !event.target.closest("a")) choose(rows.indexOf(row), true);
   });
 
-  // What is shown: areas of the statuses that are pressed (all, if none is) with the words that are looked for.
+  // What is shown: areas of the pressed statuses (all, if none is pressed) that match the search.
   const find = $("find"), pressed = new Set(), texts = rows.map((row, i) => `${names[i]} ${row.cells[2].colSpan > 1 ? row.cells[2].textContent : ""}`.toLowerCase());
   let matches = rows.map(() => true);
-  // Rows are laid out when they come near: thousands at once would keep the reader waiting.
+  // Rows are laid out when they come near: thousands at once take long.
   function reveal() {
     let rank = 0;
     for (const i of order) rows[i].hidden = !(matches[i] && rank++ < limit);
@@ -294,7 +294,7 @@
     };
   });
 
-  // Order: names as people count, statuses the gravest first, numbers the largest first; what is unknown comes last.
+  // Order: names by the value of numbers in them, statuses the worst first, numbers the largest first, unknown ones last.
   const collator = new Intl.Collator("en", { numeric: true, sensitivity: "base" });
   function keys(column) {
     return rows.map((row, i) => {
@@ -330,7 +330,7 @@
     if (!entries[entries.length - 1].isIntersecting) return;
     limit += 2 * STEP;
     reveal();
-    // Told again if it is still in sight.
+    // Reports again if it is still in view.
     observer.unobserve($("more"));
     observer.observe($("more"));
   }, { root: document.querySelector(".scroll"), rootMargin: "600px" });

@@ -1,11 +1,11 @@
-// Colours of strips: by category or by a ramp, as the page's data say.
+// Colours of strips: by category or by a ramp, as of the page's data.
 const BINS = 48;
 
 function rgbOf(colour) {
   return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
 }
 
-/** Return the colours of a ramp as so many steps. */
+/** Return the colours of a ramp in a number of steps. */
 function rampSteps(stops) {
   const table = stops.map(rgbOf);
   return Array.from({ length: BINS }, (_, k) => {

@@ -1,9 +1,9 @@
-// What the page knows: unpacked arrays, places in metres, an index of strips by place.
+// The data of the page: unpacked arrays, places in metres, an index of strips by place.
 const UNKNOWN = -2147483648;
 const CELL = 200; // m, of the index
 const $ = (id) => document.getElementById(id);
 
-/** Make an element; children are nodes or texts, and texts stay texts. */
+/** Make an element; children are nodes or texts, which are never read as markup. */
 function el(tag, attributes, ...children) {
   const node = document.createElement(tag);
   for (const [key, value] of Object.entries(attributes || {})) {
@@ -16,7 +16,7 @@ function el(tag, attributes, ...children) {
   return node;
 }
 
-/** Write a number with so many digits after the point, thousands apart. */
+/** Write a number with some digits after the point, thousands separated. */
 function fix(value, digits = 0) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   return value.toLocaleString("en-US", { minimumFractionDigits: digits, maximumFractionDigits: digits });
@@ -79,7 +79,7 @@ async function readData() {
   return data;
 }
 
-/** Work out where borders lie, and what each road and strip spans. */
+/** Compute where borders lie, and the extent of each road and strip. */
 function place(data) {
   const strips = data.stripRoad.length, roads = data.info.road.id.length;
   data.borderStart = new Int32Array(strips + 1);
@@ -132,13 +132,13 @@ function widen(box, at, west, south, east, north) {
   box[at + 3] = Number.isNaN(box[at + 3]) ? north : Math.max(box[at + 3], north);
 }
 
-/** List strips by the cells of a grid that they reach into. */
+/** List strips by the cells of a grid that they extend into. */
 function gridOf(data) {
   const cells = new Map();
   for (let k = 0; k < data.stripRoad.length; k++) {
     const [west, south, east, north] = data.stripBox.subarray(4 * k, 4 * k + 4);
     if (!Number.isFinite(west)) continue;
-    // A long strip reaches only into the cells around its stations.
+    // A long strip extends only into the cells around its stations.
     const seen = new Set();
     if ((east - west) * (north - south) < 9 * CELL * CELL) {
       for (let i = Math.floor(west / CELL); i <= Math.floor(east / CELL); i++) {
@@ -186,7 +186,7 @@ function stripsIn(data, west, south, east, north) {
     .sort((a, b) => data.rank[a] - data.rank[b]);
 }
 
-/** Return the strip, station, share to the next one, t and distance of what lies at or nearest to a place. */
+/** Return the strip at or nearest to a place: strip, station, share to the next station, t, distance. */
 function nearest(data, x, y, reach) {
   let best = null;
   for (const strip of stripsIn(data, x - reach, y - reach, x + reach, y + reach)) {
@@ -218,13 +218,13 @@ function nearestOn(data, strip, x, y) {
   return best;
 }
 
-/** Return a value along stations between two of them. */
+/** Interpolate a value between two stations. */
 function between(values, found) {
   const a = values[found.station], b = values[found.station + 1];
   return a + (b - a) * found.share;
 }
 
-/** Return longitude and latitude (degrees) of local metres, or null where the file does not say where it is. */
+/** Return longitude and latitude (degrees) of local metres, or null where these are unknown. */
 function geographic(info, x, y) {
   const fit = info.geographic;
   if (!fit) return null;

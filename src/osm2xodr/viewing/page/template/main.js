@@ -1,4 +1,4 @@
-// Puts the parts together: what the address says, what is chosen, what is shown.
+// Connects the parts: the address, the selection, the views.
 
 async function start() {
   const data = await readData(), info = data.info;
@@ -125,7 +125,7 @@ async function start() {
     remember();
   }
 
-  /** Keep what is shown in the address, so that it can be passed on. */
+  /** Keep what is shown in the address, so that it can be shared. */
   function remember() {
     const words = [`mode=${state.mode.key}`];
     if (state.road >= 0) words.push(`road=${encodeURIComponent(info.road.id[state.road])}`);
@@ -149,7 +149,7 @@ async function start() {
   $("message").textContent = info.road.id.length ? "" : "The file has no roads.";
   if (road >= 0) openRoad(road, Number(wish.get("s")) || undefined, true);
   if (wish.get("view") === "3d") await show3d();
-  // For scripts that drive the page.
+  // For scripts that control the page.
   window.osm2xodr = {
     data, state, openRoad,
     pixelOf: (x, y) => { const at = map.map.latLngToContainerPoint([y, x]), box = $("map").getBoundingClientRect(); return [at.x + box.left, at.y + box.top]; },
@@ -158,12 +158,12 @@ async function start() {
   document.documentElement.dataset.ready = "true";
 }
 
-/** Sort what is looked up often. */
+/** Index what is looked up often. */
 function index(data) {
   const info = data.info, rank = Object.keys(info.severities);
   data.findingOrder = info.findings.map((_, k) => k).sort((a, b) => rank.indexOf(info.findings[b][0]) - rank.indexOf(info.findings[a][0]) || b - a);
   data.roadFindings = new Map();
-  // 0: none; then the gravest first, as in the legend.
+  // 0: none; then the worst first, as in the legend.
   data.roadFinding = new Int32Array(info.road.id.length);
   info.findings.forEach(([severity, , road], k) => {
     if (road < 0) return;
@@ -177,7 +177,7 @@ function index(data) {
     .sort((a, b) => data.roadLength[b] - data.roadLength[a] || a - b);
 }
 
-/** Return the place at some s of a road. */
+/** Return the place at an s of a road. */
 function placeAt(data, road, s) {
   const first = data.stationStart[data.roadStrip[road]], last = data.stationStart[data.roadStrip[road + 1]] - 1;
   for (let i = first; i < last; i++) {

@@ -6,7 +6,7 @@ class RoadMap {
     this.actions = actions;
     const [west, south, east, north] = data.info.bounds;
     this.bounds = L.latLngBounds([south, west], [north, east]);
-    // Metres per pixel are powers of two times what makes the whole network fit: whole zooms, sharp tiles.
+    // Metres per pixel are powers of two times those at which the whole network fits: whole zooms, sharp tiles.
     const box = $("map"), fit = Math.min((box.clientWidth - 60) / Math.max(10, east - west), (box.clientHeight - 60) / Math.max(10, north - south));
     const base = Math.max(1e-4, fit), most = Math.max(0, Math.ceil(Math.log2(64 / base)));
     this.scale = (zoom) => base * 2 ** zoom;
@@ -55,7 +55,7 @@ class RoadMap {
     control.addTo(this.map);
   }
 
-  /** Take on colours, and draw anew. */
+  /** Use new colours, and redraw. */
   show(look) {
     this.look = look;
     if (this.map.hasLayer(this.tiles)) this.tiles.redraw();
@@ -87,7 +87,7 @@ class RoadMap {
     return best;
   }
 
-  /** Mark a road, and move there if it is out of sight or if asked to. */
+  /** Mark a road, and move there if it is out of view or if asked to. */
   select(road, move) {
     if (road < 0) { this.pick.remove(); this.mark(NaN, NaN); return; }
     const data = this.data, left = [], right = [];
@@ -109,7 +109,7 @@ class RoadMap {
     this.map.fitBounds(bounds.pad(0.2), { maxZoom: Math.max(0, most), padding: [30, 30] });
   }
 
-  /** Return how many metres a pixel is. */
+  /** Return the size of a pixel, m. */
   pixel() {
     return 1 / this.scale(this.map.getZoom());
   }

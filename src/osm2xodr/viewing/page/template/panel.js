@@ -1,4 +1,4 @@
-// The panel of details: the network, a road, accuracy, coverage, findings, what the converter said.
+// The panel of details: the network, a road, accuracy, coverage, findings, messages of the conversion.
 const LISTED = 100; // entries at first; the rest on demand
 const OSM = "https://www.openstreetmap.org/";
 
@@ -42,7 +42,7 @@ class Panel {
       el("h2", {}, "File"), pairs(info.about),
       info.notes.length ? el("h2", {}, "To know") : null,
       info.notes.length ? el("ul", {}, ...info.notes.map((note) => el("li", {}, note))) : null,
-      el("p", { class: "quiet" }, "Click a road for its profile and its data. This page holds everything that it shows; it loads nothing."),
+      el("p", { class: "quiet" }, "Click a road for its profile and its data. This page contains all its data; it loads nothing."),
     ];
   }
 
@@ -54,7 +54,7 @@ class Panel {
 
   roadPage() {
     if (this.junction >= 0) return this.junctionPage();
-    if (this.road < 0) return [el("p", { class: "quiet" }, "No road is chosen. Click one on the map, or find it by id or name.")];
+    if (this.road < 0) return [el("p", { class: "quiet" }, "No road is selected. Click one on the map, or find it by id or name.")];
     const info = this.data.info, road = this.road, data = this.data;
     const junction = data.roadJunction[road];
     const rows = [
@@ -235,7 +235,7 @@ function osmLink(id) {
   return el("a", { href: /^(way|node|relation)\/-?\d+$/.test(id) ? OSM + id : null, target: "_blank", rel: "noopener noreferrer" }, id);
 }
 
-/** Turn the ids of OSM in a text into links: way/12, or numbers where the text's name speaks of ways. */
+/** Turn OSM ids in a text into links: way/12, or plain numbers where the name of the text mentions ways. */
 function withLinks(code, value) {
   const numbers = /way/i.test(code), parts = value.split(/([\s,;]+)/).map((word) => {
     if (/^(way|node|relation)\/\d+$/.test(word)) return osmLink(word);

@@ -96,7 +96,7 @@ class Profile {
     context.restore();
   }
 
-  /** The usual limit of the grade, either way. */
+  /** The usual limit of the grade, up and down. */
   limits(u, limit, ink) {
     const context = u.ctx, ratio = devicePixelRatio;
     context.save();

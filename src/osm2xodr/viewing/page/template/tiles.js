@@ -1,7 +1,7 @@
-// Draws tiles of the map on canvases: ground, roads with lanes and marks, what stands beside them, names.
+// Draws tiles of the map on canvases: ground, roads with lanes and marks, furniture, names.
 const TILE = 512;
 
-/** Say where a tile lies and how it is scaled. */
+/** Return place and scale of a tile. */
 function viewOf(coords, scale, ratio) {
   return { scale: scale * ratio, ratio, west: (coords.x * TILE) / scale, north: (-coords.y * TILE) / scale, metres: TILE / scale };
 }
@@ -31,7 +31,7 @@ function drawHill(context, data, hill) {
   context.restore();
 }
 
-/** From afar: one line per road, all of one colour at once. */
+/** At small scales: one line per road, all of one colour at once. */
 function drawLines(context, data, strips, look, pixel) {
   const paths = new Map();
   const pathOf = (colour) => {
@@ -58,7 +58,7 @@ function drawLines(context, data, strips, look, pixel) {
   for (const [colour, path] of paths) { context.strokeStyle = colour; context.stroke(path); }
 }
 
-/** Return the lane that stands for a strip from afar: the widest kind, a driving one if there is any. */
+/** Return the lane whose colour a strip has at small scales: the widest kind, a driving lane if there is one. */
 function mainLane(data, strip) {
   for (let lane = data.laneStart[strip]; lane < data.laneStart[strip + 1]; lane++) {
     if (data.info.lane_types[data.laneType[lane]] === "driving") return lane;
@@ -93,7 +93,7 @@ function drawStrip(context, data, strip, look, pixel) {
   else if (pixel < 1.2) drawEdges(context, data, strip, rows, lanes, look, pixel);
 }
 
-/** Return stations of a strip that are worth a corner at this scale. */
+/** Return the stations of a strip that are corners at this scale. */
 function rowsOf(data, strip, pixel) {
   const first = data.stationStart[strip], last = data.stationStart[strip + 1] - 1;
   if (pixel < 0.2) return Array.from({ length: last - first + 1 }, (_, k) => first + k);
@@ -129,7 +129,7 @@ function drawEdges(context, data, strip, rows, lanes, look, pixel) {
   for (const border of [0, lanes]) { traceBorder(context, data, strip, rows, border); context.stroke(); }
 }
 
-/** Road marks: widths and dashes in metres, though never thinner than can be seen. */
+/** Road marks: widths and dashes in metres, but never too thin to be seen. */
 function drawMarks(context, data, strip, rows, look, pixel) {
   const first = data.markStart[strip], last = data.markStart[strip + 1];
   for (let k = first; k < last; k++) {
@@ -160,7 +160,7 @@ function drawJunctions(context, data, box, look, pixel) {
   }
 }
 
-/** Fills of objects by type: what is painted, what stands. */
+/** Fills of objects by type. */
 const OBJECT_FILLS = {
   crosswalk: "rgba(255,255,255,0.75)", roadMark: "rgba(255,255,255,0.85)", trafficIsland: "#c4c0b4", patch: "#c98f2b",
   roadSurface: "#c98f2b", barrier: "#43484d", railing: "#43484d", tree: "#6f9a5d", streetLamp: "#e0a800",
@@ -264,7 +264,7 @@ function namesAt(data, scale) {
   return out;
 }
 
-/** Return the middle of a road, and which way it points there. */
+/** Return the middle of a road, and its heading there. */
 function middleOf(data, road) {
   const first = data.stationStart[data.roadStrip[road]], last = data.stationStart[data.roadStrip[road + 1]] - 1;
   const half = (data.s[first] + data.s[last]) / 2;

@@ -1,4 +1,4 @@
-// Roads in three dimensions, by three.js. It is unpacked only when it is asked for.
+// Roads in three dimensions, by three.js, which is unpacked when this view is first opened.
 
 async function loadThree() {
   const parts = JSON.parse(new TextDecoder().decode(await inflated("three-data")));
@@ -89,7 +89,7 @@ class RoadScene {
     this.world.add(this.roads);
   }
 
-  /** A line along every road, so that roads show from afar, where they are thinner than a pixel. */
+  /** A line along every road, so that roads can be seen where they are thinner than a pixel. */
   addLines() {
     const data = this.data, places = new Float32Array(3 * data.x.length), index = [];
     for (let strip = 0; strip < data.stripRoad.length; strip++) {
@@ -127,14 +127,14 @@ class RoadScene {
     geometry.setAttribute("position", new BufferAttribute(places, 3));
     geometry.setIndex(index);
     geometry.computeVertexNormals();
-    // Behind the roads where both are as high, and a little translucent, so that tunnels show.
+    // Behind the roads where both have one height, and slightly translucent, so that tunnels can be seen.
     this.terrain = new Mesh(geometry, new MeshLambertMaterial({ side: DoubleSide, transparent: true, opacity: 0.72, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 40 }));
     this.terrain.renderOrder = 2;
     this.world.add(this.terrain);
     $("ground-label").hidden = false;
   }
 
-  /** Lower the grid's points beside roads on the ground beneath them: it is too coarse to show a road's own bed. */
+  /** Lower the points of the grid beside roads below these: the grid is too coarse for the bed of a road. */
   cutGround(at) {
     const data = this.data, ground = Float32Array.from(data.terrain);
     for (let i = 0; i < data.x.length; i++) {
@@ -154,7 +154,7 @@ class RoadScene {
       if (!cache.has(colour)) cache.set(colour, colour.startsWith("#") ? rgbOf(colour) : colour.match(/\d+/g).map(Number));
       return cache.get(colour);
     };
-    // Colours are meant as they look: three.js reckons with light, not with what screens are told.
+    // Colours are given in sRGB; three.js computes with linear light.
     const linear = Float32Array.from({ length: 256 }, (_, k) => 255 * (k / 255) ** 2.2);
     const lines = this.lines.geometry.getAttribute("color");
     let corner = 0;
@@ -194,7 +194,7 @@ class RoadScene {
     this.draw();
   }
 
-  /** Look at a place from the south, so that about so many metres are seen. */
+  /** Look at a place from the south, so that a number of metres is in view. */
   look(x, y, metres) {
     const found = nearest(this.data, x, y, metres);
     const z = (found ? between(this.data.z, found) - this.base : 0) * this.world.scale.z;

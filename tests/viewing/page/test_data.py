@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
-import json
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given, strategies as st
 
-from osm2xodr.viewing.page.packing import UNKNOWN, as_json, compressed, pack_arrays, quantised
+from osm2xodr.viewing.page.data import UNKNOWN, pack_arrays, quantised
 
 
 def unpacked(contents: list[list[object]], data: bytes) -> dict[str, list[int]]:
@@ -36,15 +32,3 @@ def test_arrays_come_back(one: list[int], other: list[int]) -> None:
 def test_values_become_steps() -> None:
     values = np.array([0.004, -1.236, math.nan, math.inf, 1e30])
     assert quantised(values, 0.01).tolist() == [0, -124, UNKNOWN, UNKNOWN, 2**31 - 1]
-
-
-def test_the_same_bytes_give_the_same_text() -> None:
-    text = compressed(b"abc" * 100)
-    assert text == compressed(b"abc" * 100)
-    assert gzip.decompress(base64.b64decode(text)) == b"abc" * 100
-
-
-def test_json_has_only_finite_numbers_and_whole_characters() -> None:
-    assert json.loads(as_json({"name": "Straße \udc80"})) == {"name": "Straße ?"}
-    with pytest.raises(ValueError, match="Out of range"):
-        as_json([math.nan])
