@@ -47,10 +47,28 @@ def counted(count: int, noun: str) -> str:
 
 
 class Diagnostics:
-    """Collects diagnostics in the order in which they are found."""
+    """What was guessed, dropped and repaired, in the order in which it was found.
+
+    Iterating over it yields each `Diagnostic`: its kind, its code, the OSM element that it is about, and a sentence.
+
+    Examples
+    --------
+    >>> found = Diagnostics()
+    >>> found.guessed("lane-count", "way/1", "it has 2 lanes, as most residential streets")
+    >>> [item.osm_id for item in found]
+    ['way/1']
+    >>> found.counts()
+    {(<Kind.GUESSED: 'guessed'>, 'lane-count'): 1}
+    """
 
     def __init__(self) -> None:
         self._items: list[Diagnostic | _Count] = []
+
+    def copy(self) -> Diagnostics:
+        """Return diagnostics of their own with all that was found so far."""
+        out = Diagnostics()
+        out._items = list(self._items)
+        return out
 
     def add(self, kind: Kind, code: str, osm_id: str, message: str) -> None:
         """Record one finding."""

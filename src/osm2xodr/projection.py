@@ -6,7 +6,9 @@ with single-precision coordinates need; CARLA 0.9.16 understands no other kind o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import contextlib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -59,6 +61,21 @@ def bounds_deg(lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike) -> tuple[float, f
 def transformer_to(frame: LocalFrame, crs: object) -> Transformer:
     """Return the transformation from local x, y (m) to x, y of another CRS, in its own units."""
     return _transformer(frame.proj, crs)
+
+
+@contextlib.contextmanager
+def offline() -> Iterator[None]:
+    """Keep PROJ off the network whatever its settings say: a grid that is absent must not be fetched."""
+    # Here as below. The types of some versions of pyproj do not know these functions.
+    from pyproj import network
+
+    switch: Any = network
+    was = switch.is_network_enabled()
+    switch.set_network_enabled(False)
+    try:
+        yield
+    finally:
+        switch.set_network_enabled(was)
 
 
 def _transformer(source: object, target: object) -> Transformer:

@@ -16,8 +16,9 @@ import pytest
 from pyproj import Transformer
 from xodr_text import PROJECTION, cubics, document, geometry, lane, read_text, road, section
 
-from osm2xodr.cli import export as cli_export, main
+from osm2xodr.cli import main
 from osm2xodr.exporting import LAYERS, RoadMesh, road_mesh, write_geojson, write_glb, write_obj
+from osm2xodr.library import EXPORT_LAYERS
 from osm2xodr.opendrive.tables import OpenDrive
 
 # 100 m, of which the first 50 m have a lane that opens out from nothing, then a cycle lane.
@@ -261,7 +262,7 @@ def export(path: Path, target: str, *arguments: str) -> int:
 
 
 def test_layers_of_the_command_are_those_of_the_module() -> None:
-    assert cli_export.LAYERS == LAYERS
+    assert EXPORT_LAYERS == LAYERS
 
 
 def test_formats_by_name(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -288,7 +289,7 @@ def test_same_file_same_bytes(path: Path) -> None:
 @pytest.mark.parametrize(
     ("target", "arguments", "words"),
     [
-        ("a.dae", [], "does not tell what to write"),
+        ("a.dae", [], "a.dae does not tell it"),
         ("a.glb", ["--layers", "lanes"], "--layers is for geojson alone"),
         ("a.geojson", ["--up", "y"], "--up is for obj alone"),
         ("a.geojson", ["--layers", "lanes,trees"], "no 'trees'"),

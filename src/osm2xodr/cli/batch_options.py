@@ -14,31 +14,17 @@ import click
 from click.core import ParameterSource
 
 from osm2xodr.cli.convert import convert
-from osm2xodr.cli.convert_options import Arguments, convert_options
+from osm2xodr.cli.options import given_options, usage_errors
 from osm2xodr.errors import Osm2xodrError
+from osm2xodr.library import DECLARATIONS
 
 if TYPE_CHECKING:
     from osm2xodr.batch import ManifestContext, PlannedArea
 
-# What the batch decides, and what would have areas write files that it knows nothing of.
-_RESERVED: Final = frozenset(
-    {
-        "area",
-        "dem",
-        "output",
-        "overwrite",
-        "name",
-        "report_json",
-        "check",
-        "html",
-        "frame",
-        "jobs",
-        "verbose",
-        "quiet",
-    }
-)
 # Those that bound a conversion are not handed to it, but to what runs it.
 _BOUNDS: Final = frozenset({"max_memory", "timeout"})
+# All others the batch decides, or they would have areas write files that it knows nothing of.
+_PER_AREA: Final = _BOUNDS | {name for name, declared in DECLARATIONS.items() if declared.per_area}
 
 
 @dataclass(frozen=True)
@@ -89,7 +75,7 @@ def area_options() -> dict[str, bool]:
     """Return the long names of the options of ``convert`` that areas may have, and whether each has no value."""
     found = {}
     for param in convert.params:
-        if isinstance(param, click.Option) and param.name not in _RESERVED:
+        if isinstance(param, click.Option) and param.name in _PER_AREA:
             long = max(param.opts, key=len)
             found[long.removeprefix("--")] = param.is_flag
     return found
@@ -125,7 +111,7 @@ def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
         raise ValueError(error.format_message().rstrip(".")) from error
     out: list[str] = []
     for param in convert.params:
-        if param.name is None or param.name in _RESERVED:
+        if param.name not in _PER_AREA:
             continue
         if context.get_parameter_source(param.name) is ParameterSource.COMMANDLINE:
             value = context.params[param.name]
@@ -136,7 +122,7 @@ def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
 
 def _refuse(context: click.Context) -> None:
     given = {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
-    wrong = sorted((given & _RESERVED) - {"area", "output"})
+    wrong = sorted(given - _PER_AREA - {"area", "output"})
     if context.params["output"] != Path("out.xodr"):
         wrong.insert(0, "output")
     if wrong:
@@ -145,11 +131,12 @@ def _refuse(context: click.Context) -> None:
 
 def _try(params: dict[str, Any]) -> None:
     """See whether conversions would take the options."""
-    if params["left_hand"] and params["right_hand"]:
-        raise click.UsageError("--left-hand and --right-hand exclude each other; give one of them")
-    arguments = Arguments(**{name: value for name, value in params.items() if name not in _BOUNDS})
+    from osm2xodr.library import pipeline_options
+
     try:
-        convert_options(arguments)
+        with usage_errors():
+            options = given_options({name: value for name, value in params.items() if name in DECLARATIONS})
+            pipeline_options(params["area"], (), options)
     except Osm2xodrError as error:
         raise click.UsageError(str(error)) from error
 

@@ -96,14 +96,11 @@ def check(
     """Check FILE, OpenDRIVE 1.4 to 1.8 of any writer, against the standard and what its readers stumble over."""
     inputs = (file,) if schema is None else (file, schema)
     check_targets([("-o", output)], inputs, overwrite=overwrite)
-    from osm2xodr.checking import FORMATS as WRITERS, CheckOptions, Severity, check_file
+    from osm2xodr.checking import FORMATS as WRITERS, Severity
+    from osm2xodr.library import check as run
 
-    wanted = tuple(word.strip() for word in readers.split(",") if word.strip() not in ("", STANDARD_ONLY))
-    try:
-        options = CheckOptions(tuple(dict.fromkeys(wanted)), schema, only, ignore, max_findings)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
-    result = check_file(file, options)
+    wanted = [word for word in readers.split(",") if word.strip() != STANDARD_ONLY]
+    result = run(file, readers=wanted, schema=schema, only=only, ignore=ignore, max_findings=max_findings)
     least = Severity[fail_on.upper()]
     with stream_to(output) as stream:
         stream.write(WRITERS[form](result, least).encode("utf-8", "replace"))

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from types import MappingProxyType
+from typing import Any, Final, TypeVar
 
 import click
 
+from osm2xodr.errors import OptionError
+from osm2xodr.library import DECLARATIONS, ConvertOptions, Declaration
 from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_duration, parse_memory
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
+
+# Options that have another name on the command line than in Python.
+_SPELLINGS: Final = MappingProxyType({"readers": "for"})
 
 
 @dataclass
@@ -36,6 +44,51 @@ def output_option(what: str) -> Callable[[_Command], _Command]:
         metavar="FILE",
         help=f"{what} to write; - for standard output.",
     )
+
+
+def declared_options(names: Iterable[str]) -> Callable[[_Command], _Command]:
+    """Return the options of a conversion by their names, as they are declared."""
+
+    def add(command: _Command) -> _Command:
+        for name in reversed(list(names)):
+            command = _click_option(name, DECLARATIONS[name])(command)
+        return command
+
+    return add
+
+
+def _click_option(name: str, declared: Declaration) -> Callable[[_Command], _Command]:
+    flag = f"--{name.replace('_', '-')}"
+    if declared.kind is bool:
+        return click.option(flag, is_flag=True, help=declared.help)
+    kind: Any = declared.kind
+    if declared.choices:
+        kind = click.Choice(declared.choices)
+    elif kind is int:
+        kind = click.IntRange(declared.least, declared.most)
+    elif kind is Path:
+        kind = click.Path(path_type=Path)
+    shown = declared.default not in (None, "")
+    return click.option(
+        flag, type=kind, default=declared.default, show_default=shown, metavar=declared.metavar, help=declared.help
+    )
+
+
+def given_options(values: Mapping[str, Any]) -> ConvertOptions:
+    """Return the options of a conversion as click hands them over; a flag that is not there says nothing."""
+    return ConvertOptions(**{name: value for name, value in values.items() if value is not False})
+
+
+@contextlib.contextmanager
+def usage_errors() -> Iterator[None]:
+    """Turn the refusal of an option into wrong usage, in the spelling of the command line."""
+    try:
+        yield
+    except OptionError as error:
+        text = str(error)
+        for name in error.options:
+            text = re.sub(rf"\b{name}\b", f"--{_SPELLINGS.get(name, name).replace('_', '-')}", text, count=1)
+        raise click.UsageError(text) from error
 
 
 class Parsed(click.ParamType):  # type: ignore[type-arg,unused-ignore]
@@ -70,7 +123,7 @@ def limit_options(command: _Command) -> _Command:
     )
     @functools.wraps(command)
     def bounded(*args: Any, max_memory: int | None, timeout: float | None, **options: Any) -> Any:
-        with limited(max_memory, timeout):
+        with limited(max_memory, timeout), usage_errors():
             return command(*args, **options)
 
     return bounded  # type: ignore[return-value]

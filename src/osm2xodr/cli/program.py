@@ -26,7 +26,12 @@ from osm2xodr.cli.render import render
 from osm2xodr.cli.report import report
 from osm2xodr.cli.surface import surface
 from osm2xodr.errors import Osm2xodrError
-from osm2xodr.system import occupy_closed_streams, patient_standard_error, silence_standard_output
+from osm2xodr.system import (
+    ONE_THREAD_ENVIRONMENT,
+    occupy_closed_streams,
+    patient_standard_error,
+    silence_standard_output,
+)
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -61,9 +66,9 @@ def main(arguments: Sequence[str] | None = None, session: Session | None = None)
 
 def _run(arguments: list[str] | None, session: Session) -> int:
     """Run a command, and turn all that may go wrong into one sentence and an exit status."""
-    _calm_linear_algebra()
-    # Whatever the environment says, PROJ fetches no grids.
-    os.environ["PROJ_NETWORK"] = "OFF"
+    # Threads of linear algebra would wait busily for work that is too small for them. PROJ fetches no grids, whatever
+    # the environment said.
+    os.environ.update(ONE_THREAD_ENVIRONMENT, PROJ_NETWORK="OFF")
     try:
         with _signals():
             status = cli.main(arguments, "osm2xodr", standalone_mode=False, obj=session)
@@ -125,17 +130,6 @@ def _crash(error: Exception, verbose: int) -> int:
         f"sorry, the conversion stopped at a defect of osm2xodr ({type(error).__name__}: {text});"
         f" please report it with the command and the area{more}"
     )
-
-
-def _calm_linear_algebra() -> None:
-    """Keep linear algebra to one thread, if it is not loaded yet.
-
-    Sums over several threads round otherwise, so that bytes would depend on the number of cores; and its threads
-    wait busily for work that is too small for them. What can run at once runs in processes
-    (`osm2xodr.system.parallel`).
-    """
-    for library in ("OPENBLAS", "MKL", "BLIS", "VECLIB"):
-        os.environ[f"{library}_NUM_THREADS"] = "1"
 
 
 @contextlib.contextmanager

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         occupy_closed_streams as occupy_closed_streams,
         patient_standard_error as patient_standard_error,
     )
+    from osm2xodr.system.threads import ONE_THREAD_ENVIRONMENT as ONE_THREAD_ENVIRONMENT, one_thread as one_thread
 
 __getattr__ = lazy_exports(
     __name__,
@@ -45,5 +46,6 @@ __getattr__ = lazy_exports(
         "memory": ("release_memory",),
         "parallel": ("Task", "available_jobs", "map_parallel"),
         "streams": ("occupy_closed_streams", "patient_standard_error"),
+        "threads": ("ONE_THREAD_ENVIRONMENT", "one_thread"),
     },
 )

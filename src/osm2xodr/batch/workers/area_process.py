@@ -20,6 +20,7 @@ from typing import Any, Final
 
 from osm2xodr import __version__
 from osm2xodr.batch.model import EMPTY
+from osm2xodr.system import ONE_THREAD_ENVIRONMENT
 
 _ERROR: Final = "osm2xodr: error: "
 _USAGE: Final = "Error: "
@@ -51,8 +52,7 @@ class _Server:
 
     def __init__(self) -> None:
         # More threads of linear algebra would make results depend on the machine; PROJ fetches no grids.
-        names = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_NUM_THREADS")
-        environment = {**os.environ, **dict.fromkeys(names, "1"), "PROJ_NETWORK": "OFF"}
+        environment = {**os.environ, **ONE_THREAD_ENVIRONMENT, "PROJ_NETWORK": "OFF"}
         # In a session of its own: a Ctrl-C at the terminal is for the batch, which stops its areas in order.
         self._process = subprocess.Popen(
             [sys.executable, "-m", "osm2xodr.cli.area_server"],
