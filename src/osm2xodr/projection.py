@@ -1,7 +1,7 @@
 """The local frame: a transverse Mercator projection centred on the data.
 
-A local projection with scale 1 keeps lengths true to 1 ppm within 10 km and coordinates small, which readers
-with single-precision coordinates need; CARLA 0.9.16 understands no other kind of georeference.
+With scale 1 it keeps lengths true to 1 ppm within 10 km, and coordinates small, which readers with coordinates of
+single precision need; CARLA 0.9.16 understands no other kind of georeference.
 """
 
 from __future__ import annotations
@@ -22,12 +22,9 @@ WGS84 = "EPSG:4326"
 
 
 def make_frame(lat_0_deg: float, lon_0_deg: float) -> LocalFrame:
-    """Make the local frame with its origin at a place, rounded to what the georeference states.
+    """Return the local frame with its origin at a place, degrees, WGS 84.
 
-    Parameters
-    ----------
-    lat_0_deg, lon_0_deg
-        Origin, degrees, WGS 84. Rounded to 5 decimals (about 1 m), so that the written text is the exact frame.
+    The origin is rounded to 5 decimals (about 1 m), so that the georeference states it exactly.
     """
     lat, lon = round(lat_0_deg, 5), round(lon_0_deg, 5)
     proj = f"+proj=tmerc +lat_0={lat:.5f} +lon_0={lon:.5f} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +vunits=m"

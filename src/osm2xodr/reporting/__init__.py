@@ -1,4 +1,4 @@
-"""What is said about a conversion: figures, a summary, a report."""
+"""What a conversion comes to: the road network with its figures, a summary for people, a report for programs."""
 
 from __future__ import annotations
 
