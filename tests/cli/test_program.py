@@ -574,7 +574,7 @@ def memory() -> None:
         (lambda: os.kill(os.getpid(), signal.SIGINT), 130, "interrupted"),
         (lambda: os.kill(os.getpid(), signal.SIGTERM), 143, "ended by the system"),
         (memory, 1, "the memory is not enough for this area"),
-        (crash, 1, r"sorry, .* a defect of osm2xodr \(ValueError: two lines\); please report it .*; -vv shows where"),
+        (crash, 1, r"internal error \(ValueError: two lines\); please report it .*; -vv shows where"),
     ],
 )
 def test_whatever_stops_it_the_old_file_stays(

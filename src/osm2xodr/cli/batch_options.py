@@ -1,4 +1,4 @@
-"""The options of ``batch`` as click hands them over, and the options of ``convert`` that areas may have."""
+"""The areas that the options of ``batch`` ask for, and the options of ``convert`` that areas may have."""
 
 from __future__ import annotations
 
@@ -51,13 +51,7 @@ class BatchArguments:
 
 
 def refuse_contradictions(arguments: BatchArguments) -> None:
-    """Refuse options that do not go together.
-
-    Raises
-    ------
-    click.UsageError
-        With what to do.
-    """
+    """Refuse options that contradict each other, with `click.UsageError`."""
     outlines = [option for option, given in (("--tiles", arguments.tiles), ("--areas", arguments.areas)) if given]
     if (arguments.manifest is None) == (arguments.source is None):
         raise click.UsageError("give either a MANIFEST, or a map with --from")
@@ -82,12 +76,12 @@ def area_options() -> dict[str, bool]:
 
 
 def check_area_options(words: Sequence[str]) -> tuple[str, ...]:
-    """Return options of ``convert`` in the order in which it declares them, each once: the last of each counts.
+    """Return options of ``convert`` in the order of its declarations, the last one of each.
 
     Raises
     ------
     ValueError
-        They are none, or not for areas of a batch.
+        An option is unknown, wrong, or not for areas of a batch.
     """
     return _checked(tuple(words))
 
@@ -95,7 +89,7 @@ def check_area_options(words: Sequence[str]) -> tuple[str, ...]:
 @functools.lru_cache
 def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
     if not words:
-        # Without a look at the stages, which take a while to load.
+        # Checking options loads the stages, which takes a while.
         return ()
     if {"--help", "-h"} & set(words):
         raise ValueError("--help is no option of areas; run osm2xodr convert --help")
@@ -130,7 +124,7 @@ def _refuse(context: click.Context) -> None:
 
 
 def _try(params: dict[str, Any]) -> None:
-    """See whether conversions would take the options."""
+    """Refuse options that conversions would refuse."""
     from osm2xodr.library import pipeline_options
 
     try:
@@ -142,13 +136,7 @@ def _try(params: dict[str, Any]) -> None:
 
 
 def parse_options(text: str) -> tuple[str, ...]:
-    """Read the options of ``convert`` for all areas.
-
-    Raises
-    ------
-    click.UsageError
-        They are none.
-    """
+    """Return the words of ``--options``, which must be options of ``convert`` for areas."""
     try:
         words = shlex.split(text)
     except ValueError as error:
@@ -174,14 +162,14 @@ def plan(arguments: BatchArguments) -> Plan:
     Raises
     ------
     click.UsageError
-        The options are wrong.
+        An option is wrong.
     InputError
-        A file that lists areas, or the map that they are in, is.
+        The list of areas or the map is wrong or cannot be read.
     """
     from osm2xodr.batch import Area, expand, make_tiles, outlined, read_areas, read_manifest
 
     given = parse_options(arguments.options)
-    # Workers elsewhere are in other folders.
+    # Workers of a scheduler run in other folders.
     base = Path.cwd() if arguments.scheduler else Path()
     dems = expand([str(base / pattern) for pattern in arguments.dem])
     if arguments.manifest is not None:

@@ -1,4 +1,4 @@
-"""The command ``check``: what is wrong with a file of OpenDRIVE, and for whom."""
+"""The command ``check``: finds defects of an OpenDRIVE file, and the readers that they concern."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FORMATS = ("text", "json", "sarif", "junit")
 READERS = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
 DEFAULT_READERS = "carla,esmini,sumo"
 SEVERITIES = ("error", "warning", "info")
-# For --for: nothing but what the standard asks for.
+# For --for: the standard alone.
 STANDARD_ONLY = "standard"
 
 CLEAN, FINDINGS = 0, 1
@@ -67,7 +67,7 @@ Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wron
     help="Least severity of findings that make the exit status 1.",
 )
 @click.option(
-    "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True, help="How it is told."
+    "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True, help="Format of the result."
 )
 @click.option(
     "-o",

@@ -1,4 +1,4 @@
-"""The command ``convert``: its options, and what it says."""
+"""The command ``convert``: its options and messages."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def convert(
     check_targets([(name, path) for name, path in targets if path is not None], inputs, overwrite=overwrite)
     progress = Progress(sys.stderr, live=sys.stderr.isatty() and not quiet, verbose=verbose > 0 and not quiet)
     began = time.monotonic()
-    # What the stages hand on has no circles. Looking for some takes up to a fifth of the time.
+    # The data of the stages has no reference cycles; the search for some takes up to a fifth of the time.
     gc.disable()
     progress.stage("starting")
     try:
@@ -113,7 +113,7 @@ def convert(
     if not quiet:
         _report(conversion, written, time.monotonic() - began, has_heights=bool(dem), verbose=verbose)
     log = conversion.report(written) if html is not None else b""
-    # The page and the check read what was written, and need the memory.
+    # The check and the page read the file, and need the memory.
     del conversion
     if not check and html is None:
         return 0
@@ -128,7 +128,7 @@ def _refuse_standard_output(output: Path, html: Path | None, *, check: bool) -> 
 
 
 def _report(conversion: Conversion, written: Written, seconds: float, *, has_heights: bool, verbose: int) -> None:
-    """Say what was written."""
+    """Print what was written and found."""
     version = conversion.options.version
     click.echo(
         f"osm2xodr: wrote {label(written.path)} ({written.size / _MEGABYTE:,.1f} MB, OpenDRIVE {version})"
@@ -144,11 +144,11 @@ def _report(conversion: Conversion, written: Written, seconds: float, *, has_hei
 def _check_and_show(
     output: Path, area: Path, dem: tuple[Path, ...], html: Path | None, log: bytes, *, check: bool, quiet: bool
 ) -> int:
-    """Check what was written and make the page about it, where wanted; return the exit status."""
+    """Check the file that was written and make the page about it, as asked for; return the exit status."""
     from osm2xodr.checking import CheckOptions, Severity, check_drive
     from osm2xodr.opendrive import read_xodr
 
-    # Both need what was written and what is wrong with it, which take longer than all else: they share it.
+    # Both need the file and the findings, which take longest: they share them.
     file = read_xodr(output)
     result = check_drive(file, CheckOptions(most=REPORT_FINDINGS))
     status = 0

@@ -1,4 +1,4 @@
-"""The command ``export``: road networks for programs that show maps and scenes."""
+"""The command ``export``: writes road networks for programs that show maps and scenes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands of the command line share."""
+"""Options and checks that several commands share."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _SPELLINGS: Final = MappingProxyType({"readers": "for"})
 
 @dataclass
 class Session:
-    """What outlives the reading of options: how much to say about a crash, and what the command could not do."""
+    """What a command hands to the code around it."""
 
-    verbose: int = 0
-    error: Exception | None = None
+    verbose: int = 0  # How much to say about an internal error
+    error: Exception | None = None  # The error that the command ended with
 
 
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
 
 
 def output_option(what: str) -> Callable[[_Command], _Command]:
-    """Return the option -o, which names the file of some kind that a command writes."""
+    """Return the option -o, the file of some kind that a command writes."""
     return click.option(
         "-o",
         "--output",
@@ -47,7 +47,7 @@ def output_option(what: str) -> Callable[[_Command], _Command]:
 
 
 def declared_options(names: Iterable[str]) -> Callable[[_Command], _Command]:
-    """Return the options of a conversion by their names, as they are declared."""
+    """Return a decorator that adds declared options of a conversion to a command."""
 
     def add(command: _Command) -> _Command:
         for name in reversed(list(names)):
@@ -92,14 +92,14 @@ def usage_errors() -> Iterator[None]:
 
 
 class Parsed(click.ParamType):  # type: ignore[type-arg,unused-ignore]
-    """An option whose text a function reads."""
+    """The type of an option whose text a function parses, raising ValueError."""
 
     def __init__(self, name: str, parse: Callable[[str], float]) -> None:
         self.name = name
         self._parse = parse
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Read the text, and refuse what the function refuses."""
+        """Parse the text."""
         try:
             return self._parse(value)
         except ValueError as error:
@@ -107,7 +107,7 @@ class Parsed(click.ParamType):  # type: ignore[type-arg,unused-ignore]
 
 
 def limit_options(command: _Command) -> _Command:
-    """Give a command the options that bound its memory and time; it does not see them itself."""
+    """Add options that bound the memory and time of a command, which does not see them itself."""
 
     @click.option(
         "--max-memory",
@@ -130,7 +130,7 @@ def limit_options(command: _Command) -> _Command:
 
 
 def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *, overwrite: bool) -> None:
-    """Refuse outputs that would do harm or cannot be, before any work is done.
+    """Refuse outputs that would do harm or cannot be written, before any work is done.
 
     Parameters
     ----------
@@ -139,14 +139,14 @@ def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *
     inputs
         Files that must not be overwritten.
     overwrite
-        Whether files that exist may be replaced.
+        Whether other files that exist may be replaced.
 
     Raises
     ------
     click.UsageError
-        Two outputs are the same file, one is an input or exists.
+        Two outputs are the same file, or one is an input, or exists.
     OutputError
-        A target cannot be written.
+        An output cannot be written.
     """
     for k, (option, target) in enumerate(targets):
         for other_option, other in targets[:k]:
@@ -163,7 +163,7 @@ def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *
 
 
 def _same_file(one: Path, other: Path) -> bool:
-    """Whether two paths lead to the same file, be it there or not."""
+    """Return whether two paths lead to the same file, existing or not."""
     try:
         return one.samefile(other)
     except OSError:

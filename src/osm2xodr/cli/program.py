@@ -1,6 +1,6 @@
-"""The command line: which commands there are, and what becomes of errors. Nothing else.
+"""The command line: its commands, and what becomes of errors.
 
-Only what is needed to read options is imported at the top of commands; the stages are loaded when there is work.
+Modules of commands import at their top only what reading options needs; the stages are loaded when there is work.
 """
 
 from __future__ import annotations
@@ -38,8 +38,7 @@ if TYPE_CHECKING:
 
 OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 
-
-# What the system says of standard streams that are closed, or that lead onto a full disk or a dead device.
+# Errors of standard streams that are closed, or that lead to a full disk or a dead device.
 _STREAM_ERRORS = frozenset({errno.EBADF, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 
 
@@ -57,7 +56,7 @@ def main(arguments: Sequence[str] | None = None, session: Session | None = None)
     arguments
         Without the program's name; by default those of the process.
     session
-        Holds, afterwards, why the command could not be done.
+        Receives the error that a command ended with.
     """
     occupy_closed_streams()
     with patient_standard_error():
@@ -65,9 +64,8 @@ def main(arguments: Sequence[str] | None = None, session: Session | None = None)
 
 
 def _run(arguments: list[str] | None, session: Session) -> int:
-    """Run a command, and turn all that may go wrong into one sentence and an exit status."""
-    # Threads of linear algebra would wait busily for work that is too small for them. PROJ fetches no grids, whatever
-    # the environment said.
+    """Run a command, and turn all errors into one sentence and an exit status."""
+    # Threads of linear algebra would wait busily for work that is too small for them. PROJ is to fetch no grids.
     os.environ.update(ONE_THREAD_ENVIRONMENT, PROJ_NETWORK="OFF")
     try:
         with _signals():
@@ -80,7 +78,7 @@ def _run(arguments: list[str] | None, session: Session) -> int:
     except _Terminated:
         return _fail("ended by the system", TERMINATED)
     except BrokenPipeError:
-        # Whoever read standard output has had enough. Nobody is there to be told.
+        # Whoever read standard output has gone, as `head` does. That is no error to report.
         silence_standard_output()
         return CANNOT
     except Osm2xodrError as error:
@@ -115,33 +113,31 @@ cli.add_command(export)
 
 
 def _fail(message: str, status: int = CANNOT) -> int:
-    """Say in one line what went wrong and return the exit status."""
+    """Print in one line what went wrong and return the exit status."""
     click.echo(f"osm2xodr: error: {' '.join(message.split())}", err=True)
     return status
 
 
 def _crash(error: Exception, verbose: int) -> int:
-    """Apologize for an error that nobody thought of."""
+    """Print an unexpected error, on request with its traceback, and return the exit status."""
     if verbose > 1:
         traceback.print_exception(error)
     more = "" if verbose > 1 else "; -vv shows where it happened"
-    text = " ".join(str(error).split())
     return _fail(
-        f"sorry, the conversion stopped at a defect of osm2xodr ({type(error).__name__}: {text});"
-        f" please report it with the command and the area{more}"
+        f"internal error ({type(error).__name__}: {error}); please report it with the command and the area{more}"
     )
 
 
 @contextlib.contextmanager
 def _signals() -> Iterator[None]:
-    """Turn the wish to end the process into an exception, so that temporary files are cleaned up."""
+    """Turn the signals that end the process into an exception, so that temporary files are cleaned up."""
 
     def end(number: int, frame: FrameType | None) -> NoReturn:
         raise _Terminated
 
     before = {}
     for number in (signal.SIGTERM, signal.SIGHUP):
-        # Only the main thread may do this, and what is ignored (nohup) stays ignored.
+        # Only the main thread may set handlers, and signals that are ignored (nohup) stay ignored.
         with contextlib.suppress(ValueError):
             if signal.getsignal(number) is signal.SIG_DFL:
                 before[number] = signal.signal(number, end)

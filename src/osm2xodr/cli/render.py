@@ -1,4 +1,4 @@
-"""The command ``render``: a picture of a road network."""
+"""The command ``render``: draws a road network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command ``report``: a page to explore a road network with."""
+"""The command ``report``: makes a page to explore a road network with."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _KINDS = (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE)
 
 
 class Progress:
-    """Shows which stage runs: `live` in one line that is rewritten, `verbose` in a line with the time of each stage."""
+    """Shows which stage runs: in one line that is rewritten (`live`), in a line with the time of each (`verbose`)."""
 
     def __init__(self, stream: TextIO, *, live: bool, verbose: bool) -> None:
         self._stream = stream
@@ -92,7 +92,7 @@ def summary(
 
 
 def _heights(elevation: ElevationReport) -> list[str]:
-    """Return a line about the distance of roads from the ground, and one about bridges and tunnels if there are any."""
+    """Return a line about the distance of roads from the ground, and one about bridges and tunnels if any."""
     errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
     lines = [f"  roads on the ground less the elevation model: {errors}"]
     kinds = [item.kind for item in elevation.structures]
@@ -118,8 +118,8 @@ def report(
 ) -> bytes:
     """Return the JSON report on a conversion, UTF-8; the same input gives the same bytes.
 
-    `inputs` are files and options by name, `output` says what was written; `elevation` is None where the world is flat,
-    and `border_ends`, where roads were cut off, for an area by itself.
+    `inputs` are files and options by name, `output` says what was written; `elevation` is None where the world is
+    flat, and `border_ends`, where roads were cut off, for an area by itself.
     """
     counts = [
         {"kind": kind.value, "code": code, "count": count} for (kind, code), count in diagnostics.counts().items()

@@ -51,7 +51,7 @@ def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:
 
 
 def profile_range(profile: CubicProfile, lengths: FloatArray) -> tuple[float, float]:
-    """Return the least and the greatest value of piecewise cubics, at least one, on curves of `lengths` (curves,), m."""
+    """Return the least and the greatest value of piecewise cubics on curves of `lengths` (curves,), m."""
     end = np.append(profile.s[1:], 0.0)
     filled = np.diff(profile.start) > 0
     end[profile.start[1:][filled] - 1] = lengths[filled]

@@ -1,6 +1,6 @@
-"""The page about many areas: a map, what failed, a table; one file of HTML that needs neither a network nor scripts.
+"""The page about many areas: a map, failures, a table; one file of HTML that needs neither a network nor scripts.
 
-Scripts sort, filter and zoom; where they are forbidden, as in the archives of some build servers, all else is there.
+Scripts sort, filter and zoom; where they are forbidden, as in the archives of some build servers, all else works.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from osm2xodr import __version__
 from osm2xodr.batch.index.area_rows import AreaRow, Figures, one_line
 from osm2xodr.batch.index.map import Map, Shape, make_map, number
 from osm2xodr.batch.model import Status
-from osm2xodr.diagnostics import Kind
+from osm2xodr.diagnostics import Kind, counted
 
-# Statuses in the order in which people want to know about them, and what each is.
+# Statuses, the most interesting first, and what each means.
 _STATUSES: Final = MappingProxyType(
     {
         Status.FAILED: "could not be converted",
@@ -31,7 +31,7 @@ _STATUSES: Final = MappingProxyType(
     }
 )
 _LINKS: Final = MappingProxyType({".xodr": "xodr", ".json": "report", ".html": "page"})
-# Columns after name, status and files: heading, what it is, unit.
+# Columns after name, status and files: heading, meaning, unit.
 _HEADINGS: Final = (
     ("Roads", "length of reference lines outside of junctions", "km"),
     ("Roads", "number of roads outside of junctions", ""),
@@ -48,27 +48,20 @@ _HEADINGS: Final = (
     ("Time", "of the conversion in this run", "s"),
     ("Memory", "most that the conversion took in this run", "MB"),
 )
-# Says before the table is read that scripts run, so that rows far down are laid out only when they come into sight.
-_EARLY: Final = 'document.documentElement.className = "scripted";'
-# How many of them come from the report.
+# Number of columns whose figures come from the report.
 _FIGURES: Final = 12
+# Runs before the table is read: with scripts, rows far down are laid out only when they are scrolled into view.
+_EARLY: Final = 'document.documentElement.className = "scripted";'
 # An area smaller than this on the whole map gets a symbol, units: a hundredth of the map's width is hard to see.
 _SMALL: Final = 9.0
 
 
 def make_index(rows: Sequence[AreaRow]) -> bytes:
-    """Return the page, UTF-8; the same rows give the same bytes.
-
-    Parameters
-    ----------
-    rows
-        In order of names.
-    """
+    """Return the page, UTF-8; the same rows give the same bytes."""
     order = {status: place for place, status in enumerate(_STATUSES)}
     rows = sorted(rows, key=lambda row: (order[row.result.status], _natural(row.name)))
     chart = make_map([row.result.outline_deg for row in rows])
     script, style = _part("index.js"), _part("index.css")
-    count = f"{len(rows):,} area{'' if len(rows) == 1 else 's'}"
     parts = {
         "policy": f"default-src 'none'; script-src {_hash(_EARLY)} {_hash(script)}; style-src {_hash(style)};"
         " img-src data:; base-uri 'none'; form-action 'none'",
@@ -76,7 +69,7 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
         "script": script,
         "early": _EARLY,
         "version": escape(__version__),
-        "count": count,
+        "count": counted(len(rows), "area"),
         "statuses": "".join(_status(rows, status) for status in _STATUSES),
         "figures": "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in _totals(rows)),
         "failures": _failures(rows),
@@ -91,13 +84,13 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
 
 
 def _natural(name: str) -> tuple[list[tuple[int, str]], str]:
-    """Return what names are sorted by: numbers in them by their value."""
+    """Return the key that sorts names with numbers in them by value."""
     words = re.findall(r"[0-9]+|[^0-9]+", name.casefold())
     return [(int(word[:99]), "") if word[0] in "0123456789" else (-1, word) for word in words], name
 
 
 def _status(rows: Sequence[AreaRow], status: Status) -> str:
-    """Return the switch of a status: how it is drawn, and how many there are."""
+    """Return the button of a status, with its pattern and the number of its areas."""
     number_of = sum(row.result.status is status for row in rows)
     word, meaning = status.value, _STATUSES[status]
     return (
@@ -109,7 +102,7 @@ def _status(rows: Sequence[AreaRow], status: Status) -> str:
 
 
 def _totals(rows: Sequence[AreaRow]) -> Iterator[tuple[str, str]]:
-    """Return names and values of figures about all areas."""
+    """Yield names and values of the figures about all areas."""
     known = [row.figures for row in rows if row.figures is not None]
     yield "km of road", f"{sum(figures.road_length or 0.0 for figures in known) / 1000.0:,.1f}"
     yield "roads", f"{sum(figures.roads or 0.0 for figures in known):,.0f}"
@@ -120,7 +113,7 @@ def _totals(rows: Sequence[AreaRow]) -> Iterator[tuple[str, str]]:
 
 
 def _duration(seconds: float) -> str:
-    """Write a duration for people."""
+    """Return a duration as text."""
     if seconds < 120.0:
         return f"{seconds:.1f} s"
     minutes = round(seconds / 60.0)
@@ -141,7 +134,7 @@ def _failures(rows: Sequence[AreaRow]) -> str:
 
 
 def _unplaced(chart: Map) -> str:
-    """Return how many areas are not on the map."""
+    """Return a sentence about areas that are not on the map."""
     missing = sum(shape is None for shape in chart.shapes)
     verb = "is" if missing == 1 else "are"
     return (
@@ -150,7 +143,7 @@ def _unplaced(chart: Map) -> str:
 
 
 def _map(rows: Sequence[AreaRow], chart: Map) -> str:
-    """Return the map; areas that failed lie on top."""
+    """Return the map, with the areas that failed on top."""
     drawn = [
         _area(place, row, shape) for place, (row, shape) in enumerate(zip(rows, chart.shapes, strict=True)) if shape
     ]
@@ -161,7 +154,7 @@ def _map(rows: Sequence[AreaRow], chart: Map) -> str:
 
 
 def _area(place: int, row: AreaRow, shape: Shape) -> str:
-    """Return an area of the map; it leads to its row."""
+    """Return an area of the map, linked to its row."""
     word = row.result.status.value
     outline = f'<path class="shape" d="{shape.path}"/>' if shape.path else ""
     small = not shape.path or max(shape.width, shape.height) < _SMALL
@@ -181,7 +174,7 @@ def _heading(name: str, meaning: str, unit: str) -> str:
 
 
 def _row(place: int, row: AreaRow) -> str:
-    """Return an area's row of the table; where it has no figures, a sentence takes their place."""
+    """Return an area's row of the table, with a sentence in place of missing figures."""
     word = row.result.status.value
     links = _links(row)
     if row.figures is None or row.message:
@@ -196,7 +189,7 @@ def _row(place: int, row: AreaRow) -> str:
 
 
 def _links(row: AreaRow) -> str:
-    """Return links to an area's files, which lie beside the page."""
+    """Return links to the files of an area, which lie beside the page."""
     return " ".join(
         f'<a href="./{quote(row.files[suffix].encode("utf-8", "surrogateescape"), safe="")}"'
         f' aria-label="{word} of {escape(one_line(row.name))}">{word}</a>'
@@ -206,13 +199,13 @@ def _links(row: AreaRow) -> str:
 
 
 def _spent(row: AreaRow) -> Iterator[str]:
-    """Return the cells under the last headings, about the run."""
+    """Yield the cells of the last columns, about the run."""
     yield f"{row.result.seconds:,.1f}" if row.result.seconds > 0.0 else ""
     yield f"{row.result.memory / 1e6:,.0f}" if row.result.memory > 0 else ""
 
 
 def _figures(figures: Figures) -> Iterator[str]:
-    """Return the cells under the first headings, about the road network."""
+    """Yield the cells of the first columns, about the road network."""
     yield _written(figures.road_length, 1e-3, 2)
     yield _written(figures.roads, 1.0, 0)
     yield _written(figures.junctions, 1.0, 0)
@@ -230,7 +223,7 @@ def _written(value: float | None, factor: float, decimals: int) -> str:
 
 
 def _hash(text: str) -> str:
-    """Return what a policy calls a text by."""
+    """Return the source expression of a text in a Content-Security-Policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}'"
 
 

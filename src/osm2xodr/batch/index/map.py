@@ -1,8 +1,8 @@
-"""Where areas lie on the map of a page: outlines in Mercator's projection, in units of the drawing.
+"""The map of a page: outlines of areas in Mercator's projection, in units of the drawing.
 
-Mercator's is the projection that keeps the shape of small areas wherever they are, so that tiles in Norway and towns
-in Kenya stand on one map without being squeezed. Formula: J. P. Snyder, Map Projections: A Working Manual, USGS 1987,
-eq. 7-1 and 7-2, on the sphere.
+Mercator's projection keeps the shape of small areas anywhere, so that tiles in Norway and towns in Kenya stand on one
+map without being squeezed. Formula: J. P. Snyder, Map Projections: A Working Manual, USGS 1987, eq. 7-1 and 7-2, on
+the sphere.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ from typing import Final
 Ring = tuple[tuple[float, float], ...]
 Point = tuple[float, float]
 
-# Radius of the sphere, m: the larger half axis of WGS 84, as web maps take it.
+# Radius of the sphere, m: the semi-major axis of WGS 84, as for web maps.
 RADIUS: Final = 6378137.0
-# Width of the drawing; numbers of units stay short, and fine enough for browsers, which keep seven digits.
+# Width of the drawing, units: numbers stay short, and fine enough for browsers, which keep seven digits.
 WIDTH: Final = 1000.0
-# Where the map ends towards the poles, degrees: where it is as high as wide.
+# Greatest latitude, degrees: a map of the whole Earth is square.
 _POLE: Final = 85.05
-# Least width and height of what is drawn, m; a single area may be but a point.
+# Least width and height of the map, m: a single area may be a point.
 _LEAST: Final = 300.0
+# Around the areas, as a share of their width.
 _MARGIN: Final = 0.03
 
 
@@ -31,7 +32,7 @@ _MARGIN: Final = 0.03
 class Shape:
     """An area on the map."""
 
-    path: str  # Its outline, as data of an SVG path; empty where it is but a point
+    path: str  # Its outline, as data of an SVG path; empty for a point
     # Its middle, units to the right and down
     x: float
     y: float
@@ -44,7 +45,7 @@ class Shape:
 class Map:
     """Areas on the map."""
 
-    shapes: tuple[Shape | None, ...]  # Of each area; None for those of which nobody knows where they are
+    shapes: tuple[Shape | None, ...]  # Of each area; None where its place is unknown
     # Of the drawing, units
     width: float
     height: float
@@ -55,9 +56,9 @@ class Map:
 
 
 def make_map(outlines: Sequence[Sequence[Ring]]) -> Map:
-    """Put outlines (rings of longitude and latitude, degrees) on a map that shows all of them.
+    """Return a map of outlines (rings of longitude and latitude, degrees).
 
-    The map is cut open on the far side of the areas, so that those beside the 180th meridian are neighbours.
+    It is cut open on the far side of the areas, so that areas on both sides of the 180th meridian are neighbours.
     """
     joined = [[_joined(ring) for ring in rings if ring] for rings in outlines]
     cut = _cut([_middle([lon for ring in rings for lon, _ in ring]) for rings in joined if rings])
@@ -76,7 +77,7 @@ def make_map(outlines: Sequence[Sequence[Ring]]) -> Map:
 
 
 def _joined(ring: Ring) -> list[Point]:
-    """Return a ring that does not jump at the 180th meridian; one all round the earth goes on as it is."""
+    """Return a ring without a jump at the 180th meridian; one round the Earth stays as it is."""
     out = [ring[0]]
     for (before, _), (lon, lat) in pairwise(ring):
         step = lon - before
@@ -89,7 +90,7 @@ def _middle(values: Sequence[float]) -> float:
 
 
 def _cut(longitudes: Sequence[float]) -> float:
-    """Return the meridian, degrees from -180 on, in the middle of the widest gap between others."""
+    """Return the meridian in the middle of the widest gap between longitudes, degrees."""
     sorted_deg = sorted(longitude % 360.0 for longitude in longitudes)
     if not sorted_deg:
         return -180.0
@@ -99,7 +100,7 @@ def _cut(longitudes: Sequence[float]) -> float:
 
 
 def _turned(rings: list[list[Point]], cut: float) -> list[list[Point]]:
-    """Return rings with longitudes within the turn that begins at the cut; rings of one area stay together."""
+    """Return the rings of an area, moved by whole turns to within 360 degrees east of the cut."""
     if not rings:
         return []
     middle = _middle([lon for ring in rings for lon, _ in ring])
@@ -117,7 +118,7 @@ def _projected(ring: list[Point]) -> list[Point]:
 
 
 def _shape(rings: list[list[Point]], left: float, top: float, unit: float) -> Shape | None:
-    """Draw the rings of an area."""
+    """Return the rings of an area as a shape."""
     if not rings:
         return None
     drawn = [[((x - left) / unit, (top - y) / unit) for x, y in ring] for ring in rings]
@@ -129,6 +130,6 @@ def _shape(rings: list[list[Point]], left: float, top: float, unit: float) -> Sh
 
 
 def number(value: float) -> str:
-    """Write a number of units."""
+    """Return a number of units as text."""
     text = f"{value:.3f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
