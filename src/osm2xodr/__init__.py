@@ -50,7 +50,9 @@ _EXPORTS = {
     "xodrWriter": ("WriteOptions",),
 }
 
-__getattr__ = lazy_exports(__name__, _EXPORTS)
+if not TYPE_CHECKING:
+    # Type checkers know all names, and would take any other for one that this finds.
+    __getattr__ = lazy_exports(__name__, _EXPORTS)
 
 
 def __dir__() -> list[str]:

@@ -274,10 +274,7 @@ def export(
     for option, value, needed in (("layers", layers, "geojson"), ("up", up, "obj")):
         if value is not None and form != needed:
             raise OptionError(f"{option} is for {needed} alone; leave it out", option)
-    names = EXPORT_LAYERS if layers is None else _names(layers)
-    for name in names:
-        if name not in EXPORT_LAYERS:
-            raise OptionError(f"layers has no {name!r}; choose from {','.join(EXPORT_LAYERS)}", "layers")
+    chosen = EXPORT_LAYERS if layers is None else _export_layers(layers)
     if up is not None:
         _choose("up", up, ("z", "y"))
     for option, length in (("tolerance", tolerance), ("step", step)):
@@ -287,7 +284,6 @@ def export(
 
     drive = _drive(file)
     if form == "geojson":
-        chosen = tuple(name for name in EXPORT_LAYERS if name in names)
         with stream_to(target) as stream:
             exporting.write_geojson(drive, stream, tolerance, step, chosen)
         return (target,)
@@ -350,6 +346,15 @@ def _choose(option: str, value: str, choices: Collection[str]) -> str:
     if value not in choices:
         raise OptionError(f"{option}: {value!r} is unknown; choose from {', '.join(choices)}", option)
     return value
+
+
+def _export_layers(given: str | Iterable[str]) -> tuple[str, ...]:
+    """Return layers of GeoJSON in the order in which they are written."""
+    names = _names(given)
+    for name in names:
+        if name not in EXPORT_LAYERS:
+            raise OptionError(f"layers has no {name!r}; choose from {','.join(EXPORT_LAYERS)}", "layers")
+    return tuple(name for name in EXPORT_LAYERS if name in names)
 
 
 def _picture_format(output: Path, given: str | None) -> str:

@@ -198,6 +198,15 @@ DECLARATIONS: Final[Mapping[str, Declaration]] = MappingProxyType(
 )
 
 
+# For help(): the declarations as parameters.
+ConvertOptions.__doc__ = (ConvertOptions.__doc__ or "").replace(
+    "    Raises\n",
+    "    Parameters\n    ----------\n"
+    + "".join(f"    {name}\n        {declared.help}\n" for name, declared in DECLARATIONS.items())
+    + "\n    Raises\n",
+)
+
+
 def paths(given: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> tuple[Path, ...]:
     """Return the paths of one file or of several."""
     return (Path(given),) if isinstance(given, (str, os.PathLike)) else tuple(Path(item) for item in given)
