@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lxml import etree
 from scene_files import scene_named
 from small_area import OSM, write_area, write_dem
 
@@ -69,26 +68,6 @@ def test_the_bytes_are_those_of_the_command_line(
     assert own == other
 
 
-def test_files_can_be_written_at_once_or_later(area: Path, dem: Path, tmp_path: Path) -> None:
-    at_once, later = tmp_path / "a.xodr", tmp_path / "b.xodr"
-    network = osm2xodr.convert(str(area), [str(dem)], str(at_once), name="A & B", date="2024-05-01")
-    assert network.write(later).path == later
-    assert at_once.read_bytes() == later.read_bytes()
-    network.write(later, name="Another", version="1.6")
-    header = etree.parse(later).find("header")
-    assert header is not None
-    assert (header.get("name"), header.get("revMinor"), header.get("date")) == ("Another", "6", "2024-05-01")
-
-
-def test_what_a_version_cannot_say_is_said_of_the_file(area: Path, tmp_path: Path) -> None:
-    network = osm2xodr.convert(area, left_hand=True)
-    before = len(network.diagnostics)
-    codes = [item.code for item in network.write(tmp_path / "old.xodr", xodr_version="1.4").diagnostics]
-    assert len(codes) > before == len(network.diagnostics)
-    at_once = osm2xodr.convert(area, output=tmp_path / "old.xodr", left_hand=True, xodr_version="1.4")
-    assert [item.code for item in at_once.diagnostics] == codes
-
-
 def test_options_can_be_put_together_first(area: Path) -> None:
     options = osm2xodr.ConvertOptions(ways="tertiary", default_lane_width=2.75, left_hand=True)
     network = osm2xodr.convert(area, options=options, right_hand=True)
@@ -118,13 +97,6 @@ def test_options_that_cannot_be(options: dict[str, Any], kind: type[Exception], 
     assert str(caught.value).startswith(message)
 
 
-def test_versions_that_cannot_be_written(area: Path, tmp_path: Path) -> None:
-    network = osm2xodr.convert(area)
-    with pytest.raises(osm2xodr.OptionError, match=r"xodr_version: OpenDRIVE 1\.5 cannot be written"):
-        network.write(tmp_path / "x.xodr", xodr_version="1.5")
-    assert not (tmp_path / "x.xodr").exists()
-
-
 def test_files_that_cannot_be(tmp_path: Path, area: Path) -> None:
     with pytest.raises(osm2xodr.InputError, match=r"none\.osm"):
         osm2xodr.convert(tmp_path / "none.osm")
@@ -143,20 +115,3 @@ def test_stages_are_announced(area: Path, dem: Path) -> None:
     assert stages == [
         f"reading {area}", "reading the elevation model", "building roads", "placing signals and objects",
     ]  # fmt: skip
-
-
-def test_a_conversion_shows_what_it_is(area: Path) -> None:
-    network = osm2xodr.convert(area, name="<b>Us & them</b>")
-    assert repr(network).startswith(
-        "<Conversion '<b>Us & them</b>': 3 roads of 0.5 km, 6 connecting roads in 1 junct"
-    )
-    page = network._repr_html_()
-    assert "&lt;b&gt;Us &amp; them&lt;/b&gt;" in page
-    assert "<b>" not in page
-    table = etree.fromstring(page)
-    assert [row.findtext("th") for row in table.iter("tr")][:4] == [
-        "roads",
-        "length",
-        "connecting roads",
-        "junctions",
-    ]
