@@ -20,7 +20,7 @@ from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Cubic, FloatArray, LaneType, Road, RoadMap, Street
 from osm2xodr.osmParsing import parse_osm
-from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.pipeline import PipelineOptions, convert
 from osm2xodr.projection import to_local
 
 mpl.use("Agg")
@@ -117,8 +117,8 @@ def main() -> None:
     parser.add_argument("--radius", type=float, default=40.0, help="m")
     parser.add_argument("--size", type=float, default=8.0, help="of each picture, inches")
     options = parser.parse_args()
-    road_map = convert(ConvertOptions(options.area), Diagnostics()).road_map
-    network = parse_osm(options.area, ConvertOptions(options.area).parse, Diagnostics())
+    road_map = convert(PipelineOptions(options.area), Diagnostics()).road_map
+    network = parse_osm(options.area, PipelineOptions(options.area).parse, Diagnostics())
     places = [tuple(float(word) for word in place.split(",")) for place in options.at.split(";")]
     figure, all_axes = plt.subplots(1, len(places), figsize=(options.size * len(places), options.size), squeeze=False)
     for axes, (lat, lon) in zip(all_axes[0], places, strict=True):

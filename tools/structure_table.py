@@ -15,7 +15,7 @@ from pathlib import Path
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import defaults
 from osm2xodr.model.elevation_report import StructureRecord
-from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.pipeline import PipelineOptions, convert
 
 HEAD = "| structure | OSM way | length, m | above the ground, m | clearance, m | largest grade | limit |"
 
@@ -44,7 +44,7 @@ def main() -> None:
     parser.add_argument("dem", type=Path, nargs="+")
     parser.add_argument("--least", type=float, default=20.0, help="leave out what is shorter and crosses no road, m")
     arguments = parser.parse_args()
-    done = convert(ConvertOptions(arguments.area, tuple(arguments.dem)), Diagnostics())
+    done = convert(PipelineOptions(arguments.area, tuple(arguments.dem)), Diagnostics())
     report = done.road_map.elevation_report
     for line in rows(report.structures if report else (), arguments.least):
         print(line)

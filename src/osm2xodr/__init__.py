@@ -1,5 +1,60 @@
-"""OpenStreetMap and a GeoTIFF elevation model in, an ASAM OpenDRIVE road network out."""
+"""OpenStreetMap and a GeoTIFF elevation model in, an ASAM OpenDRIVE road network out.
+
+>>> import osm2xodr
+>>> network = osm2xodr.convert("area.osm", dem="dem.tif")  # doctest: +SKIP
+>>> network.write("area.xodr")  # doctest: +SKIP
+
+`convert` makes a road network; `read`, `check`, `report`, `render`, `export` and `Locator` work with OpenDRIVE files
+of any writer. All that can go wrong is an `Osm2xodrError`. Everything is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.diagnostics import Diagnostic as Diagnostic, Diagnostics as Diagnostics, Kind as Kind
+    from osm2xodr.errors import (
+        CoverageError as CoverageError,
+        EmptyAreaError as EmptyAreaError,
+        InputError as InputError,
+        OptionError as OptionError,
+        Osm2xodrError as Osm2xodrError,
+        OutputError as OutputError,
+    )
+    from osm2xodr.library import (
+        ConvertOptions as ConvertOptions,
+        check as check,
+        convert as convert,
+        export as export,
+        read as read,
+        render as render,
+        report as report,
+    )
+    from osm2xodr.opendrive import Locator as Locator
+    from osm2xodr.reporting import Conversion as Conversion, Written as Written
+    from osm2xodr.xodrWriter import WriteOptions as WriteOptions
 
 # The only place where it stands: the build reads it here. Asking the installed package's metadata for it would take
 # longer than most imports.
 __version__ = "0.1.0"
+
+_EXPORTS = {
+    "diagnostics": ("Diagnostic", "Diagnostics", "Kind"),
+    "errors": ("CoverageError", "EmptyAreaError", "InputError", "OptionError", "Osm2xodrError", "OutputError"),
+    "library": ("ConvertOptions", "check", "convert", "export", "read", "render", "report"),
+    "opendrive": ("Locator",),
+    "reporting": ("Conversion", "Written"),
+    "xodrWriter": ("WriteOptions",),
+}
+
+if not TYPE_CHECKING:
+    # Type checkers know all names, and would take any other for one that this finds.
+    __getattr__ = lazy_exports(__name__, _EXPORTS)
+
+
+def __dir__() -> list[str]:
+    """Return the names that the library offers, loaded or not."""
+    return sorted(["__version__", *(name for names in _EXPORTS.values() for name in names)])

@@ -1,4 +1,4 @@
-"""The one place where stages say what they guessed, dropped or repaired."""
+"""What the stages guessed, dropped or repaired."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import Enum
 
 
 class Kind(str, Enum):
-    """What was done about a defect or a gap in the input."""
+    """What was done about a defect or a gap of the input."""
 
     GUESSED = "guessed"
     DROPPED = "dropped"
@@ -19,11 +19,11 @@ class Kind(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One thing that a stage found and what it did about it."""
+    """One finding of a stage, and what was done about it."""
 
     kind: Kind  # What was done
-    code: str  # Short stable name of the finding in kebab-case, e.g. ``"lane-count"``.
-    osm_id: str  # ``"way/123"``, ``"node/4"``, ``"relation/5"``, or empty where no element is to blame
+    code: str  # Short stable name of the finding in kebab-case, such as ``"lane-count"``
+    osm_id: str  # ``"way/123"``, ``"node/4"``, ``"relation/5"``; empty where it is about no single element
     message: str  # What was found and what was done, one sentence
 
 
@@ -47,28 +47,37 @@ def counted(count: int, noun: str) -> str:
 
 
 class Diagnostics:
-    """Collects diagnostics in the order in which they are found."""
+    """What was guessed, dropped and repaired, in the order in which it was found.
+
+    Iterating over it yields each `Diagnostic`: its kind, its code, the OSM element that it is about, and a sentence.
+
+    Examples
+    --------
+    >>> found = Diagnostics()
+    >>> found.guessed("lane-count", "way/1", "it has 2 lanes, as most residential streets")
+    >>> [item.osm_id for item in found]
+    ['way/1']
+    >>> found.counts()
+    {(<Kind.GUESSED: 'guessed'>, 'lane-count'): 1}
+    """
 
     def __init__(self) -> None:
         self._items: list[Diagnostic | _Count] = []
+
+    def copy(self) -> Diagnostics:
+        """Return new diagnostics with all findings so far."""
+        out = Diagnostics()
+        out._items = list(self._items)
+        return out
 
     def add(self, kind: Kind, code: str, osm_id: str, message: str) -> None:
         """Record one finding."""
         self._items.append(Diagnostic(kind, code, osm_id, message))
 
     def count(self, kind: Kind, code: str, osm_ids: Iterable[str], noun: str, finding: str) -> None:
-        """Record the same finding about several elements, if there are any.
+        """Record one finding about several elements, if there are any: their number, the noun and the finding.
 
-        Parameters
-        ----------
-        kind, code
-            Of the finding.
-        osm_ids
-            The elements.
-        noun
-            What one of them is, such as ``bus stop``.
-        finding
-            What follows the noun; the same in the singular and the plural.
+        The noun names one of them, such as ``bus stop``; the finding reads the same in the singular and the plural.
         """
         found = tuple(osm_ids)
         if found:
@@ -91,12 +100,12 @@ class Diagnostics:
         self.add(Kind.NOTE, code, osm_id, message)
 
     def osm_ids(self) -> set[str]:
-        """Return all elements that anything was found of."""
+        """Return all elements with a finding."""
         found = {item.osm_id for item in self._items if isinstance(item, Diagnostic)}
         return found.union(*(item.osm_ids for item in self._items if isinstance(item, _Count))) - {""}
 
     def forget(self, osm_ids: AbstractSet[str]) -> None:
-        """Take back all that was found of some elements."""
+        """Take back all findings about some elements."""
         items, self._items = self._items, []
         for item in items:
             if isinstance(item, _Count):
@@ -112,18 +121,12 @@ class Diagnostics:
         return len(self._items)
 
     def counts(self) -> dict[tuple[Kind, str], int]:
-        """How often each (kind, code) was recorded, in order of kind and code."""
+        """Return how often each (kind, code) was recorded, in order of kind and code."""
         found = Counter((item.kind, item.code) for item in self._items)
         return dict(sorted(found.items(), key=lambda entry: (entry[0][0].value, entry[0][1])))
 
     def guessed_about(self, prefix: str) -> dict[int, frozenset[str]]:
-        """Return the codes of guesses by the number of the element that they are about.
-
-        Parameters
-        ----------
-        prefix
-            Of the elements' names, such as ``"way/"``.
-        """
+        """Return the codes of guesses by the number of the element, for names with a prefix such as ``"way/"``."""
         found: dict[int, set[str]] = {}
         for item in self:
             if item.kind is Kind.GUESSED and item.osm_id.startswith(prefix):

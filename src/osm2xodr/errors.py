@@ -1,8 +1,26 @@
-"""What can go wrong with a conversion, as exceptions with one sentence for the user."""
+"""What can go wrong, as exceptions that say it in one sentence."""
+
+from __future__ import annotations
 
 
 class Osm2xodrError(Exception):
-    """A conversion cannot be done; the message names the cause and the remedy in one sentence."""
+    """Something cannot be done; the message names the cause and the remedy in one sentence."""
+
+
+class OptionError(Osm2xodrError, ValueError):
+    """An option has a value that cannot be, or contradicts another one.
+
+    Parameters
+    ----------
+    message
+        One sentence that begins with the names of the options.
+    options
+        These names.
+    """
+
+    def __init__(self, message: str, *options: str) -> None:
+        super().__init__(message)
+        self.options = options
 
 
 class InputError(Osm2xodrError):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from osm2xodr.curves import inside_outline
 from osm2xodr.diagnostics import Diagnostics, Kind
@@ -22,18 +22,19 @@ from osm2xodr.geometry import (
     keep_own,
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
-from osm2xodr.osmParsing import ParseOptions
+from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.projection import offline
 from osm2xodr.reporting import Conversion, summarize
-from osm2xodr.surface import FlatSurface, SurfaceOptions
-from osm2xodr.system import Task
+from osm2xodr.surface import FlatSurface, SurfaceOptions, points_along, read_surface
+from osm2xodr.system import Task, one_thread
 
 if TYPE_CHECKING:
     from osm2xodr.surface import DemSummary
 
 
 @dataclass(frozen=True, slots=True)
-class ConvertOptions:
-    """What is converted, and how."""
+class PipelineOptions:
+    """What is converted, and what each stage is told."""
 
     area: Path  # OSM file
     dems: tuple[Path, ...] = ()  # Elevation models; none for a flat world at height 0
@@ -44,13 +45,24 @@ class ConvertOptions:
     elevation: ElevationOptions = field(default_factory=ElevationOptions)
     roads: RoadOptions = field(default_factory=RoadOptions)
     furniture: FurnitureOptions = field(default_factory=FurnitureOptions)  # What stands on and beside them
-    jobs: int = 1  # How many processes work at once, at least 1. What comes out does not depend on it.
+    jobs: int = 1  # How many processes work at once, at least 1; the result is the same for any number
     # The areas side by side that this is one of; roads are cut at its border. None for an area by itself.
     partition: Partition | None = None
 
 
+class _Terrain(NamedTuple):
+    """The ground, as the stages that follow need it."""
+
+    surface: Surface
+    ground: Task[Ground] | None = None  # The ground that heights are solved on, on its way; None where it is flat
+    coverage: float | None = None  # Share of the streets whose height is measured
+    models: tuple[DemSummary, ...] = ()  # What the elevation models are
+
+
+@one_thread()
+@offline()
 def convert(
-    options: ConvertOptions, diagnostics: Diagnostics, on_stage: Callable[[str], None] = lambda stage: None
+    options: PipelineOptions, diagnostics: Diagnostics, on_stage: Callable[[str], None] = lambda stage: None
 ) -> Conversion:
     """Turn an OSM file and elevation models into an OpenDRIVE road network.
 
@@ -59,7 +71,7 @@ def convert(
     options
         What is converted, and how.
     diagnostics
-        Receives what was guessed, dropped and repaired.
+        Receives what was guessed, dropped and repaired; the conversion holds it as well.
     on_stage
         Called with the name of each stage as it begins.
 
@@ -68,76 +80,75 @@ def convert(
     Osm2xodrError
         If it cannot be done, with a sentence that says why and what to do.
     """
-    # Readers are imported where they are needed: they take a while to load, and a flat world needs but one.
-    from osm2xodr.osmParsing import parse_osm
-
+    partition = options.partition
     on_stage(f"reading {options.area}")
-    parse = replace(options.parse, frame=options.partition.frame) if options.partition else options.parse
+    parse = replace(options.parse, frame=partition.frame) if partition else options.parse
     network = parse_osm(options.area, parse, diagnostics)
-    surface: Surface = FlatSurface()
-    coverage: float | None = None
-    elevation_models: tuple[DemSummary, ...] = ()
-    ground: Task[Ground] | None = None
     if options.dems:
-        from osm2xodr.surface import points_along, read_surface
-
         on_stage("reading the elevation model")
-        x, y = points_along(network.streets)
-        measured = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
-        surface, coverage, elevation_models = measured, measured.coverage, measured.dems
-        # Beside the plan view, which takes as long and needs no heights.
-        origin = COMMON_ORIGIN if options.partition else None
-        ground = Task(partial(ground_around, surface, x, y, options.elevation, origin), apart=options.jobs > 1)
-    else:
-        diagnostics.note("flat", "", "no elevation model was given: all ground is at height 0; give one with --dem")
+    terrain = _read_terrain(options, network, diagnostics)
     on_stage("building roads")
+    road_map = _build_roads(options, network, terrain, diagnostics)
+    _report_ways_inside(network, road_map, diagnostics)
+    on_stage("placing signals and objects")
+    road_map = place_furniture(network, road_map, options.furniture, diagnostics)
+    if partition is not None:
+        on_stage("cutting roads at the border")
+        _forget_others(options.area, partition, diagnostics)
+        road_map = keep_own(road_map, diagnostics)
+    return Conversion(road_map, summarize(road_map, terrain.coverage), diagnostics, terrain.models)
+
+
+def _read_terrain(options: PipelineOptions, network: StreetNetwork, diagnostics: Diagnostics) -> _Terrain:
+    """Read the elevation models, and begin to work out the ground that heights are solved on."""
+    if not options.dems:
+        diagnostics.note("flat", "", "no elevation model was given: all ground is at height 0; give one with --dem")
+        return _Terrain(FlatSurface())
+    x, y = points_along(network.streets)
+    surface = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
+    origin = COMMON_ORIGIN if options.partition else None
+    # Beside the plan view, which takes as long and needs no heights.
+    ground = Task(partial(ground_around, surface, x, y, options.elevation, origin), apart=options.jobs > 1)
+    return _Terrain(surface, ground, surface.coverage, surface.dems)
+
+
+def _build_roads(
+    options: PipelineOptions, network: StreetNetwork, terrain: _Terrain, diagnostics: Diagnostics
+) -> RoadMap:
+    """Lay out roads and junctions, and solve their heights."""
+    ground = terrain.ground
     try:
-        found = ground.result if ground else None
-        around = _neighbourhood(options, network)
-        road_map = build_roads(network, surface, diagnostics, options.elevation, options.roads, found, around)
+        return build_roads(
+            network,
+            terrain.surface,
+            diagnostics,
+            options.elevation,
+            options.roads,
+            None if ground is None else ground.result,
+            _neighbourhood(options, network),
+        )
     finally:
         if ground is not None:
             ground.cancel()
-    _tell_of_ways_inside(network, road_map, diagnostics)
-    on_stage("placing signals and objects")
-    road_map = place_furniture(network, road_map, options.furniture, diagnostics)
-    if options.partition is not None:
-        on_stage("cutting roads at the border")
-        _forget_others(options.area, options.partition, diagnostics)
-        road_map = keep_own(road_map, diagnostics)
-    return Conversion(road_map, summarize(road_map, coverage), elevation_models)
 
 
-def _forget_others(path: Path, partition: Partition, diagnostics: Diagnostics) -> None:
-    """Take back what was found of elements of which no node lies in the own area: its neighbours tell of them."""
-    from osm2xodr.osmParsing import element_places
-
-    outline = partition.outlines[partition.own]
-    places = element_places(path, partition.frame, diagnostics.osm_ids())
-    diagnostics.forget(
-        {osm_id for osm_id, xy in places.items() if not inside_outline(outline, xy[:, 0], xy[:, 1]).any()}
-    )
-
-
-def _neighbourhood(options: ConvertOptions, network: StreetNetwork) -> Neighbourhood | None:
+def _neighbourhood(options: PipelineOptions, network: StreetNetwork) -> Neighbourhood | None:
     """Return the areas side by side, with what makes the surface along their borders."""
     if options.partition is None:
         return None
     # Borders may run where elevation models end.
-    choices = replace(options.surface, allow_partial=True)
+    how = replace(options.surface, allow_partial=True)
 
     def surface_around(x: FloatArray, y: FloatArray) -> Surface:
         if not options.dems:
             return FlatSurface()
-        from osm2xodr.surface import read_surface
-
-        return read_surface(options.dems, network.frame, x, y, choices, Diagnostics())
+        return read_surface(options.dems, network.frame, x, y, how, Diagnostics())
 
     return Neighbourhood(options.partition, surface_around)
 
 
-def _tell_of_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics: Diagnostics) -> None:
-    """Report the ways that no road is made of, since all of them lies inside junctions."""
+def _report_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics: Diagnostics) -> None:
+    """Report the ways that became no road because they lie wholly inside junctions."""
     carried = {way for road in road_map.roads for way in road.osm_way_ids}
     ways = {attributes.osm_way_id for street in network.streets for _, attributes in street.pieces} - carried
     dropped = {item.osm_id for item in diagnostics if item.kind is Kind.DROPPED} if ways else set()
@@ -146,3 +157,15 @@ def _tell_of_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics:
             diagnostics.note(
                 "inside-junction", f"way/{way}", "it lies wholly inside a junction, whose connecting roads replace it"
             )
+
+
+def _forget_others(path: Path, partition: Partition, diagnostics: Diagnostics) -> None:
+    """Take back what was found about elements without a node in the own area: their own areas report it."""
+    # It loads the reader of OSM files, which only starts where there is one to read.
+    from osm2xodr.osmParsing import element_places
+
+    outline = partition.outlines[partition.own]
+    places = element_places(path, partition.frame, diagnostics.osm_ids())
+    diagnostics.forget(
+        {osm_id for osm_id, xy in places.items() if not inside_outline(outline, xy[:, 0], xy[:, 1]).any()}
+    )

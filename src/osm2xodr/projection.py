@@ -1,12 +1,14 @@
 """The local frame: a transverse Mercator projection centred on the data.
 
-A local projection with scale 1 keeps lengths true to 1 ppm within 10 km and coordinates small, which readers
-with single-precision coordinates need; CARLA 0.9.16 understands no other kind of georeference.
+With scale 1 it keeps lengths true to 1 ppm within 10 km, and coordinates small, which readers with coordinates of
+single precision need; CARLA 0.9.16 understands no other kind of georeference.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import contextlib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,12 +22,9 @@ WGS84 = "EPSG:4326"
 
 
 def make_frame(lat_0_deg: float, lon_0_deg: float) -> LocalFrame:
-    """Make the local frame with its origin at a place, rounded to what the georeference states.
+    """Return the local frame with its origin at a place, degrees, WGS 84.
 
-    Parameters
-    ----------
-    lat_0_deg, lon_0_deg
-        Origin, degrees, WGS 84. Rounded to 5 decimals (about 1 m), so that the written text is the exact frame.
+    The origin is rounded to 5 decimals (about 1 m), so that the georeference states it exactly.
     """
     lat, lon = round(lat_0_deg, 5), round(lon_0_deg, 5)
     proj = f"+proj=tmerc +lat_0={lat:.5f} +lon_0={lon:.5f} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +vunits=m"
@@ -59,6 +58,21 @@ def bounds_deg(lon_deg: npt.ArrayLike, lat_deg: npt.ArrayLike) -> tuple[float, f
 def transformer_to(frame: LocalFrame, crs: object) -> Transformer:
     """Return the transformation from local x, y (m) to x, y of another CRS, in its own units."""
     return _transformer(frame.proj, crs)
+
+
+@contextlib.contextmanager
+def offline() -> Iterator[None]:
+    """Keep PROJ off the network whatever its settings say: a grid that is absent must not be fetched."""
+    # Here as below. The types of some versions of pyproj do not know these functions.
+    from pyproj import network
+
+    switch: Any = network
+    was = switch.is_network_enabled()
+    switch.set_network_enabled(False)
+    try:
+        yield
+    finally:
+        switch.set_network_enabled(was)
 
 
 def _transformer(source: object, target: object) -> Transformer:

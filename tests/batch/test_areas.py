@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from osm2xodr.batch import defaults
 from osm2xodr.batch.areas import (
     _number,
     check_name,
@@ -17,10 +16,9 @@ from osm2xodr.batch.areas import (
     outlined,
     parse_length,
     read_areas,
-    shared_frame,
 )
 from osm2xodr.batch.model import Area
-from osm2xodr.batch.partition_file import read_partition
+from osm2xodr.batch.shared_frame import _IDS_PER_AREA, read_partition, shared_frame
 from osm2xodr.curves.polygons import inside_outline
 from osm2xodr.errors import InputError
 from osm2xodr.model import Outline
@@ -187,7 +185,7 @@ def test_the_frame_that_areas_share_is_what_conversions_read(tmp_path: Path) -> 
     assert partition.names[partition.own] == "x500_y500"
     assert partition.first_ids[partition.own] == 1
     assert len(set(partition.first_ids)) == len(tiles)
-    assert all((first - 1) % defaults.BATCH_IDS_PER_AREA == 0 for first in partition.first_ids)
+    assert all((first - 1) % _IDS_PER_AREA == 0 for first in partition.first_ids)
     assert partition.frame == tiles[0].frame
     for tile, outline in zip(tiles, partition.outlines, strict=True):
         assert tile.outline is not None
@@ -196,7 +194,7 @@ def test_the_frame_that_areas_share_is_what_conversions_read(tmp_path: Path) -> 
 
 def test_ids_run_out() -> None:
     area = Area("far", Path("m.osm"), outline_deg=(((7.0, 50.0), (7.2, 50.0), (7.2, 50.1)),))
-    last = (2**31 - 1) // defaults.BATCH_IDS_PER_AREA - 1
+    last = (2**31 - 1) // _IDS_PER_AREA - 1
     assert shared_frame([outlined(area, number=last)])["areas"][0]["first_id"] < 2**31
     with pytest.raises(InputError, match="there are too many areas for --shared-frame to give ids"):
         shared_frame([outlined(area, number=last + 1)])

@@ -286,7 +286,7 @@ def test_a_conversion_by_itself(tmp_path: Path) -> None:
 
 ENDING = """
 import sys, threading
-from osm2xodr.batch.area_process import AreaJob, run_area
+from osm2xodr.batch.workers.area_process import AreaJob, run_area
 job = AreaJob("a batch", "a", ("convert", sys.argv[1], "-o", "a.xodr", "-q"))
 thread = threading.Thread(target=run_area, args=(job,), daemon=True)
 thread.start()

@@ -9,8 +9,9 @@ import pytest
 from exported_network import network
 from xodr_text import document, road
 
-from osm2xodr.cli import export as cli_export, main
+from osm2xodr.cli import main
 from osm2xodr.exporting.geojson import LAYERS
+from osm2xodr.library import EXPORT_LAYERS
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def export(path: Path, target: str, *arguments: str) -> int:
 
 
 def test_layers_of_the_command_are_those_of_the_module() -> None:
-    assert cli_export.LAYERS == LAYERS
+    assert EXPORT_LAYERS == LAYERS
 
 
 def test_formats_by_name(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,7 +52,7 @@ def test_same_file_same_bytes(path: Path) -> None:
 @pytest.mark.parametrize(
     ("target", "arguments", "words"),
     [
-        ("a.dae", [], "does not tell what to write"),
+        ("a.dae", [], "a.dae does not tell it"),
         ("a.glb", ["--layers", "lanes"], "--layers is for geojson alone"),
         ("a.geojson", ["--up", "y"], "--up is for obj alone"),
         ("a.geojson", ["--layers", "lanes,trees"], "no 'trees'"),

@@ -116,7 +116,7 @@ def test_text_for_people(path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "lane     1 (driving), section from s=0.0000 m, 0.4998 m right of its middle\n" in text
     assert "height   201.0700 m\n" in text
     assert "grade    5.00 %\n" in text
-    assert text.endswith("1 more road lies here; --all tells of all\n")
+    assert text.endswith("1 more road lies here; --all shows all\n")
 
 
 def test_a_place_beside_all_roads(path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -38,7 +38,7 @@ from osm2xodr.model import Rule
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.osmParsing.options import PRESETS
-from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.pipeline import PipelineOptions, convert
 from osm2xodr.projection import make_frame
 from osm2xodr.surface import SurfaceOptions, read_surface
 from osm2xodr.viewing import write_picture
@@ -67,7 +67,7 @@ def fuzz_map(dice: random.Random, folder: Path) -> None:
     reader = TARGETS[dice.choice(sorted(TARGETS))]
     extra = frozenset(EXTRA_OBJECTS if dice.random() < 0.7 else ())
     bumpy, wild = _bumpy_dem(area, folder, dice) if dice.random() < 0.15 else (None, False)
-    options = ConvertOptions(
+    options = PipelineOptions(
         area,
         dems=(bumpy,) if bumpy else (),
         parse=_parse_options(dice, extra),
@@ -363,7 +363,7 @@ def _small_xodr(folder: Path) -> bytes:
         area.write_text(SOUND_MAP, encoding="utf-8")
         stream = io.BytesIO()
         found = Diagnostics()
-        write_xodr(convert(ConvertOptions(area), found).road_map, stream, WriteOptions(), found)
+        write_xodr(convert(PipelineOptions(area), found).road_map, stream, WriteOptions(), found)
         return stream.getvalue()
 
     return _remembered("xodr", make)

@@ -34,4 +34,5 @@ def refusal(status: int, error: str) -> str:
     assert error.startswith("osm2xodr: error: "), error
     assert error.count("\n") == 1
     assert "a defect" not in error
+    assert "internal error" not in error
     return error

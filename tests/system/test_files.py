@@ -62,7 +62,7 @@ def test_a_disk_that_is_full(tmp_path: Path) -> None:
     target.write_bytes(b"old")
     script = (
         "import resource, signal, sys, pathlib\n"
-        "from osm2xodr.xodrWriter.output import atomic_output\n"
+        "from osm2xodr.system.files import atomic_output\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))\n"
         "try:\n"

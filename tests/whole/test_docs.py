@@ -51,7 +51,14 @@ def test_the_run_in_the_readme_works(tmp_path: Path) -> None:
 def test_the_python_in_the_readme_works(tmp_path: Path) -> None:
     for name in ("area.osm", "dem.tif"):
         (tmp_path / name).symlink_to(SAMPLE / name)
-    subprocess.run([sys.executable, "-W", "error", "-c", block_after("## From Python")], cwd=tmp_path, check=True)
+    code = block_after("## From Python")
+    assert len([line for line in code.splitlines() if line]) <= 5
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    own, checked = done.stdout.splitlines()
+    assert own.startswith("<Conversion 'My area': ")
+    assert checked.startswith("area.xodr: 0 errors, ")
     header = etree.parse(tmp_path / "area.xodr").find("header")
     assert header is not None
     assert header.get("name") == "My area"

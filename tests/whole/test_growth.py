@@ -9,7 +9,7 @@ from pathlib import Path
 from replicate import Area, replicate
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.pipeline import PipelineOptions, convert
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 SAMPLE = Path(__file__).parents[2] / "data" / "samples" / "andorra_ordino"
@@ -21,7 +21,7 @@ def seconds_and_roads(area: Area) -> tuple[float, int]:
     assert area.dem is not None
     diagnostics = Diagnostics()
     began = time.process_time()
-    road_map = convert(ConvertOptions(area.osm, (area.dem,)), diagnostics).road_map
+    road_map = convert(PipelineOptions(area.osm, (area.dem,)), diagnostics).road_map
     write_xodr(road_map, BytesIO(), WriteOptions(), diagnostics)
     return time.process_time() - began, len(road_map.roads)
 

@@ -247,6 +247,6 @@ def test_entities_in_road_networks(
     assert status == 1
     assert time.monotonic() - began < 20.0
     assert "root:" not in printed.out + printed.err
-    assert "a defect" not in printed.err
+    assert "internal error" not in printed.err
     assert sorted(item.name for item in tmp_path.iterdir()) == ["map.xodr"]
     assert asked == []

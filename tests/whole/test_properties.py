@@ -22,7 +22,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import RoadMap
 from osm2xodr.osmParsing import ParseOptions, parse_osm
-from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.pipeline import PipelineOptions, convert
 from osm2xodr.projection import to_local
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
@@ -38,7 +38,7 @@ def converted(network: RandomNetwork, text: str, folder: Path) -> tuple[RoadMap,
     area = folder / "area.osm"
     area.write_text(text, encoding="utf-8")
     found = Diagnostics()
-    options = ConvertOptions(area, parse=ParseOptions(rule=network.rule))
+    options = PipelineOptions(area, parse=ParseOptions(rule=network.rule))
     road_map = convert(options, found).road_map
     stream = io.BytesIO()
     write_xodr(road_map, stream, WriteOptions(version="1.7"), found)
@@ -180,5 +180,5 @@ def test_poles_are_refused(latitude: float, tmp_path: Path) -> None:
     area = tmp_path / "pole.osm"
     area.write_text(f'<osm version="0.6">{nodes}{way}</osm>', encoding="utf-8")
     with pytest.raises(InputError, match=re.escape(f"reaches to latitude {latitude:.2f}")) as refused:
-        convert(ConvertOptions(area), Diagnostics())
+        convert(PipelineOptions(area), Diagnostics())
     assert "choose an area off the poles" in str(refused.value)

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from small_area import write_area, write_dem
 
+import osm2xodr
+
 # Readers and projections, and parts of SciPy that take a tenth of a second and more with all that they import.
 READERS = {"osmium", "rasterio", "pyproj"}
 HEAVY = {"scipy.interpolate", "scipy.optimize", "scipy.stats", "scipy.signal", "scipy.integrate", "lxml"}
@@ -46,3 +48,18 @@ def test_a_conversion_loads_what_it_needs(tmp_path: Path, with_dem: bool) -> Non
     # The surface's splines are SciPy's.
     assert with_dem or found & HEAVY == set()
     assert ("osm2xodr.surface.grids.raster_file" in found) is with_dem
+
+
+def test_the_library_loads_when_it_is_used() -> None:
+    found = loaded("import osm2xodr")
+    assert {name for name in found if name.startswith("osm2xodr.")} == {"osm2xodr.system", "osm2xodr.system.lazy"}
+    assert found & (READERS | HEAVY | NEEDLESS | {"numpy", "click"}) == set()
+
+
+def test_the_library_has_what_it_says() -> None:
+    names = [name for name in dir(osm2xodr) if not name.startswith("_")]
+    assert {"convert", "read", "check", "report", "render", "export", "Locator", "Conversion"} <= set(names)
+    for name in names:
+        assert getattr(osm2xodr, name).__doc__, name
+    with pytest.raises(AttributeError, match="no attribute 'konvert'"):
+        getattr(osm2xodr, "konvert")  # noqa: B009 - what type checkers refuse

@@ -1,4 +1,4 @@
-"""Many areas: what is to be converted, cut out, spread over processes, and told about."""
+"""Batches: lists of areas, areas cut out of one map, conversions spread over processes, and a summary."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ if TYPE_CHECKING:
     from osm2xodr.batch.bounds import keep_bounds as keep_bounds, recall_bounds as recall_bounds
     from osm2xodr.batch.cutting import bounds_of as bounds_of
     from osm2xodr.batch.index import write_summary as write_summary
-    from osm2xodr.batch.manifest import ManifestContext as ManifestContext, read_manifest as read_manifest
+    from osm2xodr.batch.manifest import (
+        ManifestContext as ManifestContext,
+        expand as expand,
+        read_manifest as read_manifest,
+    )
     from osm2xodr.batch.model import EMPTY as EMPTY, Area as Area, Result as Result, Status as Status
     from osm2xodr.batch.out_dir import open_out_dir as open_out_dir
-    from osm2xodr.batch.partition_file import read_partition as read_partition
-    from osm2xodr.batch.patterns import expand as expand
+    from osm2xodr.batch.shared_frame import read_partition as read_partition
     from osm2xodr.batch.workers import Workers as Workers
     from osm2xodr.batch.workflow import BatchOptions as BatchOptions, run_batch as run_batch
 
@@ -32,11 +35,10 @@ __getattr__ = lazy_exports(
         "bounds": ("keep_bounds", "recall_bounds"),
         "cutting": ("bounds_of",),
         "index": ("write_summary",),
-        "manifest": ("ManifestContext", "read_manifest"),
+        "manifest": ("ManifestContext", "expand", "read_manifest"),
         "model": ("Area", "EMPTY", "Result", "Status"),
         "out_dir": ("open_out_dir",),
-        "partition_file": ("read_partition",),
-        "patterns": ("expand",),
+        "shared_frame": ("read_partition",),
         "workers": ("Workers",),
         "workflow": ("BatchOptions", "run_batch"),
     },

@@ -13,50 +13,48 @@ from typing import Any, Final
 
 import numpy as np
 
-from osm2xodr.batch import defaults
 from osm2xodr.batch.model import Area
-from osm2xodr.batch.partition_file import PARTITION_FORMAT
 from osm2xodr.errors import InputError
 from osm2xodr.model import LocalFrame, Outline
 from osm2xodr.projection import make_frame, to_geographic, to_local
 
-# Side of the smallest tiles, m, below which most roads are cut several times, and the greatest number of tiles.
-# Choices.
-_BATCH_TILE_MIN: Final = 200.0
-_BATCH_TILES_MAX: Final = 100_000
-# Origins of the frames of tiles are rounded to this, degrees, so that tiles keep names and ids when the map's bounds
-# move a little from one extract to the next; a choice.
-_BATCH_ORIGIN_STEP_DEG: Final = 0.1
-
 RingDeg = tuple[tuple[float, float], ...]
 
-# The tile north-east of the frame's origin, so that names sort from west to east and from south to north.
+# Side of the smallest tiles, m: most roads are cut several times by smaller ones. And the greatest number of tiles.
+# Both are choices.
+_TILE_SIDE_MIN: Final = 200.0
+_TILES_MAX: Final = 100_000
+# Origins of the frames of tiles are rounded to this, degrees, so that tiles keep their names and ids when the map's
+# bounds move a little from one extract to the next; a choice.
+_ORIGIN_STEP_DEG: Final = 0.1
+# Number of the tile north-east of the frame's origin, so that names sort from west to east and from south to north.
 _TILE_ZERO: Final = 500
-# Of a cell of the grid.
-_CORNERS: Final = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-# A transverse Mercator projection is of little use farther than half of this from its meridian.
+_CELL_CORNERS: Final = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+# A transverse Mercator projection is of little use farther than half of this from its meridian, degrees.
 _SPAN_MAX_DEG: Final = 60.0
-# Names that the batch uses itself.
-_TAKEN: Final = frozenset({"summary", "index", "frame"})
+# Points on each side of the map's bounds, whose sides are curves in the frame.
+_SIDE_POINTS: Final = 33
+# Names of the batch's own files, and the longest name, bytes: file systems take 255 with the endings.
+_TAKEN_NAMES: Final = frozenset({"summary", "index", "frame"})
 _NAME_MAX: Final = 120
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedArea:
-    """An area with what it is cut out by."""
+    """An area with its outline in a local frame."""
 
-    area: Area  # What is converted
-    # What is cut out, None for all of the map
+    area: Area
+    # Of what is cut out; None for the whole map
     frame: LocalFrame | None = None
     outline: Outline | None = None
-    number: int = 0  # Of the area among all that there may be, from 0 on; it stays when others come or go
+    number: int = 0  # From 0 on; it stays the same when other areas come or go
 
 
 def check_name(name: str) -> str:
-    """Return why a name is none for an area, nothing if it is one: it becomes the stem of files."""
+    """Return why a name cannot be the name of an area, and of its files; empty if it can."""
     if not name or len(name.encode("utf-8", "replace")) > _NAME_MAX:
         return f"a name has 1 to {_NAME_MAX} bytes"
-    if name.lower() in _TAKEN:
+    if name.lower() in _TAKEN_NAMES:
         return "the batch has a file of this name"
     if name[0] in ".-" or name != name.strip() or name[-1] == ".":
         return "a name begins with neither a dot nor a dash, and ends with no dot or space"
@@ -65,13 +63,7 @@ def check_name(name: str) -> str:
 
 
 def check_names(names: Iterable[str], where: str) -> None:
-    """Refuse names that are none, or that two areas share where case does not count.
-
-    Raises
-    ------
-    InputError
-        With `where` they are.
-    """
+    """Refuse names that cannot be, and names that differ in case alone; `where` they stand is said in the error."""
     seen: dict[str, str] = {}
     for name in names:
         wrong = check_name(name)
@@ -84,14 +76,14 @@ def check_names(names: Iterable[str], where: str) -> None:
 
 
 def frame_around(rings: Sequence[RingDeg]) -> LocalFrame:
-    """Return the local frame in the middle of rings, degrees."""
+    """Return the local frame with its origin in the middle of some rings."""
     corners = np.array([corner for ring in rings for corner in ring])
     lon, lat = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
     return make_frame(float(lat), float(lon))
 
 
 def outlined(area: Area, frame: LocalFrame | None = None, number: int = 0) -> PlannedArea:
-    """Put the outline of an area into a frame, by default one of its own."""
+    """Return an area with its outline in a frame, by default one of its own."""
     if not area.outline_deg:
         return PlannedArea(area, number=number)
     frame = frame or frame_around(area.outline_deg)
@@ -103,19 +95,19 @@ def outlined(area: Area, frame: LocalFrame | None = None, number: int = 0) -> Pl
 
 
 def parse_length(text: str) -> float:
-    """Read the side of tiles such as ``5km`` or ``800m``, m.
+    """Return the side of tiles such as ``5km`` or ``800m`` in metres.
 
     Raises
     ------
     ValueError
-        It is none, or too short.
+        The text is no length, or too short a one.
     """
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(km|m)\s*", text, re.IGNORECASE)
     if match is None:
         raise ValueError(f"{text!r} is no length; give one such as 5km or 800m")
     length = float(match[1]) * (1000.0 if match[2].lower() == "km" else 1.0)
-    if length < _BATCH_TILE_MIN:
-        raise ValueError(f"tiles of {text} are too small; give at least {_BATCH_TILE_MIN:g}m")
+    if length < _TILE_SIDE_MIN:
+        raise ValueError(f"tiles of {text} are too small; give at least {_TILE_SIDE_MIN:g}m")
     return length
 
 
@@ -127,36 +119,37 @@ def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Are
     bounds
         West, south, east, north, degrees, WGS 84.
     side
-        Of the squares, m. Their sides lie at multiples of it, from the origin of the frame on, which is in the middle
-        of the bounds, rounded.
+        Of the squares, m; in a frame with its origin at the rounded middle of the bounds they begin at its multiples.
     area
-        What they have in common; name and outline are not looked at.
+        What the squares share, apart from name and outline.
 
     Raises
     ------
     InputError
-        There are too many.
+        There would be too many.
     """
     west, south, east, north = bounds
     if east - west > _SPAN_MAX_DEG:
         raise InputError(f"{area.osm} reaches too far round the world for tiles; cut out a country first")
-    step = _BATCH_ORIGIN_STEP_DEG
+    step = _ORIGIN_STEP_DEG
     frame = make_frame(round((south + north) / 2.0 / step) * step, round((west + east) / 2.0 / step) * step)
-    # The edges of the bounds are curves in the frame.
-    share = np.linspace(0.0, 1.0, 33)
+    share = np.linspace(0.0, 1.0, _SIDE_POINTS)
+    one = np.ones(_SIDE_POINTS)
     lon, lat = west + share * (east - west), south + share * (north - south)
-    edge_lon = np.concatenate([lon, lon, np.full(33, west), np.full(33, east)])
-    edge_lat = np.concatenate([np.full(33, south), np.full(33, north), lat, lat])
-    x, y = to_local(frame, edge_lon, edge_lat)
+    x, y = to_local(
+        frame,
+        np.concatenate([lon, lon, west * one, east * one]),
+        np.concatenate([south * one, north * one, lat, lat]),
+    )
     columns, rows = (range(math.floor(v.min() / side), math.floor(v.max() / side) + 1) for v in (x, y))
     count = len(columns) * len(rows)
     most = max(abs(k) for k in (columns[0], columns[-1], rows[0], rows[-1]))
-    if count > _BATCH_TILES_MAX or most >= _TILE_ZERO:
+    if count > _TILES_MAX or most >= _TILE_ZERO:
         raise InputError(
             f"{area.osm} is too large for tiles of {side:g} m: there would be {count:,}; give larger ones"
         )
     cells = np.array([(column, row) for column in columns for row in rows])
-    rings = (cells[:, None, :] + _CORNERS) * side
+    rings = (cells[:, None, :] + _CELL_CORNERS) * side
     lon, lat = to_geographic(frame, rings[..., 0], rings[..., 1])
     rings_deg = np.round(np.stack([lon, lat], axis=-1), 7).tolist()
     found = []
@@ -169,21 +162,21 @@ def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Are
 
 
 def _number(column: int, row: int) -> int:
-    """Return the number of a cell of an endless grid: those around the middle come first.
+    """Return the number of a cell of an endless grid, counted from the middle outwards.
 
-    Szudzik, An elegant pairing function, 2006, of column and row counted 0, -1, 1, -2 ...
+    Szudzik, An elegant pairing function, 2006, of column and row in the order 0, -1, 1, -2 ...
     """
     a, b = (2 * k if k >= 0 else -2 * k - 1 for k in (column, row))
     return b * b + a if a < b else a * a + a + b
 
 
 def read_areas(path: Path, area: Area) -> list[PlannedArea]:
-    """Read the outlines of areas from GeoJSON: features of polygons, each named by its property name or id.
+    """Read areas from polygons in GeoJSON, each named by its property ``name`` or its id.
 
     Raises
     ------
     InputError
-        It is not such a file.
+        The file cannot be read or has no such polygons.
     """
     found = []
     for place, (feature_name, rings) in enumerate(read_polygons(path), start=1):
@@ -195,13 +188,7 @@ def read_areas(path: Path, area: Area) -> list[PlannedArea]:
 
 
 def read_polygons(path: Path) -> list[tuple[str, tuple[RingDeg, ...]]]:
-    """Return the name, which may be empty, and rings of each polygon of a GeoJSON file.
-
-    Raises
-    ------
-    InputError
-        It is not such a file.
-    """
+    """Return the name, which may be empty, and the rings of each polygon of a GeoJSON file."""
     try:
         document = json.loads(path.read_bytes())
     except OSError as error:
@@ -240,13 +227,7 @@ def _name(properties: Mapping[str, Any], feature: Mapping[str, Any]) -> str:
 
 
 def check_ring(corners: Any, where: str) -> RingDeg:
-    """Return a ring of (longitude, latitude), degrees, its first corner not repeated at the end.
-
-    Raises
-    ------
-    InputError
-        It is none.
-    """
+    """Return corners [longitude, latitude], degrees, as a ring whose first corner is not repeated at its end."""
     ring: list[tuple[float, float]] = []
     for corner in corners if isinstance(corners, list) else []:
         numbers: list[Any] = corner if isinstance(corner, list) and len(corner) >= 2 else [None, None]
@@ -263,28 +244,3 @@ def check_ring(corners: Any, where: str) -> RingDeg:
     if max(lon for lon, _ in ring) - min(lon for lon, _ in ring) > 180.0:
         raise InputError(f"{where}: it reaches round half of the world or more; split areas at the 180th meridian")
     return tuple(ring)
-
-
-def shared_frame(planned: Sequence[PlannedArea]) -> dict[str, Any]:
-    """Return what ``convert --frame`` reads: the frame and the outlines of all areas.
-
-    Raises
-    ------
-    InputError
-        There are more areas than ids for their roads.
-    """
-    frame = planned[0].frame
-    assert frame is not None
-    each = defaults.BATCH_IDS_PER_AREA
-    areas = []
-    for item in sorted(planned, key=lambda item: item.area.name):
-        assert item.outline is not None
-        first = 1 + each * item.number
-        # Ids are numbers of 32 bits to several readers.
-        if first + each > 2**31:
-            raise InputError(
-                "there are too many areas for --shared-frame to give ids; choose larger ones, or a smaller map"
-            )
-        rings = [ring.tolist() for ring in item.outline.rings]
-        areas.append({"name": item.area.name, "first_id": first, "rings": rings})
-    return {"format": PARTITION_FORMAT, "lat_0_deg": frame.lat_0_deg, "lon_0_deg": frame.lon_0_deg, "areas": areas}

@@ -1,9 +1,10 @@
-"""Lists of areas that people write: TOML, or CSV."""
+"""Manifests: lists of areas that people write, in TOML or CSV, and the files that they name."""
 
 from __future__ import annotations
 
 import csv
 import difflib
+import glob
 import io
 import shlex
 import sys
@@ -15,38 +16,40 @@ from typing import Any, Final
 
 from osm2xodr.batch.areas import RingDeg, check_names, check_ring, read_polygons
 from osm2xodr.batch.model import Area
-from osm2xodr.batch.patterns import expand
 from osm2xodr.errors import InputError
 
-# What an area has beside options of ``convert``; what can be given for all of them.
+# Keys of an area beside options of ``convert``, and those that can be the same for all areas.
 _OWN: Final = ("name", "osm", "dem", "bbox", "polygon", "options")
 _COMMON: Final = frozenset({"osm", "dem", "options"})
-_WORDS: Final = MappingProxyType(
+_FLAG_WORDS: Final = MappingProxyType(
     {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False, "": False}
 )
+
+# Endings of elevation models in a folder.
+_DEM_ENDINGS: Final = (".tif", ".tiff", ".hgt", ".vrt")
 
 _Keys = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class ManifestContext:
-    """What a manifest is read with."""
+    """What the command line knows about areas."""
 
-    # Names of the options of ``convert`` that an area may have, without dashes; whether each is without a value
+    # Names of the options of ``convert`` that an area may have, without dashes; whether each is a flag
     options: Mapping[str, bool]
-    # Returns options in order for options as typed; raises ValueError with a sentence where they are none
+    # Puts options as typed in order; raises ValueError with a sentence where they are wrong
     check: Callable[[Sequence[str]], tuple[str, ...]]
     dems: tuple[Path, ...] = ()  # Elevation models of areas that name none
     given: tuple[str, ...] = ()  # Options for all areas
 
 
 def read_manifest(path: Path, context: ManifestContext) -> list[Area]:
-    """Read a manifest, ``.toml`` or ``.csv``. Paths in it are relative to its folder.
+    """Read a manifest, ``.toml`` or ``.csv``; paths in it are relative to its folder.
 
     Raises
     ------
     InputError
-        It is none: with the place, the key, and what to do.
+        Something is wrong with it: names the place, the key, and what to do.
     """
     kinds = {".toml": _read_toml, ".csv": _read_csv}
     read = kinds.get(path.suffix.lower())
@@ -72,7 +75,7 @@ def read_manifest(path: Path, context: ManifestContext) -> list[Area]:
 
 
 def _read_toml(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str, _Keys]]]:
-    """Return the defaults and the areas of a TOML file, each with where it is."""
+    """Return the defaults and the areas of a TOML file, each with its place."""
     if sys.version_info >= (3, 11):
         import tomllib
     else:
@@ -102,7 +105,7 @@ def _read_toml(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str
 
 
 def _read_csv(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str, _Keys]]]:
-    """Return no defaults, and the areas of a CSV file, each with where it is; empty cells count as not there."""
+    """Return no defaults, and the areas of a CSV file, each with its place; empty cells are left out."""
     rows = csv.reader(io.StringIO(text, newline=""), strict=True)
     found: list[tuple[str, _Keys]] = []
     try:
@@ -128,7 +131,7 @@ def _read_csv(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str,
 
 
 def _cell(key: str, cell: str, where: str) -> Any:
-    """Return what a cell means, as TOML would have it."""
+    """Return the value of a cell as TOML would have it."""
     if key == "dem":
         return [item.strip() for item in cell.split(";") if item.strip()]
     if key == "bbox":
@@ -142,7 +145,7 @@ def _cell(key: str, cell: str, where: str) -> Any:
 
 
 class _Reader:
-    """Turns the keys of areas into areas."""
+    """Makes areas of the keys of a manifest."""
 
     def __init__(self, folder: Path, context: ManifestContext, common: tuple[str, _Keys]) -> None:
         self._folder = folder
@@ -196,7 +199,7 @@ class _Reader:
             raise InputError(f"{where}: dem: {error}") from error
 
     def _typed(self, keys: _Keys, where: str) -> tuple[str, ...]:
-        """Return the words of the key options."""
+        """Return the words of the key ``options``."""
         options = keys.get("options", "")
         if isinstance(options, list) and all(isinstance(item, str) for item in options):
             return tuple(options)
@@ -208,13 +211,13 @@ class _Reader:
             raise InputError(f"{where}: options: {str(error).lower()}; check the quotes") from error
 
     def _switches(self, keys: _Keys, where: str) -> list[str]:
-        """Return the options that have keys of their own, as on the command line."""
+        """Return the options with keys of their own, as on the command line."""
         words = []
         for key, value in keys.items():
             if key in _OWN:
                 continue
             if self._context.options[key]:
-                chosen = _WORDS.get(value.lower()) if isinstance(value, str) else value
+                chosen = _FLAG_WORDS.get(value.lower()) if isinstance(value, str) else value
                 if not isinstance(chosen, bool):
                     raise InputError(f"{where}: {key} is {value!r}; write true or false")
                 words += [f"--{key}"] if chosen else []
@@ -256,6 +259,37 @@ def _box(box: Any, where: str) -> RingDeg:
 
 
 def _unknown(key: str, known: Sequence[str]) -> str:
-    """Say that nobody knows a key, and which one may be meant."""
+    """Say that a key is unknown, and which one may be meant."""
     near = difflib.get_close_matches(key.replace("_", "-").lstrip("-").lower(), known, 1)
     return f"{key!r} is unknown" + (f"; do you mean {near[0]!r}?" if near else f"; known are {', '.join(known)}")
+
+
+def expand(patterns: Sequence[str]) -> tuple[Path, ...]:
+    """Return the files that are meant, each once; those of one pattern in the order of their names.
+
+    Parameters
+    ----------
+    patterns
+        Paths, which need not exist; patterns with ``*``, ``?``, ``[...]`` and ``**``; folders, which stand for the
+        elevation models in them.
+
+    Raises
+    ------
+    InputError
+        A pattern or folder has no file.
+    """
+    found: dict[Path, None] = {}
+    for pattern in patterns:
+        path = Path(pattern)
+        if path.is_dir():
+            files = sorted(item for item in path.iterdir() if item.suffix.lower() in _DEM_ENDINGS)
+            if not files:
+                raise InputError(f"there are no elevation models in the folder {pattern}; name their files")
+        elif path.exists() or not glob.has_magic(pattern):
+            files = [path]
+        else:
+            files = sorted(item for item in map(Path, glob.glob(pattern, recursive=True)) if item.is_file())
+            if not files:
+                raise InputError(f"no file is called like {pattern}; check the pattern")
+        found.update(dict.fromkeys(files))
+    return tuple(found)

@@ -1,4 +1,4 @@
-"""What the parts of a batch hand to each other."""
+"""What the modules of a batch hand to each other."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class Area:
     """One area to convert."""
 
     name: str  # Unique in the batch (also where case does not count); the stem of its files
-    osm: Path  # Where its map is
+    osm: Path  # Its map
     dems: tuple[Path, ...] = ()  # Its elevation models
-    # Further options of ``convert``, as on its command line: neither files nor ``--jobs``
+    # Options of ``convert`` as on its command line, without files and ``--jobs``
     options: tuple[str, ...] = ()
-    # What is cut out of `osm`: rings of (longitude, latitude), degrees, WGS 84, as of `Outline`; empty for all of it
+    # What is cut out of `osm`: rings of (longitude, latitude), degrees, WGS 84, as in `Outline`; empty for all of it
     outline_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
@@ -32,10 +32,10 @@ class CutRequest:
     target: Path  # File to write, ``.osm.pbf``
     frame: LocalFrame  # Local frame of the outline
     outline: Outline  # What is cut out
-    # Whether the surroundings that decide about the shape of roads at the border belong to it as well
+    # Whether the surroundings that shape roads at the border are cut out as well
     context: bool = False
-    ways: WaySelection = DRIVABLE  # Which ways the conversion makes streets of
-    include_private: bool = False  # Whether it does so with ways that are closed to the public
+    ways: WaySelection = DRIVABLE  # Which ways become streets
+    include_private: bool = False  # Whether those closed to the public do
 
 
 class Status(str, Enum):
@@ -53,12 +53,12 @@ class Result:
 
     name: str  # The area
     status: Status  # ``EMPTY`` where there is nothing to drive on in what was cut out
-    message: str = ""  # One sentence that says why it failed, or why there is nothing; empty otherwise
-    seconds: float = 0.0  # How long the conversion took, s; 0 where there was none
-    memory: int = 0  # Most memory that it took, bytes; 0 where there was none
-    # What it covers, as of `Area`; the bounds of its roads where no outline was given; empty where unknown
+    message: str = ""  # One sentence that says why it failed or is empty; else empty
+    seconds: float = 0.0  # Duration of the conversion, s; 0 without one
+    memory: int = 0  # Peak memory of the conversion, bytes; 0 without one
+    # What it covers, as in `Area`; the bounds of its roads if it has no outline; empty if unknown
     outline_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
-# Exit status of the copy where there is nothing to drive on; none of those of commands.
+# Exit status of a conversion that found nothing to drive on; no command ends with it.
 EMPTY: Final = 64

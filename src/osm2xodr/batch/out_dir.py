@@ -1,4 +1,4 @@
-"""The folder that a batch writes: where what is in it, and that only one batch works in it."""
+"""The folder that a batch writes to: names of its files, and a lock for one batch at a time."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from osm2xodr.system import stream_to
 
 @dataclass(frozen=True, slots=True)
 class OutDir:
-    """Names of the files of a batch."""
+    """The folder of a batch."""
 
-    path: Path  # The folder
+    path: Path
 
     def outputs(self, name: str) -> tuple[Path, Path]:
         """Return the files of an area: road network and report."""
         return self.path / f"{name}.xodr", self.path / f"{name}.json"
 
     def state(self, name: str) -> Path:
-        """Return the file that says what an area was made of."""
+        """Return the file that records what an area was made of."""
         return self.path / ".state" / f"{name}.json"
 
     def cut(self, name: str) -> Path:
@@ -39,29 +39,29 @@ class OutDir:
         return self.path / "frame.json"
 
     def known(self) -> list[str]:
-        """Return the names of all areas that have a state."""
+        """Return the names of all areas that were made."""
         return sorted(path.name.removesuffix(".json") for path in (self.path / ".state").glob("*.json"))
 
     def remove_parts(self) -> None:
-        """Remove what killed processes left half-written."""
+        """Remove files that killed processes left half-written."""
         for folder in (self.path, self.path / ".state", self.path / ".cuts"):
             for path in folder.glob(".osm2xodr-*.part"):
                 path.unlink(missing_ok=True)
 
     def remove_empty_cuts(self) -> None:
-        """Remove the folder of what is cut out, if nothing is in it."""
+        """Remove the folder of cuts if it is empty."""
         with contextlib.suppress(OSError):
             (self.path / ".cuts").rmdir()
 
 
 @contextlib.contextmanager
 def open_out_dir(path: Path) -> Iterator[OutDir]:
-    """Make the folder if need be, and hold it for one batch.
+    """Make the folder if need be, and lock it for one batch.
 
     Raises
     ------
     OutputError
-        It cannot be made or written, or another batch works in it.
+        The folder cannot be made or written, or another batch works in it.
     """
     folder = OutDir(path)
     try:
@@ -79,19 +79,13 @@ def open_out_dir(path: Path) -> Iterator[OutDir]:
         folder.remove_parts()
         yield folder
     finally:
-        # The file stays: who removes it may remove that of the next one.
+        # The file of the lock stays: removing it could remove that of the next batch.
         folder.remove_empty_cuts()
         os.close(lock)
 
 
 def write_if_changed(path: Path, document: dict[str, Any]) -> None:
-    """Write JSON, unless the file holds just that.
-
-    Raises
-    ------
-    OutputError
-        It cannot be written.
-    """
+    """Write JSON, unless the file has the same contents already."""
     text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False).encode("utf-8") + b"\n"
     with contextlib.suppress(OSError):
         if path.read_bytes() == text:

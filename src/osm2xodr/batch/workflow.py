@@ -1,4 +1,4 @@
-"""The batch: which areas have to be made, cutting them out, having them made, and remembering it."""
+"""The steps of a batch: find out which areas have changed, cut them out, convert them, record what was made."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Protocol
 
-from osm2xodr.batch.areas import PlannedArea, shared_frame
+from osm2xodr.batch.areas import PlannedArea
+from osm2xodr.batch.bounds import road_bounds
 from osm2xodr.batch.fingerprints import Marks, State, contents, load_state, remove, save_state
 from osm2xodr.batch.model import CutRequest, Result, Status
 from osm2xodr.batch.out_dir import OutDir, write_if_changed
-from osm2xodr.batch.road_bounds import road_bounds
+from osm2xodr.batch.shared_frame import shared_frame
 from osm2xodr.batch.workers import AreaJob, Outcome, Workers, check_dask, running, uninterrupted
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.osmParsing import DRIVABLE, WaySelection, parse_ways_option
 from osm2xodr.surface import is_virtual, virtual_sources
 
-# Options that decide whether a conversion ends, but nothing about what it makes; each has a value.
+# Options that do not change the result of a conversion; each has a value.
 _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
 
 
@@ -29,36 +30,33 @@ _BOUNDS: Final = frozenset({"--max-memory", "--timeout"})
 class BatchOptions:
     """How a batch is made."""
 
-    workers: Workers = field(default_factory=Workers)  # Who converts
-    timeout: float | None = None  # How long an area may take, s; None for no bound
-    shared: bool = False  # Whether all areas share the frame of the first one, and fit together
+    workers: Workers = field(default_factory=Workers)
+    timeout: float | None = None  # Time that an area may take, s; None for no bound
+    shared: bool = False  # Whether all areas share the frame of the first one, and their roads meet at borders
     force: bool = False  # Whether areas are made that have not changed
-    keep_cuts: bool = False  # Whether what is cut out stays
+    keep_cuts: bool = False  # Whether the files that are cut out of maps stay
 
 
 class Listener(Protocol):
-    """Is told how a batch goes on."""
+    """Is called as a batch goes on."""
 
-    def stage(self, words: str) -> None:
-        """Hear what begins."""
+    def stage(self, name: str) -> None:
+        """Take the name of the stage that begins."""
 
     def begin(self, weights: Sequence[float]) -> None:
-        """Hear that areas are to be converted, and how long each is likely to take beside the others."""
+        """Take the areas that are to be converted, as estimates of the time that each takes, in any unit."""
 
     def end(self, result: Result, weight: float) -> None:
-        """Hear what became of one of them."""
+        """Take the result of one of them."""
 
 
 class _Batch:
-    """A batch on its way."""
+    """A batch that runs."""
 
-    def __init__(
-        self, planned: Sequence[PlannedArea], out: OutDir, options: BatchOptions, diagnostics: Diagnostics
-    ) -> None:
+    def __init__(self, planned: Sequence[PlannedArea], out: OutDir, options: BatchOptions) -> None:
         self.planned = planned
         self.out = out
         self.options = options
-        self.diagnostics = diagnostics
         self.results: dict[str, Result] = {}
         self.marks = Marks()
         self.states: dict[str, State] = {}
@@ -70,7 +68,7 @@ class _Batch:
         self.marks.learn(self.states.values())
 
     def arguments(self, item: PlannedArea) -> tuple[str, ...]:
-        """Return the arguments of ``osm2xodr`` that an area is made with."""
+        """Return the arguments of ``osm2xodr`` that make an area."""
         area = item.area
         xodr, report = self.out.outputs(area.name)
         osm = self.out.cut(area.name) if item.outline is not None else area.osm
@@ -81,10 +79,7 @@ class _Batch:
         return ("convert", _plain(osm), *dems, "-o", _plain(xodr), "--report-json", _plain(report), *fixed)
 
     def wanted(self, item: PlannedArea) -> State | None:
-        """Return the state of an area that is made of what is there now, but for its cut and outputs.
-
-        None if a file cannot be read.
-        """
+        """Return the state that an area made now would have, without cut and outputs; None without a file."""
         dems = [path for dem in item.area.dems for path in (dem, *self.sources(dem))]
         inputs = [*dems, *([self.out.frame] if self.options.shared else [])]
         cut_from, how = None, ""
@@ -98,17 +93,17 @@ class _Batch:
         return None if marks is None else State(_unbounded(self.arguments(item)), marks, cut_from, how)
 
     def sources(self, dem: Path) -> list[Path]:
-        """Return the rasters that an elevation model leads to, if it is virtual."""
+        """Return the rasters that a virtual elevation model refers to."""
         if dem not in self._sources:
             try:
                 self._sources[dem] = virtual_sources(dem) if is_virtual(dem) else []
             except (OSError, Osm2xodrError):
-                # The conversion will say what is wrong with it.
+                # The conversion will report what is wrong with it.
                 self._sources[dem] = []
         return self._sources[dem]
 
     def unchanged(self, state: State | None, wanted: State | None) -> bool:
-        """Whether an area was made of what is there now, but for what is cut out, and is there."""
+        """Return whether an area was made of the same input, apart from its cut, and its files are still there."""
         if state is None or wanted is None or self.options.force:
             return False
         made = (state.version, state.arguments, contents(state.inputs))
@@ -117,7 +112,7 @@ class _Batch:
         return all(self.marks.same(mark) for mark in state.outputs)
 
     def settle(self, item: PlannedArea, status: Status, message: str = "", outcome: Outcome | None = None) -> Result:
-        """Note what became of an area."""
+        """Record the result of an area."""
         name = item.area.name
         outline = item.area.outline_deg
         if not outline and status in (Status.DONE, Status.UNCHANGED):
@@ -126,8 +121,8 @@ class _Batch:
         self.results[name] = Result(name, status, message, seconds, memory, outline)
         return self.results[name]
 
-    def look(self) -> list[PlannedArea]:
-        """Settle areas that nothing has changed about, and return the others."""
+    def changed(self) -> list[PlannedArea]:
+        """Settle areas that have not changed, and return the others."""
         left = []
         for item in self.planned:
             state, wanted = self.states.get(item.area.name), self.wanted(item)
@@ -141,7 +136,7 @@ class _Batch:
         return left
 
     def cut(self, items: Sequence[PlannedArea]) -> list[PlannedArea]:
-        """Cut areas out; settle those that nothing is in, or whose cut is what it was, and return the others."""
+        """Cut areas out; settle those that are empty or whose cut has not changed, and return the others."""
         sources: dict[Path, list[PlannedArea]] = {}
         for item in items:
             if item.outline is not None:
@@ -169,7 +164,7 @@ class _Batch:
                 CutRequest(item.area.name, target, item.frame, item.outline, self.options.shared, *chosen)
             )
         try:
-            return cut_areas(source, requests, self.diagnostics)
+            return cut_areas(source, requests)
         except Osm2xodrError as error:
             for item in parts:
                 self._drop(item)
@@ -177,7 +172,7 @@ class _Batch:
             return {}
 
     def _settle_cut(self, item: PlannedArea, ways: int) -> bool:
-        """Settle an area if nothing is in it, or its cut is what it was; return whether it is settled."""
+        """Settle an area if it is empty or its cut has not changed; return whether it is settled."""
         name = item.area.name
         state, wanted, cut = self.states.get(name), self.wanted(item), self.out.cut(name)
         if ways == 0:
@@ -196,10 +191,10 @@ class _Batch:
         return True
 
     def convert(self, items: Sequence[PlannedArea], listener: Listener) -> None:
-        """Have areas made, those with the largest maps first."""
+        """Convert areas, those with the largest maps first."""
         weights = {item.area.name: self._weight(item) for item in items}
         by_name = {item.area.name: item for item in items}
-        # Read before they are used: what changes meanwhile makes the area anew next time.
+        # Read first: if a file changes meanwhile, the next run makes the area anew.
         wanted = {item.area.name: self.wanted(item) for item in items}
         order = sorted(by_name, key=lambda name: -weights[name])
         jobs = [AreaJob("", name, self.arguments(by_name[name])) for name in order]
@@ -213,7 +208,7 @@ class _Batch:
                 listener.end(result, weights[job.name])
 
     def forget(self, items: Sequence[PlannedArea]) -> None:
-        """Forget what is known of areas that are to be made: until they are, they are unfinished."""
+        """Remove the states of areas: they are unfinished until they are made."""
         for item in items:
             remove(self.out.state(item.area.name))
 
@@ -239,7 +234,7 @@ class _Batch:
         self.settle(item, Status.EMPTY if empty else Status.UNCHANGED, _nothing(item) if empty else "")
 
     def _drop(self, item: PlannedArea) -> None:
-        """Leave nothing of an area that cannot be made: what was made of other input would be taken for it."""
+        """Remove all files of an area that cannot be made: those of an earlier run are of other input."""
         name = item.area.name
         remove(self.out.state(name), *self.out.outputs(name))
         self._clear_cut(name)
@@ -252,7 +247,7 @@ class _Batch:
         save_state(self.out.state(item.area.name), state)
 
     def _weight(self, item: PlannedArea) -> float:
-        """Return a measure of the time that an area takes: the size of its map."""
+        """Return an estimate of the time that an area takes: the size of its map."""
         mark = self.marks.of(self.out.cut(item.area.name) if item.outline is not None else item.area.osm)
         return 1.0 if mark is None else 1.0 + mark.size
 
@@ -264,32 +259,32 @@ def run_batch(
     diagnostics: Diagnostics,
     listener: Listener,
 ) -> list[Result]:
-    """Make all areas that are not there, and return what became of each, in their order.
+    """Make all areas that are missing or have changed, and return the result of each, in their order.
 
     Parameters
     ----------
     planned
-        The areas, with names of their own.
+        The areas, each with another name.
     out
-        Where to; nobody else may work there.
+        Where they are written; locked for this batch.
     options
-        How.
+        How they are made.
     diagnostics
-        Receives what is to be said of cutting out.
+        Receives a note on files of areas that are no longer in the batch.
     listener
-        Is told how it goes on.
+        Is called as the batch goes on.
 
     Raises
     ------
     Osm2xodrError
-        The batch as a whole cannot be: there is no Dask, or nothing can be written. What is wrong with one
-        area is its result.
+        Nothing can be converted: there is no Dask, or nothing can be written. What is wrong with one area is its
+        result.
     """
-    listener.stage("looking at what is there")
+    listener.stage("looking for changes")
     if options.shared:
         write_if_changed(out.frame, shared_frame(planned))
-    batch = _Batch(planned, out, options, diagnostics)
-    left = batch.look()
+    batch = _Batch(planned, out, options)
+    left = batch.changed()
     if left:
         check_dask()
         batch.forget(left)
@@ -299,23 +294,23 @@ def run_batch(
     if left:
         listener.stage("starting workers")
         batch.convert(left, listener)
-    strangers = sorted(set(out.known()) - {item.area.name for item in planned})
-    if strangers:
-        more = f" and {len(strangers) - 3:,} more" if len(strangers) > 3 else ""
+    old = sorted(set(out.known()) - {item.area.name for item in planned})
+    if old:
+        more = f" and {len(old) - 3:,} more" if len(old) > 3 else ""
         diagnostics.note(
-            "old-areas", "", f"files of areas that are no longer in the batch stay: {', '.join(strangers[:3])}{more}"
+            "old-areas", "", f"files of areas that are no longer in the batch stay: {', '.join(old[:3])}{more}"
         )
     return [batch.results[item.area.name] for item in planned]
 
 
 def _plain(path: Path) -> str:
-    """Write a path so that it is not taken for an option."""
+    """Return a path as text that is not taken for an option."""
     text = str(path)
     return f"./{text}" if text.startswith("-") else text
 
 
 def _unbounded(arguments: Sequence[str]) -> tuple[str, ...]:
-    """Leave out what only bounds memory and time."""
+    """Leave out the options that only bound memory and time."""
     words: list[str] = []
     skip = False
     for word in arguments:
@@ -326,13 +321,13 @@ def _unbounded(arguments: Sequence[str]) -> tuple[str, ...]:
 
 
 def _chosen_ways(options: Sequence[str]) -> tuple[WaySelection, bool]:
-    """Return which ways become streets, by options of ``convert``, and whether private ones do."""
+    """Return which ways become streets by options of ``convert``, and whether private ones do."""
     ways = parse_ways_option(options[options.index("--ways") + 1]) if "--ways" in options else DRIVABLE
     return ways, "--include-private" in options
 
 
 def _how_cut(item: PlannedArea, context: bool) -> str:
-    """Return the SHA-256 of what says how an area is cut out."""
+    """Return the SHA-256 of frame and outline, which say how an area is cut out."""
     assert item.frame is not None
     assert item.outline is not None
     text = json.dumps([item.frame.proj, [ring.tolist() for ring in item.outline.rings], context])
@@ -340,13 +335,13 @@ def _how_cut(item: PlannedArea, context: bool) -> str:
 
 
 def _same_cutting(state: State, wanted: State) -> bool:
-    """Whether an area was cut out of the same file in the same way, or was not cut out."""
+    """Return whether two states were cut out of the same file in the same way, or were not cut out."""
     sources = [mark.sha256 if mark is not None else "" for mark in (state.cut_from, wanted.cut_from)]
     return sources[0] == sources[1] and state.cut_how == wanted.cut_how
 
 
 def _stale_times(state: State, wanted: State) -> bool:
-    """Whether files hold what they held, but were written again: noted, they need not be read once more."""
+    """Return whether files were written again with the same contents: recorded, they need not be read once more."""
     return (state.inputs, state.cut_from) != (wanted.inputs, wanted.cut_from)
 
 

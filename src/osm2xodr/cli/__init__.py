@@ -1,4 +1,4 @@
-"""The command line: the only place that reads options and talks to people."""
+"""The command line: the only package that reads options and prints messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command ``batch``: its options, and what it says."""
+"""The command ``batch``: its options, its progress and its messages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import click
 
 from osm2xodr.cli.batch_options import BatchArguments, Plan, plan, refuse_contradictions
 from osm2xodr.cli.options import Parsed, Session
-from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.reporting import details
 from osm2xodr.system import parse_duration, parse_memory
 
@@ -49,8 +49,8 @@ A manifest in TOML; in CSV the same names are the columns:
   bbox = [1.50, 42.50, 1.55, 42.55]
   left-hand = true
 
-Started again, it leaves alone what has not changed: the map, elevation models, options and version of each area. The
-files of an area that fails are removed. Run it as often as you like until all is done.
+Started again, it only converts areas that failed, or whose map, elevation models, options or version have changed.
+The files of an area that fails are removed.
 
 Exit status: 0 all areas are there, 1 some failed, 2 wrong usage, 130 interrupted.""",
 )
@@ -109,7 +109,7 @@ Exit status: 0 all areas are there, 1 some failed, 2 wrong usage, 130 interrupte
 @click.option("--force", is_flag=True, help="Convert areas that have not changed as well.")
 @click.option("--keep-cuts", is_flag=True, help="Keep what is cut out of maps, in the folder .cuts.")
 @click.option("--dry-run", is_flag=True, help="List the areas, and do nothing.")
-@click.option("-v", "--verbose", count=True, help="Tell of each area as it ends; -vv: all details, and tracebacks.")
+@click.option("-v", "--verbose", count=True, help="Report each area as it ends; -vv: all details, and tracebacks.")
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
 @click.pass_obj
 def batch(session: Session, /, **options: Any) -> int:
@@ -117,24 +117,24 @@ def batch(session: Session, /, **options: Any) -> int:
     arguments = BatchArguments(**options)
     session.verbose = arguments.verbose
     refuse_contradictions(arguments)
-    telling = _Telling(live=sys.stderr.isatty() and not arguments.quiet, verbose=bool(arguments.verbose))
+    progress = _BatchProgress(live=sys.stderr.isatty() and not arguments.quiet, verbose=bool(arguments.verbose))
     try:
-        telling.stage("reading what there is to do")
+        progress.stage("reading the list of areas")
         planned = plan(arguments)
-        telling.clear()
+        progress.clear()
         if arguments.dry_run:
             return _list(planned.areas)
-        return _run(arguments, planned, telling)
+        return _run(arguments, planned, progress)
     except KeyboardInterrupt:
-        telling.clear()
-        click.echo(f"osm2xodr: error: interrupted{telling.so_far()}; the same command goes on", err=True)
+        progress.clear()
+        click.echo(f"osm2xodr: error: interrupted{progress.so_far()}; the same command goes on", err=True)
         return _INTERRUPTED
     finally:
-        telling.clear()
+        progress.clear()
 
 
-def _run(arguments: BatchArguments, planned: Plan, telling: _Telling) -> int:
-    """Run a batch, and say what became of it."""
+def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> int:
+    """Run a batch, report its results, and return the exit status."""
     from osm2xodr.batch import keep_bounds, open_out_dir, run_batch, write_summary
 
     began = time.monotonic()
@@ -143,15 +143,15 @@ def _run(arguments: BatchArguments, planned: Plan, telling: _Telling) -> int:
     with open_out_dir(output) as out:
         if planned.bounds is not None:
             keep_bounds(output, planned.areas[0].area.osm, planned.bounds)
-        results = run_batch(planned.areas, out, _how(arguments), diagnostics, telling)
-        telling.stage("writing the summary")
+        results = run_batch(planned.areas, out, _batch_options(arguments), diagnostics, progress)
+        progress.stage("writing the summary")
         write_summary(output, results)
-    telling.clear()
-    _tell(arguments, results, diagnostics, time.monotonic() - began)
+    progress.clear()
+    _report(arguments, results, diagnostics, time.monotonic() - began)
     return _FAILED if any(_failed(result) for result in results) else 0
 
 
-def _how(arguments: BatchArguments) -> BatchOptions:
+def _batch_options(arguments: BatchArguments) -> BatchOptions:
     from osm2xodr.batch import BatchOptions, Workers
     from osm2xodr.system import available_jobs
 
@@ -159,15 +159,10 @@ def _how(arguments: BatchArguments) -> BatchOptions:
     return BatchOptions(workers, arguments.timeout, arguments.shared_frame, arguments.force, arguments.keep_cuts)
 
 
-class _Telling:
-    """Says on standard error how a batch goes on: on terminals in one line that changes.
+class _BatchProgress:
+    """Shows on standard error how a batch goes on.
 
-    Parameters
-    ----------
-    live
-        Whether it is a terminal that wants this line.
-    verbose
-        Whether there is a line for each area as it ends.
+    On terminals (`live`) in one line that is rewritten, on request (`verbose`) in a line for each area as it ends.
     """
 
     def __init__(self, *, live: bool, verbose: bool) -> None:
@@ -177,14 +172,14 @@ class _Telling:
         self._all = self._ended = self._failed = 0
         self._weight = self._done = 0.0
 
-    def stage(self, words: str) -> None:
-        """Say what begins."""
-        self._line(f"{words} …")
+    def stage(self, name: str) -> None:
+        """Show the stage that begins."""
+        self._line(f"{name} …")
 
     def begin(self, weights: Sequence[float]) -> None:
-        """Begin to count areas, which take times in these proportions."""
+        """Begin to count areas; the weights are estimates of their times, in any unit."""
         self._began, self._all, self._weight = time.monotonic(), len(weights), sum(weights)
-        self._line(f"0 of {self._all:,} areas")
+        self._line(f"0 of {counted(self._all, 'area')}")
 
     def end(self, result: Result, weight: float) -> None:
         """Count an area that has ended."""
@@ -197,20 +192,20 @@ class _Telling:
             why = f": {result.message}" if result.message else ""
             click.echo(f"{result.seconds:7.2f} s  {result.name} {result.status.value}{memory}{why}", err=True)
         failed = f", {self._failed:,} failed" if self._failed else ""
-        self._line(f"{self._ended:,} of {self._all:,} areas{failed}, {self._left()}")
+        self._line(f"{self._ended:,} of {counted(self._all, 'area')}{failed}, {self._left()}")
 
     def so_far(self) -> str:
-        """Say how far it has come."""
-        return f" after {self._ended:,} of {self._all:,} areas" if self._all else ""
+        """Return how many areas have ended."""
+        return f" after {self._ended:,} of {counted(self._all, 'area')}" if self._all else ""
 
     def clear(self) -> None:
-        """Take the line away."""
+        """Clear the line."""
         if self._live:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
 
     def _left(self) -> str:
-        """Say how long it is going to take."""
+        """Return an estimate of the time that is left."""
         seconds = (time.monotonic() - self._began) * (self._weight - self._done) / self._done
         if seconds < 90.0:
             return f"about {max(1.0, seconds):.0f} s left"
@@ -229,21 +224,22 @@ def _failed(result: Result) -> bool:
 
 
 def _list(planned: Sequence[PlannedArea]) -> int:
-    """Say which areas there are."""
+    """Print the areas and return the exit status."""
     for item in planned:
         click.echo(f"{item.area.name}: {item.area.osm}" + (" (cut out)" if item.outline is not None else ""))
     return 0
 
 
-def _tell(arguments: BatchArguments, results: Sequence[Result], diagnostics: Diagnostics, seconds: float) -> None:
-    """Say what became of the areas."""
+def _report(arguments: BatchArguments, results: Sequence[Result], diagnostics: Diagnostics, seconds: float) -> None:
+    """Print the results of the areas."""
     failed = [result for result in results if _failed(result)]
     if not arguments.quiet:
         states = [result.status.value for result in results]
         parts = [f"{states.count(state):,} {state}" for state in ("done", "unchanged", "empty", "failed")]
         counts = ", ".join(part for part in parts if not part.startswith("0 "))
         click.echo(
-            f"osm2xodr: {len(results):,} areas in {seconds:,.1f} s: {counts}; see {arguments.output}", err=True
+            f"osm2xodr: {counted(len(results), 'area')} in {seconds:,.1f} s: {counts}; see {arguments.output}",
+            err=True,
         )
         for line in details(diagnostics):
             click.echo(line, err=True)

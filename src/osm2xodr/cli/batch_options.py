@@ -1,4 +1,4 @@
-"""The options of ``batch`` as click hands them over, and the options of ``convert`` that areas may have."""
+"""The areas that the options of ``batch`` ask for, and the options of ``convert`` that areas may have."""
 
 from __future__ import annotations
 
@@ -14,31 +14,17 @@ import click
 from click.core import ParameterSource
 
 from osm2xodr.cli.convert import convert
-from osm2xodr.cli.convert_options import Arguments, convert_options
+from osm2xodr.cli.options import given_options, usage_errors
 from osm2xodr.errors import Osm2xodrError
+from osm2xodr.library import DECLARATIONS
 
 if TYPE_CHECKING:
     from osm2xodr.batch import ManifestContext, PlannedArea
 
-# What the batch decides, and what would have areas write files that it knows nothing of.
-_RESERVED: Final = frozenset(
-    {
-        "area",
-        "dem",
-        "output",
-        "overwrite",
-        "name",
-        "report_json",
-        "check",
-        "html",
-        "frame",
-        "jobs",
-        "verbose",
-        "quiet",
-    }
-)
 # Those that bound a conversion are not handed to it, but to what runs it.
 _BOUNDS: Final = frozenset({"max_memory", "timeout"})
+# All others the batch decides, or they would have areas write files that it knows nothing of.
+_PER_AREA: Final = _BOUNDS | {name for name, declared in DECLARATIONS.items() if declared.per_area}
 
 
 @dataclass(frozen=True)
@@ -65,13 +51,7 @@ class BatchArguments:
 
 
 def refuse_contradictions(arguments: BatchArguments) -> None:
-    """Refuse options that do not go together.
-
-    Raises
-    ------
-    click.UsageError
-        With what to do.
-    """
+    """Refuse options that contradict each other, with `click.UsageError`."""
     outlines = [option for option, given in (("--tiles", arguments.tiles), ("--areas", arguments.areas)) if given]
     if (arguments.manifest is None) == (arguments.source is None):
         raise click.UsageError("give either a MANIFEST, or a map with --from")
@@ -89,19 +69,19 @@ def area_options() -> dict[str, bool]:
     """Return the long names of the options of ``convert`` that areas may have, and whether each has no value."""
     found = {}
     for param in convert.params:
-        if isinstance(param, click.Option) and param.name not in _RESERVED:
+        if isinstance(param, click.Option) and param.name in _PER_AREA:
             long = max(param.opts, key=len)
             found[long.removeprefix("--")] = param.is_flag
     return found
 
 
 def check_area_options(words: Sequence[str]) -> tuple[str, ...]:
-    """Return options of ``convert`` in the order in which it declares them, each once: the last of each counts.
+    """Return options of ``convert`` in the order of its declarations, the last one of each.
 
     Raises
     ------
     ValueError
-        They are none, or not for areas of a batch.
+        An option is unknown, wrong, or not for areas of a batch.
     """
     return _checked(tuple(words))
 
@@ -109,7 +89,7 @@ def check_area_options(words: Sequence[str]) -> tuple[str, ...]:
 @functools.lru_cache
 def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
     if not words:
-        # Without a look at the stages, which take a while to load.
+        # Checking options loads the stages, which takes a while.
         return ()
     if {"--help", "-h"} & set(words):
         raise ValueError("--help is no option of areas; run osm2xodr convert --help")
@@ -125,7 +105,7 @@ def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
         raise ValueError(error.format_message().rstrip(".")) from error
     out: list[str] = []
     for param in convert.params:
-        if param.name is None or param.name in _RESERVED:
+        if param.name not in _PER_AREA:
             continue
         if context.get_parameter_source(param.name) is ParameterSource.COMMANDLINE:
             value = context.params[param.name]
@@ -136,7 +116,7 @@ def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
 
 def _refuse(context: click.Context) -> None:
     given = {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
-    wrong = sorted((given & _RESERVED) - {"area", "output"})
+    wrong = sorted(given - _PER_AREA - {"area", "output"})
     if context.params["output"] != Path("out.xodr"):
         wrong.insert(0, "output")
     if wrong:
@@ -144,24 +124,19 @@ def _refuse(context: click.Context) -> None:
 
 
 def _try(params: dict[str, Any]) -> None:
-    """See whether conversions would take the options."""
-    if params["left_hand"] and params["right_hand"]:
-        raise click.UsageError("--left-hand and --right-hand exclude each other; give one of them")
-    arguments = Arguments(**{name: value for name, value in params.items() if name not in _BOUNDS})
+    """Refuse options that conversions would refuse."""
+    from osm2xodr.library import pipeline_options
+
     try:
-        convert_options(arguments)
+        with usage_errors():
+            options = given_options({name: value for name, value in params.items() if name in DECLARATIONS})
+            pipeline_options(params["area"], (), options)
     except Osm2xodrError as error:
         raise click.UsageError(str(error)) from error
 
 
 def parse_options(text: str) -> tuple[str, ...]:
-    """Read the options of ``convert`` for all areas.
-
-    Raises
-    ------
-    click.UsageError
-        They are none.
-    """
+    """Return the words of ``--options``, which must be options of ``convert`` for areas."""
     try:
         words = shlex.split(text)
     except ValueError as error:
@@ -187,14 +162,14 @@ def plan(arguments: BatchArguments) -> Plan:
     Raises
     ------
     click.UsageError
-        The options are wrong.
+        An option is wrong.
     InputError
-        A file that lists areas, or the map that they are in, is.
+        The list of areas or the map is wrong or cannot be read.
     """
     from osm2xodr.batch import Area, expand, make_tiles, outlined, read_areas, read_manifest
 
     given = parse_options(arguments.options)
-    # Workers elsewhere are in other folders.
+    # Workers of a scheduler run in other folders.
     base = Path.cwd() if arguments.scheduler else Path()
     dems = expand([str(base / pattern) for pattern in arguments.dem])
     if arguments.manifest is not None:

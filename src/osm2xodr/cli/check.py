@@ -1,4 +1,4 @@
-"""The command ``check``: what is wrong with a file of OpenDRIVE, and for whom."""
+"""The command ``check``: finds defects of an OpenDRIVE file, and the readers that they concern."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FORMATS = ("text", "json", "sarif", "junit")
 READERS = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
 DEFAULT_READERS = "carla,esmini,sumo"
 SEVERITIES = ("error", "warning", "info")
-# For --for: nothing but what the standard asks for.
+# For --for: the standard alone.
 STANDARD_ONLY = "standard"
 
 CLEAN, FINDINGS = 0, 1
@@ -67,7 +67,7 @@ Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wron
     help="Least severity of findings that make the exit status 1.",
 )
 @click.option(
-    "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True, help="How it is told."
+    "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True, help="Format of the result."
 )
 @click.option(
     "-o",
@@ -96,14 +96,11 @@ def check(
     """Check FILE, OpenDRIVE 1.4 to 1.8 of any writer, against the standard and what its readers stumble over."""
     inputs = (file,) if schema is None else (file, schema)
     check_targets([("-o", output)], inputs, overwrite=overwrite)
-    from osm2xodr.checking import FORMATS as WRITERS, CheckOptions, Severity, check_file
+    from osm2xodr.checking import FORMATS as WRITERS, Severity
+    from osm2xodr.library import check as run
 
-    wanted = tuple(word.strip() for word in readers.split(",") if word.strip() not in ("", STANDARD_ONLY))
-    try:
-        options = CheckOptions(tuple(dict.fromkeys(wanted)), schema, only, ignore, max_findings)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
-    result = check_file(file, options)
+    wanted = [word for word in readers.split(",") if word.strip() != STANDARD_ONLY]
+    result = run(file, readers=wanted, schema=schema, only=only, ignore=ignore, max_findings=max_findings)
     least = Severity[fail_on.upper()]
     with stream_to(output) as stream:
         stream.write(WRITERS[form](result, least).encode("utf-8", "replace"))

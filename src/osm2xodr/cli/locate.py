@@ -1,4 +1,4 @@
-"""The command ``locate``: places in all coordinates of a road network."""
+"""The command ``locate``: finds places in all coordinates of a road network."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from osm2xodr.system import STANDARD_OUTPUT, stream_to
 if TYPE_CHECKING:
     from osm2xodr.opendrive import FieldValue, Locator
 
-# Ways to name a place: the columns that are needed, and those that may be there besides.
+# Ways to name a place: the columns that are needed, and those that are optional.
 _WAYS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("lat", "lon"): (),
     ("x", "y"): (),
@@ -31,7 +31,7 @@ _WAYS: dict[tuple[str, ...], tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class _Point:
-    """A place that was asked for: its numbers, the road's id, and all columns that it came with."""
+    """A place that was asked for: its numbers, the id of its road, and all columns of its row."""
 
     way: tuple[str, ...]
     numbers: dict[str, float]
@@ -68,7 +68,7 @@ Exit status: 0 found, 1 cannot be found, 2 wrong usage.""",
 @click.option("--json", "as_json", is_flag=True, help="JSON in place of text or CSV.")
 @limit_options
 def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given: float | str | int | None) -> None:
-    """Tell where places of the OpenDRIVE FILE are on Earth, in the file's coordinates, and on its roads."""
+    """Find places of the OpenDRIVE FILE on Earth, in the file's coordinates, and on its roads."""
     named = {name: value for name, value in given.items() if value is not None}
     if points is None:
         asked = [_single(named)]
@@ -93,7 +93,7 @@ def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given:
 
 
 def _single(named: dict[str, float | str | int]) -> _Point:
-    """Read the place that options name."""
+    """Return the place that options name."""
     for way, more in _WAYS.items():
         if set(way) <= set(named):
             wrong = sorted(set(named) - {*way, *more})
@@ -104,7 +104,7 @@ def _single(named: dict[str, float | str | int]) -> _Point:
 
 
 def _table(path: Path) -> Iterator[_Point]:
-    """Read places from a CSV file."""
+    """Yield the places of a CSV file."""
     try:
         text = sys.stdin.read() if path == STANDARD_OUTPUT else path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -122,7 +122,7 @@ def _table(path: Path) -> Iterator[_Point]:
 
 
 def _point(way: tuple[str, ...], cells: dict[str, str], place: str) -> _Point:
-    """Read a place; `place` says where it stands, for messages."""
+    """Return a place; `place` says where it stands, for messages."""
     numbers = {}
     for name in (*way, *_WAYS[way]):
         text = cells.get(name, "")
@@ -166,7 +166,7 @@ def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, FieldVa
 
 
 def _json(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool, *, single: bool) -> object:
-    """Return what JSON says: for one point its places, for many a list with one entry per point."""
+    """Return the document for JSON: of one point its places, of many a list with an entry for each."""
     chosen = [places if every else places[:1] for places in found]
     if single:
         return {"places": chosen[0], "others": len(found[0]) - len(chosen[0])}
@@ -174,12 +174,12 @@ def _json(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: 
 
 
 def _csv(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool) -> str:
-    """Return a table: what came with each point, then the place; without a place only the former."""
+    """Return a table: the columns of each point, then its place, empty if there is none."""
     from osm2xodr.opendrive import LOCATION_FIELDS
 
     text = io.StringIO(newline="")
     own = list(asked[0].columns) if asked else []
-    # What came in keeps its name, unless it is the name of a result.
+    # Columns of the input keep their names, except those of results.
     kept = {name: f"input_{name}" if name in LOCATION_FIELDS else name for name in own}
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*kept.values(), *LOCATION_FIELDS])
@@ -191,19 +191,19 @@ def _csv(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: b
 
 
 def _text(places: list[dict[str, FieldValue]], every: bool, locator: Locator) -> str:
-    """Return places for people."""
+    """Return places as text."""
     if not places:
         raise InputError(f"{locator.file.path} has no road that could be found; osm2xodr check says what is wrong")
     shown = places if every else places[:1]
     blocks = ["".join(f"{name:<9}{text}\n" for name, text in _lines(place, locator)) for place in shown]
     rest = len(places) - len(shown)
     if rest:
-        blocks.append(f"{rest} more {'road lies' if rest == 1 else 'roads lie'} here; --all tells of all\n")
+        blocks.append(f"{rest} more {'road lies' if rest == 1 else 'roads lie'} here; --all shows all\n")
     return "\n".join(blocks)
 
 
 def _lines(place: dict[str, FieldValue], locator: Locator) -> Iterator[tuple[str, str]]:
-    """Yield what is told of a place for people, line by line."""
+    """Yield names and texts of the lines about a place."""
     name = f" ({place['road_name']})" if place["road_name"] else ""
     junction = "" if place["junction"] is None else f", in junction {place['junction']}"
     yield "road", f"{place['road']}{name}{junction}"
@@ -230,12 +230,12 @@ def _lines(place: dict[str, FieldValue], locator: Locator) -> Iterator[tuple[str
 
 
 def _aside(offset: FieldValue) -> str:
-    """Say where a place lies across its lane."""
+    """Return where a place lies across its lane."""
     if not isinstance(offset, float):
         return "no lane near"
     return f"{_m(abs(offset))} {'right' if offset < 0 else 'left'} of its middle"
 
 
 def _m(value: FieldValue) -> str:
-    """Write a length to 0.1 mm."""
+    """Return a length to 0.1 mm."""
     return f"{value:.4f} m" if isinstance(value, float) else "unknown"

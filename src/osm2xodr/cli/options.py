@@ -1,33 +1,41 @@
-"""What the commands of the command line share."""
+"""Options and checks that several commands share."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from types import MappingProxyType
+from typing import Any, Final, TypeVar
 
 import click
 
+from osm2xodr.errors import OptionError
+from osm2xodr.library import DECLARATIONS, ConvertOptions, Declaration
 from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_duration, parse_memory
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
+# Options that have another name on the command line than in Python.
+_SPELLINGS: Final = MappingProxyType({"readers": "for"})
+
 
 @dataclass
 class Session:
-    """What outlives the reading of options: how much to say about a crash, and what the command could not do."""
+    """What a command hands to the code around it."""
 
-    verbose: int = 0
-    error: Exception | None = None
+    verbose: int = 0  # How much to say about an internal error
+    error: Exception | None = None  # The error that the command ended with
 
 
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
 
 
 def output_option(what: str) -> Callable[[_Command], _Command]:
-    """Return the option -o, which names the file of some kind that a command writes."""
+    """Return the option -o, the file of some kind that a command writes."""
     return click.option(
         "-o",
         "--output",
@@ -38,15 +46,60 @@ def output_option(what: str) -> Callable[[_Command], _Command]:
     )
 
 
+def declared_options(names: Iterable[str]) -> Callable[[_Command], _Command]:
+    """Return a decorator that adds declared options of a conversion to a command."""
+
+    def add(command: _Command) -> _Command:
+        for name in reversed(list(names)):
+            command = _click_option(name, DECLARATIONS[name])(command)
+        return command
+
+    return add
+
+
+def _click_option(name: str, declared: Declaration) -> Callable[[_Command], _Command]:
+    flag = f"--{name.replace('_', '-')}"
+    if declared.kind is bool:
+        return click.option(flag, is_flag=True, help=declared.help)
+    kind: Any = declared.kind
+    if declared.choices:
+        kind = click.Choice(declared.choices)
+    elif kind is int:
+        kind = click.IntRange(declared.least, declared.most)
+    elif kind is Path:
+        kind = click.Path(path_type=Path)
+    shown = declared.default not in (None, "")
+    return click.option(
+        flag, type=kind, default=declared.default, show_default=shown, metavar=declared.metavar, help=declared.help
+    )
+
+
+def given_options(values: Mapping[str, Any]) -> ConvertOptions:
+    """Return the options of a conversion as click hands them over; a flag that is not there says nothing."""
+    return ConvertOptions(**{name: value for name, value in values.items() if value is not False})
+
+
+@contextlib.contextmanager
+def usage_errors() -> Iterator[None]:
+    """Turn the refusal of an option into wrong usage, in the spelling of the command line."""
+    try:
+        yield
+    except OptionError as error:
+        text = str(error)
+        for name in error.options:
+            text = re.sub(rf"\b{name}\b", f"--{_SPELLINGS.get(name, name).replace('_', '-')}", text, count=1)
+        raise click.UsageError(text) from error
+
+
 class Parsed(click.ParamType):  # type: ignore[type-arg,unused-ignore]
-    """An option whose text a function reads."""
+    """The type of an option whose text a function parses, raising ValueError."""
 
     def __init__(self, name: str, parse: Callable[[str], float]) -> None:
         self.name = name
         self._parse = parse
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Read the text, and refuse what the function refuses."""
+        """Parse the text."""
         try:
             return self._parse(value)
         except ValueError as error:
@@ -54,7 +107,7 @@ class Parsed(click.ParamType):  # type: ignore[type-arg,unused-ignore]
 
 
 def limit_options(command: _Command) -> _Command:
-    """Give a command the options that bound its memory and time; it does not see them itself."""
+    """Add options that bound the memory and time of a command, which does not see them itself."""
 
     @click.option(
         "--max-memory",
@@ -70,14 +123,14 @@ def limit_options(command: _Command) -> _Command:
     )
     @functools.wraps(command)
     def bounded(*args: Any, max_memory: int | None, timeout: float | None, **options: Any) -> Any:
-        with limited(max_memory, timeout):
+        with limited(max_memory, timeout), usage_errors():
             return command(*args, **options)
 
     return bounded  # type: ignore[return-value]
 
 
 def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *, overwrite: bool) -> None:
-    """Refuse outputs that would do harm or cannot be, before any work is done.
+    """Refuse outputs that would do harm or cannot be written, before any work is done.
 
     Parameters
     ----------
@@ -86,14 +139,14 @@ def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *
     inputs
         Files that must not be overwritten.
     overwrite
-        Whether files that exist may be replaced.
+        Whether other files that exist may be replaced.
 
     Raises
     ------
     click.UsageError
-        Two outputs are the same file, one is an input or exists.
+        Two outputs are the same file, or one is an input, or exists.
     OutputError
-        A target cannot be written.
+        An output cannot be written.
     """
     for k, (option, target) in enumerate(targets):
         for other_option, other in targets[:k]:
@@ -110,7 +163,7 @@ def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *
 
 
 def _same_file(one: Path, other: Path) -> bool:
-    """Whether two paths lead to the same file, be it there or not."""
+    """Return whether two paths lead to the same file, existing or not."""
     try:
         return one.samefile(other)
     except OSError:

@@ -1,6 +1,6 @@
-"""The command line: which commands there are, and what becomes of errors. Nothing else.
+"""The command line: its commands, and what becomes of errors.
 
-Only what is needed to read options is imported at the top of commands; the stages are loaded when there is work.
+Modules of commands import at their top only what reading options needs; the stages are loaded when there is work.
 """
 
 from __future__ import annotations
@@ -26,15 +26,19 @@ from osm2xodr.cli.render import render
 from osm2xodr.cli.report import report
 from osm2xodr.cli.surface import surface
 from osm2xodr.errors import Osm2xodrError
-from osm2xodr.system import occupy_closed_streams, patient_standard_error, silence_standard_output
+from osm2xodr.system import (
+    ONE_THREAD_ENVIRONMENT,
+    occupy_closed_streams,
+    patient_standard_error,
+    silence_standard_output,
+)
 
 if TYPE_CHECKING:
     from types import FrameType
 
 OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 
-
-# What the system says of standard streams that are closed, or that lead onto a full disk or a dead device.
+# Errors of standard streams that are closed, or that lead to a full disk or a dead device.
 _STREAM_ERRORS = frozenset({errno.EBADF, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 
 
@@ -52,7 +56,7 @@ def main(arguments: Sequence[str] | None = None, session: Session | None = None)
     arguments
         Without the program's name; by default those of the process.
     session
-        Holds, afterwards, why the command could not be done.
+        Receives the error that a command ended with.
     """
     occupy_closed_streams()
     with patient_standard_error():
@@ -60,10 +64,9 @@ def main(arguments: Sequence[str] | None = None, session: Session | None = None)
 
 
 def _run(arguments: list[str] | None, session: Session) -> int:
-    """Run a command, and turn all that may go wrong into one sentence and an exit status."""
-    _calm_linear_algebra()
-    # Whatever the environment says, PROJ fetches no grids.
-    os.environ["PROJ_NETWORK"] = "OFF"
+    """Run a command, and turn all errors into one sentence and an exit status."""
+    # Threads of linear algebra would wait busily for work that is too small for them. PROJ is to fetch no grids.
+    os.environ.update(ONE_THREAD_ENVIRONMENT, PROJ_NETWORK="OFF")
     try:
         with _signals():
             status = cli.main(arguments, "osm2xodr", standalone_mode=False, obj=session)
@@ -75,7 +78,7 @@ def _run(arguments: list[str] | None, session: Session) -> int:
     except _Terminated:
         return _fail("ended by the system", TERMINATED)
     except BrokenPipeError:
-        # Whoever read standard output has had enough. Nobody is there to be told.
+        # Whoever read standard output has gone, as `head` does. That is no error to report.
         silence_standard_output()
         return CANNOT
     except Osm2xodrError as error:
@@ -110,44 +113,31 @@ cli.add_command(export)
 
 
 def _fail(message: str, status: int = CANNOT) -> int:
-    """Say in one line what went wrong and return the exit status."""
+    """Print in one line what went wrong and return the exit status."""
     click.echo(f"osm2xodr: error: {' '.join(message.split())}", err=True)
     return status
 
 
 def _crash(error: Exception, verbose: int) -> int:
-    """Apologize for an error that nobody thought of."""
+    """Print an unexpected error, on request with its traceback, and return the exit status."""
     if verbose > 1:
         traceback.print_exception(error)
     more = "" if verbose > 1 else "; -vv shows where it happened"
-    text = " ".join(str(error).split())
     return _fail(
-        f"sorry, the conversion stopped at a defect of osm2xodr ({type(error).__name__}: {text});"
-        f" please report it with the command and the area{more}"
+        f"internal error ({type(error).__name__}: {error}); please report it with the command and the area{more}"
     )
-
-
-def _calm_linear_algebra() -> None:
-    """Keep linear algebra to one thread, if it is not loaded yet.
-
-    Sums over several threads round otherwise, so that bytes would depend on the number of cores; and its threads
-    wait busily for work that is too small for them. What can run at once runs in processes
-    (`osm2xodr.system.parallel`).
-    """
-    for library in ("OPENBLAS", "MKL", "BLIS", "VECLIB"):
-        os.environ[f"{library}_NUM_THREADS"] = "1"
 
 
 @contextlib.contextmanager
 def _signals() -> Iterator[None]:
-    """Turn the wish to end the process into an exception, so that temporary files are cleaned up."""
+    """Turn the signals that end the process into an exception, so that temporary files are cleaned up."""
 
     def end(number: int, frame: FrameType | None) -> NoReturn:
         raise _Terminated
 
     before = {}
     for number in (signal.SIGTERM, signal.SIGHUP):
-        # Only the main thread may do this, and what is ignored (nohup) stays ignored.
+        # Only the main thread may set handlers, and signals that are ignored (nohup) stay ignored.
         with contextlib.suppress(ValueError):
             if signal.getsignal(number) is signal.SIG_DFL:
                 before[number] = signal.signal(number, end)

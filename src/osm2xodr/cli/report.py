@@ -1,19 +1,14 @@
-"""The command ``report``: a page to explore a road network with."""
+"""The command ``report``: makes a page to explore a road network with."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import click
 
 from osm2xodr.cli.options import check_targets, limit_options, output_option, overwrite_option
-from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.errors import InputError
 from osm2xodr.reporting import details
 from osm2xodr.system import label
-from osm2xodr.viewing import ReportOptions
 
 
 @click.command(
@@ -65,24 +60,10 @@ def report(
     """
     inputs = [file, *dem, *(path for path in (osm, report_json) if path is not None)]
     check_targets([("-o", output)], inputs, overwrite=overwrite)
-    log = None if report_json is None else _read_log(report_json)
-    from osm2xodr.viewing import write_report
+    from osm2xodr.library import report as run
 
-    diagnostics = Diagnostics()
-    size = write_report(file, output, ReportOptions(osm, dem, log, title, check=not no_check), diagnostics)
+    written = run(file, output, osm=osm, dem=dem, report_json=report_json, title=title, check=not no_check)
     if not quiet:
-        click.echo(f"osm2xodr: wrote {label(output)} ({size / 1e6:,.1f} MB)", err=True)
-        for line in details(diagnostics):
+        click.echo(f"osm2xodr: wrote {label(output)} ({written.size / 1e6:,.1f} MB)", err=True)
+        for line in details(written.diagnostics):
             click.echo(line, err=True)
-
-
-def _read_log(path: Path) -> dict[str, Any]:
-    """Read what ``convert --report-json`` wrote."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no JSON"
-        raise InputError(f"{path}: cannot read the report of convert ({reason}); write it anew") from error
-    if not isinstance(found, dict) or not isinstance(found.get("diagnostics"), list):
-        raise InputError(f"{path} is no report of convert; give the file that convert --report-json wrote")
-    return found

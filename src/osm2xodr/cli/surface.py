@@ -1,4 +1,4 @@
-"""The command ``surface``: how well heights are found in elevation models."""
+"""The command ``surface``: compares ways to find heights in elevation models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said about a conversion: figures, a summary, a report."""
+"""What a conversion comes to: the road network with its figures, a summary for people, a report for programs."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
-    from osm2xodr.reporting.conversion import Conversion as Conversion
-    from osm2xodr.reporting.delivery import deliver as deliver, report_text as report_text
+    from osm2xodr.reporting.conversion import Conversion as Conversion, Written as Written
     from osm2xodr.reporting.report import (
         REPORT_FORMAT as REPORT_FORMAT,
         Progress as Progress,
@@ -20,8 +19,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "conversion": ("Conversion",),
-        "delivery": ("deliver", "report_text"),
+        "conversion": ("Conversion", "Written"),
         "report": ("Progress", "REPORT_FORMAT", "details", "summary"),
         "statistics": ("summarize",),
     },

@@ -1,22 +1,191 @@
-"""What a conversion comes to."""
+"""What a conversion comes to, and writing it.
+
+Imports nothing heavy: the command line reads it before it knows what to do.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import dataclasses
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
 
-from osm2xodr.model import RoadMap
-from osm2xodr.reporting.statistics import Statistics
+from osm2xodr.diagnostics import Diagnostics, Kind, counted
+from osm2xodr.errors import OptionError
+from osm2xodr.reporting.report import report
+from osm2xodr.system import settle, stream_to
+from osm2xodr.xodrWriter import WriteOptions, write_xodr
 
 if TYPE_CHECKING:
+    from osm2xodr.model import RoadMap
+    from osm2xodr.reporting.statistics import Statistics
     from osm2xodr.surface import DemSummary
 
 
 @dataclass(frozen=True, slots=True)
-class Conversion:
-    """A road network, and what is worth saying about it."""
+class Written:
+    """A file that was written."""
 
-    road_map: RoadMap  # What is to be written
-    statistics: Statistics  # Its figures
-    # What the elevation models are and what was used of them, in the order given
-    elevation_models: tuple[DemSummary, ...]
+    path: Path  # The file; ``-`` is standard output
+    size: int  # Bytes
+    diagnostics: Diagnostics  # What was guessed, dropped and repaired on the way to it
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Conversion:
+    """A road network made of an OpenStreetMap file, as `osm2xodr.convert` returns it.
+
+    Attributes
+    ----------
+    road_map : RoadMap
+        The road network.
+    statistics : Statistics
+        Its figures: numbers and lengths of roads, heights.
+    diagnostics : Diagnostics
+        What was guessed, dropped and repaired, each with the element of OpenStreetMap.
+    elevation_models : tuple of DemSummary
+        What the elevation models are and what was used of them, in the order given.
+    inputs : Mapping
+        Files and options, by name, as reports say them.
+    options : WriteOptions
+        How it is written unless `write` is told otherwise.
+    jobs : int
+        How many processes write it.
+    """
+
+    road_map: RoadMap
+    statistics: Statistics
+    diagnostics: Diagnostics
+    elevation_models: tuple[DemSummary, ...] = ()
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    options: WriteOptions = field(default_factory=WriteOptions)
+    jobs: int = 1
+
+    def write(
+        self,
+        path: str | os.PathLike[str],
+        options: WriteOptions | None = None,
+        *,
+        report_json: str | os.PathLike[str] | None = None,
+        **changes: Any,
+    ) -> Written:
+        """Write the road network as OpenDRIVE, and the report if there is to be one; both or none.
+
+        Parameters
+        ----------
+        path
+            File to write; ``-`` is standard output. One that exists is replaced.
+        options
+            How to write; by default as was said when the area was converted.
+        report_json
+            File for the report: all that is to be known about the conversion, as JSON. None writes none.
+        **changes
+            Fields of `WriteOptions` that differ from those in `options`: ``name``, ``date``, and ``version`` of
+            OpenDRIVE, which may be called ``xodr_version`` as well.
+
+        Returns
+        -------
+        Written
+            The file, its size, and the diagnostics of the conversion with what this version of OpenDRIVE cannot say.
+
+        Raises
+        ------
+        TypeError
+            An option is unknown.
+        OptionError
+            The version cannot be written.
+        OutputError
+            A file cannot be written.
+        BrokenPipeError
+            Nobody reads standard output to its end.
+        """
+        how = _changed(options or self.options, changes)
+        diagnostics = self.diagnostics.copy()
+        with stream_to(Path(path)) as stream:
+            counting = _Counting(stream)
+            write_xodr(self.road_map, counting, how, diagnostics, self.jobs)
+            written = Written(Path(path), counting.size, diagnostics)
+            if report_json is not None:
+                # Only when the document is safe, but before its file gets its name: both are there in the end, or
+                # none.
+                settle(stream)
+                with stream_to(Path(report_json)) as reports:
+                    reports.write(self.report(written, how))
+        return written
+
+    def report(self, written: Written, options: WriteOptions | None = None) -> bytes:
+        """Return the report about the conversion and a file that was written, JSON in UTF-8.
+
+        Parameters
+        ----------
+        written
+            The file.
+        options
+            How it was written; by default as was said when the area was converted.
+        """
+        output = {
+            "file": str(written.path),
+            "bytes": written.size,
+            "xodr_version": (options or self.options).version,
+        }
+        elevation, ends = self.road_map.elevation_report, self.road_map.border_ends
+        return report(
+            self.inputs, self.elevation_models, self.statistics, elevation, written.diagnostics, output, ends
+        )
+
+    def __repr__(self) -> str:
+        figures = self.statistics
+        parts = [
+            f"{counted(figures.roads, 'road')} of {figures.road_length / 1000.0:,.1f} km",
+            f"{counted(figures.connecting_roads, 'connecting road')} in {counted(figures.junctions, 'junction')}",
+            *(f"{count:,} {word}" for word, count in self._remarks().items()),
+        ]
+        return f"<Conversion {self.options.name!r}: {', '.join(parts)}>"
+
+    def _repr_html_(self) -> str:
+        """Return a table, which notebooks show."""
+        figures = self.statistics
+        cells = {
+            "roads": f"{figures.roads:,}",
+            "length": f"{figures.road_length / 1000.0:,.1f} km",
+            "connecting roads": f"{figures.connecting_roads:,}",
+            "junctions": f"{figures.junctions:,}",
+            "heights": f"{figures.lowest:,.1f} to {figures.highest:,.1f} m",
+            **{word: f"{count:,}" for word, count in self._remarks().items()},
+        }
+        rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in cells.items())
+        return f"<table><caption>{escape(self.options.name)}</caption>{rows}</table>"
+
+    def _remarks(self) -> dict[str, int]:
+        """Return how much was guessed, dropped and repaired."""
+        out = dict.fromkeys((kind.value for kind in Kind if kind is not Kind.NOTE), 0)
+        for (kind, _), count in self.diagnostics.counts().items():
+            if kind is not Kind.NOTE:
+                out[kind.value] += count
+        return out
+
+
+def _changed(options: WriteOptions, changes: Mapping[str, Any]) -> WriteOptions:
+    """Return options with some of them changed."""
+    named = {"version" if name == "xodr_version" else name: value for name, value in changes.items()}
+    try:
+        return dataclasses.replace(options, **named)
+    except ValueError as error:
+        raise OptionError(f"xodr_version: {error}", "xodr_version") from error
+
+
+class _Counting:
+    """A binary stream that counts what goes through."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+        self.size = 0
+
+    def write(self, data: bytes) -> int:
+        """Write all of `data`."""
+        self._stream.write(data)
+        self.size += len(data)
+        return len(data)

@@ -1,6 +1,6 @@
-"""What the converter says about a conversion: to people on standard error, to programs as JSON.
+"""What is said about a conversion: to people as text, to programs as JSON.
 
-Imports nothing heavy: the command line reads it before it knows what to do.
+Imports nothing heavy: the command line imports it at its start.
 """
 
 from __future__ import annotations
@@ -20,24 +20,14 @@ if TYPE_CHECKING:
     from osm2xodr.reporting.statistics import Statistics
     from osm2xodr.surface import DemSummary
 
-# The layout of the JSON report; goes up when a field changes its meaning or goes.
+# Version of the layout of the JSON report; goes up when a field is removed or changes its meaning.
 REPORT_FORMAT = 1
 
 _KINDS = (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE)
 
 
 class Progress:
-    """Says on a stream which stage runs.
-
-    Parameters
-    ----------
-    stream
-        Where to.
-    live
-        Rewrite one line as the work goes on, for terminals.
-    verbose
-        Leave one line per stage, with its duration.
-    """
+    """Shows which stage runs: in one line that is rewritten (`live`), in a line with the time of each (`verbose`)."""
 
     def __init__(self, stream: TextIO, *, live: bool, verbose: bool) -> None:
         self._stream = stream
@@ -47,7 +37,7 @@ class Progress:
         self._began = 0.0
 
     def stage(self, name: str) -> None:
-        """Begin a stage, and end the one before."""
+        """End the stage that runs, and begin another one."""
         self.done()
         self._stage, self._began = name, time.monotonic()
         if self._live:
@@ -72,11 +62,11 @@ def summary(
     Parameters
     ----------
     statistics, diagnostics
-        The conversion.
+        Of the conversion.
     has_heights
         Whether there is an elevation model.
     elevation
-        How the heights came out; None where the world is level.
+        How well the roads follow it; None without one.
     """
     roads, through = counted(statistics.roads, "road"), counted(statistics.connecting_roads, "connecting road")
     kilometres = f"{statistics.road_length / 1000.0:,.1f} km"
@@ -102,7 +92,7 @@ def summary(
 
 
 def _heights(elevation: ElevationReport) -> list[str]:
-    """Return a line about how far roads are off the ground, and one about bridges and tunnels if there are any."""
+    """Return a line about the distance of roads from the ground, and one about bridges and tunnels if any."""
     errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
     lines = [f"  roads on the ground less the elevation model: {errors}"]
     kinds = [item.kind for item in elevation.structures]
@@ -126,25 +116,10 @@ def report(
     output: Mapping[str, Any],
     border_ends: Sequence[BorderEnd] | None = None,
 ) -> bytes:
-    """Return the JSON report: all that is to be known about a conversion.
+    """Return the JSON report on a conversion, UTF-8; the same input gives the same bytes.
 
-    Parameters
-    ----------
-    inputs
-        Files and options, by name.
-    elevation_models
-        What was read of them.
-    statistics, elevation, diagnostics
-        The conversion; no elevation report where the world is level.
-    output
-        What was written.
-    border_ends
-        Where roads were cut off; None for an area by itself.
-
-    Returns
-    -------
-    bytes
-        UTF-8, with a newline at its end. The same input gives the same bytes.
+    `inputs` are files and options by name, `output` says what was written; `elevation` is None where the world is
+    flat, and `border_ends`, where roads were cut off, for an area by itself.
     """
     counts = [
         {"kind": kind.value, "code": code, "count": count} for (kind, code), count in diagnostics.counts().items()
@@ -165,12 +140,12 @@ def report(
         "diagnostics": found,
     }
     text = json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False)
-    # Names from damaged files may hold halves of characters, which UTF-8 cannot.
+    # Names from damaged files may contain lone surrogates, which UTF-8 cannot encode.
     return text.encode("utf-8", "replace") + b"\n"
 
 
 def _plain(value: Any) -> Any:
-    """Put what JSON can hold: text for paths, null for numbers that are not finite."""
+    """Return a value as JSON has it: text for paths, null for numbers that are not finite."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -181,14 +156,14 @@ def _plain(value: Any) -> Any:
 
 
 def _percent(share: float) -> str:
-    """Write a share, never rounded up to all or down to nothing."""
+    """Return a share in per cent, never rounded up to 100 or down to 0."""
     if share in (0.0, 1.0):
         return f"{100 * share:.0f} %"
     return f"{min(max(100.0 * share, 0.1), 99.9):.1f} %"
 
 
 def _example(message: str, osm_id: str, count: int) -> str:
-    """Tell the first of several."""
+    """Return the first of several findings, and how many more there are."""
     text = message.rstrip(".")
     where = osm_id if osm_id and osm_id not in text else ""
     others = f"and {count - 1:,} more" if count > 1 else ""

@@ -25,7 +25,9 @@ class Statistics:
     lowest: float
     highest: float
     dem_coverage: float | None  # Share of the streets whose height is measured; None without an elevation model
-    further: Mapping[str, float] = field(default_factory=dict)  # What the stages geometry and furniture counted
+    further: Mapping[str, float] = field(
+        default_factory=dict
+    )  # Figures of the stages geometry and furniture, by name
 
 
 def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:
@@ -49,15 +51,7 @@ def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:
 
 
 def profile_range(profile: CubicProfile, lengths: FloatArray) -> tuple[float, float]:
-    """Return the least and the greatest value of piecewise cubics.
-
-    Parameters
-    ----------
-    profile
-        At least one record.
-    lengths : (curves,)
-        Where the last record of each curve ends, m.
-    """
+    """Return the least and the greatest value of piecewise cubics on curves of `lengths` (curves,), m."""
     end = np.append(profile.s[1:], 0.0)
     filled = np.diff(profile.start) > 0
     end[profile.start[1:][filled] - 1] = lengths[filled]

@@ -1,4 +1,4 @@
-"""What the operating system is needed for: files, processes, memory, streams."""
+"""What is asked of the operating system: files, processes, threads, memory, standard streams."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
         limited as limited,
         parse_duration as parse_duration,
         parse_memory as parse_memory,
+        release_memory as release_memory,
     )
-    from osm2xodr.system.memory import release_memory as release_memory
     from osm2xodr.system.parallel import Task as Task, available_jobs as available_jobs, map_parallel as map_parallel
     from osm2xodr.system.streams import (
         occupy_closed_streams as occupy_closed_streams,
         patient_standard_error as patient_standard_error,
     )
+    from osm2xodr.system.threads import ONE_THREAD_ENVIRONMENT as ONE_THREAD_ENVIRONMENT, one_thread as one_thread
 
 __getattr__ = lazy_exports(
     __name__,
@@ -41,9 +42,9 @@ __getattr__ = lazy_exports(
             "silence_standard_output",
             "stream_to",
         ),
-        "limits": ("LEAST_MEMORY", "limited", "parse_duration", "parse_memory"),
-        "memory": ("release_memory",),
+        "limits": ("LEAST_MEMORY", "limited", "parse_duration", "parse_memory", "release_memory"),
         "parallel": ("Task", "available_jobs", "map_parallel"),
         "streams": ("occupy_closed_streams", "patient_standard_error"),
+        "threads": ("ONE_THREAD_ENVIRONMENT", "one_thread"),
     },
 )

@@ -1,7 +1,7 @@
-"""Files that are there as a whole or not at all.
+"""Files that are written as a whole or not at all.
 
-A file is written under another name beside its target, synced to the disk, and renamed. Whatever goes wrong before
-(disk full, a signal, an error of the conversion), the target is as it was and nothing else is left.
+A file is written under another name beside its target, synced to the disk, and renamed. If anything goes wrong before
+that (disk full, a signal, an error of the conversion), the target stays as it was and nothing else is left.
 """
 
 from __future__ import annotations
@@ -27,52 +27,39 @@ class ByteSink(Protocol):
 
 
 def check_target(path: Path) -> None:
-    """Find out before any work is done whether a file can be written, as far as that can be known.
+    """Check whether a file can be written, as far as that can be known before any work is done.
 
     Raises
     ------
     OutputError
-        If the path is a directory, or lies in none, or in one that takes no files.
+        The path is a directory, or its directory does not exist or takes no files.
     """
     try:
         folder = path.resolve().parent
     except (OSError, RuntimeError):
-        msg = f"cannot write {path}: it is a symbolic link that leads back to itself; choose another place"
-        raise OutputError(msg) from None
+        raise OutputError(
+            f"cannot write {path}: it is a symbolic link that leads back to itself; choose another place"
+        ) from None
     if path.is_dir():
-        msg = f"{path} is a directory; name a file in it, such as {path / 'map.xodr'}"
-        raise OutputError(msg)
+        raise OutputError(f"{path} is a directory; name a file in it, such as {path / 'map.xodr'}")
     if not folder.is_dir():
-        msg = f"cannot write {path}: there is no directory {folder}; make it first"
-        raise OutputError(msg)
-    if is_special(path):
-        return
-    if not os.access(folder, os.W_OK | os.X_OK):
-        msg = f"cannot write {path}: no permission to make files in {folder}; choose another place"
-        raise OutputError(msg)
+        raise OutputError(f"cannot write {path}: there is no directory {folder}; make it first")
+    if not is_special(path) and not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(f"cannot write {path}: no permission to make files in {folder}; choose another place")
 
 
 def is_special(path: Path) -> bool:
-    """Whether a path is a device, a pipe or a socket: written to directly, never replaced by a file."""
+    """Return whether a path is a device, a pipe or a socket, which is written to directly and never replaced."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 
 @contextlib.contextmanager
 def atomic_output(path: Path) -> Iterator[BinaryIO]:
-    """Give a stream whose bytes become the file `path` when the block ends without an exception.
+    """Yield a stream whose bytes become the file `path` when the block ends without an exception.
 
     A symbolic link is followed and stays. A file that is replaced hands on its permissions, and its owner where the
     system allows; a new one has those that the process gives new files. Devices and pipes are written to directly.
-
-    Parameters
-    ----------
-    path
-        The target.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written, or not in full.
+    `OutputError` says why a file cannot be written, or not in full.
     """
     target = path.resolve()
     try:
@@ -90,12 +77,12 @@ def atomic_output(path: Path) -> Iterator[BinaryIO]:
 
 
 def settle(stream: BinaryIO) -> None:
-    """See that all that was written to a stream is where it belongs: on the disk, if it is a file.
+    """Bring all that was written to a stream to where it belongs: to the disk, if it is a file.
 
     Raises
     ------
     OSError
-        If it is not, as when the disk is full.
+        It cannot be brought there, as when the disk is full.
     """
     stream.flush()
     if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
@@ -104,20 +91,20 @@ def settle(stream: BinaryIO) -> None:
 
 @contextlib.contextmanager
 def _temporary(target: Path) -> Iterator[tuple[BinaryIO, Path]]:
-    """Make a file of a new name beside the target, and see that the name is gone afterwards."""
+    """Make a file of a new name beside the target; the name is gone afterwards."""
     name = target.with_name(f".osm2xodr-{secrets.token_hex(8)}.part")
     try:
-        # Not `tempfile`, whose files only their owner may read: a new file obeys the process's umask. Within the
-        # block, so that no signal comes between making the file and taking care of it.
+        # Not by `tempfile`, whose files only their owner may read: a new file obeys the process's umask. Inside the
+        # block, so that no signal comes between making the file and the promise to remove it.
         descriptor = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         with os.fdopen(descriptor, "wb") as stream:
-            _take_over_permissions(target, descriptor)
+            _copy_permissions(target, descriptor)
             yield stream, name
     finally:
         name.unlink(missing_ok=True)
 
 
-def _take_over_permissions(target: Path, descriptor: int) -> None:
+def _copy_permissions(target: Path, descriptor: int) -> None:
     """Give a new file the owner and the permissions of the one that it replaces."""
     with contextlib.suppress(FileNotFoundError):
         old = target.stat()
@@ -127,7 +114,7 @@ def _take_over_permissions(target: Path, descriptor: int) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Sync a directory, so that a rename in it outlives a power cut; not every file system can."""
+    """Sync a directory, so that a rename in it survives a power cut; not every file system can."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -154,7 +141,7 @@ STANDARD_OUTPUT: Final = Path("-")
 
 @contextlib.contextmanager
 def stream_to(path: Path) -> Iterator[BinaryIO]:
-    """Give a stream to a file or to standard output."""
+    """Yield a stream to a file, as `atomic_output` does, or to standard output."""
     if path != STANDARD_OUTPUT:
         with atomic_output(path) as stream:
             yield stream
@@ -170,7 +157,7 @@ def stream_to(path: Path) -> Iterator[BinaryIO]:
 
 
 def silence_standard_output() -> None:
-    """Let what is still buffered go nowhere, lest the interpreter stumbles over it when it ends."""
+    """Discard what is still buffered, so that the interpreter does not fail over it when it ends."""
     with contextlib.suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
@@ -178,5 +165,5 @@ def silence_standard_output() -> None:
 
 
 def label(path: Path) -> str:
-    """Name an output for people."""
+    """Return the name of an output for people."""
     return "standard output" if path == STANDARD_OUTPUT else str(path)

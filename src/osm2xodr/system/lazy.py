@@ -1,4 +1,4 @@
-"""Faces of packages that load what they name only when it is used: much of it takes long to load."""
+"""Packages that load what they export only when it is used: much of it takes long to load."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping
 
 
 def lazy_exports(package: str, modules: Mapping[str, tuple[str, ...]]) -> Callable[[str], object]:
-    """Make the function ``__getattr__`` (PEP 562) of a package.
+    """Return the function ``__getattr__`` (PEP 562) of a package.
 
     Parameters
     ----------
     package
         Its name.
     modules
-        The names that it exports, by the module below it that has them.
+        The names that it exports, by the module of the package that defines them.
     """
     homes = {name: f"{package}.{module}" for module, names in modules.items() for name in names}
 

@@ -1,4 +1,4 @@
-"""Bounds on what one run of a command may use: memory and time."""
+"""Bounds on the memory and time of one run of a command, and giving memory back."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from osm2xodr.errors import Osm2xodrError
 
 _UNITS: Final = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "KI": 2**10, "MI": 2**20, "GI": 2**30}
 _SECONDS: Final = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
-# Below this the interpreter and its libraries do not even start, bytes.
+# Less is not enough for the interpreter and its libraries to start, bytes.
 LEAST_MEMORY: Final = 200_000_000
-# How long libraries may go on after the time is up before the process is ended from outside, s.
+# How long libraries may go on after the time is up before the process is killed, s.
 _GRACE: Final = 3.0
 
 
 class LimitError(Osm2xodrError):
-    """A run used more than it was allowed to."""
+    """A run needs more memory or time than it may have."""
 
 
 def parse_memory(text: str) -> int:
-    """Read an amount of memory such as ``2G``, ``1500MB`` or ``1.5GiB``, bytes.
+    """Return an amount of memory such as ``2G``, ``1500MB`` or ``1.5GiB`` in bytes.
 
     Raises
     ------
     ValueError
-        It is none, or too little to start with.
+        The text is no amount of memory, or too small a one to start with.
     """
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmg]i?)?b?\s*", text, re.IGNORECASE)
     if match is None:
@@ -44,12 +44,12 @@ def parse_memory(text: str) -> int:
 
 
 def parse_duration(text: str) -> float:
-    """Read a duration such as ``90``, ``90s``, ``10min`` or ``2h``, s.
+    """Return a duration such as ``90``, ``90s``, ``10min`` or ``2h`` in seconds.
 
     Raises
     ------
     ValueError
-        It is none, or not above 0.
+        The text is no duration, or one of 0.
     """
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(s|min|m|h)?\s*", text)
     seconds = float(match[1]) * _SECONDS[match[2] or ""] if match else 0.0
@@ -60,20 +60,19 @@ def parse_duration(text: str) -> float:
 
 @contextlib.contextmanager
 def limited(memory: int | None, seconds: float | None) -> Iterator[None]:
-    """Bound what happens inside.
+    """Bound the memory and time of a block.
 
     Parameters
     ----------
     memory
-        Bytes that each process may take for its data; None for no bound. Where the system cannot bound it, that is an
-        error.
+        Bytes that each process may take for its data; None for no bound.
     seconds
-        How long it may take, s; None for no bound. Only the main thread can be bounded.
+        How long it may take, s; None for no bound. Works in the main thread alone.
 
     Raises
     ------
     LimitError
-        Either was not enough.
+        The memory or the time was not enough, or the system cannot bound memory.
     """
     with _memory_limit(memory), _time_limit(seconds):
         try:
@@ -113,17 +112,17 @@ def _time_limit(seconds: float | None) -> Iterator[None]:
         yield
         return
 
-    words = (
+    message = (
         f"it takes longer than --timeout {seconds:g} s; allow more, choose a smaller area, or give only --ways major"
     )
 
     def end(number: int, frame: FrameType | None) -> NoReturn:
-        raise LimitError(words)
+        raise LimitError(message)
 
     before = signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
-        with _hard_end(seconds + _GRACE, words):
+        with _hard_end(seconds + _GRACE, message):
             yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -131,18 +130,18 @@ def _time_limit(seconds: float | None) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _hard_end(seconds: float, words: str) -> Iterator[None]:
-    """End the process with exit status 1 when libraries are still busy after a while, s, and do not hear signals.
+def _hard_end(seconds: float, message: str) -> Iterator[None]:
+    """Kill the process, with exit status 1, if it is still busy after `seconds` in a library that ignores signals.
 
-    A copy of the process says why, since nothing of Python runs in this one then.
+    A copy of the process prints the message, since no Python code runs in this one by then.
     """
     if not hasattr(os, "fork"):
         yield
         return
     ours, theirs = os.pipe()
-    teller = os.fork()
-    if teller == 0:
-        _tell_late(ours, theirs, seconds, words)
+    watcher = os.fork()
+    if watcher == 0:
+        _watch(ours, theirs, seconds, message)
     os.close(ours)
     with open(os.devnull, "wb") as nowhere:
         faulthandler.dump_traceback_later(seconds + 0.5, exit=True, file=nowhere)
@@ -151,17 +150,31 @@ def _hard_end(seconds: float, words: str) -> Iterator[None]:
         finally:
             faulthandler.cancel_dump_traceback_later()
             os.close(theirs)
-            os.kill(teller, signal.SIGKILL)
-            os.waitpid(teller, 0)
+            os.kill(watcher, signal.SIGKILL)
+            os.waitpid(watcher, 0)
 
 
-def _tell_late(ours: int, theirs: int, seconds: float, words: str) -> NoReturn:
-    """Wait for the parent to end, and say why it will if it has not after a while, s."""
+def _watch(ours: int, theirs: int, seconds: float, message: str) -> NoReturn:
+    """Print the message if the parent still runs after `seconds`; then it is about to be killed."""
     try:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_IGN)
         os.close(theirs)
         if not select.select([ours], [], [], seconds)[0]:
-            os.write(2, f"osm2xodr: error: {words}\n".encode())
+            os.write(2, f"osm2xodr: error: {message}\n".encode())
     finally:
         os._exit(0)
+
+
+def release_memory() -> None:
+    """Give memory that is no longer used back to the system, where the C library can (glibc's ``malloc_trim``).
+
+    Threads that decode an OSM file keep a heap of their own that nothing else would use again, and small objects
+    leave gaps behind that are of little use to the large arrays of the next stage.
+    """
+    # Here, because most commands do not need it.
+    import ctypes
+
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)

@@ -1,8 +1,8 @@
 """Work on several cores: functions that run in copies of this process.
 
-Copies are made by `fork`: they see all of the parent's arrays without copying them, and hand back what they return.
-What is computed never depends on the number of jobs, so the bytes written are the same for any of them. Where the
-system cannot fork, everything runs in this process, one after the other.
+Copies are made by `fork`: they share all of the parent's arrays and send back what the function returns. No result
+depends on the number of jobs, so the bytes written are the same for any of them. Where the system cannot fork,
+everything runs in this process, one after the other.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.process import BaseProcess
 
-# How often a copy looks whether its parent still lives, s.
-_LOOK_AFTER_PARENT = 0.2
+# How often a copy checks whether its parent still lives, s.
+_PARENT_CHECK = 0.2
 
 T = TypeVar("T")
 Item = TypeVar("Item")
 
 
 class Task(Generic[T]):
-    """A function's result, computed at once or in a copy of this process.
+    """The result of a function, computed in a copy of this process or when it is asked for.
 
     Parameters
     ----------
     function
-        What is computed; it must not write files or change what the parent sees, since only its result comes back.
+        Computes the result. It must neither write files nor change the parent's data: only its result comes back.
     apart
-        Whether it runs beside this process.
+        Whether it runs in a copy of this process.
     """
 
     def __init__(self, function: Callable[[], T], *, apart: bool) -> None:
@@ -47,28 +47,26 @@ class Task(Generic[T]):
             self._start()
 
     def _start(self) -> None:
-        # Here, because most runs of most commands need nothing of it.
+        # Here, because most commands do not need it.
         import multiprocessing
 
         context = multiprocessing.get_context("fork")
         self._receiver, sender = context.Pipe(duplex=False)
         self._process = context.Process(target=_run, args=(self._function, sender, os.getpid()), daemon=True)
         with warnings.catch_warnings():
-            # Python warns of threads, which a copy does not have: those of OSM's reader and of linear algebra wait
-            # for work, hold no lock, and are not used in the copy.
+            # Python warns that the copy lacks the threads of this process. Those of the OSM reader and of linear
+            # algebra wait for work, hold no lock, and are not used in the copy.
             warnings.simplefilter("ignore", DeprecationWarning)
             self._process.start()
         sender.close()
 
     def result(self) -> T:
-        """Return what the function returned, once it has.
+        """Wait for the function's result and return it; raise what the function raised.
 
         Raises
         ------
-        Exception
-            Whatever the function raised.
         Osm2xodrError
-            If the copy of the process was killed.
+            The copy of the process was killed.
         """
         if self._process is None:
             return self._function()
@@ -101,23 +99,15 @@ def can_fork() -> bool:
 
 
 def available_jobs() -> int:
-    """Return how many processes can run at once: the cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def map_parallel(function: Callable[[Item], T], items: Sequence[Item], jobs: int) -> list[T]:
-    """Return the function's value for each item, in order.
+    """Return the function's value for each item, in order, computed by `jobs` processes; this one does its share.
 
-    Items are dealt out in turns, so neighbours that cost alike spread over the jobs; this process does its share.
-
-    Parameters
-    ----------
-    function
-        What is computed; it must change nothing that the parent sees.
-    items
-        What for.
-    jobs
-        How many processes work, at least 1.
+    Items are dealt out in turns, so that neighbours, which often take equally long, spread over the processes. As for
+    `Task`, the function must not change the parent's data.
     """
     jobs = max(1, min(jobs, len(items)))
     tasks = [Task(_Share(function, items[k::jobs]), apart=True) for k in range(1, jobs)]
@@ -131,7 +121,7 @@ def map_parallel(function: Callable[[Item], T], items: Sequence[Item], jobs: int
 
 
 class _Share(Generic[Item, T]):
-    """A function's values for some items."""
+    """The share of one process: a function's values for some items."""
 
     def __init__(self, function: Callable[[Item], T], items: Sequence[Item]) -> None:
         self._function = function
@@ -143,7 +133,7 @@ class _Share(Generic[Item, T]):
 
 def _run(function: Callable[[], T], sender: Connection, parent: int) -> None:
     """Send a function's result or error to the parent."""
-    # The parent tells of an interruption; copies just end.
+    # The parent reports an interruption; copies just end.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
@@ -151,14 +141,14 @@ def _run(function: Callable[[], T], sender: Connection, parent: int) -> None:
         value: tuple[T | None, BaseException | None] = function(), None
     except Exception as error:
         value = None, error
-    # Nobody listens any more if the parent was killed.
+    # The pipe is broken if the parent was killed.
     with contextlib.suppress(BrokenPipeError):
         sender.send(value)
     sender.close()
 
 
 def _end_with(parent: int) -> None:
-    """End this process soon after its parent, which may be killed without a chance to stop its copies."""
+    """End this process soon after its parent, which may be killed before it can stop its copies."""
     while os.getppid() == parent:
-        time.sleep(_LOOK_AFTER_PARENT)
+        time.sleep(_PARENT_CHECK)
     os._exit(1)

@@ -1,4 +1,4 @@
-"""Standard streams that are closed, or that take no more, do no harm to what is written elsewhere."""
+"""Standard streams that are closed or full must not spoil what is written elsewhere."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import sys
 from collections.abc import Iterator
 from typing import Final, TextIO
 
-# Numbers of the standard streams and how their substitutes are opened: each the wrong way for what it is there for,
-# so that what needs the stream learns that it is closed. What is told on standard error may be lost.
+# Numbers of the standard streams and the modes of their substitutes: input for writing and output for reading, so
+# that whoever needs the stream gets an error. Messages on standard error may be lost.
 _SUBSTITUTES: Final = ((0, os.O_WRONLY), (1, os.O_RDONLY), (2, os.O_WRONLY))
 
 
 class _Patient(io.TextIOBase):
-    """Standard error of which a full disk or a closed pipe cannot stop the work that it tells of."""
+    """Standard error that loses text on a full disk or a closed pipe instead of raising an error."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Take all of `text`, and lose what cannot be written."""
+        """Write `text`, or lose it."""
         with contextlib.suppress(OSError, ValueError):
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Write what is held back, or lose it."""
+        """Write what is buffered, or lose it."""
         # Called once more as the interpreter ends, when modules are gone.
         try:  # noqa: SIM105
             self._stream.flush()
@@ -35,28 +35,28 @@ class _Patient(io.TextIOBase):
             pass
 
     def isatty(self) -> bool:
-        """Say whether people look at it."""
+        """Return whether it is a terminal."""
         return self._stream.isatty()
 
     def fileno(self) -> int:
-        """Return the number that the system knows it by."""
+        """Return the file descriptor."""
         return self._stream.fileno()
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
-        """Name of the encoding of what is written."""
+        """Name of the encoding."""
         return self._stream.encoding
 
     @property
     def errors(self) -> str | None:  # type: ignore[override]
-        """What becomes of letters that the encoding has not."""
+        """How letters are treated that the encoding lacks."""
         return self._stream.errors
 
 
 def occupy_closed_streams() -> None:
-    """Give each closed standard stream a substitute.
+    """Open a substitute for each standard stream that is closed.
 
-    A file opened later would get the free number, and so take in all that libraries print: into the result.
+    Otherwise the next file that is opened gets its number, and all that libraries print goes into that file.
     """
     for number, flags in _SUBSTITUTES:
         try:
@@ -66,7 +66,7 @@ def occupy_closed_streams() -> None:
             if opened != number:
                 os.dup2(opened, number)
                 os.close(opened)
-    # Python has none where the number was closed when it started.
+    # Python sets the streams to None that were closed when it started.
     if sys.stdin is None:
         sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115
     if sys.stdout is None:
@@ -77,7 +77,7 @@ def occupy_closed_streams() -> None:
 
 @contextlib.contextmanager
 def patient_standard_error() -> Iterator[None]:
-    """Let nothing that is told on standard error stop the work inside."""
+    """Let no failing message on standard error stop the work in the block."""
     before = sys.stderr
     sys.stderr = _Patient(before)
     try:

@@ -37,7 +37,7 @@ def request(folder: Path, outline: Outline, name: str = "one", *, context: bool 
 def cut(folder: Path, area: Area, outline: Outline, *, context: bool = False) -> dict[str, list[int]]:
     """Return the ids of what is in the cut, by kind."""
     wanted = request(folder, outline, context=context)
-    cut_areas(area.write(folder), [wanted], Diagnostics())
+    cut_areas(area.write(folder), [wanted])
     return contents(wanted.target)
 
 
@@ -126,7 +126,7 @@ def test_all_tags_are_kept_and_who_made_them_is_not(tmp_path: Path) -> None:
         ],
     )
     wanted = request(tmp_path, box(-500, -500, 500, 500))
-    cut_areas(source, [wanted], Diagnostics())
+    cut_areas(source, [wanted])
     found = [(item.id, dict(item.tags), item.user) for item in osmium.FileProcessor(str(wanted.target))]
     assert found == [
         (1, {"note": "here", "ele": "12"}, ""),
@@ -228,13 +228,13 @@ def test_what_becomes_a_street_can_be_said(tmp_path: Path) -> None:
     found = {}
     for name in ("major", "drivable", "all"):
         wanted = CutRequest("one", target, FRAME, outline, True, parse_ways_option(name))
-        found[name] = cut_areas(source, [wanted], Diagnostics())["one"], contents(target)["w"]
+        found[name] = cut_areas(source, [wanted])["one"], contents(target)["w"]
     # The residential street is no end of a major one.
     assert found == {"major": (1, [1, 2, 3, 10, 11]), "drivable": (1, [1, 2, 10, 11]), "all": (1, [1, 2, 10, 11])}
     wanted = CutRequest("one", target, FRAME, outline, True, parse_ways_option("all"), True)
-    assert cut_areas(source, [wanted], Diagnostics()) == {"one": 2}
+    assert cut_areas(source, [wanted]) == {"one": 2}
     wanted = CutRequest("one", target, FRAME, outline, True, parse_ways_option("motorway"))
-    assert cut_areas(source, [wanted], Diagnostics()) == {"one": 0}
+    assert cut_areas(source, [wanted]) == {"one": 0}
     assert not target.exists()
 
 
@@ -260,7 +260,7 @@ def test_neighbours_hold_the_same_where_a_road_crosses_their_border(tmp_path: Pa
     frame = projection.make_frame((south + north) / 2.0, (west + east) / 2.0)
     low = CutRequest("low", tmp_path / "low.osm.pbf", frame, box(-5000, -5000, 5000, 0), True)
     high = CutRequest("high", tmp_path / "high.osm.pbf", frame, box(-5000, 0, 5000, 5000), True)
-    cut_areas(source, [low, high], Diagnostics())
+    cut_areas(source, [low, high])
     networks = [parse_osm(item.target, ParseOptions(frame=frame), Diagnostics()) for item in (low, high)]
     near = [
         {
@@ -293,7 +293,7 @@ def test_counts_are_of_ways_in_the_area_and_empty_areas_leave_no_file(tmp_path: 
         request(tmp_path, box(200, -100, 300, 100), "beside", context=True),
     ]
     wanted[1].target.write_bytes(b"of an earlier run")
-    assert cut_areas(area.write(tmp_path), wanted, Diagnostics()) == {"full": 1, "walkers": 0, "beside": 0}
+    assert cut_areas(area.write(tmp_path), wanted) == {"full": 1, "walkers": 0, "beside": 0}
     assert sorted(path.name for path in tmp_path.iterdir()) == ["area.osm", "full.osm.pbf"]
 
 
@@ -308,19 +308,19 @@ def test_several_areas_at_once_are_as_one_by_one(tmp_path: Path, monkeypatch: py
     alone = []
     for number, outline in enumerate(outlines):
         wanted = request(tmp_path, outline, f"alone{number}")
-        cut_areas(source, [wanted], Diagnostics())
+        cut_areas(source, [wanted])
         alone.append(wanted.target.read_bytes())
     # In three groups.
     monkeypatch.setattr(cutting, "_OPEN_MAX", 2)
     together = [request(tmp_path, outline, f"all{number}") for number, outline in enumerate(outlines)]
-    cut_areas(source, together, Diagnostics())
+    cut_areas(source, together)
     assert [item.target.read_bytes() for item in together] == alone
     assert len(set(alone)) == 5
 
 
 def test_the_header_says_what_it_is(tmp_path: Path) -> None:
     wanted = request(tmp_path, box(-1000, -1000, 1000, 1000))
-    cut_areas(Area(row([0.0, 50.0]), {1: ([1, 2], ROAD)}).write(tmp_path), [wanted], Diagnostics())
+    cut_areas(Area(row([0.0, 50.0]), {1: ([1, 2], ROAD)}).write(tmp_path), [wanted])
     header = osmium.io.Reader(str(wanted.target), osmium.osm.NOTHING).header()
     assert (header.get("generator"), header.get("sorting")) == ("osm2xodr", "Type_then_ID")
     corners = header.box().bottom_left, header.box().top_right
@@ -352,7 +352,7 @@ def test_the_newest_of_several_versions_counts_whatever_the_order(
         ],
     )
     wanted = request(tmp_path, box(-1000, -1000, 1000, 1000))
-    assert cut_areas(source, [wanted], Diagnostics()) == {"one": 2}
+    assert cut_areas(source, [wanted]) == {"one": 2}
     assert contents(wanted.target) == {"n": [1, 2, 3], "w": [5, 9], "r": [4]}
     tags = {(item.type_str(), item.id): dict(item.tags) for item in osmium.FileProcessor(str(wanted.target))}
     assert tags["n", 2] == {"ele": "2"}
@@ -366,10 +366,10 @@ def test_large_files_are_read_to_the_same_end(tmp_path: Path, monkeypatch: pytes
     wanted = CutRequest(
         "one", tmp_path / "one.osm.pbf", projection.make_frame(42.555, 1.533), box(-800, -800, 300, 500)
     )
-    cut_areas(SAMPLE, [wanted], Diagnostics())
+    cut_areas(SAMPLE, [wanted])
     expected = wanted.target.read_bytes()
     monkeypatch.setattr(cut_source, "_LARGE", 0)
-    cut_areas(SAMPLE, [wanted], Diagnostics())
+    cut_areas(SAMPLE, [wanted])
     assert wanted.target.read_bytes() == expected
 
 
@@ -400,7 +400,7 @@ def test_areas_on_both_sides_of_the_180th_meridian(tmp_path: Path) -> None:
     for name, lon in (("west", 179.9999), ("east", -179.9999)):
         frame = projection.make_frame(-17.0, lon)
         wanted = CutRequest(name, tmp_path / f"{name}.osm.pbf", frame, box(-100, -100, 100, 100), True)
-        assert cut_areas(source, [wanted], Diagnostics()) == {name: 1}
+        assert cut_areas(source, [wanted]) == {name: 1}
         assert contents(wanted.target)["w"] == [1]
 
 
@@ -426,10 +426,10 @@ def _zipped(path: Path) -> Path:
 def test_bad_sources_are_named(tmp_path: Path) -> None:
     wanted = request(tmp_path, box(-500, -500, 500, 500))
     with pytest.raises(InputError, match=r"nowhere\.osm does not exist"):
-        cut_areas(tmp_path / "nowhere.osm", [wanted], Diagnostics())
+        cut_areas(tmp_path / "nowhere.osm", [wanted])
     broken = tmp_path / "broken.osm"
     broken.write_text('<osm version="0.6"><node id="1" lat="50" lon="10"/><way id="1">', encoding="utf-8")
-    for attempt in (lambda: cut_areas(broken, [wanted], Diagnostics()), lambda: bounds_of(broken)):
+    for attempt in (lambda: cut_areas(broken, [wanted]), lambda: bounds_of(broken)):
         with pytest.raises(InputError, match=r"broken\.osm cannot be read as OSM data"):
             attempt()
     with pytest.raises(InputError, match="no way that cars can drive on"):
@@ -442,7 +442,7 @@ def test_targets_that_cannot_be_written_are_named_and_nothing_is_left(tmp_path: 
     good = request(tmp_path, box(-500, -500, 500, 500))
     bad = CutRequest("bad", tmp_path / "none" / "bad.osm.pbf", FRAME, good.outline)
     with pytest.raises(OutputError, match=r"bad\.osm\.pbf cannot be written"):
-        cut_areas(source, [good, bad], Diagnostics())
+        cut_areas(source, [good, bad])
     assert [path.name for path in tmp_path.iterdir()] == ["area.osm"]
 
 
@@ -454,7 +454,7 @@ def test_a_failure_while_writing_leaves_nothing(tmp_path: Path, monkeypatch: pyt
 
     monkeypatch.setattr(cut_writing, "_add", fails)
     with pytest.raises(KeyboardInterrupt):
-        cut_areas(source, [request(tmp_path, box(-500, -500, 500, 500))], Diagnostics())
+        cut_areas(source, [request(tmp_path, box(-500, -500, 500, 500))])
     assert [path.name for path in tmp_path.iterdir()] == ["area.osm"]
 
 
@@ -464,7 +464,7 @@ def test_a_failure_while_writing_leaves_nothing(tmp_path: Path, monkeypatch: pyt
 def test_all_of_a_map_is_read_as_the_map_itself(tmp_path: Path) -> None:
     frame = projection.make_frame(42.55, 1.53)
     wanted = CutRequest("all", tmp_path / "all.osm.pbf", frame, box(-20e3, -20e3, 20e3, 20e3))
-    cut_areas(SAMPLE, [wanted], Diagnostics())
+    cut_areas(SAMPLE, [wanted])
     options = ParseOptions(extra_objects=frozenset({"lamps", "trees"}))
     said = [Diagnostics(), Diagnostics()]
     whole, part = (parse_osm(path, options, told) for path, told in zip((SAMPLE, wanted.target), said, strict=True))

@@ -252,7 +252,7 @@ def test_a_scheduler_that_dies_is_told_of(tmp_path: Path) -> None:
 def test_a_scheduler_that_is_not_there_is_told_of(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(running, "_PATIENCE", 1.0)
+    monkeypatch.setattr(running, "_CONNECT_TIMEOUT", 1.0)
     table = write_table(tmp_path / "areas.csv", write_areas(tmp_path / "maps", 1))
     assert main(["batch", str(table), "-o", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:9"]) == 1
     said = capsys.readouterr().err

@@ -24,7 +24,7 @@ from osm2xodr.geometry.borders.own_part import keep_own
 from osm2xodr.model import BorderEnd, Borders, Cubic, LaneSection, Road, RoadLink, RoadMap, RoadType, Rule
 from osm2xodr.model.elevation_report import ElevationReport, LayerCrossing, RoadPlace, StructureRecord
 from osm2xodr.opendrive.reader import read_xodr
-from osm2xodr.pipeline import ConvertOptions, convert
+from osm2xodr.pipeline import PipelineOptions, convert
 from osm2xodr.reporting.report import report
 from osm2xodr.reporting.statistics import Statistics
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
@@ -38,7 +38,7 @@ BEFORE_SECTION, BEHIND_SECTION, IN_ARC = 30.0, 70.0, 200.0
 def village() -> RoadMap:
     """A real place as a whole."""
     scene = SAMPLES[0]
-    return convert(ConvertOptions(scene.osm, (scene.dem,)), Diagnostics()).road_map
+    return convert(PipelineOptions(scene.osm, (scene.dem,)), Diagnostics()).road_map
 
 
 def about(value: float) -> Any:

@@ -1,4 +1,4 @@
-"""Areas cut out of one map, so that neighbours fit."""
+"""Cuts areas out of one map, with all that shapes roads at the borders between them."""
 
 from __future__ import annotations
 

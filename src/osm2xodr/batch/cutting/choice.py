@@ -1,4 +1,4 @@
-"""Chooses what of a map belongs to a cut: ways, with their surroundings on request, things beside them, relations."""
+"""Chooses the ways, nodes and relations of a cut, on request with the surroundings that shape roads at its border."""
 
 from __future__ import annotations
 
@@ -26,26 +26,25 @@ from osm2xodr.batch.model import CutRequest
 from osm2xodr.curves import distance_to_outline, ranks, runs
 from osm2xodr.model import FloatArray, IntArray, LocalFrame, freeze_arrays
 
-# What comes this near to the border is cut out whole for both areas, m: roads lie some metres off OSM's lines.
+# Streets this near to the border are cut out whole for both areas, m: roads lie some metres off OSM's lines.
 _BORDER_REACH: Final = 300.0
-# Around the ends of streets that come this near to a border, what lies within this belongs to the cut as well, m:
-# junctions farther off do not shape each other (twice the longest connecting road through a large junction).
+# What lies this near to the ends of those streets belongs to the cut as well, m: junctions farther off do not shape
+# each other (twice the longest connecting road through a large junction).
 _CONTEXT_REACH: Final = 200.0
-# So far from the middle of these streets, m, is all that lies beside them: sidewalks tell of built-up areas and their
-# speed limits over the whole length of a street (half of the widest carriageway, `ROADSIDE_REACH`, and some room).
+# And what lies this near to the middle of those streets, m: sidewalks tell of built-up areas and their speed limits
+# over the whole length of a street (half of the widest carriageway, `ROADSIDE_REACH`, and some room).
 _CONTEXT_BESIDE: Final = 50.0
 
-# How far beyond the corners of what is looked for ways are looked at, m: more than straight lines in the local frame
-# and those of longitude and latitude differ by between two of `_SAMPLES` points of its sides.
+# Boxes of degrees are larger by this, m, than the distance between straight lines in the local frame and in degrees,
+# which meet in `_SAMPLES` points of each side.
 _SLACK: Final = 100.0
 _SAMPLES: Final = 33
-# Metres per degree of latitude, at least (WGS 84, at the equator).
+# Least length of a degree of latitude, m (WGS 84, at the equator).
 _DEGREE: Final = 110_574.0
-# Points along streets, around which is looked for what lies beside them, are this far apart, m; and how many there
-# are on one segment at most.
+# Distance of the points along streets around which is searched, m, and the largest number of them on one segment.
 _SPACING: Final = 40.0
 _PARTS_MAX: Final = 10_000
-# What the projection cannot place is this far away, m.
+# Coordinate of points that the projection cannot place, m.
 _NOWHERE: Final = 1e8
 
 
@@ -57,7 +56,7 @@ class Choice:
     ways: IntArray
     relations: IntArray
     nodes: IntArray
-    driven: int  # How many of the ways in the area itself become streets
+    driven: int  # Number of ways in the area itself that become streets
     bounds_deg: tuple[float, float, float, float]  # West, south, east, north of the area, degrees
 
     def __post_init__(self) -> None:
@@ -66,12 +65,12 @@ class Choice:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Members:
-    """Ways and nodes that relations are about."""
+    """Ways and nodes that are members of relations."""
 
-    # Ways of each relation: those from `first_way` [relation] to `first_way` [relation + 1]
+    # Ways of each relation, from `first_way` [relation] to `first_way` [relation + 1]
     first_way: IntArray
     ways: IntArray
-    # Ways or nodes, ascending, and the relation that each is a member of
+    # Ways or nodes, ascending, and the relation of each
     way: tuple[IntArray, IntArray]
     node: tuple[IntArray, IntArray]
 
@@ -87,19 +86,11 @@ class Plan:
     way_cells: Cells
     thing_cells: Cells
     members: Members  # Of relations
-    streets: Mapping[Driven, Streets]  # By what becomes a street; none where no request has a context
+    streets: Mapping[Driven, Streets]  # By what becomes a street; none unless a request has a context
 
 
 def make_plan(source: Source, *, context: bool) -> Plan:
-    """Prepare a map for choosing.
-
-    Parameters
-    ----------
-    source
-        The map.
-    context
-        Whether any request has a context.
-    """
+    """Prepare a map for choosing; `context` says whether any request has one."""
     segments = make_segments(source)
     streets = {
         driven: make_streets(source, segments, ways) for driven, ways in (source.driven if context else {}).items()
@@ -109,17 +100,7 @@ def make_plan(source: Source, *, context: bool) -> Plan:
 
 
 def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
-    """Choose what belongs to a cut.
-
-    Parameters
-    ----------
-    plan
-        The map.
-    request
-        What is cut out.
-    driven
-        What becomes a street.
-    """
+    """Choose what belongs to a cut; `driven` says what becomes a street."""
     source = plan.source
     reach = _BORDER_REACH + _CONTEXT_REACH if request.context else 0.0
     bounds, box = _boxes(request, reach)
@@ -132,7 +113,7 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
     if request.context:
         found = _find_streets(plan, near.segments(_BORDER_REACH), driven)
         beside = _points_along(plan, request.frame, found.segments)
-        # What is near the area is kept anyway.
+        # All that is near the area is kept anyway.
         off = distance_to_outline(request.outline, beside[:, 0], beside[:, 1], reach)
         beside = beside[off > reach - _CONTEXT_BESIDE - _SPACING]
         at_ends = _around(plan, request.frame, _local(source, request.frame, found.ends), _CONTEXT_REACH)
@@ -146,8 +127,8 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
     return Choice(kept, relations, np.unique(np.concatenate([rows, things])), count, bounds)
 
 
-class _Found(NamedTuple):
-    """Streets: their ways, their segments, and the nodes where they end."""
+class _FoundStreets(NamedTuple):
+    """Streets: their ways, their segments, and the nodes at their ends."""
 
     ways: IntArray
     segments: IntArray
@@ -155,7 +136,7 @@ class _Found(NamedTuple):
 
 
 class _Near:
-    """How far ways that may be near an area are off."""
+    """Distances of ways from an area."""
 
     def __init__(self, plan: Plan, request: CutRequest, candidates: IntArray, reach: float) -> None:
         source, segments = plan.source, plan.segments
@@ -174,12 +155,12 @@ class _Near:
         self._nearer = np.minimum(self._off[start], self._off[end])
 
     def segments(self, reach: float) -> IntArray:
-        """Return the segments within reach, m."""
+        """Return the segments within `reach`, m."""
         hit = reached(self._request.outline, self._start, self._end, self._nearer, reach)
         return self._at[hit]
 
     def ways(self, reach: float) -> IntArray:
-        """Return the ways within reach, m, ascending."""
+        """Return the ways within `reach`, m, ascending."""
         hit = reached(self._request.outline, self._start, self._end, self._nearer, reach)
         near = self._off[self._ref] <= reach
         out: IntArray = np.unique(np.concatenate([self._of_ref[near], self._of_segment[hit]]))
@@ -187,7 +168,7 @@ class _Near:
 
 
 def _boxes(request: CutRequest, reach: float) -> tuple[tuple[float, float, float, float], FloatArray]:
-    """Return the bounds of the area, and those of what is within reach of it, (1, 4), degrees."""
+    """Return the bounds of the area, and those of all within reach of it, (1, 4), degrees."""
     corners = np.concatenate(request.outline.rings)
     low, high = corners.min(axis=0), corners.max(axis=0)
     west, south, east, north = _bounds(request.frame, low, high)
@@ -210,15 +191,15 @@ def _bounds(frame: LocalFrame, low: FloatArray, high: FloatArray) -> tuple[float
 
 @lru_cache(maxsize=4)
 def _to_degrees(frame: LocalFrame) -> Any:
-    # Takes longer to make than a tile to choose.
+    # Cached, because making it takes longer than choosing a tile.
     return projection.transformer_to(frame, projection.WGS84)
 
 
 def _local(source: Source, frame: LocalFrame, rows: IntArray) -> FloatArray:
-    """Return where nodes are, (n, 2), local x, y, m."""
+    """Return local x, y of nodes, (n, 2), m."""
     if not len(rows):
         return np.zeros((0, 2))
-    # pyproj takes an array of one for a number.
+    # Padded, because pyproj takes an array of one for a number.
     padded = np.append(rows, rows[:1])
     points = np.column_stack(_to_degrees(frame).transform(*source.degrees(padded), direction="INVERSE"))[:-1]
     points[~(np.abs(points) < _NOWHERE).all(axis=1)] = _NOWHERE
@@ -226,19 +207,19 @@ def _local(source: Source, frame: LocalFrame, rows: IntArray) -> FloatArray:
 
 
 def _ranges(first: IntArray, groups: IntArray) -> IntArray:
-    """Return the indices of all members of some groups, those of each from `first` [group] on."""
+    """Return the indices of all members of some groups; those of a group begin at `first` [group]."""
     return runs(first[groups], first[groups + 1] - first[groups])
 
 
-def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> _Found:
-    """Return the streets that some segments belong to."""
+def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> _FoundStreets:
+    """Return the streets that segments belong to."""
     streets = plan.streets[driven]
     found = np.unique(streets.of_segment[near])
     found = found[found >= 0]
     ways = np.unique(streets.ways[_ranges(streets.first_way, found)])
     ends = np.unique(streets.ends[_ranges(streets.first_end, found)])
     segments = _ranges(plan.segments.first, ways)
-    return _Found(ways, segments[np.isin(streets.of_segment[segments], found)], ends)
+    return _FoundStreets(ways, segments[np.isin(streets.of_segment[segments], found)], ends)
 
 
 def _points_along(plan: Plan, frame: LocalFrame, segments: IntArray) -> FloatArray:
@@ -252,7 +233,7 @@ def _points_along(plan: Plan, frame: LocalFrame, segments: IntArray) -> FloatArr
 
 
 def _around(plan: Plan, frame: LocalFrame, places: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
-    """Return the ways and the things within reach of some places (n, 2), m."""
+    """Return the ways and the things within `reach` of places (n, 2), m."""
     source, segments = plan.source, plan.segments
     if not len(places):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -277,12 +258,12 @@ def _around(plan: Plan, frame: LocalFrame, places: FloatArray, reach: float) -> 
 
 
 def _with_relations(plan: Plan, ways: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the ways with those that relations about them need, and these relations."""
+    """Return the ways with those that their relations need, and these relations."""
     source, members = plan.source, plan.members
     nodes = np.unique(source.row[_ranges(source.first, ways)])
     hit = np.union1d(_among(members.way, ways), _among(members.node, nodes))
     ways = np.union1d(ways, members.ways[_ranges(members.first_way, hit)])
-    # Those ways may bring along relations that nothing else is needed for.
+    # The added ways may complete further relations.
     more = np.setdiff1d(_among(members.way, ways), hit)
     held = np.isin(members.ways[_ranges(members.first_way, more)], ways)
     count = np.diff(members.first_way)[more]
@@ -291,7 +272,7 @@ def _with_relations(plan: Plan, ways: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _among(pairs: tuple[IntArray, IntArray], chosen: IntArray) -> IntArray:
-    """Return the relations that are paired with what is chosen, ascending."""
+    """Return the relations that are paired with the chosen items, ascending."""
     keys, relations = pairs
     first, last = np.searchsorted(keys, chosen), np.searchsorted(keys, chosen, side="right")
     found: IntArray = np.unique(relations[runs(first, last - first)])
@@ -302,16 +283,16 @@ def _make_members(source: Source) -> Members:
     current = np.flatnonzero(source.relation_current)
     order = np.flatnonzero(source.way_current)
     order = order[np.argsort(source.way_ids[order], kind="stable")]
-    ways, of_way = _found(source.way_ids[order], [source.member_ways[index] for index in current.tolist()])
-    nodes, of_node = _found(source.node_ids, [source.member_nodes[index] for index in current.tolist()])
+    ways, of_way = _present(source.way_ids[order], [source.member_ways[index] for index in current.tolist()])
+    nodes, of_node = _present(source.node_ids, [source.member_nodes[index] for index in current.tolist()])
     ways, of_way, of_node = order[ways], current[of_way], current[of_node]
     first = np.searchsorted(of_way, np.arange(len(source.relation_ids) + 1))
     by_way, by_node = np.argsort(ways, kind="stable"), np.argsort(nodes, kind="stable")
     return Members(first, ways, (ways[by_way], of_way[by_way]), (nodes[by_node], of_node[by_node]))
 
 
-def _found(ids: IntArray, members: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
-    """Return the members that there are, as indices of ids, and which list each is of."""
+def _present(ids: IntArray, members: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
+    """Return the members that are among the ids, as indices of these, and the list that each is from."""
     number = np.concatenate([np.zeros(0, np.int64), *members])
     owner = np.repeat(np.arange(len(members)), [len(refs) for refs in members])
     present = np.isin(number, ids)

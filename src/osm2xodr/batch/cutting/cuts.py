@@ -1,6 +1,6 @@
 """Cuts areas out of a map: complete ways, what stands beside them, and the relations about them.
 
-A map is read once for all areas, in a few passes, and then once for every `_OPEN_MAX` of the files that are written.
+A map is read once for all areas, in a few passes, and then once for every `_OPEN_MAX` files that are written.
 """
 
 from __future__ import annotations
@@ -14,39 +14,35 @@ from osm2xodr.batch.cutting.choice import choose, make_plan
 from osm2xodr.batch.cutting.source import Driven, read_source
 from osm2xodr.batch.cutting.writing import Target, write_targets
 from osm2xodr.batch.model import CutRequest
-from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.osmParsing import open_osm_file
 
-# So many files are open at a time; systems allow a process 256 or more.
+# Files that are open at a time; systems allow a process 256 or more.
 _OPEN_MAX: Final = 200
 
 
-def cut_areas(source: Path, requests: Sequence[CutRequest], diagnostics: Diagnostics) -> dict[str, int]:
+def cut_areas(source: Path, requests: Sequence[CutRequest]) -> dict[str, int]:
     """Write parts of a map.
 
-    Kept is all that a conversion looks at, with all tags: ways of any ``highway`` and what stands beside streets, if
-    a node or a segment of them lies in the area, with all their nodes; nodes that stand for something by themselves;
-    turn restrictions and lane connectivities about any of these ways, with all ways that they name.
+    A cut has all that a conversion reads, with all tags: ways of any ``highway`` and what stands beside streets, if
+    a node or a segment of them lies in the area, with all their nodes; nodes that mean something by themselves; turn
+    restrictions and lane connectivities about any of these ways, with all ways that they name.
 
-    With a context it is also what is near (`defaults.BORDER_REACH` and `defaults.CONTEXT_REACH`), the streets that
-    come near from end to end, what lies beside them (`defaults.CONTEXT_BESIDE`), and what is around their ends:
-    whatever shapes a road that crosses a border is then the same on both sides of it.
+    With a context it also has what is near the area, whole streets that come near it, and what lies beside them and
+    around their ends (`choice` says how near): all that shapes a road across a border is the same on both sides.
 
     Parameters
     ----------
     source
         The map.
     requests
-        What is cut out.
-    diagnostics
-        Gets what is worth telling.
+        The parts.
 
     Returns
     -------
     dict
-        By the requests' names: how many ways in the area become streets. Where there are none no file is written, and
-        one that is there is removed.
+        Number of ways in the area that become streets, by the requests' names. Where there are none no file is
+        written, and an old one is removed.
 
     Raises
     ------
@@ -76,7 +72,7 @@ def cut_areas(source: Path, requests: Sequence[CutRequest], diagnostics: Diagnos
 
 
 def bounds_of(source: Path) -> tuple[float, float, float, float]:
-    """Return west, south, east, north of what cars can drive on, degrees; east is above 180 across the antimeridian.
+    """Return west, south, east, north of all ways for cars, degrees; east is above 180 across the antimeridian.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which points and segments come near an outline, or near places."""
+"""Points and segments within reach of an outline or of places."""
 
 from __future__ import annotations
 
@@ -10,31 +10,22 @@ from scipy.spatial import cKDTree
 from osm2xodr.curves import outline_bounds, ranks
 from osm2xodr.model import BoolArray, FloatArray, Outline
 
-# Longer segments are looked at in parts of this length, m, but in no more parts than these.
+# Length of the parts that long segments are divided into, m, and the largest number of them.
 _PART: Final = 200.0
 _PARTS_MAX: Final = 10_000
 
 
 def reached(outline: Outline, start: FloatArray, end: FloatArray, far: FloatArray, reach: float) -> BoolArray:
-    """Return which segments have a point within reach of an area.
+    """Return which segments have a point within `reach` of an area, m; 0 for those that touch it.
 
-    Parameters
-    ----------
-    outline
-        The area.
-    start, end : (n, 2)
-        Ends of the segments, local x, y, m.
-    far : (n,)
-        How far the nearer end is off, m, as of `osm2xodr.curves.distance_to_outline`.
-    reach
-        Greatest distance, m; 0 for segments that touch the area itself.
+    `start` and `end` (n, 2) are their ends, local x, y, m, `far` (n,) the distance of the nearer end from the area.
     """
     out = far <= reach
     west, south, east, north = outline_bounds(outline)
     beside = np.minimum(start, end) <= (east + reach, north + reach)
     beside &= np.maximum(start, end) >= (west - reach, south - reach)
     rest = np.flatnonzero(~out & beside.all(axis=1))
-    # What neither begins nor ends within reach of the area comes nearest to a corner, or crosses an edge.
+    # Segments without an end within reach come nearest to a corner, or cross an edge.
     for ring in outline.rings:
         for corner, following in zip(ring, np.roll(ring, -1, axis=0), strict=True):
             if not len(rest):
@@ -47,7 +38,7 @@ def reached(outline: Outline, start: FloatArray, end: FloatArray, far: FloatArra
 
 
 def _to_point(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArray:
-    """Return how far segments (n, 2) are from a point (2,) or from one each (n, 2), m."""
+    """Return the distance of segments (n, 2) from a point (2,), or from one each (n, 2), m."""
     along = end - start
     square = np.maximum((along * along).sum(axis=1), 1e-12)
     share = np.clip(((point - start) * along).sum(axis=1) / square, 0.0, 1.0)
@@ -67,14 +58,14 @@ def _crosses(start: FloatArray, end: FloatArray, corner: FloatArray, following: 
 
 
 def _side(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArray:
-    """Return on which side of lines points lie: the sign of a cross product."""
+    """Return the side of lines that points lie on: the sign of a cross product."""
     along, off = end - start, point - start
     out: FloatArray = np.sign(along[..., 0] * off[..., 1] - along[..., 1] * off[..., 0])
     return out
 
 
 def near_places(start: FloatArray, end: FloatArray, places: FloatArray, reach: float) -> BoolArray:
-    """Return which segments (n, 2) have a point within reach of any of some places (m, 2), m."""
+    """Return which segments (n, 2) have a point within `reach` of any place (m, 2), m."""
     out = np.zeros(len(start), np.bool_)
     if not len(start) or not len(places):
         return out
@@ -91,7 +82,7 @@ def near_places(start: FloatArray, end: FloatArray, places: FloatArray, reach: f
 
 
 def points_near_places(points: FloatArray, places: FloatArray, reach: float) -> BoolArray:
-    """Return which points (n, 2) are within reach of any of some places (m, 2), m."""
+    """Return which points (n, 2) are within `reach` of any place (m, 2), m."""
     if not len(points) or not len(places):
         return np.zeros(len(points), np.bool_)
     nearest, _ = cKDTree(places).query(points)

@@ -1,6 +1,6 @@
-"""Reads what of a map can be of interest to a conversion into flat arrays: ways, relations, and where nodes are.
+"""Reads the part of a map that conversions use into flat arrays: ways, relations, positions of nodes.
 
-A country fits: there are no objects per node, and nodes that no way of interest runs over are not kept.
+There are no objects per node, and nodes without a way of interest are left out, so that a country fits into memory.
 """
 
 from __future__ import annotations
@@ -28,54 +28,46 @@ from osm2xodr.osmParsing import (
     way_values,
 )
 
-# What is read beside streets if asked for; a cut has all of it.
+# What conversions read on request; a cut has all of it.
 _EXTRA: Final = frozenset({"lamps", "trees"})
-# Of files larger than this only some nodes are looked at one by one, bytes. libosmium's sets of ids, which make that
-# possible, take a gigabyte whatever is in them, so smaller files are better read without.
+# In files larger than this, bytes, libosmium picks the nodes by a set of ids. The set takes a gigabyte whatever is in
+# it, so all nodes of smaller files are read.
 _LARGE: Final = 100_000_000
 # Below all ids; libosmium's order has negative ids first, the lowest last.
 _FIRST: Final = -(2**62)
 
 
 class Driven(NamedTuple):
-    """Which ways become streets.
+    """Which ways become streets."""
 
-    Parameters
-    ----------
-    ways
-        By their tags; None for all that a car fits on.
-    include_private
-        Whether ways are among them that are closed to the public.
-    """
-
-    ways: WaySelection | None = None
-    include_private: bool = False
+    ways: WaySelection | None = None  # By their tags; None for all that a car fits on
+    include_private: bool = False  # Whether those closed to the public do
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """What of a map is of interest. Ways and relations are those that `ways_and_relations_of` yields."""
+    """The part of a map that conversions use; ways and relations are those that `ways_and_relations_of` yields."""
 
     file: OsmFile  # The map
     way_ids: IntArray  # (ways,) OSM ids
     way_current: BoolArray  # (ways,) Whether the way is neither deleted nor replaced by a newer version
     first: IntArray  # (ways + 1,) Index of each way's first entry in `row`
-    row: IntArray  # (refs,) Nodes of the ways, rows of `node_ids`. Nodes that are not in the file are left out.
-    driven: Mapping[Driven, BoolArray]  # (ways,) Which ways become streets, by what is asked for
+    row: IntArray  # (refs,) Nodes of the ways, rows of `node_ids`, without nodes that are not in the file
+    driven: Mapping[Driven, BoolArray]  # (ways,) Which ways become streets, by selection
     relation_ids: IntArray  # (relations,) OSM ids
     relation_current: BoolArray  # (relations,) As `way_current`
     # Of each relation: ids of its members
     member_ways: Sequence[IntArray]
     member_nodes: Sequence[IntArray]
     node_ids: IntArray  # (nodes,) OSM ids of the nodes of ways and of `thing`, ascending
-    # (nodes,) Where they are, whole units of 1e-7 degrees, WGS 84
+    # (nodes,) Their positions, whole units of 1e-7 degrees, WGS 84
     lon: IntArray
     lat: IntArray
-    # (nodes,) Which of those that `nodes_of` returns each is, counted from 0; empty where nodes stand in the order of
-    # their ids, none of them negative.
+    # (nodes,) Position of each among those that `nodes_of` returns; empty where nodes stand in the order of their
+    # ids, none of them negative
     node_at: IntArray
-    thing: BoolArray  # (nodes,) Whether the node is of interest wherever it lies
-    in_order: bool  # Whether all of this stands in the file in the order of ids, ways before relations
+    thing: BoolArray  # (nodes,) Whether the node is of interest by itself
+    in_order: bool  # Whether the file has all of this in the order of ids, ways before relations
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -109,7 +101,7 @@ class _Relations:
 
 
 def ways_and_relations_of(file: OsmFile) -> Iterator[Any]:
-    """Yield what is of interest as it stands in the file, all versions; each is valid until the next one."""
+    """Yield ways and relations of interest in the order of the file, all versions; each is valid until the next."""
     values = way_values(frozenset(), _EXTRA)
     del values["highway"]
     wanted = [(key, value) for key, names in sorted(values.items()) for value in sorted(names)]
@@ -126,15 +118,7 @@ def ways_and_relations_of(file: OsmFile) -> Iterator[Any]:
 
 
 def nodes_of(file: OsmFile, ids: IntArray) -> Iterable[Any]:
-    """Return the nodes with given ids (n,) as they stand in the file, all versions; of small files, all nodes.
-
-    Parameters
-    ----------
-    file
-        The map.
-    ids
-        Ascending.
-    """
+    """Return the nodes with some ids (n,), ascending, in the order of the file, all versions; of small files all."""
     found = osmium.FileProcessor(handle(file), osmium.osm.NODE)
     # Sets of ids hold none below 0.
     if len(ids) and ids[0] >= 0 and _is_large(file):
@@ -143,21 +127,21 @@ def nodes_of(file: OsmFile, ids: IntArray) -> Iterable[Any]:
 
 
 def _is_large(file: OsmFile) -> bool:
-    """Say whether looking at all nodes of a file one by one takes too long."""
+    """Return whether reading all nodes of a file one by one takes too long."""
     return file.path.stat().st_size > _LARGE
 
 
 def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = False) -> Source:
-    """Read what is of interest.
+    """Read the part of a map that conversions use.
 
     Parameters
     ----------
     file
         The map.
     driven
-        Which choices of ways are told apart.
+        Selections of ways that become streets.
     only_driven
-        Whether only ways that become streets by the first of them are read, and neither relations nor things.
+        Whether to read only the ways of the first selection, and neither relations nor things.
 
     Raises
     ------
@@ -197,7 +181,7 @@ def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = 
 def _read_ways_and_relations(
     file: OsmFile, choices: Sequence[Driven], only_driven: bool
 ) -> tuple[_Ways, _Relations, bool]:
-    """Read ways and relations, and say whether any relation stands before a way."""
+    """Read ways and relations, and return whether any relation stands before a way as well."""
     ways = _Ways(
         array("q"), array("q"), array("b"), array("q"), array("q"), {choice: array("b") for choice in choices}
     )
@@ -225,7 +209,7 @@ def _add_way(way: Any, file: OsmFile, out: _Ways, only_driven: bool) -> None:
     out.gone.append(way.deleted or ("way", number) in file.deleted)
     nodes = way.nodes
     out.lengths.append(len(nodes))
-    # Not `for node in nodes`, which goes through two more calls for each.
+    # Not `for node in nodes`, which takes two more calls for each.
     out.refs.extend([node.ref for node in map(nodes.__getitem__, range(len(nodes)))])
     for found, is_on in zip(out.driven.values(), on, strict=True):
         found.append(is_on)
@@ -250,7 +234,7 @@ def _is_driven(tags: Mapping[str, str], choice: Driven) -> bool:
 
 
 def _read_things(file: OsmFile) -> IntArray:
-    """Return the ids of nodes that are of interest wherever they lie."""
+    """Return the ids of nodes that are of interest by themselves."""
     keys, _ = node_keys(True, _EXTRA)
     found = osmium.FileProcessor(handle(file), osmium.osm.NODE)
     found.with_filter(osmium.filter.KeyFilter(*sorted(keys)))
@@ -260,15 +244,7 @@ def _read_things(file: OsmFile) -> IntArray:
 
 
 def _read_nodes(file: OsmFile, needed: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray, bool]:
-    """Read where nodes are.
-
-    Returns
-    -------
-    ids, lon, lat, node_at
-        As of `Source`.
-    in_order
-        Whether they stand in the order of their ids.
-    """
+    """Return ids, `lon`, `lat` and `node_at` of nodes as in `Source`, and whether they stand in the order of ids."""
     numbers, versions, gone = array("q"), array("q"), array("b")
     places = array("q")
     for node in nodes_of(file, needed):
@@ -291,13 +267,13 @@ def _read_nodes(file: OsmFile, needed: IntArray) -> tuple[IntArray, IntArray, In
 
 
 def _ascending(ids: IntArray) -> bool:
-    """Say whether ids are in libosmium's order, each once: negative ones first, the lowest last."""
+    """Return whether ids are in libosmium's order, each once: negative ones first, the lowest last."""
     place = np.where(ids < 0, _FIRST - ids, ids)
     return bool((place[1:] > place[:-1]).all())
 
 
 def _current(ids: IntArray, versions: Sequence[int], gone: Sequence[int]) -> BoolArray:
-    """Return which elements (n,) are the newest version, the last one among equals, and not deleted."""
+    """Return which elements (n,) are their newest version, the last among equals, and not deleted."""
     out = ~np.array(gone, np.bool_)
     if _ascending(ids):
         return out

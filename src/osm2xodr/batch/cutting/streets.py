@@ -1,4 +1,4 @@
-"""Segments of all ways of a map, the streets that they make up, and which ways are where."""
+"""Segments of all ways of a map, the streets that they make up, and an index of where ways and nodes are."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from osm2xodr.batch.cutting.source import Source
 from osm2xodr.curves import ranks, runs
 from osm2xodr.model import BoolArray, FloatArray, IntArray, freeze_arrays
 
-# Side of the cells by which ways are found, degrees: about 1 km, so that most ways are in one or two of them.
+# Side of the cells of the index, degrees: about 1 km, so that most ways are in one or two of them.
 _CELL_DEG: Final = 0.01
 _COLUMNS: Final = round(360.0 / _CELL_DEG)
-# A segment in more cells than these, as one is that runs round the Earth, is looked at everywhere.
+# A segment in more cells than these, such as one round the Earth, counts as being everywhere.
 _CELLS_MAX: Final = 10_000
 
 
@@ -35,13 +35,13 @@ class Segments:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Streets:
-    """What ways make up from intersection to intersection, over nodes where no third way meets."""
+    """Ways joined to streets, from intersection to intersection."""
 
-    of_segment: IntArray  # (segments,) Street of each segment of `Segments`, -1 where none runs
-    # Ways of each street: those from `first_way` [street] to `first_way` [street + 1]
+    of_segment: IntArray  # (segments,) Street of each segment of `Segments`, -1 without one
+    # Ways of each street, from `first_way` [street] to `first_way` [street + 1]
     first_way: IntArray
     ways: IntArray
-    # As these: the intersections and dead ends of each street, rows of `Source.node_ids`
+    # Likewise: intersections and dead ends of each street, rows of `Source.node_ids`
     first_end: IntArray
     ends: IntArray
 
@@ -51,18 +51,18 @@ class Streets:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Which ways or nodes are in which cell of a grid of longitude and latitude."""
+    """An index of ways or nodes by cells of a grid of longitude and latitude."""
 
     keys: IntArray  # (entries,) Numbers of cells, ascending
-    items: IntArray  # (entries,) What is there
-    everywhere: IntArray  # Items that are looked at wherever one looks
+    items: IntArray  # (entries,) The way or node in the cell
+    everywhere: IntArray  # Items that count as being in every cell
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
 
 
 def make_segments(source: Source) -> Segments:
-    """Return the segments of all ways; what is no current version has none."""
+    """Return the segments of all ways; those that are no current version have none."""
     count = np.diff(source.first)
     way = np.repeat(np.arange(len(count)), count)
     follows = (way[1:] == way[:-1]) & (source.row[1:] != source.row[:-1]) & source.way_current[way[1:]]
@@ -72,20 +72,12 @@ def make_segments(source: Source) -> Segments:
 
 
 def make_streets(source: Source, segments: Segments, driven: BoolArray) -> Streets:
-    """Return the streets of some ways.
-
-    Parameters
-    ----------
-    source, segments
-        The map.
-    driven : (ways,)
-        Which ways make up streets.
-    """
+    """Join the `driven` ways (ways,) to streets."""
     way = np.repeat(np.arange(len(driven)), np.diff(segments.first))
     kept = np.flatnonzero(driven[way])
     way, start, end = way[kept], segments.start[kept], segments.end[kept]
     nodes = len(source.node_ids)
-    # So many segments begin or end at each node; where it is two, a street goes on.
+    # Number of segments that begin or end at each node; a street goes on where it is two.
     degree = np.bincount(start, minlength=nodes) + np.bincount(end, minlength=nodes)
     begins = np.ones(len(kept), np.bool_)
     begins[1:] = (way[1:] != way[:-1]) | (end[:-1] != start[1:]) | (degree[start[1:]] != 2)
@@ -99,9 +91,9 @@ def make_streets(source: Source, segments: Segments, driven: BoolArray) -> Stree
     order = np.argsort(ends, kind="stable")
     ends, owner = ends[order], owner[order]
     joint = degree[ends] == 2
-    # Two pieces' ends, or both of one, stand next to each other.
+    # The ends of two pieces, or both of one, stand next to each other.
     one, other = owner[joint][0::2], owner[joint][1::2]
-    # SciPy before 1.12 looks for components with such indices only.
+    # SciPy before 1.12 finds components with such indices only.
     joined = one.astype(np.int32), other.astype(np.int32)
     graph = coo_array((np.ones(len(one), np.bool_), joined), shape=(pieces, pieces))
     count, street = connected_components(graph, directed=False) if pieces else (0, np.zeros(0, np.int64))
@@ -119,7 +111,7 @@ def _grouped(group: IntArray, item: IntArray, groups: int) -> tuple[IntArray, In
 
 
 def make_way_cells(source: Source, segments: Segments) -> Cells:
-    """Return which ways are in which cell, with all cells that their segments may run through."""
+    """Return the cells of ways: all that their segments may run through."""
     # Ways of a single node have a segment from it to itself.
     alone = np.flatnonzero((np.diff(segments.first) == 0) & (np.diff(source.first) > 0) & source.way_current)
     way = np.concatenate([np.repeat(np.arange(len(source.way_ids)), np.diff(segments.first)), alone])
@@ -140,7 +132,7 @@ def make_way_cells(source: Source, segments: Segments) -> Cells:
 
 
 def make_node_cells(source: Source, rows: IntArray) -> Cells:
-    """Return which of some nodes are in which cell."""
+    """Return the cells of nodes."""
     column, row = _cell(*source.degrees(rows))
     return _unique_cells(row * _COLUMNS + column, rows, np.zeros(0, np.int64))
 
@@ -159,14 +151,9 @@ def _unique_cells(keys: IntArray, items: IntArray, everywhere: IntArray) -> Cell
 
 
 def find_in_boxes(cells: Cells, boxes_deg: FloatArray) -> IntArray:
-    """Return what may be in any of some boxes, ascending.
+    """Return what may be in any of the boxes (boxes, 4), ascending.
 
-    Parameters
-    ----------
-    cells
-        Where everything is.
-    boxes_deg : (boxes, 4)
-        West, south, east, north, degrees; west may be below -180, east above 180.
+    Boxes are west, south, east, north, degrees; west may be below -180, east above 180.
     """
     found = [cells.everywhere]
     for shift in (-360.0, 0.0, 360.0):

@@ -1,4 +1,4 @@
-"""Writes what belongs to cuts as OSM files, many in one pass over the map."""
+"""Writes cuts as OSM files, many in one pass over the map."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from osm2xodr.errors import InputError, OutputError
 from osm2xodr.model import IntArray
 from osm2xodr.osmParsing import readable
 
-# Who changed what when is of no use, and no one's business.
+# Without the names of mappers and the dates of their changes, which nobody needs.
 _FORMAT: Final = "pbf,add_metadata=false"
-# What is collected of a file before it is written, bytes; a few thousand nodes.
+# Size of the buffer of a file, bytes: a few thousand nodes.
 _BUFFER: Final = 1 << 18
 
 
@@ -28,22 +28,19 @@ _BUFFER: Final = 1 << 18
 class Target:
     """A file to write."""
 
-    path: Path  # Where to
-    choice: Choice  # What
+    path: Path
+    choice: Choice  # Its contents
 
     @property
     def part(self) -> Path:
-        """Where it is written until it is complete."""
+        """Its name until it is complete."""
         return self.path.with_name(f"{self.path.name}.part")
 
 
 class _Users:
-    """Which targets want which element, asked for in the order of the elements.
+    """The targets of each element, asked for in the order of the elements' keys.
 
-    Parameters
-    ----------
-    wanted
-        Keys of the elements that each target wants, ascending.
+    `wanted` are the keys of the elements of each target, ascending.
     """
 
     def __init__(self, wanted: Sequence[IntArray]) -> None:
@@ -60,11 +57,11 @@ class _Users:
 
     @property
     def complete(self) -> bool:
-        """Whether all that is wanted has come."""
+        """Whether all elements of all targets have come."""
         return self._next is None
 
     def take(self, key: int) -> Sequence[int]:
-        """Return the targets that want an element."""
+        """Return the targets of an element."""
         if key != self._next:
             return ()
         at = self._at
@@ -75,15 +72,7 @@ class _Users:
 
 
 def write_targets(source: Source, targets: Sequence[Target]) -> None:
-    """Write files in one pass over the map; they appear when they are complete.
-
-    Raises
-    ------
-    InputError
-        The map cannot be read any more, or is not what it was.
-    OutputError
-        A file cannot be written.
-    """
+    """Write files in one pass over the map; they get their names when they are complete."""
     try:
         _write_parts(source, targets)
         for target in targets:
@@ -109,7 +98,7 @@ def _write_parts(source: Source, targets: Sequence[Target]) -> None:
             with _writable(target):
                 writers.append(_open(target))
         with readable(source.file):
-            # Nodes that ids do not tell apart are counted, all of those that were read.
+            # Where ids do not identify nodes, their position in the file does.
             for number, node in enumerate(nodes_of(source.file, nodes.keys if by_id else source.node_ids)):
                 users = nodes.take(node.id if by_id else number)
                 if users:
@@ -145,7 +134,7 @@ def _open(target: Target) -> Any:
     header.set("generator", "osm2xodr")
     header.set("sorting", "Type_then_ID")
     west, south, east, north = target.choice.bounds_deg
-    # Beyond the 180th meridian a box cannot be told from one round the Earth.
+    # A box across the 180th meridian could not be told from one round the Earth.
     header.add_box(osmium.osm.Box(max(west, -180.0), south, min(east, 180.0), north))
     file = osmium.io.File(os.path.abspath(target.part), _FORMAT)
     return osmium.SimpleWriter(file, bufsz=_BUFFER, header=header, overwrite=True)
@@ -165,7 +154,7 @@ def _sort(target: Target) -> None:
 
 @contextmanager
 def _writable(target: Target) -> Iterator[None]:
-    """Turn what osmium throws about a file that it writes into one sentence."""
+    """Turn the errors of osmium about a file that it writes into one sentence."""
     try:
         yield
     except (RuntimeError, OSError) as error:

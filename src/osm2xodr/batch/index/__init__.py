@@ -1,4 +1,4 @@
-"""What a batch came to: a table, and a page with a map."""
+"""The summary of a batch: a table, and a page with a map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One row per area: what became of it, and the figures that its report tells."""
+"""One row per area: its result, and the figures of its report."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ from osm2xodr.batch.model import Result, Status
 from osm2xodr.diagnostics import Kind
 from osm2xodr.reporting import REPORT_FORMAT
 
-# What an area may have beside its road network: its report, and its page to explore.
+# Endings of the files of an area: road network, report, page to explore.
 _SUFFIXES = (".xodr", ".json", ".html")
-# What stands for characters of these categories: controls, ends of lines and paragraphs, halves of characters.
+# Replacements of characters by category: controls, ends of lines and of paragraphs, lone surrogates.
 _BLANKS = {"Cc": " ", "Zl": " ", "Zp": " ", "Cs": "\ufffd"}
+# Characters that change the direction of text.
 _TURNING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+# Statuses of areas whose files are of this input.
 _KEPT = (Status.DONE, Status.UNCHANGED)
 
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What a report tells; None where it does not."""
+    """Figures of a report; None where it lacks one."""
 
     # Numbers of roads outside of junctions, of roads through them, of junctions
     roads: float | None
@@ -46,13 +48,12 @@ class Figures:
 
 @dataclass(frozen=True, slots=True)
 class AreaRow:
-    """What is to be told about an area."""
+    """A row of the table and of the page."""
 
-    result: Result  # What became of it
-    message: str  # The sentence of the result, in one line; or that there is no report to read
-    # Names of its files that are there, by suffix. None for areas that failed: what lies there is not of this run.
-    files: Mapping[str, str]
-    figures: Figures | None  # Of its report; None where there is none
+    result: Result
+    message: str  # The sentence of the result, in one line; or that its report is missing
+    files: Mapping[str, str]  # Names of its files that exist, by suffix; none for areas that failed
+    figures: Figures | None  # Of its report; None without one
 
     @property
     def name(self) -> str:
@@ -61,20 +62,12 @@ class AreaRow:
 
 
 def read_rows(out_dir: Path, results: Sequence[Result]) -> tuple[AreaRow, ...]:
-    """Return a row for each result, in order of names.
-
-    Parameters
-    ----------
-    out_dir
-        Where the areas' files are.
-    results
-        In any order.
-    """
+    """Return a row for each result, in order of names; `out_dir` has the files of the areas."""
     return tuple(_row(out_dir, result) for result in sorted(results, key=lambda item: item.name))
 
 
 def one_line(text: str) -> str:
-    """Return a text of strangers with blanks for what breaks lines, and without what turns them round."""
+    """Return text of unknown origin with blanks for line breaks, and without changes of direction."""
     return "".join(_BLANKS.get(unicodedata.category(char), char) for char in text if char not in _TURNING)
 
 
@@ -91,7 +84,7 @@ def _row(out_dir: Path, result: Result) -> AreaRow:
 
 
 def _read(path: Path) -> Figures | None:
-    """Return what a report tells; None if there is none, or it is no report of this layout."""
+    """Return the figures of a report; None if there is none of this layout."""
     try:
         report = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
@@ -118,7 +111,7 @@ def _read(path: Path) -> Figures | None:
 
 
 def _counts(entries: Any) -> dict[Kind, int]:
-    """Return how many diagnostics there are of each kind."""
+    """Return the number of diagnostics of each kind."""
     out = dict.fromkeys(Kind, 0)
     for entry in entries if isinstance(entries, list) else []:
         if isinstance(entry, dict) and entry.get("kind") in {kind.value for kind in Kind}:

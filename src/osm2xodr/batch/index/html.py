@@ -65,7 +65,7 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
     count = counted(len(rows), "area")
     parts = {
         "version": escape(__version__),
-        "count": count,
+        "count": counted(len(rows), "area"),
         "statuses": "".join(_status(rows, status) for status in _STATUSES),
         "figures": facts(_totals(rows)),
         "failures": _failures(rows),
@@ -189,7 +189,7 @@ def _row(place: int, row: AreaRow) -> str:
 
 
 def _links(row: AreaRow) -> str:
-    """Return links to an area's files, which lie beside the page."""
+    """Return links to the files of an area, which lie beside the page."""
     return " ".join(
         f'<a href="./{quote(row.files[suffix].encode("utf-8", "surrogateescape"), safe="")}"'
         f' aria-label="{word} of {escape(one_line(row.name))}">{word}</a>'

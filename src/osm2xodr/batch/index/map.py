@@ -58,7 +58,7 @@ class Map:
 
 
 def make_map(outlines: Sequence[Sequence[Ring]]) -> Map:
-    """Put outlines (rings of longitude and latitude, degrees) on a map that shows all of them.
+    """Return a map of outlines (rings of longitude and latitude, degrees).
 
     The map is cut on the far side of the areas, so that areas on both sides of the 180th meridian are neighbours.
     """

@@ -1,4 +1,4 @@
-"""What became of many areas: a table for programs, and a page for people."""
+"""Writes the summary of a batch: a table for programs, and a page for people."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from osm2xodr.system import stream_to
 TABLE_NAME: Final = "summary.csv"
 PAGE_NAME: Final = "index.html"
 
-# A cell that begins with one of these is a formula to spreadsheets; some take the wide forms for the same.
+# Spreadsheets take cells that begin with these for formulas; the last four are the full-width forms.
 _FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 
 def _of_result(decimals: int, get: Callable[[Result], float]) -> Callable[[AreaRow], str]:
-    """Return what makes a cell of a figure that is 0 where there was no conversion."""
+    """Return a function for cells with a figure that is 0 without a conversion."""
 
     def cell(row: AreaRow) -> str:
         return f"{get(row.result):.{decimals}f}" if get(row.result) > 0.0 else ""
@@ -32,7 +32,7 @@ def _of_result(decimals: int, get: Callable[[Result], float]) -> Callable[[AreaR
 
 
 def _figure(decimals: int, get: Callable[[Figures], float | None]) -> Callable[[AreaRow], str]:
-    """Return what makes a cell of a figure of the report."""
+    """Return a function for cells with a figure of the report."""
 
     def cell(row: AreaRow) -> str:
         value = None if row.figures is None else get(row.figures)
@@ -42,7 +42,7 @@ def _figure(decimals: int, get: Callable[[Figures], float | None]) -> Callable[[
 
 
 def _text(get: Callable[[AreaRow], str]) -> Callable[[AreaRow], str]:
-    """Return what makes a cell of a text: harmless in spreadsheets, by the apostrophe that they know for this."""
+    """Return a function for cells with a text, after an apostrophe where spreadsheets would see a formula."""
 
     def cell(row: AreaRow) -> str:
         value = get(row)
@@ -87,22 +87,22 @@ COLUMNS: Final = tuple(_COLUMNS)
 
 
 def write_summary(out_dir: Path, results: Sequence[Result]) -> None:
-    """Write ``summary.csv`` and ``index.html`` about many areas; each is there as a whole or as it was before.
+    """Write ``summary.csv`` and ``index.html``, each as a whole or not at all.
 
-    The same results and reports give the same bytes, in whatever order the results are.
+    The same results and reports give the same bytes, whatever the order of the results.
 
     Parameters
     ----------
     out_dir
-        Where the areas' files are, and these two go.
+        The folder of the batch. Figures come from the reports ``NAME.json`` in it; where one is missing or damaged
+        the message says so.
     results
-        What became of the areas. Figures of those that were converted, now or before, are read from their reports
-        ``NAME.json``; where one is missing or damaged the figures stay empty, and the message says so.
+        What became of the areas.
 
     Raises
     ------
     OutputError
-        If a file cannot be written.
+        A file cannot be written.
     """
     rows = read_rows(out_dir, results)
     for name, text in ((TABLE_NAME, make_table(rows)), (PAGE_NAME, make_index(rows))):
@@ -111,7 +111,7 @@ def write_summary(out_dir: Path, results: Sequence[Result]) -> None:
 
 
 def make_table(rows: Sequence[AreaRow]) -> bytes:
-    """Return a table as of RFC 4180, UTF-8, with a header; empty cells where something is unknown."""
+    """Return a table by RFC 4180, UTF-8, with a header, and empty cells for what is unknown."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\r\n")
     writer.writerow(COLUMNS)

@@ -1,4 +1,4 @@
-"""Conversions on the cores of this machine or of a cluster."""
+"""Conversions spread over the cores of this machine or of a cluster."""
 
 from __future__ import annotations
 

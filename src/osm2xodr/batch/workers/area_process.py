@@ -1,6 +1,6 @@
 """What a worker does with one area: it has it converted in a process of its own.
 
-Everything here is plain functions and data, since it is sent to workers by name.
+These are plain functions and data, because Dask sends them to workers by name.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ from typing import Any, Final
 
 from osm2xodr import __version__
 from osm2xodr.batch.model import EMPTY
+from osm2xodr.system import ONE_THREAD_ENVIRONMENT
 
+# How the lines begin that the command line says errors and wrong usage in.
 _ERROR: Final = "osm2xodr: error: "
 _USAGE: Final = "Error: "
 
@@ -29,10 +31,10 @@ _USAGE: Final = "Error: "
 class AreaJob:
     """An area to convert."""
 
-    batch: str  # Tells batches apart that use the same workers
+    batch: str  # Id of the batch: several may use the same workers
     name: str  # The area
-    arguments: tuple[str, ...]  # Of ``osm2xodr``, from the name of the command on
-    memory: int = 0  # Bytes that it may take where `arguments` do not bound them; 0 for no bound
+    arguments: tuple[str, ...]  # Of ``osm2xodr``, beginning with the command
+    memory: int = 0  # Bytes that it may take if `arguments` do not bound them; 0 for no bound
     version: str = __version__  # Of osm2xodr, which must be the worker's
 
 
@@ -40,9 +42,9 @@ class AreaJob:
 class Outcome:
     """How the conversion of an area ended."""
 
-    message: str  # Why it failed, one sentence; empty if it did not
-    seconds: float = 0.0  # How long it took
-    memory: int = 0  # Most memory that it took, bytes
+    message: str  # Why it failed, in one sentence; empty if it did not
+    seconds: float = 0.0  # Duration
+    memory: int = 0  # Peak memory, bytes
     empty: bool = False  # Whether it failed because there is nothing to drive on
 
 
@@ -50,10 +52,8 @@ class _Server:
     """A running `osm2xodr.cli.area_server`."""
 
     def __init__(self) -> None:
-        # More threads of linear algebra would make results depend on the machine; PROJ fetches no grids.
-        names = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_NUM_THREADS")
-        environment = {**os.environ, **dict.fromkeys(names, "1"), "PROJ_NETWORK": "OFF"}
-        # In a session of its own: a Ctrl-C at the terminal is for the batch, which stops its areas in order.
+        environment = {**os.environ, **ONE_THREAD_ENVIRONMENT, "PROJ_NETWORK": "OFF"}
+        # In a session of its own: Ctrl-C at the terminal reaches the batch alone, which stops its areas in order.
         self._process = subprocess.Popen(
             [sys.executable, "-m", "osm2xodr.cli.area_server"],
             stdin=subprocess.PIPE,
@@ -64,7 +64,7 @@ class _Server:
         )
 
     def ask(self, arguments: Sequence[str]) -> dict[str, Any] | None:
-        """Return what became of a conversion; None if the server ended."""
+        """Run a conversion and return how it ended; None if the server ended."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
@@ -72,19 +72,19 @@ class _Server:
             self._process.stdin.flush()
             line = self._process.stdout.readline()
         except (OSError, ValueError):
-            # The latter where another thread has ended the server.
+            # A ValueError means that another thread has closed the pipe.
             return None
         answer: dict[str, Any] | None = json.loads(line) if line.endswith(b"\n") else None
         return answer
 
     def end(self) -> None:
-        """Have it stop what it does and end."""
+        """Tell it to stop its conversion and end."""
         assert self._process.stdin is not None
         with contextlib.suppress(OSError):
             self._process.stdin.close()
 
     def wait(self) -> bool:
-        """Wait until it has ended, and return whether it did so in order."""
+        """Wait for its end, and return whether it ended normally."""
         status = self._process.wait()
         assert self._process.stdout is not None
         self._process.stdout.close()
@@ -98,18 +98,7 @@ _ended: set[str] = set()
 
 
 def run_area(job: AreaJob) -> Outcome:
-    """Convert an area.
-
-    Parameters
-    ----------
-    job
-        The area.
-
-    Returns
-    -------
-    Outcome
-        How it ended; that conversions fail is no exception.
-    """
+    """Convert an area, and return how that ended; a conversion that fails raises nothing."""
     if job.version != __version__:
         return Outcome(
             f"the worker has osm2xodr {__version__}, and the batch {job.version}; install the same on both"
@@ -125,14 +114,14 @@ def run_area(job: AreaJob) -> Outcome:
             message = _sentence(answer["status"], answer["said"])
             return Outcome(message, time.monotonic() - began, answer["memory"], answer["status"] == EMPTY)
         _forget(job.batch, server)
-        # One that has waited for long ends just as it is asked again.
+        # An idle server may end by itself just as it is asked again.
         if not server.wait() or fresh:
             message = "it was stopped" if job.batch in _ended else _killed("")
             return Outcome(message, time.monotonic() - began)
 
 
 def end_areas(batch: str) -> None:
-    """Stop all conversions of a batch on this worker, and let go of what they needed."""
+    """Stop all conversions of a batch on this worker, and end their servers."""
     with _lock:
         _ended.add(batch)
         idle, busy = _idle.pop(batch, []), list(_busy.get(batch, []))
@@ -144,7 +133,7 @@ def end_areas(batch: str) -> None:
 
 @atexit.register
 def _end_all() -> None:
-    """Stop everything where a worker ends without having been told that the batch is over."""
+    """Stop everything when a worker ends before it was told that the batch is over."""
     with _lock:
         batches = {*_idle, *_busy}
     for batch in batches:
@@ -152,7 +141,7 @@ def _end_all() -> None:
 
 
 def _take(batch: str) -> tuple[bool, _Server | None]:
-    """Return a server and whether it is a new one; none if the batch is over."""
+    """Return whether a server is new, and the server; None if the batch is over."""
     with _lock:
         if batch in _ended:
             return False, None
@@ -181,13 +170,13 @@ def _forget(batch: str, server: _Server) -> None:
 
 
 def _arguments(job: AreaJob) -> list[str]:
-    """Return the arguments with the bound on memory first, so that a later one holds."""
+    """Return the arguments with the bound on memory first, so that one among them overrides it."""
     bound = ["--max-memory", str(job.memory)] if job.memory else []
     return [job.arguments[0], *bound, *job.arguments[1:]]
 
 
 def _sentence(status: int, said: str) -> str:
-    """Say why a conversion failed, by its exit status (negative: the signal that killed it) and what it said."""
+    """Return why a conversion failed, by its exit status (negative: the signal that killed it) and its messages."""
     if status == 0:
         return ""
     if status < 0:

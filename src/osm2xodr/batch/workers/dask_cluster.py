@@ -1,4 +1,4 @@
-"""Areas spread over processes: on this machine, or on those of a Dask cluster."""
+"""Areas spread over the processes of a Dask cluster, on this machine or on others."""
 
 from __future__ import annotations
 
@@ -22,77 +22,57 @@ from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system import LEAST_MEMORY
 
-# An area during whose conversion so many workers died is given up.
-_BATCH_WORKER_DEATHS: Final = 3
+# An area is given up after the death of so many workers that converted it; a choice.
+_WORKER_DEATHS: Final = 3
 
-# Dask's, which are loaded when there is work.
+# Dask's classes, which are loaded when there is work.
 _Client = Any
 _Future = Any
 
-# How often it looks whether the scheduler is still there, s.
-_LOOK: Final = 0.5
+# How often the connection to the scheduler is checked, s.
+_CONNECTION_CHECK: Final = 0.5
 # How long an existing scheduler may take to answer, s.
-_PATIENCE: Final = 10.0
-# Dask looks after tasks of milliseconds, fifty times a second and in each of its processes; areas take seconds.
-_CALM: Final = {
+_CONNECT_TIMEOUT: Final = 10.0
+# Dask is made for tasks of milliseconds: each process looks after them fifty times a second. Areas take seconds.
+_SETTINGS: Final = {
     "distributed.admin.tick.interval": "500ms",
     "distributed.admin.tick.limit": "1h",
     "distributed.admin.system-monitor.interval": "10s",
     "distributed.worker.profile.enabled": False,
     "distributed.scheduler.worker-saturation": 1.0,
 }
-# What Dask calls tasks that have ended.
+# Dask's statuses of tasks that have ended.
 _ENDED: Final = frozenset({"finished", "error", "cancelled"})
 
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Who converts."""
+    """The processes that convert."""
 
-    count: int = 1  # How many processes on this machine, at least 1; not looked at with a scheduler
+    count: int = 1  # How many on this machine, at least 1; ignored with a scheduler
     # Address of an existing scheduler, such as ``tcp://host:8786``; empty for a cluster on this machine
     scheduler: str = ""
     memory: int | None = None  # Bytes that an area may take; None for an equal share of what the machine has
 
 
 def check_dask() -> None:
-    """Refuse to go on without Dask.
-
-    Raises
-    ------
-    Osm2xodrError
-        It is not installed.
-    """
+    """Raise `Osm2xodrError` if Dask is not installed."""
     if importlib.util.find_spec("distributed") is None or importlib.util.find_spec("cryptography") is None:
         raise Osm2xodrError("batches need Dask's distributed and cryptography: pip install 'osm2xodr[batch]'")
 
 
 @contextlib.contextmanager
 def running(jobs: Sequence[AreaJob], workers: Workers) -> Iterator[Iterator[tuple[AreaJob, Outcome]]]:
-    """Convert areas, and stop all that still runs at the end of the block.
+    """Convert areas, the first ones first, and stop those that still run at the end of the block.
 
-    Parameters
-    ----------
-    jobs
-        The areas; the first are begun first.
-    workers
-        Who converts them.
-
-    Yields
-    ------
-    Iterator
-        Each area with its outcome, as they end.
-
-    Raises
-    ------
-    Osm2xodrError
-        There is no Dask, or no scheduler at the address, or it ended.
+    Yields an iterator over the areas and their outcomes, as they end. Without Dask or its scheduler it raises
+    `Osm2xodrError`.
     """
     check_dask()
     batch = secrets.token_hex(8)
     count = max(1, min(workers.count, len(jobs)))
     with _quiet(), contextlib.ExitStack() as stack:
-        # Starting it lets SIGINT through again in the thread that does so.
+        # Here, because starting it unblocks SIGINT in this thread.
         resource_tracker.ensure_running()
         with uninterrupted():
             client = stack.enter_context(_client(count, workers))
@@ -114,13 +94,13 @@ def _outcomes(
         future.add_done_callback(done.put)
     while futures:
         try:
-            future = done.get(timeout=_LOOK)
+            future = done.get(timeout=_CONNECTION_CHECK)
         except queue.Empty:
             if client.status != "running":
                 raise Osm2xodrError("the Dask scheduler is gone; start it, and run the same command again") from None
             continue
         if future.status not in _ENDED:
-            # A worker that dies takes outcomes along that nobody has fetched: these areas are being made again.
+            # Outcomes that were not fetched are lost with their worker: these areas are being made again.
             future.add_done_callback(done.put)
             continue
         job, _ = futures.pop(future.key)
@@ -129,7 +109,7 @@ def _outcomes(
 
 
 def _outcome(future: _Future) -> Outcome:
-    """Return how a task that has ended did so."""
+    """Return the outcome of a task that has ended."""
     from distributed import KilledWorker
 
     if future.status == "finished":
@@ -147,8 +127,8 @@ def _outcome(future: _Future) -> Outcome:
 
 
 def _stop(client: _Client, futures: dict[str, tuple[AreaJob, _Future]], batch: str) -> None:
-    """Take back what has not ended, and have workers stop what they do for it."""
-    # The scheduler may be gone, and workers may be dying: they stop by themselves then.
+    """Cancel the tasks that have not ended, and stop their conversions."""
+    # If the scheduler is gone or workers are dying, they stop by themselves.
     with contextlib.suppress(Exception):
         if futures:
             client.cancel([future for _, future in futures.values()], force=True)
@@ -162,7 +142,7 @@ def _client(count: int, workers: Workers) -> Iterator[_Client]:
 
     if workers.scheduler:
         try:
-            client = Client(workers.scheduler, timeout=_PATIENCE, set_as_default=False)
+            client = Client(workers.scheduler, timeout=_CONNECT_TIMEOUT, set_as_default=False)
         except (OSError, ValueError, ImportError) as error:
             raise Osm2xodrError(
                 f"no Dask scheduler answers at {workers.scheduler}; start one there: {error}"
@@ -170,12 +150,12 @@ def _client(count: int, workers: Workers) -> Iterator[_Client]:
         with _closing(client):
             yield client
         return
-    settings = {"distributed.scheduler.allowed-failures": _BATCH_WORKER_DEATHS - 1, **_CALM}
+    settings = {"distributed.scheduler.allowed-failures": _WORKER_DEATHS - 1, **_SETTINGS}
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="osm2xodr-", ignore_cleanup_errors=True))
         stack.enter_context(dask.config.set(settings))
-        # Whoever reaches a scheduler can have it run anything. So it listens on this machine only, and speaks only to
-        # those who hold the keys made for this batch: its workers and nobody else who works on this machine.
+        # Whoever reaches a scheduler can have it run anything. So it listens on this machine only, and talks only to
+        # those who hold the keys made for this batch: its workers, and no other user of this machine.
         cluster = LocalCluster(
             n_workers=count,
             threads_per_worker=1,
@@ -196,7 +176,7 @@ def _client(count: int, workers: Workers) -> Iterator[_Client]:
 
 @contextlib.contextmanager
 def _closing(thing: Any) -> Iterator[Any]:
-    """Close a client or cluster at the end, whatever happens meanwhile."""
+    """Close a client or cluster at the end of the block, undisturbed by signals."""
     try:
         yield thing
     finally:
@@ -225,8 +205,8 @@ def _worker_share(dask_worker: Any) -> int:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep Dask from telling of what is no matter of the user's, such as workers that end."""
-    # All logs, since its parts have levels of their own, which they set when they are loaded.
+    """Silence Dask's log, which reports what does not concern the user, such as workers that end."""
+    # All logs are disabled, since modules of Dask set levels of their own when they are loaded.
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
@@ -237,30 +217,30 @@ def _quiet() -> Iterator[None]:
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Put off the wish to end the process to the end of the block.
+    """Defer the signals that end the process to the end of the block.
 
-    SIGINT is blocked, which holds for threads and processes that are started meanwhile, and for those that they
-    start: a Ctrl-C at the terminal reaches this process alone, which then stops its workers in order.
+    SIGINT is blocked, also for threads and processes that are started meanwhile, and for those that they start:
+    Ctrl-C at the terminal reaches this process alone, which then stops its workers in order.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    wished: list[int] = []
+    deferred: list[int] = []
 
-    def put_off(number: int, frame: FrameType | None) -> None:
-        wished.append(number)
+    def defer(number: int, frame: FrameType | None) -> None:
+        deferred.append(number)
 
     numbers: tuple[int, ...] = (signal.SIGTERM, signal.SIGHUP)
     before = {number: signal.getsignal(number) for number in numbers}
     for number in numbers:
         if before[number] is not signal.SIG_IGN:
-            signal.signal(number, put_off)
+            signal.signal(number, defer)
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        for number in wished[:1]:
+        for number in deferred[:1]:
             os.kill(os.getpid(), number)
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -1,19 +1,50 @@
-"""Reads the file that says how areas lie side by side, which `osm2xodr batch --shared-frame` writes."""
+"""The file with the frame and the outlines of areas side by side.
+
+``osm2xodr batch --shared-frame`` writes it, ``osm2xodr convert --frame`` reads it.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from osm2xodr.batch.areas import PlannedArea
 from osm2xodr.errors import InputError
 from osm2xodr.model import Outline, Partition
 from osm2xodr.projection import make_frame
 
-# The layout of the file; goes up when a field changes its meaning or goes.
-PARTITION_FORMAT: Final = 1
+# Version of the layout; goes up when a field is removed or changes its meaning.
+_FORMAT: Final = 1
+# Ids of roads and junctions that each area may use; a choice.
+_IDS_PER_AREA: Final = 100_000
+
+
+def shared_frame(planned: Sequence[PlannedArea]) -> dict[str, Any]:
+    """Return the contents of the file.
+
+    Raises
+    ------
+    InputError
+        There are more areas than ids for their roads.
+    """
+    frame = planned[0].frame
+    assert frame is not None
+    areas = []
+    for item in sorted(planned, key=lambda item: item.area.name):
+        assert item.outline is not None
+        first = 1 + _IDS_PER_AREA * item.number
+        # Several readers keep ids as numbers of 32 bits.
+        if first + _IDS_PER_AREA > 2**31:
+            raise InputError(
+                "there are too many areas for --shared-frame to give ids; choose larger ones, or a smaller map"
+            )
+        rings = [ring.tolist() for ring in item.outline.rings]
+        areas.append({"name": item.area.name, "first_id": first, "rings": rings})
+    return {"format": _FORMAT, "lat_0_deg": frame.lat_0_deg, "lon_0_deg": frame.lon_0_deg, "areas": areas}
 
 
 def read_partition(path: Path, own: str) -> Partition:
@@ -30,7 +61,7 @@ def read_partition(path: Path, own: str) -> Partition:
     Raises
     ------
     InputError
-        It cannot be read, is no such file, or does not have the area.
+        The file cannot be read, is no such file, or does not have the area.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -39,9 +70,9 @@ def read_partition(path: Path, own: str) -> Partition:
         raise InputError(f"{path} cannot be read: {why.lower()}; give the file that the batch wrote") from error
     try:
         table = json.loads(text)
-        if table["format"] != PARTITION_FORMAT:
+        if table["format"] != _FORMAT:
             raise InputError(
-                f"{path} has format {table['format']}, and this version reads {PARTITION_FORMAT}; run the batch again"
+                f"{path} has format {table['format']}, and this version reads {_FORMAT}; run the batch again"
             )
         return _partition(table, path, own)
     except (ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
@@ -51,6 +82,7 @@ def read_partition(path: Path, own: str) -> Partition:
 
 
 def _partition(table: dict[str, Any], path: Path, own: str) -> Partition:
+    """Read the parsed file; what is wrong with it raises one of the errors that `read_partition` catches."""
     areas = table["areas"]
     names = tuple(str(area["name"]) for area in areas)
     if own not in names:

@@ -1,0 +1,49 @@
+"""osm2xodr as a library: what ``import osm2xodr`` gives, and what the commands of the command line call."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.library.converting import convert as convert, pipeline_options as pipeline_options
+    from osm2xodr.library.files import (
+        EXPORT_FORMATS as EXPORT_FORMATS,
+        EXPORT_LAYERS as EXPORT_LAYERS,
+        PICTURE_FORMATS as PICTURE_FORMATS,
+        RENDER_WIDTH_LEAST as RENDER_WIDTH_LEAST,
+        check as check,
+        export as export,
+        export_format as export_format,
+        materials_file as materials_file,
+        read as read,
+        render as render,
+        report as report,
+    )
+    from osm2xodr.library.options import (
+        DECLARATIONS as DECLARATIONS,
+        ConvertOptions as ConvertOptions,
+        Declaration as Declaration,
+    )
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "converting": ("convert", "pipeline_options"),
+        "files": (
+            "EXPORT_FORMATS",
+            "EXPORT_LAYERS",
+            "PICTURE_FORMATS",
+            "RENDER_WIDTH_LEAST",
+            "check",
+            "export",
+            "export_format",
+            "materials_file",
+            "read",
+            "render",
+            "report",
+        ),
+        "options": ("ConvertOptions", "DECLARATIONS", "Declaration"),
+    },
+)

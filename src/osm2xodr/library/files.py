@@ -1,0 +1,381 @@
+"""Functions for OpenDRIVE files of any writer. Each loads what it needs when it is called."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Union
+
+from osm2xodr import __version__
+from osm2xodr.defaults import CHECK_FINDINGS, RENDER_WIDTH, RENDER_WIDTH_MOST, SAMPLE_STEP, SAMPLE_TOLERANCE
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError, OptionError
+from osm2xodr.library.options import paths, refused
+from osm2xodr.reporting import Written
+from osm2xodr.system import STANDARD_OUTPUT, stream_to
+from osm2xodr.viewing import PICTURE_COLOURS, PictureOptions, ReportOptions
+
+if TYPE_CHECKING:
+    from osm2xodr.checking import CheckResult
+    from osm2xodr.opendrive import OpenDrive
+
+AnyPath = Union[str, "os.PathLike[str]"]
+Box = tuple[float, float, float, float]
+
+# The narrowest picture, pixels, in which its legend has room.
+RENDER_WIDTH_LEAST: Final = 200
+PICTURE_FORMATS: Final = ("svg", "png")
+EXPORT_FORMATS: Final = ("geojson", "obj", "glb")
+# `osm2xodr.exporting.LAYERS`, which is too slow to load for --help; a test holds them equal.
+EXPORT_LAYERS: Final = ("roads", "lanes", "junctions", "signals", "objects")
+_EXPORT_SUFFIXES: Final = {".geojson": "geojson", ".json": "geojson", ".obj": "obj", ".glb": "glb"}
+
+
+def read(file: AnyPath) -> OpenDrive:
+    """Read an OpenDRIVE file, 1.4 to 1.8, of any writer.
+
+    Parameters
+    ----------
+    file
+        The file, plain or packed by gzip; ``-`` is standard input.
+
+    Returns
+    -------
+    OpenDrive
+        Its roads, lanes, junctions, signals and objects as tables. `check`, `report`, `render`, `export` and
+        `Locator` take it.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is no XML, or no OpenDRIVE.
+    """
+    from osm2xodr.opendrive import read_xodr
+
+    return read_xodr(Path(file))
+
+
+def check(
+    file: AnyPath | OpenDrive,
+    *,
+    readers: str | Iterable[str] | None = None,
+    schema: AnyPath | None = None,
+    only: str | Iterable[str] = (),
+    ignore: str | Iterable[str] = (),
+    max_findings: int = CHECK_FINDINGS,
+) -> CheckResult:
+    """Check an OpenDRIVE file against the standard and what its readers stumble over.
+
+    Parameters
+    ----------
+    file
+        The file, or what `read` returned.
+    readers
+        Names of the readers that must be able to use the file, as text with commas or one by one; none of them for
+        the standard alone. By default CARLA, esmini and SUMO.
+    schema
+        XML schema of OpenDRIVE; by default that of ASAM's checker, if it is installed.
+    only, ignore
+        Names of rules: look at these alone, leave these out.
+    max_findings
+        Findings listed for each rule, the worst; all are counted.
+
+    Returns
+    -------
+    CheckResult
+        The findings; `CheckResult.headline` sums them up, `CheckResult.failed` says whether there are any.
+
+    Raises
+    ------
+    OptionError
+        A reader or rule is unknown.
+    InputError
+        The file or the schema cannot be read.
+    """
+    from dataclasses import replace
+
+    from osm2xodr.checking import CheckOptions, check_drive
+
+    options = CheckOptions(schema=None if schema is None else Path(schema))
+    if readers is not None:
+        with refused("readers"):
+            options = replace(options, readers=_names(readers))
+    with refused("only"):
+        options = replace(options, only=_names(only))
+    with refused("ignore"):
+        options = replace(options, ignore=_names(ignore))
+    with refused("max_findings"):
+        options = replace(options, most=max_findings)
+    return check_drive(_drive(file), options)
+
+
+def report(
+    file: AnyPath | OpenDrive,
+    output: AnyPath,
+    *,
+    osm: AnyPath | None = None,
+    dem: AnyPath | Iterable[AnyPath] = (),
+    report_json: AnyPath | Mapping[str, Any] | None = None,
+    title: str = "",
+    check: bool = True,
+) -> Written:
+    """Make one page of HTML to explore an OpenDRIVE file with.
+
+    Parameters
+    ----------
+    file
+        The file, or what `read` returned.
+    output
+        Page to write; ``-`` is standard output. One that exists is replaced.
+    osm
+        OpenStreetMap file to hold the roads against.
+    dem
+        Elevation model, or several of them, to hold the heights against.
+    report_json
+        What the conversion reported, as a file or as read from it.
+    title
+        Headline; by default the name of the road network.
+    check
+        Whether to look for defects of the file.
+
+    Returns
+    -------
+    Written
+        The page, its size, and what was found about the elevation models.
+
+    Raises
+    ------
+    InputError
+        The file or what it is compared with cannot be read.
+    CoverageError
+        No elevation model has heights at the roads.
+    OutputError
+        The page cannot be written.
+    """
+    from osm2xodr.viewing import write_report
+
+    log = report_json if report_json is None or isinstance(report_json, Mapping) else _read_log(Path(report_json))
+    options = ReportOptions(None if osm is None else Path(osm), paths(dem), log, title, check)
+    diagnostics = Diagnostics()
+    size = write_report(_drive(file), Path(output), options, diagnostics)
+    return Written(Path(output), size, diagnostics)
+
+
+def render(
+    file: AnyPath | OpenDrive,
+    output: AnyPath,
+    *,
+    bbox: str | Sequence[float] | None = None,
+    bbox_xy: str | Sequence[float] | None = None,
+    width: int = RENDER_WIDTH,
+    color: str = PICTURE_COLOURS[0],
+    format: str | None = None,
+) -> Written:
+    """Draw an OpenDRIVE file from above, with a legend and a scale.
+
+    Parameters
+    ----------
+    file
+        The file, or what `read` returned.
+    output
+        Picture to write; ``-`` is standard output. One that exists is replaced.
+    bbox
+        Draw only this: west, south, east, north, degrees, WGS 84. By default everything.
+    bbox_xy
+        Likewise, in x and y of the file, m.
+    width
+        Pixels.
+    color
+        What roads are coloured by: ``type`` of lane, ``height``, ``grade`` or ``speed`` limit.
+    format
+        ``svg`` or ``png``; by default what the name of `output` ends in.
+
+    Returns
+    -------
+    Written
+        The picture and its size.
+
+    Raises
+    ------
+    OptionError
+        An option has a value that cannot be, or contradicts another one.
+    InputError
+        The file cannot be read, or nothing of it can be drawn.
+    OutputError
+        The picture cannot be written.
+    """
+    if bbox is not None and bbox_xy is not None:
+        raise OptionError("bbox and bbox_xy exclude each other; give one of them", "bbox", "bbox_xy")
+    kind = _picture_format(Path(output), format)
+    _choose("color", color, PICTURE_COLOURS)
+    if not RENDER_WIDTH_LEAST <= width <= RENDER_WIDTH_MOST:
+        raise OptionError(
+            f"width: {width} cannot be; give {RENDER_WIDTH_LEAST} to {RENDER_WIDTH_MOST:,} pixels", "width"
+        )
+    box = None if bbox is None else read_box("bbox", bbox, "degrees")
+    box_xy = None if bbox_xy is None else read_box("bbox_xy", bbox_xy, "metres")
+    from osm2xodr.viewing import box_of_degrees, write_picture
+
+    drive = _drive(file)
+    if box is not None:
+        box_xy = box_of_degrees(drive, box)
+    size = write_picture(drive, Path(output), PictureOptions(box_xy, width, color), kind)
+    return Written(Path(output), size, Diagnostics())
+
+
+def export(
+    file: AnyPath | OpenDrive,
+    output: AnyPath,
+    *,
+    format: str | None = None,
+    layers: str | Iterable[str] | None = None,
+    up: str | None = None,
+    tolerance: float = SAMPLE_TOLERANCE,
+    step: float = SAMPLE_STEP,
+) -> tuple[Path, ...]:
+    """Write the roads of an OpenDRIVE file for programs that show maps (GeoJSON) and scenes (OBJ, glTF).
+
+    Parameters
+    ----------
+    file
+        The file, or what `read` returned.
+    output
+        File to write; ``-`` is standard output. One that exists is replaced.
+    format
+        ``geojson``, ``obj`` or ``glb``; by default what the name of `output` ends in.
+    layers
+        What GeoJSON has: ``roads``, ``lanes``, ``junctions``, ``signals``, ``objects``. By default all of them.
+    up
+        Axis that points up in OBJ, ``z`` or ``y``; by default z.
+    tolerance
+        How far straight pieces may lie from curves, m.
+    step
+        Longest straight piece, m.
+
+    Returns
+    -------
+    tuple of Path
+        The files: OBJ comes with one of materials, of the same name with the ending .mtl.
+
+    Raises
+    ------
+    OptionError
+        An option has a value that cannot be, or that the format has no use for.
+    InputError
+        The file cannot be read, or does not say where it is on Earth, or has no lane with a surface.
+    OutputError
+        A file cannot be written.
+    """
+    target = Path(output)
+    form = export_format(target, format)
+    for option, value, needed in (("layers", layers, "geojson"), ("up", up, "obj")):
+        if value is not None and form != needed:
+            raise OptionError(f"{option} is for {needed} alone; leave it out", option)
+    chosen = EXPORT_LAYERS if layers is None else _export_layers(layers)
+    if up is not None:
+        _choose("up", up, ("z", "y"))
+    for option, length in (("tolerance", tolerance), ("step", step)):
+        if not 0.0 < length < math.inf:
+            raise OptionError(f"{option}: {length} m is not above 0", option)
+    from osm2xodr import exporting
+
+    drive = _drive(file)
+    if form == "geojson":
+        with stream_to(target) as stream:
+            exporting.write_geojson(drive, stream, tolerance, step, chosen)
+        return (target,)
+    mesh = exporting.road_mesh(drive, tolerance, step)
+    materials = materials_file(target, form)
+    with stream_to(target) as stream:
+        if form == "glb":
+            exporting.write_glb(mesh, drive.header, stream, __version__)
+        else:
+            exporting.write_obj(mesh, stream, materials.name if materials else None, y_up=up == "y")
+            if materials is not None:
+                with stream_to(materials) as colours:
+                    colours.write(exporting.material_library(mesh))
+    return (target,) if materials is None else (target, materials)
+
+
+def export_format(output: Path, given: str | None) -> str:
+    """Return the format of an export: the one that was given, or that its file is named after."""
+    if given is not None:
+        return _choose("format", given, EXPORT_FORMATS)
+    form = _EXPORT_SUFFIXES.get(output.suffix.lower())
+    if form is None:
+        raise OptionError(
+            f"format: {output} does not tell it; end the name in .geojson, .obj or .glb, or give this option",
+            "format",
+        )
+    return form
+
+
+def materials_file(output: Path, form: str) -> Path | None:
+    """Return the file of materials that comes with an export; None where there is none."""
+    return output.with_suffix(".mtl") if form == "obj" and output != STANDARD_OUTPUT else None
+
+
+def read_box(option: str, box: str | Sequence[float], unit: str) -> Box:
+    """Return west, south, east, north, as four numbers or text with commas."""
+    text = box if isinstance(box, str) else ",".join(map(str, box))
+    try:
+        west, south, east, north = (float(word) for word in text.split(","))
+    except ValueError:
+        raise OptionError(
+            f"{option} {text} is not 4 numbers; write west,south,east,north in {unit}", option
+        ) from None
+    if not (west < east and south < north):
+        raise OptionError(f"{option} {text} is empty; write west,south,east,north in {unit}", option)
+    return west, south, east, north
+
+
+def _drive(file: AnyPath | OpenDrive) -> OpenDrive:
+    return read(file) if isinstance(file, (str, os.PathLike)) else file
+
+
+def _names(given: str | Iterable[str]) -> tuple[str, ...]:
+    """Return names, each once, that were given as text with commas or one by one."""
+    words = given.split(",") if isinstance(given, str) else given
+    return tuple(dict.fromkeys(word.strip() for word in words if word.strip()))
+
+
+def _choose(option: str, value: str, choices: Collection[str]) -> str:
+    if value not in choices:
+        raise OptionError(f"{option}: {value!r} is unknown; choose from {', '.join(choices)}", option)
+    return value
+
+
+def _export_layers(given: str | Iterable[str]) -> tuple[str, ...]:
+    """Return layers of GeoJSON in the order in which they are written."""
+    names = _names(given)
+    for name in names:
+        if name not in EXPORT_LAYERS:
+            raise OptionError(f"layers has no {name!r}; choose from {','.join(EXPORT_LAYERS)}", "layers")
+    return tuple(name for name in EXPORT_LAYERS if name in names)
+
+
+def _picture_format(output: Path, given: str | None) -> str:
+    """Return the format of a picture: the one that was given, or that its file is named after."""
+    if given is not None:
+        return _choose("format", given, PICTURE_FORMATS)
+    form = output.suffix.lower().removeprefix(".")
+    if form in PICTURE_FORMATS:
+        return form
+    if output == STANDARD_OUTPUT:
+        raise OptionError(f"format: {output} has no name that tells the kind of picture; say svg or png", "format")
+    raise OptionError(f"format: {output} is neither .svg nor .png; name it so, or give this option", "format")
+
+
+def _read_log(path: Path) -> dict[str, Any]:
+    """Read what ``convert --report-json`` wrote."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no JSON"
+        raise InputError(f"{path}: cannot read the report of convert ({reason}); write it anew") from error
+    if not isinstance(found, dict) or not isinstance(found.get("diagnostics"), list):
+        raise InputError(f"{path} is no report of convert; give the file that convert --report-json wrote")
+    return found

@@ -1,0 +1,268 @@
+"""The options of a conversion, each declared once.
+
+The command line, the keyword arguments of `osm2xodr.convert`, the manifests of batches and what reports say about the
+input are made of these declarations. Imports nothing heavy: the command line reads it before it knows what to do.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+from osm2xodr import __version__
+from osm2xodr.conventions import DEFAULT_TARGET, TARGETS
+from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
+from osm2xodr.errors import InputError, OptionError
+from osm2xodr.furniture import EXTRA_OBJECTS
+from osm2xodr.xodrWriter import VERSIONS, WriteOptions
+
+# `osm2xodr.surface.METHODS` and `DEM_TYPES`, which are too slow to load for --help; a test holds them equal.
+SURFACE_METHODS: Final = ("nearest", "bilinear", "bicubic", "polynomial")
+DEM_TYPES: Final = ("auto", "dtm", "dsm")
+# More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
+# eight are at most twice as fast as two (Amdahl's law).
+MOST_JOBS: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """What there is to say about an option beside its name."""
+
+    help: str  # One sentence for --help
+    kind: type  # Of a value: str, float, int, bool or Path
+    default: Any
+    metavar: str | None  # Stands for the value in --help
+    choices: tuple[str, ...] = ()  # All values that it can have; none where any will do
+    least: int | None = None  # The smallest and the largest number
+    most: int | None = None
+    in_report: bool = True  # Whether reports say it
+    negates: str = ""  # What the flag turns off, for the report
+    per_area: bool = True  # Whether the areas of a batch can have it
+
+
+def _option(help: str, kind: type = str, default: Any = None, metavar: str | None = None, **more: Any) -> Any:
+    """Declare an option of `ConvertOptions`."""
+    told = Declaration(help, kind, default, metavar, **more)
+    return dataclasses.field(default=default, metadata={"declaration": told})
+
+
+def _flag(help: str, **more: Any) -> Any:
+    return _option(help, bool, False, **more)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConvertOptions:
+    """How an area is converted: the options of ``osm2xodr convert``, by the same names.
+
+    Lists may be given as text with commas or as iterables of text, tables as text or as mappings; they are kept as
+    text. `left_hand` and `right_hand` say the same: True, False, or None for what is usual in the country.
+
+    Raises
+    ------
+    OptionError
+        A value cannot be, or two contradict each other.
+    """
+
+    name: str | None = _option(
+        "Name of the road network.  [default: that of AREA]", metavar="TEXT", in_report=False, per_area=False
+    )
+    date: str = _option(
+        "Date for the header, such as 2024-05-01.  [default: none]", default="", metavar="TEXT", in_report=False
+    )
+    ways: str | Iterable[str] = _option(
+        "Which ways: major, drivable, all, or values of OSM's highway, separated by commas.",
+        default="drivable",
+        metavar="LIST",
+    )
+    include_private: bool = _flag("Keep ways that are closed to the public.")
+    xodr_version: str = _option(
+        "Version of OpenDRIVE.", default=WriteOptions().version, choices=VERSIONS, in_report=False
+    )
+    left_hand: bool | None = _option("Traffic drives on the left.  [default: as in the country]", bool)
+    right_hand: bool | None = _option(
+        "Traffic drives on the right.  [default: as in the country]", bool, in_report=False
+    )
+    default_lane_width: float | None = _option(
+        "Width of lanes where OSM gives none.  [default: by class of road]", float, metavar="METRES"
+    )
+    surface: str = _option(
+        "How heights between the cells of the elevation model are found.",
+        default=SURFACE_METHOD,
+        choices=SURFACE_METHODS,
+    )
+    polynomial_order: int = _option(
+        "Degree of the trend that fills gaps of the elevation model.",
+        int,
+        POLYNOMIAL_ORDER,
+        metavar="2-5",
+        least=2,
+        most=5,
+    )
+    dem_type: str = _option(
+        "Whether elevation models show the ground (dtm), or canopy and roofs (dsm), which roads then see through.",
+        default="auto",
+        choices=DEM_TYPES,
+    )
+    dem_sigma: float | None = _option(
+        "Standard error of the elevation models' heights.  [default: estimated]", float, metavar="METRES"
+    )
+    vertical_datum: str | None = _option(
+        "Turn heights into this datum: ellipsoid, or a code such as EPSG:3855 (EGM2008).  [default: as they are]",
+        metavar="DATUM",
+    )
+    dem_vertical_datum: str | None = _option(
+        "Datum of the elevation models' heights, likewise.  [default: as the files say]", metavar="DATUM"
+    )
+    allow_partial: bool = _flag("Accept elevation models that cover less than half of the roads.")
+    smoothing: float = _option(
+        "Factor on the length over which heights are smoothed.", float, default=1.0, metavar="FACTOR"
+    )
+    max_grade: str | Mapping[str, float] | None = _option(
+        "Largest grades by class, such as motorway=0.05,residential=12%.  [default: see docs/elevation.md]",
+        metavar="TABLE",
+    )
+    no_structures: bool = _flag("Lay bridges and tunnels on the ground.", negates="structures")
+    superelevation: bool = _flag("Bank motorways and trunk roads as a fine elevation model (cells up to 2 m) shows.")
+    turnarounds: bool = _flag("End every dead end of a two-way street in a loop.")
+    target: str = _option(
+        "Reader to write for where readers contradict each other; generic suits CARLA, esmini and SUMO.",
+        default=DEFAULT_TARGET,
+        choices=tuple(TARGETS),
+    )
+    objects: str | Iterable[str] | None = _option(
+        f"Further objects: {', '.join(EXTRA_OBJECTS)}, or all.  [default: none]", metavar="LIST"
+    )
+    no_furniture: bool = _flag(
+        "Write the carriageway alone: no signals, objects and lanes beside it.", negates="furniture"
+    )
+    frame: str | None = _option(
+        "Areas side by side, as batch --shared-frame writes them: cut roads at the border of the one that AREA is"
+        " named after.",
+        Path,
+        metavar="FILE",
+        in_report=False,
+        per_area=False,
+    )
+    jobs: int | None = _option(
+        "Processes that work at once; the result is the same for any number.  [default: one per core, up to"
+        f" {MOST_JOBS}]",
+        int,
+        metavar="N",
+        least=1,
+        in_report=False,
+        per_area=False,
+    )
+
+    def __post_init__(self) -> None:
+        for name, declaration in DECLARATIONS.items():
+            object.__setattr__(self, name, _checked(name, getattr(self, name), declaration))
+        if self.left_hand is not None and self.left_hand == self.right_hand:
+            raise OptionError(
+                "left_hand and right_hand exclude each other; give one of them", "left_hand", "right_hand"
+            )
+        if self.right_hand is not None:
+            object.__setattr__(self, "left_hand", not self.right_hand)
+        if not 0.0 < self.smoothing < math.inf:
+            raise OptionError(
+                f"smoothing: {self.smoothing:g} is not above 0; 1 is the usual, 2 is smoother", "smoothing"
+            )
+
+    def inputs(self, area: Path, dems: Iterable[Path]) -> dict[str, Any]:
+        """Return what was asked for, as reports say it."""
+        out: dict[str, Any] = {
+            "osm2xodr": __version__,
+            "area": str(area),
+            "dem": [str(path) for path in dems],
+            "name": self.name_for(area),
+        }
+        for name, declaration in DECLARATIONS.items():
+            if declaration.in_report:
+                value = getattr(self, name)
+                out[declaration.negates or name] = not value if declaration.negates else value
+        return out | ({"frame": self.frame} if self.frame is not None else {})
+
+    def name_for(self, area: Path) -> str:
+        """Return the name of the road network."""
+        return area_name(area) if self.name is None else self.name
+
+
+DECLARATIONS: Final[Mapping[str, Declaration]] = MappingProxyType(
+    {item.name: item.metadata["declaration"] for item in dataclasses.fields(ConvertOptions)}
+)
+
+
+# For help(): the declarations as parameters.
+ConvertOptions.__doc__ = (ConvertOptions.__doc__ or "").replace(
+    "    Raises\n",
+    "    Parameters\n    ----------\n"
+    + "".join(f"    {name}\n        {declared.help}\n" for name, declared in DECLARATIONS.items())
+    + "\n    Raises\n",
+)
+
+
+def paths(given: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> tuple[Path, ...]:
+    """Return the paths of one file or of several."""
+    return (Path(given),) if isinstance(given, (str, os.PathLike)) else tuple(Path(item) for item in given)
+
+
+@contextlib.contextmanager
+def refused(option: str) -> Iterator[None]:
+    """Name the option whose value is refused inside."""
+    try:
+        yield
+    except (ValueError, InputError) as error:
+        raise OptionError(f"{option}: {error}", option) from error
+
+
+def area_name(area: Path) -> str:
+    """Return the name of a file without the endings of OSM files."""
+    name = area.name
+    for ending in (".gz", ".bz2", ".osm", ".pbf", ".xml", ".osm"):
+        name = name.removesuffix(ending)
+    return name
+
+
+def _checked(name: str, value: Any, declaration: Declaration) -> Any:
+    """Return the value of an option, lists and tables as text; refuse what it cannot be."""
+    kind = declaration.kind
+    if value is None and declaration.default is None:
+        return None
+    if kind is bool:
+        if not isinstance(value, bool):
+            raise OptionError(f"{name}: {value!r} is neither True nor False", name)
+    elif kind is Path:
+        if not isinstance(value, (str, os.PathLike)):
+            raise OptionError(f"{name}: {value!r} is no path", name)
+        value = str(Path(value))
+    elif kind is str:
+        value = _text(name, value)
+        if declaration.choices and value not in declaration.choices:
+            raise OptionError(f"{name}: {value!r} is unknown; choose from {', '.join(declaration.choices)}", name)
+    elif isinstance(value, bool) or not isinstance(value, (int, float) if kind is float else int):
+        raise OptionError(f"{name}: {value!r} is no {'whole number' if kind is int else 'number'}", name)
+    else:
+        value = kind(value)
+        least, most = declaration.least, declaration.most
+        if (least is not None and value < least) or (most is not None and value > most):
+            bounds = f"{least} or more" if most is None else f"{least} to {most}"
+            raise OptionError(f"{name}: {value} cannot be; give {bounds}", name)
+    return value
+
+
+def _text(name: str, value: Any) -> str:
+    """Write a list or table as on the command line."""
+    if isinstance(value, str):
+        return value
+    lists = DECLARATIONS[name].metavar
+    if lists == "TABLE" and isinstance(value, Mapping):
+        return ",".join(f"{key}={item}" for key, item in value.items())
+    if lists == "LIST" and isinstance(value, Iterable):
+        return ",".join(str(item) for item in (sorted(value) if isinstance(value, (set, frozenset)) else value))
+    raise OptionError(f"{name}: {value!r} is no text", name)
