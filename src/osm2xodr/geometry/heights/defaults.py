@@ -7,8 +7,6 @@ from typing import Final
 
 # ---------------------------------------------------------------- heights
 
-# Least grade limit that a user may set: RAL and RASt want 0.5 to 0.7 % at least for the water to run off.
-GRADE_LIMIT_LEAST: Final = 0.005
 JUNCTION_TILT_MAX: Final = 0.20
 # Mean grade of the shortest way between the lanes of two road ends at a junction: the cubic that joins them may be
 # one and a half times as steep in its middle.
@@ -63,14 +61,15 @@ ROAD_SMOOTHNESS: Final = 4.0
 # Heights of a surface model stand on canopy and roofs: how many standard errors above and below the road they begin
 # to lose weight (from below they are the ground). To see through them the roads are stiff at first: lengths over
 # which they give way, m, and how far the ground leaves such a road, m (a vertical radius of 1000 m over half of it).
-COVERED_ABOVE: Final = 1.5
-COVERED_BELOW: Final = 8.0
-COVERED_STAGES: Final = ((150.0, 3.0), (80.0, 1.0), (40.0, 0.5))
+ROBUST_SCALE: Final = 3.0
+CANOPY_SCALE_ABOVE: Final = 1.5
+CANOPY_SCALE_BELOW: Final = 8.0
+CANOPY_STAGES: Final = ((150.0, 3.0), (80.0, 1.0), (40.0, 0.5))
 # What keeps less than this share of its weight stands out; the rest keeps at least that share of it from then on. On
 # bare models of 9 and 13 m that are taken for surface models roads stay within 4 m so (15 m without). What stands out
 # is canopy or roofs if heights along it change by more than this, m, and more steeply than ground. Choices.
-COVERED_OUT: Final = 0.25
-COVERED_LEAST: Final = 0.2
+CANOPY_OUTLIER: Final = 0.25
+CANOPY_GROUND_FLOOR: Final = 0.2
 WALL_HEIGHT: Final = 2.0
 WALL_SLOPE: Final = 0.5
 # Weight of ground near the ends of bridges and tunnels, and how far that reaches, m.
@@ -86,8 +85,8 @@ INCLINE_SIGMA: Final = 0.02
 INCLINE_LENGTH: Final = 100.0
 INCLINE_MAX: Final = 0.35
 # Carriageways of one street that run opposite ways within this distance are level, with this standard error, m.
-TWIN_DISTANCE: Final = 25.0
-TWIN_SIGMA: Final = 0.5
+DUAL_CARRIAGEWAY_DISTANCE: Final = 25.0
+DUAL_CARRIAGEWAY_SIGMA: Final = 0.5
 # Height from road to road where layers cross, m, by the highway value of the road below: clear height and a deck of
 # 0.70 m. 4.50 m (RAL, RAA), on main roads 4.70 m with room for resurfacing, and 3.50 m where only cars and fire
 # engines pass (DIN 14090). What a crossing falls short by is told from the tolerance on.
@@ -133,13 +132,13 @@ ARM_LEVEL_DISTANCE: Final = 3.0
 # Within how many metres of its ends a connecting road makes up for what is left between surface and arms there.
 CONNECTOR_END_REACH: Final = 8.0
 # One elevation record stands for several where it fits all knots this well: m, rise per metre.
-PROFILE_TOLERANCE: Final = 0.015
-PROFILE_SLOPE_TOLERANCE: Final = 1e-3
+RECORD_TOLERANCE: Final = 0.015
+RECORD_SLOPE_TOLERANCE: Final = 1e-3
 # Decimals of places, heights (or cross slopes) and grades at knots, m, m (rad) and rise per metre: far below what any
 # height is worth.
-PROFILE_S_DECIMALS: Final = 3
-PROFILE_DECIMALS: Final = 5
-PROFILE_SLOPE_DECIMALS: Final = 6
+RECORD_S_DECIMALS: Final = 3
+RECORD_DECIMALS: Final = 5
+RECORD_SLOPE_DECIMALS: Final = 6
 # How far connecting roads may leave their junction's surface for the sake of few records, m: along their middle, and
 # by their cross slope at their edges; and how much steeper they may become. A choice; twice that is what two of them
 # may disagree by.

@@ -108,10 +108,10 @@ def estimate_ground(
     origin
         Where lattices begin, as of `Ground`.
     """
-    return completed(Ground(smoothing, origin=origin), surface, surface.quality(x, y), x, y, reach)
+    return complete_ground(Ground(smoothing, origin=origin), surface, surface.quality(x, y), x, y, reach)
 
 
-def completed(
+def complete_ground(
     ground: Ground, surface: Surface, quality: SurfaceQuality, x: FloatArray, y: FloatArray, reach: float = 0.0
 ) -> Ground:
     """Return the ground with all windows that hold places, (n,), or are within reach of them, m."""

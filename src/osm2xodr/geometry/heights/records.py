@@ -6,11 +6,11 @@ import numpy as np
 
 from osm2xodr.curves import cubic_slope, cubic_value
 from osm2xodr.geometry.heights.defaults import (
-    PROFILE_DECIMALS,
-    PROFILE_S_DECIMALS,
-    PROFILE_SLOPE_DECIMALS,
-    PROFILE_SLOPE_TOLERANCE,
-    PROFILE_TOLERANCE,
+    RECORD_DECIMALS,
+    RECORD_S_DECIMALS,
+    RECORD_SLOPE_DECIMALS,
+    RECORD_SLOPE_TOLERANCE,
+    RECORD_TOLERANCE,
 )
 from osm2xodr.geometry.heights.problem import Pins
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
@@ -49,10 +49,10 @@ def short_numbers(start: IntArray, s: FloatArray, value: FloatArray, slope: Floa
     inner = np.ones(len(s), bool)
     inner[start[:-1]] = inner[start[1:] - 1] = False
     room = np.zeros(len(s), bool)
-    room[1:-1] = np.minimum(s[1:-1] - s[:-2], s[2:] - s[1:-1]) > 10 * 10.0**-PROFILE_S_DECIMALS
-    near = np.where(inner & room, np.round(s, PROFILE_S_DECIMALS), s)
-    level = np.where(inner, np.round(value + slope * (near - s), PROFILE_DECIMALS), value)
-    return near, level, np.where(inner, np.round(slope, PROFILE_SLOPE_DECIMALS), slope)
+    room[1:-1] = np.minimum(s[1:-1] - s[:-2], s[2:] - s[1:-1]) > 10 * 10.0**-RECORD_S_DECIMALS
+    near = np.where(inner & room, np.round(s, RECORD_S_DECIMALS), s)
+    level = np.where(inner, np.round(value + slope * (near - s), RECORD_DECIMALS), value)
+    return near, level, np.where(inner, np.round(slope, RECORD_SLOPE_DECIMALS), slope)
 
 
 def thin_knots(
@@ -60,8 +60,8 @@ def thin_knots(
     s: FloatArray,
     value: FloatArray,
     slope: FloatArray,
-    value_tolerance: float = PROFILE_TOLERANCE,
-    slope_tolerance: float = PROFILE_SLOPE_TOLERANCE,
+    value_tolerance: float = RECORD_TOLERANCE,
+    slope_tolerance: float = RECORD_SLOPE_TOLERANCE,
     held: BoolArray | None = None,
 ) -> BoolArray:
     """Return which knots to keep so that the cubics between them still fit all knots; those `held`, (knots,), stay.
@@ -122,8 +122,8 @@ def thin_records(
     s: FloatArray,
     value: FloatArray,
     slope: FloatArray,
-    value_tolerance: float = PROFILE_TOLERANCE,
-    slope_tolerance: float = PROFILE_SLOPE_TOLERANCE,
+    value_tolerance: float = RECORD_TOLERANCE,
+    slope_tolerance: float = RECORD_SLOPE_TOLERANCE,
     held: BoolArray | None = None,
 ) -> CubicProfile:
     """Return few cubics that fit all knots of many curves and are continuous in value and slope.

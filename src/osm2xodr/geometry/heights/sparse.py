@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from dataclasses import fields
+from typing import Any, Final, Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,11 @@ from scipy.sparse.linalg import SuperLU, splu
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Added to the diagonal, so that what nothing determines stays at the mean height instead of failing the solve.
-TINY = 1e-9
+TINY: Final = 1e-9
+# A matrix's places in the pattern are kept for the next one if it fills more than this share of it.
+_KEPT_FROM: Final = 0.5
+
+Block = TypeVar("Block")
 
 
 class System:
@@ -76,7 +81,7 @@ class System:
             at = np.searchsorted(self._keys, _keys(product)).astype(np.int32)
             last = product.indptr, product.indices, at
             # Few rows change from step to step, all of them do not.
-            if product.nnz > 0.5 * len(self._keys):
+            if product.nnz > _KEPT_FROM * len(self._keys):
                 self._last = last
         values: FloatArray = np.zeros(len(self._keys))
         values[last[2]] = product.data
@@ -115,6 +120,21 @@ class System:
         out = sp.csr_matrix(sp.coo_matrix((matrix.data, (row, place[matrix.indices])), matrix.shape))
         out.sort_indices()
         return out
+
+
+def join_blocks(blocks: Sequence[Block], columns: int) -> Block:
+    """Join dataclasses of arrays, the first field a matrix whose rows are the others' items, into one.
+
+    `columns` widens the rows by unknowns that they do not see.
+    """
+    table: Any = blocks[0]
+    first, *others = (field.name for field in fields(table))
+    matrices: list[sp.csr_matrix] = [getattr(block, first) for block in blocks]
+    wide = [sp.csr_matrix((rows.data, rows.indices, rows.indptr), (rows.shape[0], columns)) for rows in matrices]
+    arrays = (np.concatenate([getattr(block, name) for block in blocks]) for name in others)
+    kind: Any = type(blocks[0])
+    joined: Block = kind(sp.csr_matrix(sp.vstack(wide)), *arrays)
+    return joined
 
 
 def chosen_rows(rows: sp.csr_matrix, some: IntArray) -> sp.csr_matrix:
