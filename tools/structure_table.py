@@ -3,7 +3,7 @@
 
     python tools/structure_table.py AREA.osm DEM.tif [DEM.tif ...] [--least METRES]
 
-The tables in docs/elevation.md are made with it.
+The tables in docs/method/structures.md are made with it.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry import defaults
-from osm2xodr.model.elevation_report import StructureRecord
+from osm2xodr.geometry.heights import tolerated_grade
+from osm2xodr.model import StructureRecord
 from osm2xodr.pipeline import ConvertOptions, convert
 
 HEAD = "| structure | OSM way | length, m | above the ground, m | clearance, m | largest grade | limit |"
@@ -30,7 +30,7 @@ def rows(structures: tuple[StructureRecord, ...], least: float) -> Iterator[str]
         ways = ", ".join(str(way) for way in record.osm_way_ids)
         above = "" if record.above_ground is None else f"{record.above_ground:.1f}"
         clearance = "" if record.clearance is None else f"{record.clearance:.1f} (way {record.crossed_way})"
-        steep = " *" if record.grade > defaults.GRADE_SLACK * record.grade_limit + 0.002 else ""
+        steep = " *" if record.grade > tolerated_grade(record.grade_limit) else ""
         yield (
             f"| {record.kind} | {ways} | {record.length:.0f} | {above} | {clearance} "
             f"| {100 * record.grade:.1f} %{steep} | {100 * record.grade_limit:.0f} % |"

@@ -9,7 +9,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.curves import runs
-from osm2xodr.geometry.defaults import GRADE_MAX, GRADE_SLACK
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import (
@@ -84,8 +83,8 @@ def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limi
     k = rotation_stiffness(beams.density, beams.flexibility)[e]
     inner = np.flatnonzero(np.isin(u, _CLASS_LIMIT_AT))
     return [
-        _within(rows[inner], GRADE_SLACK * limit[e[inner]], k[inner], _GRADE_CAP),
-        _within(rows, np.full(len(e), GRADE_MAX), k, _NO_CAP),
+        _within(rows[inner], defaults.GRADE_SLACK * limit[e[inner]], k[inner], _GRADE_CAP),
+        _within(rows, np.full(len(e), defaults.GRADE_MAX), k, _NO_CAP),
     ]
 
 
@@ -105,7 +104,7 @@ def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> lis
     junctions = len(problem.junction_xy)
     columns = network.unknowns.to_knots.shape[1]
     stiffness = rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)
-    bound = np.full(junctions, defaults.JUNCTION_TILT_MAX / GRADE_SLACK)
+    bound = np.full(junctions, defaults.JUNCTION_TILT_MAX / defaults.GRADE_SLACK)
     at = problem.end_junction
     np.minimum.at(bound, at[at >= 0], limit[at >= 0])
     angle = np.pi * np.arange(_TILT_DIRECTIONS) / _TILT_DIRECTIONS
@@ -113,7 +112,7 @@ def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> lis
     weights = np.column_stack([np.tile(np.cos(angle), junctions), np.tile(np.sin(angle), junctions)])
     tilt = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), weights, columns)
     limits = [
-        _within(tilt, GRADE_SLACK * bound[j], stiffness[j], _TILT_CAP),
+        _within(tilt, defaults.GRADE_SLACK * bound[j], stiffness[j], _TILT_CAP),
         _within(tilt, np.full(len(j), defaults.JUNCTION_TILT_MAX), stiffness[j], _NO_CAP),
     ]
     j, rise = _neighbouring_arms(problem)

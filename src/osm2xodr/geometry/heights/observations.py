@@ -11,7 +11,6 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
-from osm2xodr.geometry.defaults import ELE_SIGMA
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import (
     Elements,
@@ -198,7 +197,7 @@ def observe_ele(network: Network, mean: float) -> Observations:
     if problem.ele_road is None or problem.ele_s is None or problem.ele_z is None:
         return _nothing(Kind.TAGGED_HEIGHT, network)
     rows = network.knot_rows(*network.place(problem.ele_road, problem.ele_s), hermite)
-    sigma = np.full(len(problem.ele_z), ELE_SIGMA)
+    sigma = np.full(len(problem.ele_z), defaults.ELE_SIGMA)
     return _block(Kind.TAGGED_HEIGHT, network.in_unknowns(rows), problem.ele_z - mean, 1.0 / sigma**2, sigma)
 
 

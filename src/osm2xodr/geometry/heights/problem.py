@@ -12,7 +12,7 @@ import numpy as np
 from osm2xodr.curves import find_record
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
-from osm2xodr.geometry.defaults import GRADE_MAX
+from osm2xodr.geometry.heights.defaults import GRADE_MAX
 from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView
 
 # Classes that the defaults leave to the value for all others.

@@ -8,7 +8,6 @@ from typing import Final, TypeVar
 import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import GRADE_SLACK
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Elements, Network, element_at
@@ -69,7 +68,7 @@ def element_grades(elements: Elements, knots: FloatArray) -> FloatArray:
 
 def tolerated_grade(limit: _Number) -> _Number:
     """Return the grade above which a road whose class has this limit is reported as too steep."""
-    return GRADE_SLACK * limit + _GRADE_TOLERANCE
+    return defaults.GRADE_SLACK * limit + _GRADE_TOLERANCE
 
 
 def _too_close(outcome: Outcome) -> BoolArray:
