@@ -4,9 +4,88 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from elevation_helpers import Ground, cross, solve, straight
+from elevation_helpers import Ground, RoadSpec, cross, make_problem, solve, straight
 
 from osm2xodr.geometry.heights import ElevationOptions, parse_grade_limits
+from osm2xodr.geometry.heights.crossings import Crossings
+from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
+from osm2xodr.geometry.heights.limits import limit_clearances, limit_grades, limit_tilts
+from osm2xodr.geometry.heights.stiffness import Beams
+
+
+def network_of(roads: list[RoadSpec], junctions: list[tuple[float, float]], spacing: float = 25.0) -> Network:
+    """Return roads cut into elements of at most 25 m with samples this far apart, m."""
+    problem = make_problem(roads, junctions)
+    elements = build_elements(problem, 25.0)
+    samples = build_samples(problem, elements, np.full(len(roads), spacing))
+    return Network(problem, elements, samples, number_unknowns(problem, elements))
+
+
+def beams_of(network: Network) -> Beams:
+    elements = len(network.elements.h)
+    return Beams(np.full(elements, 5e-5), np.full(elements, 0.05))
+
+
+# Stiffness of these beams against being turned and lifted.
+TURN = np.sqrt(2.0) * (0.05 / 5e-5**3) ** 0.25
+LIFT = 2.0 * np.sqrt(2.0) * (0.05**3 / 5e-5) ** 0.25
+
+
+def test_grades_are_limited_by_class_at_quarters_and_firmly_all_along() -> None:
+    network = network_of([straight((0.0, 0.0), (50.0, 0.0))], [])
+    by_class, firm = limit_grades(network, np.full(2, 0.15), beams_of(network))
+    assert by_class.high.tolist() == (-by_class.low).tolist() == [1.25 * 0.15] * 4
+    assert by_class.stiffness == pytest.approx(np.full(4, 60.0 * TURN))
+    assert by_class.cap == pytest.approx(np.full(4, 1.5 * TURN))
+    assert firm.high.tolist() == (-firm.low).tolist() == [0.31] * 10
+    assert firm.cap.tolist() == [np.inf] * 10
+    assert by_class.own.all()
+    assert firm.own.all()
+
+
+def test_tilts_are_limited_by_the_class_of_the_arms_and_firmly() -> None:
+    network = network_of([straight((5.0, 0.0), (50.0, 0.0), start=0)], [(0.0, 0.0)])
+    by_class, firm, step = limit_tilts(network, np.array([[0.06, 0.25]]), np.array([0.05]))
+    assert by_class.high == pytest.approx(np.full(4, 1.25 * 0.06))
+    assert by_class.cap == pytest.approx(np.full(4, 3.0 * TURN))
+    assert firm.high.tolist() == [0.2] * 4
+    assert firm.cap.tolist() == [np.inf] * 4
+    assert len(step.high) == 0
+    # Four directions, 45 degrees apart.
+    assert np.abs(firm.rows.toarray()[:, 1:3]).max(axis=1) == pytest.approx([1.0, np.sqrt(0.5), 1.0, np.sqrt(0.5)])
+
+
+@pytest.mark.parametrize(("sigma", "push"), [(0.05, 0.5), (1.0, 5.0), (6.0, 10.0)])
+def test_clearance_is_a_limit_against_another_road(sigma: float, push: float) -> None:
+    network = network_of([straight((-50.0, 0.0), (50.0, 0.0)), straight((0.0, -50.0), (0.0, 50.0))], [])
+    road = np.array([0], np.int64)
+    crossings = Crossings(road, np.array([50.0]), road + 1, np.array([50.0]), np.array([5.2]))
+    found = limit_clearances(network, crossings, beams_of(network), np.array([sigma]))
+    assert (found.low.tolist(), found.high.tolist(), found.own.tolist()) == ([5.2], [np.inf], [False])
+    assert found.stiffness == pytest.approx([60.0 * LIFT])
+    assert found.cap == pytest.approx([push * LIFT])
+    # The height of the upper road less that of the lower one.
+    assert found.rows.toarray().sum(axis=1).tolist() == [0.0]
+
+
+def test_limits_against_other_roads_can_be_made_void() -> None:
+    network = network_of([straight((-50.0, 0.0), (50.0, 0.0)), straight((0.0, -50.0), (0.0, 50.0))], [])
+    road = np.array([0], np.int64)
+    crossings = Crossings(road, np.array([50.0]), road + 1, np.array([50.0]), np.array([5.2]))
+    found = limit_clearances(network, crossings, beams_of(network), np.ones(1))
+    assert found.force(np.zeros(1)) == pytest.approx([-5.0 * LIFT])
+    assert found.own_only().force(np.zeros(1)).tolist() == [0.0]
+    (grades, _) = limit_grades(network, np.full(8, 0.1), beams_of(network))
+    assert grades.own_only().force(np.full(16, 0.2)).tolist() == grades.force(np.full(16, 0.2)).tolist()
+
+
+def test_class_limit_yields_beyond_its_cap_and_the_firm_one_does_not() -> None:
+    network = network_of([straight((0.0, 0.0), (25.0, 0.0))], [])
+    by_class, firm = limit_grades(network, np.array([0.15]), beams_of(network))
+    grade = 1.25 * 0.15 + np.array([0.0, 0.01])
+    assert by_class.force(grade) == pytest.approx([0.0, 0.6 * TURN], abs=1e-9)
+    assert by_class.force(np.array([-0.5, 0.5])) == pytest.approx([-1.5 * TURN, 1.5 * TURN])
+    assert firm.force(np.full(5, 0.5)) == pytest.approx(np.full(5, 60.0 * 0.19 * TURN))
 
 
 def test_step_becomes_a_ramp_within_the_limit_of_the_class() -> None:

@@ -6,16 +6,115 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from elevation_helpers import Ground, make_problem, solve, straight
+from elevation_helpers import Ground, RoadSpec, cross, make_problem, solve, straight
 
 from osm2xodr.curves.cubics import cubic_value
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights import solve_profiles
-from osm2xodr.geometry.heights.elements import build_elements, number_unknowns
-from osm2xodr.geometry.heights.observations import portal_distance
+from osm2xodr.geometry.heights import Pins, solve_profiles
+from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
+from osm2xodr.geometry.heights.observations import (
+    Kind,
+    observe_ground,
+    observe_junctions,
+    observe_pins,
+    portal_distance,
+    weigh_heights,
+)
+from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.model import FloatArray
 
 PLANE = Ground(lambda x, y: 300.0 + 0.05 * x - 0.03 * y)
+
+
+def network_of(roads: list[RoadSpec], junctions: list[tuple[float, float]], spacing: float = 10.0) -> Network:
+    """Return roads cut into elements of at most 20 m with samples this far apart, m."""
+    problem = make_problem(roads, junctions)
+    elements = build_elements(problem, 20.0)
+    samples = build_samples(problem, elements, np.full(len(roads), spacing))
+    return Network(problem, elements, samples, number_unknowns(problem, elements))
+
+
+def reading(count: int, z: float = 0.0, sigma: float = 2.0, cell: float = 10.0, covered: bool = False) -> Reading:
+    """Return heights of one quality whose errors are correlated over 25 m."""
+    every = np.ones(count)
+    return Reading(z * every, z * every, sigma * every, 25.0 * every, cell * every, every > 0, (every > 0) & covered)
+
+
+def test_sample_weighs_as_its_length_of_road() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    weight, floating = weigh_heights(network, reading(10))
+    assert weight == pytest.approx(np.full(10, 10.0 / (25.0 * 2.0**2)))
+    assert floating.tolist() == [False]
+
+
+def test_junction_weighs_as_ten_metres_of_road() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0), start=0)], [(-5.0, 0.0)])
+    block = observe_junctions(network, reading(1, z=7.0), mean=3.0)
+    assert block.weight == pytest.approx([10.0 / (25.0 * 2.0**2)])
+    assert block.value.tolist() == [4.0]
+    assert block.kind.tolist() == [Kind.JUNCTION_HEIGHT]
+    assert block.rows.toarray()[0, :3].tolist() == [1.0, 0.0, 0.0]
+
+
+def test_junction_holds_its_roads_at_the_height_of_its_middle() -> None:
+    # The middle lies on a hump of 1 m that none of the samples along the four roads sees.
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.asarray(np.where(np.hypot(x, y) < 3.0, 1.0, 0.0))
+
+    roads = cross(size=12.0, trim=4.0)
+    z = solve(roads, Ground(height, cell_size=5.0, sigma=0.5), [(0.0, 0.0)]).solution.junction_plane[0, 0]
+    assert 0.1 < z < 0.5
+
+
+@pytest.mark.parametrize(("cell", "reach"), [(10.0, 8.0), (30.0, 15.0)])
+def test_ground_near_portals_hardly_counts(cell: float, reach: float) -> None:
+    spans = [(0.0, 0, 0), (100.0, 2, -1), (160.0, 0, 0)]
+    network = network_of([straight((0.0, 0.0), (260.0, 0.0), spans=spans)], [], spacing=1.0)
+    weight, _ = weigh_heights(network, reading(260, cell=cell))
+    s = network.samples.s
+    inside = (s > 100.0) & (s < 160.0)
+    near = ~inside & (s > 100.0 - reach) & (s < 160.0 + reach)
+    full = 1.0 / (25.0 * 2.0**2)
+    assert weight[inside].tolist() == [0.0] * 60
+    assert weight[near] == pytest.approx(np.full(2 * int(reach), 0.01 * full))
+    assert weight[~inside & ~near] == pytest.approx(np.full(200 - 2 * int(reach), full))
+
+
+def test_what_nothing_holds_takes_guesses() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0), spans=[(0.0, 2, -1)])], [])
+    weight, floating = weigh_heights(network, reading(10))
+    assert weight == pytest.approx(np.full(10, 10.0 / (200.0 * 30.0**2)))
+    assert floating.tolist() == [True]
+
+
+def test_heights_of_surface_models_have_thresholds_of_their_own() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    for covered, above, below in ((False, 3.0, 3.0), (True, 1.5, 8.0)):
+        block = observe_ground(network, reading(10, covered=covered), np.ones(10), 0.0)
+        assert block.kind.tolist() == [Kind.ROAD_HEIGHT] * 10
+        assert block.above.tolist() == [above] * 10
+        assert block.below.tolist() == [below] * 10
+        assert block.canopy.tolist() == [covered] * 10
+        assert block.floor.tolist() == [1e-3] * 10
+
+
+def test_pins_never_lose_weight() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    pins = Pins(np.array([0, 0]), np.array([30.0, 60.0]), np.array([5.0, np.nan]), np.array([0.02, np.nan]))
+    block = observe_pins(replace(network, problem=replace(network.problem, pins=pins)), mean=1.0)
+    assert block.value.tolist() == [4.0, 0.02]
+    assert block.kind.tolist() == [Kind.PIN] * 2
+    far = block.robust_factors(np.full(2, 1e6), block.sigma, geman_mcclure=True)
+    assert far.tolist() == [1.0, 1.0]
+
+
+def test_robust_factors_are_those_of_cauchy_and_of_geman_and_mcclure() -> None:
+    network = network_of([straight((0.0, 0.0), (30.0, 0.0))], [])
+    block = observe_ground(network, reading(4, covered=True), np.ones(4), 0.0)
+    residual = 2.0 * np.array([1.5, 3.0, -8.0, 1e6])
+    cauchy = block.robust_factors(residual, block.sigma, geman_mcclure=False)
+    assert cauchy == pytest.approx([0.5, 0.2, 0.5, 1e-3])
+    assert block.robust_factors(residual, block.sigma, geman_mcclure=True) == pytest.approx([0.25, 0.04, 0.25, 1e-3])
 
 
 def test_distance_to_portals_reaches_over_nodes() -> None:
