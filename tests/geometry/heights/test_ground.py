@@ -1,4 +1,4 @@
-"""The ground told apart from the noise of a coarse elevation model."""
+"""The ground, separated from the noise of a coarse elevation model."""
 
 from __future__ import annotations
 

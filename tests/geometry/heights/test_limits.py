@@ -112,7 +112,7 @@ def test_layers_that_cross_keep_clear(which: str) -> None:
     assert np.abs(found.grade(0, np.arange(600.0))).max() < 1.25 * 0.15 + 0.005
 
 
-def test_clearance_that_cannot_be_met_is_told() -> None:
+def test_clearance_that_cannot_be_met_is_reported() -> None:
     # The bridge begins and ends at junctions 15 m from what it crosses, and precise heights hold all else down.
     roads = [
         straight((-15.0, 0.0), (15.0, 0.0), start=0, end=1, spans=[(0.0, 1, 1)], highway="motorway"),
@@ -125,9 +125,9 @@ def test_clearance_that_cannot_be_met_is_told() -> None:
         ]
     ground = Ground(lambda x, y: 0.001 * x, cell_size=2.0, sigma=0.1)
     found = solve(roads, ground, [(-15.0, 0.0), (15.0, 0.0)])
-    told = [item for item in found.diagnostics if item.code == "clearance"]
-    assert [item.osm_id for item in told] == ["way/100"]
-    assert "way/101" in told[0].message
+    notes = [item for item in found.diagnostics if item.code == "clearance"]
+    assert [item.osm_id for item in notes] == ["way/100"]
+    assert "way/101" in notes[0].message
     assert found.z(1, 300.0) > -0.8
     assert found.solution.statistics["layer_crossings_too_close"] == 1.0
 
@@ -168,9 +168,9 @@ def test_user_limits_hold_roads_back() -> None:
     held = solve(road, ground, options=ElevationOptions(grade_limit=parse_grade_limits("residential=5%")))
     assert np.abs(free.grade(0, s)).max() > 0.1
     assert np.abs(held.grade(0, s)).max() < 1.25 * 0.05 + 0.01
-    told = held.solution.report
-    assert told is not None
-    assert [(place.osm_way_id, place.wanted) for place in told.steep] == [(100, 0.05)]
+    report = held.solution.report
+    assert report is not None
+    assert [(place.osm_way_id, place.wanted) for place in report.steep] == [(100, 0.05)]
     assert free.solution.report is not None
     assert free.solution.report.steep == ()
 

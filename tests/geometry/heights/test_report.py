@@ -26,23 +26,23 @@ def test_a_clearance_of_nothing_has_no_sign() -> None:
     for height, word in ((-0.04, "0.0"), (-0.3, "-0.3"), (1.26, "1.3")):
         diagnostics = Diagnostics()
         _report_crossings(problem, replace(outcome, clearance=np.array([height])), diagnostics)
-        (told,) = diagnostics
-        assert told.osm_id == "way/100"
-        assert told.message.startswith(f"it passes {word} m above way/101 instead of 5.2 m")
+        (note,) = diagnostics
+        assert note.osm_id == "way/100"
+        assert note.message.startswith(f"it passes {word} m above way/101 instead of 5.2 m")
 
 
-def test_road_without_heights_is_filled_and_told() -> None:
+def test_road_without_heights_is_filled_and_reported() -> None:
     ground = Ground(lambda x, y: np.where(x < 500.0, 10.0 + 0.02 * x, 20.0), known=lambda x, y: np.asarray(x < 500.0))
     roads = [straight((0.0, 0.0), (400.0, 0.0)), straight((600.0, 0.0), (900.0, 0.0))]
     found = solve(roads, ground)
     assert found.z(1, np.linspace(0.0, 300.0, 9)) == pytest.approx(20.0, abs=0.02)
-    told = [item for item in found.diagnostics if item.code == "no-height"]
-    assert [(item.kind, item.osm_id) for item in told] == [(Kind.GUESSED, "way/101")]
-    assert "300 m" in told[0].message
+    notes = [item for item in found.diagnostics if item.code == "no-height"]
+    assert [(item.kind, item.osm_id) for item in notes] == [(Kind.GUESSED, "way/101")]
+    assert "300 m" in notes[0].message
     assert found.solution.statistics["height_measured_share"] == pytest.approx(4 / 7, abs=0.02)
 
 
-def test_steep_road_is_told_and_smooth_roads_are_not() -> None:
+def test_steep_road_is_reported_and_smooth_roads_are_not() -> None:
     ground = Ground(lambda x, y: 0.24 * x)
     found = solve([straight((0.0, 0.0), (300.0, 0.0))], ground)
     assert [item.osm_id for item in found.diagnostics if item.code == "steep"] == ["way/100"]
@@ -57,9 +57,9 @@ def test_report_names_bridges_and_what_they_cross() -> None:
     ground = Ground(lambda x, y: 0.01 * x, cell_size=10.0, sigma=1.0)
     roads = [straight((-300.0, 0.0), (300.0, 0.0), spans=upper), straight((0.0, -300.0), (0.0, 300.0))]
     found = solve(roads, ground)
-    told = found.solution.report
-    assert told is not None
-    (bridge,) = told.structures
+    report = found.solution.report
+    assert report is not None
+    (bridge,) = report.structures
     assert (bridge.kind, bridge.osm_way_ids, bridge.roads) == ("bridge", (101,), (0,))
     assert bridge.length == pytest.approx(100.0)
     assert bridge.crossed_way == 103
@@ -69,8 +69,8 @@ def test_report_names_bridges_and_what_they_cross() -> None:
     assert bridge.above_ground == pytest.approx(float(found.z(0, 300.0)[0]), abs=0.3)
     assert bridge.grade == pytest.approx(np.abs(found.grade(0, np.linspace(250.0, 350.0, 400))).max(), abs=1e-3)
     assert bridge.grade_limit == 0.15
-    assert told.tight == ()
-    assert told.measured_share == 1.0
+    assert report.tight == ()
+    assert report.measured_share == 1.0
     assert found.solution.statistics["structures"] == 1.0
 
 
@@ -78,12 +78,12 @@ def test_report_measures_against_the_surface() -> None:
     # What the road cannot follow: a pit of 3 m over 8 m.
     ground = Ground(lambda x, y: np.where(np.abs(x) < 4.0, -3.0, 0.0) + 0.0 * x, cell_size=4.0, sigma=0.5)
     found = solve([straight((-200.0, 0.0), (200.0, 0.0))], ground)
-    told = found.solution.report
-    assert told is not None
+    report = found.solution.report
+    assert report is not None
     _, x, y, z = found.along(0, 0.25)
     off = z - ground.height(x, y)
-    assert told.rms == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=0.15)
-    assert told.bias == pytest.approx(float(np.mean(off)), abs=0.02)
-    assert (told.farthest[0].road, told.farthest[0].osm_way_id) == (0, 100)
-    assert told.farthest[0].s == pytest.approx(200.0, abs=4.0)
-    assert told.farthest[0].value == pytest.approx(float(off[np.argmax(np.abs(off))]), abs=0.3)
+    assert report.rms == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=0.15)
+    assert report.bias == pytest.approx(float(np.mean(off)), abs=0.02)
+    assert (report.farthest[0].road, report.farthest[0].osm_way_id) == (0, 100)
+    assert report.farthest[0].s == pytest.approx(200.0, abs=4.0)
+    assert report.farthest[0].value == pytest.approx(float(off[np.argmax(np.abs(off))]), abs=0.3)

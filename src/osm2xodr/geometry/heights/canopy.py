@@ -73,7 +73,7 @@ def downweight_canopy(stages: Sequence[Stage], observations: Observations) -> Fl
 def restore_ground(
     observations: Observations, factors: FloatArray, road: IntArray, s: FloatArray, z: FloatArray
 ) -> tuple[Observations, FloatArray]:
-    """Return factors with all weight for what is ground after all, and observations in which ground keeps a share.
+    """Return observations in which ground keeps a share of its weight, and factors that give hills all of theirs.
 
     Without that floor the few heights of a short road that lie lowest could win over all others: nothing that is
     higher counts for much.

@@ -16,7 +16,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 # Roads are taken as chords of at most this length where crossings are looked for, m, in a grid of such cells, m.
 _CHORD: Final = 12.0
 _CELL: Final = 24.0
-# Size of the table of cells that tells most other chords apart from those near a structure: bounds its memory.
+# Size of the table that rules out most chords far from structures by a hash of their cells: bounds its memory.
 _HASHES: Final = 1 << 20
 # Roads that meet at a node do not cross there, however their layers are tagged: within this distance of it, m.
 _NEAR_NODE: Final = 25.0

@@ -48,8 +48,8 @@ _LOG_N: Final = (-4.0, 16.0, 0.25)
 # Standard deviation of the prior of ln N about the surface's own statement.
 _NOISE_SPREAD: Final = 1.0
 # Standard deviations above and below the ground at which heights lose half of their weight: where errors are mostly
-# above (canopy, roofs), and else. They are where this many of all heights are beyond so many standard deviations: the
-# least share, and how many times more above than below.
+# above it (canopy, roofs), and elsewhere. They are mostly above if the share of heights more than _TAIL standard
+# deviations above exceeds _TAIL_RATIO times the share as far below, plus _TAIL_SHARE.
 _ONE_SIDED: Final = (1.8, 4.5)
 _TWO_SIDED: Final = (4.0, 4.0)
 _TAIL: Final = 2.5
@@ -63,7 +63,7 @@ _SPREAD_MIN: Final = 1e-3
 # Fewest heights that make an estimate, and the share of a window's cells from which the trend is of second order.
 _FEWEST: Final = 30
 _SECOND_ORDER: Final = 0.3
-# A place is supported if this share of a square of so many cells around it is known.
+# A place is supported if this share of the square with this many cells per side around it is known.
 _SUPPORT: Final = 0.15
 _SUPPORT_CELLS: Final = 7
 # Share of known cells that the standard error counts at least with.

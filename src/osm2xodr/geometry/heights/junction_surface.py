@@ -29,7 +29,7 @@ from osm2xodr.model import CubicProfile, FloatArray, IntArray
 # Pairs of places and arms that are treated at once: bounds the memory.
 _CHUNK: Final = 400_000
 # Added to squared distances, m²: keeps weights finite on the line across an arm's end, and slopes where two arms
-# all but touch.
+# almost touch.
 _ON_LINE: Final = 0.05
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
 # finite.
@@ -227,7 +227,7 @@ def _fit_elevation(
     reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
     dz, dg = along.blend(reach, (z0 - z[first], g0 - grade[first], z1 - z[last], g1 - grade[last]))
     z, grade = z + dz, grade + dg
-    # Where the surface would be too steep, as between ends that all but touch, the straightest way is taken instead.
+    # Where the surface would be too steep, as between ends that almost touch, the straightest way is taken instead.
     plain_z, plain_grade = along.blend(along.length, (z0, g0, z1, g1))
     steep = _steepest(along.start, along.s, z, grade)
     plain_steep = _steepest(along.start, along.s, plain_z, plain_grade)

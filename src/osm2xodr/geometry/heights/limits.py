@@ -69,7 +69,7 @@ class Limits:
 
 
 def _within(rows: sp.csr_matrix, bound: FloatArray, stiffness: FloatArray, cap: float) -> Limits:
-    """Return own bounds on magnitudes; `cap` is the largest force in units of the stiffness of what is bent."""
+    """Return own bounds on magnitudes; `cap` is the largest force in units of the stiffness (m,)."""
     own = np.ones(len(bound), bool)
     return Limits(rows, -bound, bound, _STIFFNESS_RATIO * stiffness, cap * stiffness, own)
 

@@ -98,8 +98,8 @@ def solve_network(
 def _settle(objective: _Objective, x: FloatArray, smallest_fall: float) -> FloatArray:
     """Return the minimum, from a place nearby.
 
-    All but a few places, far from each other, are soon at rest. Those few are solved by themselves, what is around
-    them held, before the next step of all.
+    Most of the network is soon at rest; a few places, far from each other, still move. They are solved by themselves,
+    with their surroundings held, before the next step of all.
     """
     for _ in range(_NEWTON_STEPS):
         step, fall = _newton_step(objective, x)

@@ -61,7 +61,7 @@ class Observations:
     weight: FloatArray  # (n,) Weight of the squared residual
     sigma: FloatArray  # (n,) Standard error of a value: the unit of residuals in the robust loss
     kind: IntArray  # (n,) `Kind`
-    # (n,) Scale of the robust loss, in standard errors, for values above and below what is solved
+    # (n,) Scale of the robust loss, in standard errors, for values above and below the solution
     above: FloatArray
     below: FloatArray
     canopy: BoolArray  # (n,) Whether the value may be that of canopy or roofs above the ground

@@ -103,7 +103,7 @@ class ProfileSolution:
 class ConnectorProblem:
     """Connecting roads whose heights are wanted."""
 
-    plan_view: PlanView  # Reference lines of the C connecting roads; they run along the middle of what is driven on
+    plan_view: PlanView  # Reference lines of the C connecting roads; they run along the middle of the carriageway
     junction: IntArray  # (C,) Junction that each belongs to
     # (C,) Road end (2 * road + 0 | 1) that each touches with its start and with its end
     start_end: IntArray
@@ -111,8 +111,8 @@ class ConnectorProblem:
     # (C,) Where the connecting road's reference line touches, t in the touched road's own frame, m
     start_t: FloatArray
     end_t: FloatArray
-    half_width: FloatArray  # (C,) Half the width of what is driven on, m
-    beside: BoolArray | None = None  # (C,) Those that lie beside what is driven on and follow its surface
+    half_width: FloatArray  # (C,) Half the width of the carriageway, m
+    beside: BoolArray | None = None  # (C,) Those beside the carriageway, which follow its surface
 
 
 def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:

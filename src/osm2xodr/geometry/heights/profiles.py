@@ -209,7 +209,7 @@ def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: fl
 
 
 def _collect_observations(model: _Model, unknowns: int) -> tuple[Observations, BoolArray]:
-    """Return all observations over so many unknowns, and which roads no measured ground holds, (R,)."""
+    """Return all observations over N unknowns, and which roads no measured ground holds, (R,)."""
     network, reading, mean = model.network, model.reading, model.mean
     weight, floating = weigh_heights(network, reading)
     blocks = [
@@ -231,7 +231,7 @@ def _limit_clearances(model: _Model, surface: Surface) -> Limits:
 
 
 def _collect_limits(model: _Model, clearances: Limits, unknowns: int) -> Limits:
-    """Return all limits over so many unknowns."""
+    """Return all limits over N unknowns."""
     network, limit, start = model.network, model.grade_limit, model.network.problem.span_start
     at_ends = limit[np.column_stack([start[:-1], start[1:] - 1])]
     density = typical_density(model.reading, model.at_junctions.cell)
@@ -280,7 +280,7 @@ def _write_records(network: Network, knots: FloatArray, planes: FloatArray, outc
 
 
 def _level_solution(problem: ProfileProblem, heights: FloatArray) -> ProfileSolution:
-    """Return the solution on an exactly level surface, of which these are the heights, (n,), m."""
+    """Return the solution on an exactly level surface with these heights, (n,), m."""
     z = float(heights[0]) if len(heights) else 0.0
     roads = len(lengths(problem.plan_view))
     start = np.arange(roads + 1, dtype=np.int64)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from osm2xodr.curves import cubic_slope, cubic_value
@@ -15,8 +17,12 @@ from osm2xodr.geometry.heights.defaults import (
 from osm2xodr.geometry.heights.problem import Pins
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 
-# Knots closer to each other are one, m.
-KNOT_DISTANCE = 0.1
+# Knots closer to a pin than this make way for it, m.
+_KNOT_DISTANCE: Final = 0.1
+# Shorter intervals count as this long, m: keeps quotients finite.
+_SHORTEST: Final = 1e-12
+# A knot is only rounded along the road if its neighbours are this many units of the last decimal away.
+_ROOM: Final = 10
 
 
 def hermite_records(start: IntArray, s: FloatArray, value: FloatArray, slope: FloatArray) -> CubicProfile:
@@ -44,12 +50,12 @@ def hermite_records(start: IntArray, s: FloatArray, value: FloatArray, slope: Fl
 def short_numbers(start: IntArray, s: FloatArray, value: FloatArray, slope: FloatArray) -> tuple[FloatArray, ...]:
     """Return s, value and slope of knots with few digits, save for those at both ends of each curve.
 
-    Cubics on both sides of a knot share what is rounded: they stay continuous, and files become shorter.
+    Cubics on both sides of a knot share the rounded numbers: they stay continuous, and files become shorter.
     """
     inner = np.ones(len(s), bool)
     inner[start[:-1]] = inner[start[1:] - 1] = False
     room = np.zeros(len(s), bool)
-    room[1:-1] = np.minimum(s[1:-1] - s[:-2], s[2:] - s[1:-1]) > 10 * 10.0**-RECORD_S_DECIMALS
+    room[1:-1] = np.minimum(s[1:-1] - s[:-2], s[2:] - s[1:-1]) > _ROOM * 10.0**-RECORD_S_DECIMALS
     near = np.where(inner & room, np.round(s, RECORD_S_DECIMALS), s)
     level = np.where(inner, np.round(value + slope * (near - s), RECORD_DECIMALS), value)
     return near, level, np.where(inner, np.round(slope, RECORD_SLOPE_DECIMALS), slope)
@@ -66,7 +72,7 @@ def thin_knots(
 ) -> BoolArray:
     """Return which knots to keep so that the cubics between them still fit all knots; those `held`, (knots,), stay.
 
-    What is kept is kept exactly, so that value and slope stay continuous there. In each round every other knot is
+    Kept knots are kept exactly, so that value and slope stay continuous there. In each round every other knot is
     tried, odd and even ones in turn: neighbouring cubics are joined pair by pair, so that the cost is linear in the
     number of knots.
     """
@@ -105,7 +111,7 @@ def _misfit(
     """Return for each interval between trial knots whether its cubic misses a knot within."""
     interval = np.clip(np.searchsorted(trial, np.arange(len(s)), side="right") - 1, 0, len(trial) - 2)
     a, b = trial[interval], trial[interval + 1]
-    h = np.maximum(s[b] - s[a], 1e-12)
+    h = np.maximum(s[b] - s[a], _SHORTEST)
     u = np.clip((s - s[a]) / h, 0.0, 1.0)
     u2, u3 = u * u, u * u * u
     blend = 3 * u2 - 2 * u3
@@ -126,9 +132,9 @@ def thin_records(
     slope_tolerance: float = RECORD_SLOPE_TOLERANCE,
     held: BoolArray | None = None,
 ) -> CubicProfile:
-    """Return few cubics that fit all knots of many curves and are continuous in value and slope.
+    """Return few cubics that fit all knots, as of `hermite_records`, and are continuous in value and slope.
 
-    Parameters are those of `hermite_records`, tolerances, and the knots, (knots,), that must stay.
+    Knots that are `held`, (knots,), stay.
     """
     keep = thin_knots(start, s, value, slope, value_tolerance, slope_tolerance, held)
     counts = np.add.reduceat(keep, start[:-1]) if len(start) > 1 else np.zeros(0, np.int64)
@@ -143,15 +149,10 @@ def with_knots(
     slope: FloatArray,
     pins: Pins,
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Return the knots of many curves with some more, and which are new.
+    """Return the knots of many curves, as of `hermite_records`, with those of pins, and which are new.
 
-    Parameters
-    ----------
-    start, s, value, slope
-        As of `hermite_records`.
-    pins
-        The new knots: not at a curve's ends, and apart from each other. Where they hold nothing, they get the height
-        and grade of the cubics that are there.
+    Pins lie apart from each other and from the ends of curves. A pin without a height or grade gets that of the cubic
+    there.
     """
     records = hermite_records(start, s, value, slope)
     there = [
@@ -165,7 +166,7 @@ def with_knots(
     left = np.ones(len(s), bool)
     for number, place in zip(pins.road.tolist(), pins.s.tolist(), strict=True):
         part = slice(start[number], start[number + 1])
-        left[part] &= ends[part] | (np.abs(s[part] - place) > KNOT_DISTANCE)
+        left[part] &= ends[part] | (np.abs(s[part] - place) > _KNOT_DISTANCE)
     owner = np.concatenate([owner[left], pins.road])
     all_s = np.concatenate([s[left], pins.s])
     order = np.lexsort((all_s, owner))
@@ -182,7 +183,7 @@ def with_knots(
 
 
 def only_curves(profile: CubicProfile, wanted: BoolArray) -> CubicProfile:
-    """Return the profile with the records of the wanted curves only, (curves,); the others are left with none."""
+    """Return the profile with the records of the wanted curves, (curves,), only."""
     count = np.diff(profile.start)
     keep = np.repeat(wanted, count)
     start = np.r_[0, np.cumsum(np.where(wanted, count, 0))].astype(np.int64)

@@ -29,12 +29,12 @@ class Beams:
 
 
 def rotation_stiffness(density: FloatArray, q: FloatArray | float) -> FloatArray:
-    """Return the moment that turns a beam on an elastic foundation by 1: sqrt(2) (w / q³)^(1/4)."""
+    """Return the moment that turns the hinged end of a beam on an elastic foundation by 1: √2 (w / q³)^(1/4)."""
     return np.asarray(np.sqrt(2.0) * (density / np.asarray(q) ** 3) ** 0.25)
 
 
 def deflection_stiffness(density: FloatArray, q: FloatArray) -> FloatArray:
-    """Return the force that lifts a beam on an elastic foundation by 1 m: 2 sqrt(2) (w³ / q)^(1/4)."""
+    """Return the force that lifts a long beam on an elastic foundation by 1 m: 2 √2 (w³ / q)^(1/4)."""
     return np.asarray(2.0 * np.sqrt(2.0) * (density**3 / np.asarray(q)) ** 0.25)
 
 
