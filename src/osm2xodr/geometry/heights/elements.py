@@ -35,9 +35,7 @@ class Elements:
     """Cubic elements of all roads, in the order of roads and of s."""
 
     knot_start: IntArray  # (R + 1,) Index of each road's first knot; a road of n elements has n + 1 knots
-    # (knots,) Where each knot lies
-    knot_s: FloatArray
-    knot_road: IntArray
+    knot_s: FloatArray  # (knots,) Where each knot lies along its road, m
     # (E,) Road, first knot (the second is the next one), span that holds at the middle, and its structure
     road: IntArray
     knot: IntArray
@@ -103,7 +101,6 @@ def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elem
     return Elements(
         knot_start=knot_start,
         knot_s=knot_s,
-        knot_road=np.repeat(np.arange(len(length), dtype=np.int64), per_road + 1),
         road=road,
         knot=knot,
         span=span,

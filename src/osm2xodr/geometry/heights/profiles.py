@@ -35,7 +35,7 @@ from osm2xodr.geometry.heights.observations import (
 )
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
-from osm2xodr.geometry.heights.records import thin_records, with_knots
+from osm2xodr.geometry.heights.records import Knots, add_pins, thin_records
 from osm2xodr.geometry.heights.report import Outcome, element_grades, report, statistics, tabulate
 from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.geometry.heights.stiffness import Beams, Chains, find_chains, network_stiffness
@@ -261,16 +261,13 @@ def _write_records(network: Network, knots: FloatArray, planes: FloatArray, outc
     knots = np.column_stack(
         [np.round(knots[:, 0], defaults.RECORD_DECIMALS), np.round(knots[:, 1], defaults.RECORD_SLOPE_DECIMALS)]
     )
-    z, grade = knots[:, 0].copy(), knots[:, 1].copy()
-    if pins is None:
-        profile = thin_records(elements.knot_start, elements.knot_s, z, grade)
-    else:
-        start, s, z, grade, held = with_knots(elements.knot_start, elements.knot_s, z, grade, pins)
-        profile = thin_records(start, s, z, grade, held=held)
+    on_roads, held = Knots(elements.knot_start, elements.knot_s, knots[:, 0], knots[:, 1]), None
+    if pins is not None:
+        on_roads, held = add_pins(on_roads, pins)
     ends = np.stack([knots[elements.knot_start[:-1]], knots[elements.knot_start[1:] - 1]], axis=1)
     tables = tabulate(network, outcome)
     return ProfileSolution(
-        profile,
+        thin_records(on_roads, held=held),
         planes,
         ends[:, :, 0].copy(),
         ends[:, :, 1].copy(),

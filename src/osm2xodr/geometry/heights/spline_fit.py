@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.geometry.heights.elements import hermite, hermite_slope
-from osm2xodr.geometry.heights.records import hermite_records, short_numbers
+from osm2xodr.geometry.heights.records import Knots, hermite_records, short_numbers
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Inner knots that are tried, as shares of the length, fewest first.
@@ -113,7 +113,7 @@ def fit_records(
     for curve, at, height, grade in found:
         place = first[curve][:, None] + np.arange(at.shape[1])
         s[place], z[place], g[place] = at, height, grade
-    return hermite_records(first, *short_numbers(first, s, z, g))
+    return hermite_records(short_numbers(Knots(first, s, z, g)))
 
 
 def _fit_group(

@@ -28,7 +28,7 @@ from osm2xodr.geometry.heights.elements import (
     tension_matrices,
 )
 from osm2xodr.geometry.heights.problem import ProfileProblem
-from osm2xodr.geometry.heights.records import only_curves, thin_records
+from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
 # Places across the carriageway that are read, and their distance from its edges, m.
@@ -72,7 +72,8 @@ def road_superelevation(network: Network, surface: Surface, diagnostics: Diagnos
     value, turn = np.round(value, defaults.RECORD_DECIMALS), np.round(turn, defaults.RECORD_SLOPE_DECIMALS)
     tilted = np.maximum.reduceat(np.abs(value), elements.knot_start[:-1]) > 0
     tolerance = defaults.CROSSFALL_TOLERANCE
-    return only_curves(thin_records(elements.knot_start, elements.knot_s, value, turn, tolerance, tolerance), tilted)
+    records = thin_records(Knots(elements.knot_start, elements.knot_s, value, turn), tolerance, tolerance)
+    return only_curves(records, tilted)
 
 
 def _read_across(network: Network, use: IntArray, surface: Surface) -> tuple[FloatArray, BoolArray]:
