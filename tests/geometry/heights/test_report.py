@@ -22,7 +22,7 @@ def test_a_clearance_of_nothing_has_no_sign() -> None:
     crossings = Crossings(road, np.array([50.0]), road + 1, np.array([50.0]), np.array([5.2]))
     no_road = np.zeros(0, np.int64)
     reading = Reading(none, none, none, none, none, none > 0, none > 0)
-    outcome = Outcome(none, reading, none > 0, none, none, crossings, np.array([-0.04]), no_road, none)
+    outcome = Outcome(none, none, none, reading, none > 0, none, none, crossings, np.array([-0.04]), no_road)
     for height, word in ((-0.04, "0.0"), (-0.3, "-0.3"), (1.26, "1.3")):
         diagnostics = Diagnostics()
         _report_crossings(problem, replace(outcome, clearance=np.array([height])), diagnostics)

@@ -107,11 +107,10 @@ def solve_profiles(
 
     network = Network(problem, elements, samples, number_unknowns(problem, elements))
     model = _build_model(network, reading, at_junctions, options, spacing.cell)
-    clearances = _limit_clearances(model, surface)
     stiffness = model.stiffness(model.beams.flexibility)
     release_memory()
     observations, floating = _collect_observations(model, stiffness.shape[0])
-    limits = _collect_limits(model, clearances, stiffness.shape[0])
+    limits, clearances = _collect_limits(model, surface, stiffness.shape[0])
     observations, factors = _see_through_canopy(model, observations)
     release_memory()
     solved = solve_network(stiffness, observations, limits, factors)
@@ -120,23 +119,9 @@ def solve_profiles(
     del observations, limits
     release_memory()
 
-    x = solved.x[: network.unknowns.to_knots.shape[1]]
-    x[network.unknowns.z_columns] += model.mean
-    knots = (network.unknowns.to_knots @ x).reshape(-1, 2)
-    planes = x[: 3 * len(problem.junction_xy)].reshape(-1, 3).copy()
-    outcome = Outcome(
-        z=road_z,
-        reading=reading,
-        floating=floating,
-        grade=element_grades(elements, knots),
-        limit=model.grade_limit[elements.span],
-        crossings=model.crossings,
-        clearance=clearances.rows @ x,
-        chain=model.chains.chain,
-        tilt=np.hypot(planes[:, 1], planes[:, 2]),
-    )
+    outcome = _read_solution(model, solved.x, road_z, floating, clearances)
     report(network, outcome, diagnostics)
-    solution = _write_records(network, knots, planes, outcome)
+    solution = _write_records(network, outcome)
     if not options.superelevation:
         return solution
     return replace(solution, superelevation=road_superelevation(network, surface, diagnostics))
@@ -223,24 +208,20 @@ def _collect_observations(model: _Model, unknowns: int) -> tuple[Observations, B
     return join_blocks(blocks, unknowns), floating
 
 
-def _limit_clearances(model: _Model, surface: Surface) -> Limits:
-    """Return the limits on the heights of upper roads above lower ones."""
-    crossings = model.crossings
-    x, y, _ = pose(model.network.problem.plan_view, crossings.lower, crossings.lower_s)
-    return limit_clearances(model.network, crossings, model.beams, surface.quality(x, y).sigma)
-
-
-def _collect_limits(model: _Model, clearances: Limits, unknowns: int) -> Limits:
-    """Return all limits over N unknowns."""
-    network, limit, start = model.network, model.grade_limit, model.network.problem.span_start
+def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:
+    """Return all limits over N unknowns, and by themselves those on the heights of upper roads above lower ones."""
+    network, limit, crossings = model.network, model.grade_limit, model.crossings
+    start = network.problem.span_start
     at_ends = limit[np.column_stack([start[:-1], start[1:] - 1])]
+    x, y, _ = pose(network.problem.plan_view, crossings.lower, crossings.lower_s)
+    clearances = limit_clearances(network, crossings, model.beams, surface.quality(x, y).sigma)
     density = typical_density(model.reading, model.at_junctions.cell)
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),
         *limit_tilts(network, at_ends, density),
         clearances,
     ]
-    return join_blocks(blocks, unknowns)
+    return join_blocks(blocks, unknowns), clearances
 
 
 def _see_through_canopy(model: _Model, observations: Observations) -> tuple[Observations, FloatArray]:
@@ -254,9 +235,31 @@ def _see_through_canopy(model: _Model, observations: Observations) -> tuple[Obse
     return restore_ground(observations, factors, road, samples.s, model.reading.z)
 
 
-def _write_records(network: Network, knots: FloatArray, planes: FloatArray, outcome: Outcome) -> ProfileSolution:
-    """Return the solution from z and g at the knots, (knots, 2), and the junctions' planes, (J, 3)."""
-    elements, pins = network.elements, network.problem.pins
+def _read_solution(
+    model: _Model, x: FloatArray, road_z: FloatArray, floating: BoolArray, clearances: Limits
+) -> Outcome:
+    """Return the outcome from the unknowns (N,), which are changed, and the heights at the samples, m."""
+    network, unknowns = model.network, model.network.unknowns
+    x = x[: unknowns.to_knots.shape[1]]
+    x[unknowns.z_columns] += model.mean
+    knots = (unknowns.to_knots @ x).reshape(-1, 2)
+    return Outcome(
+        z=road_z,
+        knots=knots,
+        planes=x[: 3 * unknowns.junctions].reshape(-1, 3).copy(),
+        reading=model.reading,
+        floating=floating,
+        grade=element_grades(network.elements, knots),
+        limit=model.grade_limit[network.elements.span],
+        crossings=model.crossings,
+        clearance=clearances.rows @ x,
+        chain=model.chains.chain,
+    )
+
+
+def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:
+    """Return the solution in few records."""
+    elements, pins, knots = network.elements, network.problem.pins, outcome.knots
     # Ends that touch round alike: they have the same numbers.
     knots = np.column_stack(
         [np.round(knots[:, 0], defaults.RECORD_DECIMALS), np.round(knots[:, 1], defaults.RECORD_SLOPE_DECIMALS)]
@@ -268,7 +271,7 @@ def _write_records(network: Network, knots: FloatArray, planes: FloatArray, outc
     tables = tabulate(network, outcome)
     return ProfileSolution(
         thin_records(on_roads, held=held),
-        planes,
+        outcome.planes,
         ends[:, :, 0].copy(),
         ends[:, :, 1].copy(),
         statistics(network.elements, outcome, tables),

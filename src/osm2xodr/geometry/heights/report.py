@@ -42,6 +42,8 @@ class Outcome:
     """A solution, as its reports need it."""
 
     z: FloatArray  # (n,) Height of the road at each sample, m
+    knots: FloatArray  # (knots, 2) Height, m, and grade at each knot
+    planes: FloatArray  # (J, 3) Height, m, and gradient of each junction's plane about its origin
     reading: Reading  # The ground there
     floating: BoolArray  # (R,) Roads that no measured ground holds
     grade: FloatArray  # (E,) Largest grade of each element
@@ -50,7 +52,6 @@ class Outcome:
     crossings: Crossings
     clearance: FloatArray
     chain: IntArray  # (E,) Chain of structures of each element, -1 on the ground
-    tilt: FloatArray  # (J,) Slope of each junction's plane
 
 
 def element_grades(elements: Elements, knots: FloatArray) -> FloatArray:
@@ -191,7 +192,7 @@ def statistics(elements: Elements, outcome: Outcome, tables: ElevationReport) ->
         "height_above_surface_p95_m": tables.p95,
         "grade_max": float(outcome.grade.max(initial=0.0)),
         "grade_over_class_limit_km": float(elements.h[steep].sum()) / 1000.0,
-        "junction_tilt_max": float(outcome.tilt.max(initial=0.0)),
+        "junction_tilt_max": float(np.hypot(outcome.planes[:, 1], outcome.planes[:, 2]).max(initial=0.0)),
         "layer_crossings": float(len(outcome.clearance)),
         "layer_crossings_too_close": float(len(tables.tight)),
         "structures": float(len(tables.structures)),
