@@ -72,6 +72,12 @@ def test_the_modules_that_the_document_names_are_there() -> None:
     assert named == there
 
 
+def test_the_code_that_the_document_names_is_there() -> None:
+    for module, name in re.findall(r"`([a-z_]+)\.(\w+)`", DOCUMENT):
+        if module != "profiles" or name != "py":
+            assert hasattr(import_module(f"{heights.__name__}.{module}"), name), f"{module}.{name}"
+
+
 def test_links_lead_somewhere() -> None:
     docs = Path(__file__).parents[3] / "docs"
     for page in (docs / "elevation.md", *sorted((docs / "method").glob("*.md"))):

@@ -7,7 +7,8 @@ import pytest
 from elevation_helpers import Ground, in_cells, make_problem, solve, straight
 
 from osm2xodr.geometry.heights.elements import build_elements, build_samples
-from osm2xodr.geometry.heights.readings import Reading, road_spacing, typical_density
+from osm2xodr.geometry.heights.ground import Ground as GroundEstimate
+from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
 from osm2xodr.model import FloatArray
 
 
@@ -50,6 +51,24 @@ def test_typical_density_is_that_of_cells_of_the_same_size() -> None:
     cell = np.array([1.0, 1.0, 30.0, 30.0])
     reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0)
     assert typical_density(reading, np.array([1.02, 29.5])) == pytest.approx([10.0, 0.025])
+
+
+@pytest.mark.parametrize(("cell", "samples"), [(0.0, 3.0), (3.0, 3.0), (9.0, 6.0), (90.0, 20.0)])
+def test_distance_of_samples_goes_with_cells_and_is_bounded(cell: float, samples: float) -> None:
+    problem = make_problem([straight((0.0, 0.0), (200.0, 0.0))])
+    spacing = road_spacing(problem, Ground(lambda x, y: 0.0 * x, cell_size=cell))
+    assert spacing.samples.tolist() == [samples]
+
+
+@pytest.mark.parametrize(("sigma", "slope", "expected"), [(0.0, 0.0, 0.05), (1.0, 0.0, 1.0), (0.0, 0.3, 1.11)])
+def test_standard_error_has_a_least_and_a_part_for_the_position(sigma: float, slope: float, expected: float) -> None:
+    problem = make_problem([straight((0.0, 0.0), (200.0, 0.0))])
+    samples = build_samples(problem, build_elements(problem, 50.0), np.array([10.0]))
+    surface = Ground(lambda x, y: slope * y, cell_size=10.0, sigma=sigma)
+    found, _ = read_heights(surface, samples, np.zeros((0, 2)), GroundEstimate(1.0))
+    # The road lies 2 m plus 0.17 cells beside its line.
+    assert found.sigma == pytest.approx(np.full(20, expected), abs=2e-3)
+    assert found.correlation.tolist() == [17.0] * 20
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -7,8 +7,14 @@ import pytest
 from elevation_helpers import Ground, RoadSpec, make_problem, solve, straight
 
 from osm2xodr.geometry.heights import ElevationOptions
-from osm2xodr.geometry.heights.elements import build_elements
-from osm2xodr.geometry.heights.stiffness import Chains, find_chains
+from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, hermite, number_unknowns
+from osm2xodr.geometry.heights.stiffness import (
+    Chains,
+    deflection_stiffness,
+    find_chains,
+    network_stiffness,
+    rotation_stiffness,
+)
 from osm2xodr.model import FloatArray
 
 
@@ -43,6 +49,38 @@ def test_chains_end_at_junctions_and_loose_ends() -> None:
     )
     assert found.chain.tolist() == [0, 1, -1]
     assert found.loose.tolist() == [True, True]
+
+
+def test_junctions_tend_to_be_level() -> None:
+    problem = make_problem([straight((5.0, 0.0), (50.0, 0.0), start=0)], [(0.0, 0.0)])
+    elements = build_elements(problem, 50.0)
+    samples = build_samples(problem, elements, np.array([10.0]))
+    network = Network(problem, elements, samples, number_unknowns(problem, elements))
+    matrix = network_stiffness(network, find_chains(problem, elements), np.array([5e-5])).toarray()
+    # Across its only road nothing else resists the tilt.
+    assert matrix[2, :3] == pytest.approx([0.0, 0.0, 1.0 / 0.3**2])
+
+
+def test_stiffness_of_beams_on_an_elastic_foundation() -> None:
+    # Integrated numerically: a hinged end that is turned by 1, and a long beam that is lifted by 1 m.
+    w, q = 0.05, 5e-5
+    problem = make_problem([straight((0.0, 0.0), (600.0, 0.0))])
+    elements = build_elements(problem, 2.0)
+    samples = build_samples(problem, elements, np.array([1.0]))
+    network = Network(problem, elements, samples, number_unknowns(problem, elements))
+    size = len(elements.knot_s) * 2
+    to_knots = network.unknowns.to_knots.toarray()
+    rows = network.knot_rows(samples.element, samples.u, hermite).toarray()
+    bed = (
+        to_knots @ network_stiffness(network, find_chains(problem, elements), np.full(300, q)).toarray() @ to_knots.T
+    )
+    bed += rows.T @ (w * samples.ds[:, None] * rows)
+    hinged = np.delete(np.arange(size), 0)
+    turned = np.linalg.solve(bed[np.ix_(hinged, hinged)], np.eye(size - 1)[0])[0]
+    assert 1.0 / turned == pytest.approx(float(rotation_stiffness(np.array(w), q)), rel=1e-3)
+    middle = 2 * (len(elements.knot_s) // 2)
+    lifted = np.linalg.solve(bed, np.eye(size)[middle])[middle]
+    assert 1.0 / lifted == pytest.approx(float(deflection_stiffness(np.array(w), np.array(q))), rel=1e-3)
 
 
 def gorge(x: FloatArray, y: FloatArray) -> FloatArray:
