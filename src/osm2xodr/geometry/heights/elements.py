@@ -45,6 +45,16 @@ class Elements:
     s: FloatArray
     h: FloatArray
 
+    @property
+    def end_knots(self) -> IntArray:
+        """The first and last knot of each road, (R, 2)."""
+        return np.column_stack([self.knot_start[:-1], self.knot_start[1:] - 1])
+
+    @property
+    def end_elements(self) -> IntArray:
+        """The first and last element of each road, (R, 2)."""
+        return self.end_knots - np.arange(len(self.knot_start) - 1)[:, None] - [0, 1]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
@@ -230,7 +240,7 @@ def number_unknowns(problem: ProfileProblem, elements: Elements) -> Unknowns:
     owner = _end_owners(problem)
     owns = (junction < 0) & (owner == np.arange(len(owner)))
     number = np.where(owns, np.cumsum(owns) - 1, -1)
-    end_knot = np.column_stack([elements.knot_start[:-1], elements.knot_start[1:] - 1]).ravel()
+    end_knot = elements.end_knots.ravel()
     inner = np.ones(len(elements.knot_s), bool)
     inner[end_knot] = False
     inner_knots = np.flatnonzero(inner)

@@ -18,7 +18,7 @@ from osm2xodr.geometry.heights.elements import (
     hermite_slope,
     rows_matrix,
 )
-from osm2xodr.geometry.heights.problem import ProfileProblem
+from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -168,7 +168,7 @@ def _arm_pairs(junction: IntArray, junctions: int) -> tuple[IntArray, IntArray]:
 
 def _half_widths(problem: ProfileProblem) -> tuple[FloatArray, FloatArray]:
     """Return half the carriageway's width and t of its middle at each road end, (2 R,), m."""
-    ends = np.column_stack([problem.span_start[:-1], problem.span_start[1:] - 1]).ravel()
+    ends = end_spans(problem).ravel()
     width = np.full(len(ends), _UNKNOWN_WIDTH) if problem.span_width is None else problem.span_width[ends]
     middle = np.zeros(len(ends)) if problem.span_middle is None else problem.span_middle[ends]
     return 0.5 * width, middle

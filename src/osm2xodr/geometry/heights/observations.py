@@ -23,7 +23,6 @@ from osm2xodr.geometry.heights.elements import (
 )
 from osm2xodr.geometry.heights.ground import is_coarse
 from osm2xodr.geometry.heights.readings import Reading, noise_length
-from osm2xodr.geometry.heights.stiffness import end_elements
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # No observation keeps less of its weight than this: where all of them stand out, they still hold the road.
@@ -140,7 +139,7 @@ def portal_distance(elements: Elements, end_node: IntArray) -> tuple[FloatArray,
     A structure that begins at the node where a road ends counts as well. Infinite where there is none.
     """
     on = elements.structure != Structure.GROUND
-    first, last = end_elements(elements).T
+    first, last = elements.end_elements.T
     touched = np.zeros(int(end_node.max(initial=-1)) + 1, bool)
     touched[end_node[np.column_stack([on[first], on[last]]).ravel()]] = True
     start_touched, end_touched = touched[end_node[0::2]], touched[end_node[1::2]]

@@ -120,6 +120,11 @@ def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:
     return find_record(problem.span_start, problem.span_s, road, s)
 
 
+def end_spans(problem: ProfileProblem) -> IntArray:
+    """Return the first and last span of each road, (R, 2)."""
+    return np.column_stack([problem.span_start[:-1], problem.span_start[1:] - 1])
+
+
 def span_roads(problem: ProfileProblem) -> IntArray:
     """Return the road of each span, (K,)."""
     counts = np.diff(problem.span_start)

@@ -33,7 +33,7 @@ from osm2xodr.geometry.heights.observations import (
     observe_pins,
     weigh_heights,
 )
-from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution
+from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
 from osm2xodr.geometry.heights.records import Knots, add_pins, thin_records
 from osm2xodr.geometry.heights.report import Outcome, element_grades, report, statistics, tabulate
@@ -211,14 +211,12 @@ def _collect_observations(model: _Model, unknowns: int) -> tuple[Observations, B
 def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:
     """Return all limits over N unknowns, and by themselves those on the heights of upper roads above lower ones."""
     network, limit, crossings = model.network, model.grade_limit, model.crossings
-    start = network.problem.span_start
-    at_ends = limit[np.column_stack([start[:-1], start[1:] - 1])]
     x, y, _ = pose(network.problem.plan_view, crossings.lower, crossings.lower_s)
     clearances = limit_clearances(network, crossings, model.beams, surface.quality(x, y).sigma)
     density = typical_density(model.reading, model.at_junctions.cell)
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),
-        *limit_tilts(network, at_ends, density),
+        *limit_tilts(network, limit[end_spans(network.problem)], density),
         clearances,
     ]
     return join_blocks(blocks, unknowns), clearances
@@ -267,7 +265,7 @@ def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:
     on_roads, held = Knots(elements.knot_start, elements.knot_s, knots[:, 0], knots[:, 1]), None
     if pins is not None:
         on_roads, held = add_pins(on_roads, pins)
-    ends = np.stack([knots[elements.knot_start[:-1]], knots[elements.knot_start[1:] - 1]], axis=1)
+    ends = knots[elements.end_knots]
     tables = tabulate(network, outcome)
     return ProfileSolution(
         thin_records(on_roads, held=held),

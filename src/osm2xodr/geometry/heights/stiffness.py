@@ -54,7 +54,7 @@ def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
     run = np.where(on, np.cumsum(on & ~same_road) - 1, -1)
     runs = int(run.max(initial=-1)) + 1
     # The run at each road end, if the road's first or last element is a structure.
-    end_run = run[end_elements(elements)].ravel()
+    end_run = run[elements.end_elements].ravel()
     junction = problem.end_junction.ravel()
     link = np.where(junction < 0, problem.end_link.ravel(), -1)
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(runs)]
@@ -71,12 +71,6 @@ def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
     chain = np.where(on, chain_of[run], -1) if runs else np.full(len(on), -1, np.int64)
     sign = np.where(on, sign_of[run], 1.0) if runs else np.ones(len(on))
     return Chains(chain, sign, loose)
-
-
-def end_elements(elements: Elements) -> IntArray:
-    """Return the first and last element of each road, (R, 2)."""
-    roads = np.arange(len(elements.knot_start) - 1)
-    return np.column_stack([elements.knot_start[:-1] - roads, elements.knot_start[1:] - 2 - roads])
 
 
 def _join_runs(neighbours: list[list[tuple[int, float]]]) -> tuple[IntArray, FloatArray]:

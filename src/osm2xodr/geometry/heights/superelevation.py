@@ -18,16 +18,13 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import (
-    Elements,
     Network,
     assemble,
     bending_matrices,
     element_dofs,
     hermite,
-    rows_matrix,
     tension_matrices,
 )
-from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
@@ -58,7 +55,7 @@ def road_superelevation(network: Network, surface: Surface, diagnostics: Diagnos
     use, slope = use[good], slope[good]
     knots = np.zeros((len(elements.knot_s), 2))
     if len(use):
-        knots = _smooth(network, use, slope, _free_knots(problem, elements, warranted))
+        knots = _smooth(network, use, slope, _free_knots(network, warranted))
     else:
         cell = f"{defaults.CROSSFALL_CELL_MAX:.0f} m"
         diagnostics.note(
@@ -100,12 +97,13 @@ def _read_across(network: Network, use: IntArray, surface: Surface) -> tuple[Flo
     return slope, good & (np.abs(slope) <= defaults.CROSSFALL_PLAUSIBLE)
 
 
-def _free_knots(problem: ProfileProblem, elements: Elements, warranted: BoolArray) -> sp.csr_matrix:
+def _free_knots(network: Network, warranted: BoolArray) -> sp.csr_matrix:
     """Return the matrix from unknowns to value and slope of every knot, (2 knots, N); other knots stay level."""
+    problem, elements = network.problem, network.elements
     free = np.ones(len(elements.knot_s), bool)
     free[elements.knot[~warranted]] = False
     free[elements.knot[~warranted] + 1] = False
-    end = np.column_stack([elements.knot_start[:-1], elements.knot_start[1:] - 1]).ravel()
+    end = elements.end_knots.ravel()
     junction, link = problem.end_junction.ravel(), problem.end_link.ravel()
     free[end[junction >= 0]] = False
     linked = np.flatnonzero((junction < 0) & (link >= 0))
@@ -113,7 +111,7 @@ def _free_knots(problem: ProfileProblem, elements: Elements, warranted: BoolArra
     owner, sign = np.arange(len(free)), np.ones(len(free))
     second = linked[link[linked] < linked]
     owner[end[second]] = end[link[second]]
-    # Left is right where two starts or two ends touch; what changes along s then changes alike.
+    # Where two starts or two ends touch, left of one is right of the other: value changes its sign, slope does not.
     sign[end[second]] = np.where((second - link[second]) % 2 == 0, -1.0, 1.0)
     own = free & (owner == np.arange(len(free)))
     number = np.cumsum(own) - 1
@@ -134,8 +132,7 @@ def _smooth(network: Network, use: IntArray, slope: FloatArray, to_knots: sp.csr
     size = to_knots.shape[0]
     stiffness = to_knots.T @ assemble(element_dofs(elements), matrices, size) @ to_knots
     stiffness = stiffness + _NO_READING * sp.identity(stiffness.shape[0])
-    e = samples.element[use]
-    rows = rows_matrix(element_dofs(elements, e), hermite(samples.u[use], elements.h[e]), size) @ to_knots
+    rows = network.knot_rows(samples.element[use], samples.u[use], hermite) @ to_knots
     weight = samples.ds[use]
     factor = np.ones(len(use))
     x = np.zeros(to_knots.shape[1])
