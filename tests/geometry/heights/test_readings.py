@@ -8,7 +8,7 @@ from elevation_helpers import Ground, in_cells, make_problem, solve, straight
 
 from osm2xodr.geometry.heights.elements import build_elements, build_samples
 from osm2xodr.geometry.heights.ground import Ground as GroundEstimate
-from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
+from osm2xodr.geometry.heights.readings import Reading, noise_length, read_heights, road_spacing, typical_density
 from osm2xodr.model import FloatArray
 
 
@@ -58,6 +58,10 @@ def test_distance_of_samples_goes_with_cells_and_is_bounded(cell: float, samples
     problem = make_problem([straight((0.0, 0.0), (200.0, 0.0))])
     spacing = road_spacing(problem, Ground(lambda x, y: 0.0 * x, cell_size=cell))
     assert spacing.samples.tolist() == [samples]
+
+
+def test_noise_is_correlated_over_cells_and_a_least_length() -> None:
+    assert noise_length(np.array([0.5, 10.0])) == pytest.approx([2.0, 17.0])
 
 
 @pytest.mark.parametrize(("sigma", "slope", "expected"), [(0.0, 0.0, 0.05), (1.0, 0.0, 1.0), (0.0, 0.3, 1.11)])
