@@ -80,7 +80,7 @@ class System:
         if last is None or not (np.array_equal(last[0], product.indptr) and np.array_equal(last[1], product.indices)):
             at = np.searchsorted(self._keys, _keys(product)).astype(np.int32)
             last = product.indptr, product.indices, at
-            # Few rows change from step to step, all of them do not.
+            # The observations' rows are the same in every step, those of limits at work are few and others.
             if product.nnz > _KEPT_FROM * len(self._keys):
                 self._last = last
         values: FloatArray = np.zeros(len(self._keys))
