@@ -8,9 +8,10 @@ import scipy.sparse as sp
 from elevation_helpers import Ground, Height, RoadSpec, cross, in_cells, solve, straight
 
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.canopy import Stage, bare_runs, downweight_canopy, restore_ground
+from osm2xodr.geometry.heights.canopy import Stage, bare_runs, canopy_stages, downweight_canopy, restore_ground
 from osm2xodr.geometry.heights.observations import FLOOR, Kind, Observations
 from osm2xodr.geometry.heights.sparse import join_blocks
+from osm2xodr.geometry.heights.stiffness import Beams
 from osm2xodr.model import BoolArray, FloatArray
 
 ONE_ROAD = np.zeros(8, np.int64)
@@ -73,6 +74,22 @@ def test_ground_keeps_weight_and_gets_it_back() -> None:
     assert found.floor.tolist() == [kept] * 7 + [lost, kept, lost]
     far = found.robust_factors(np.full(10, 1e3), np.ones(10), geman_mcclure=True)
     assert far.tolist() == [kept] * 7 + [lost, kept, lost]
+
+
+def test_stages_give_way_over_shorter_and_shorter_lengths() -> None:
+    beams = Beams(np.array([5e-5, 1e-12]), np.array([0.05, 0.05]))
+    seen: list[FloatArray] = []
+
+    def stiffness(flexibility: FloatArray) -> sp.csr_matrix:
+        seen.append(flexibility)
+        return sp.csr_matrix((1, 1))
+
+    stages = list(canopy_stages(beams, stiffness))
+    assert [stage.tolerance for stage in stages] == [3.0, 1.0, 0.5]
+    lengths = [(0.05 * flexibility[0]) ** -0.25 for flexibility in seen]
+    assert lengths == pytest.approx([150.0, 80.0, 40.0])
+    # A road that is stiffer by itself stays as stiff.
+    assert [flexibility[1] for flexibility in seen] == [1e-12] * 3
 
 
 @pytest.mark.parametrize(

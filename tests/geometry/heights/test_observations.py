@@ -14,7 +14,10 @@ from osm2xodr.geometry.heights import Pins, solve_profiles
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.observations import (
     Kind,
+    observe_dual_carriageways,
+    observe_ele,
     observe_ground,
+    observe_inclines,
     observe_junctions,
     observe_pins,
     portal_distance,
@@ -106,6 +109,43 @@ def test_pins_never_lose_weight() -> None:
     assert block.kind.tolist() == [Kind.PIN] * 2
     far = block.robust_factors(np.full(2, 1e6), block.sigma, geman_mcclure=True)
     assert far.tolist() == [1.0, 1.0]
+    assert block.weight == pytest.approx([1e8, 1e8])
+
+
+def test_incline_weighs_as_its_share_of_a_hundred_metres() -> None:
+    roads = [straight((0.0, 0.0), (100.0, 0.0), grade=grade) for grade in (0.1, 0.36, np.nan)]
+    network = network_of(roads, [])
+    block = observe_inclines(network)
+    assert block.value.tolist() == [0.1] * 5
+    assert block.kind.tolist() == [Kind.GRADE] * 5
+    assert block.sigma.tolist() == [0.02] * 5
+    assert block.weight == pytest.approx(np.full(5, 20.0 / (100.0 * 0.02**2)))
+    # The grade of a plane along the first road.
+    x = np.zeros(block.rows.shape[1])
+    x[network.unknowns.z_columns] = 1.0
+    assert block.rows @ x == pytest.approx(np.zeros(5))
+
+
+def test_ele_is_good_for_five_metres() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    none = observe_ele(network, mean=0.0)
+    assert none.rows.shape == (0, network.unknowns.to_knots.shape[1])
+    problem = replace(network.problem, ele_road=np.array([0]), ele_s=np.array([30.0]), ele_z=np.array([440.0]))
+    block = observe_ele(replace(network, problem=problem), mean=400.0)
+    assert (block.value.tolist(), block.sigma.tolist()) == ([40.0], [5.0])
+    assert block.weight == pytest.approx([1.0 / 25.0])
+    assert block.kind.tolist() == [Kind.TAGGED_HEIGHT]
+
+
+@pytest.mark.parametrize(("apart", "cell", "pairs"), [(24.0, 30.0, 10), (26.0, 30.0, 0), (24.0, 10.0, 0)])
+def test_dual_carriageways_are_level_within_25_metres_on_coarse_cells(apart: float, cell: float, pairs: int) -> None:
+    roads = [
+        straight((0.0, 0.0), (100.0, 0.0), oneway=1, name=0),
+        straight((100.0, apart), (0.0, apart), oneway=1, name=0),
+    ]
+    block = observe_dual_carriageways(network_of(roads, []), reading(20, cell=cell))
+    assert block.value.tolist() == [0.0] * pairs
+    assert block.weight == pytest.approx(np.full(pairs, 10.0 / (1.7 * 30.0 * 0.5**2)))
 
 
 def test_robust_factors_are_those_of_cauchy_and_of_geman_and_mcclure() -> None:
