@@ -10,7 +10,7 @@ import numpy as np
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights.solve import ElevationOptions, ProfileProblem, ProfileSolution, solve_profiles
+from osm2xodr.geometry.heights import ElevationOptions, ProfileProblem, ProfileSolution, solve_profiles
 from osm2xodr.model import BoolArray, FloatArray, PlanView, SurfaceQuality
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
@@ -150,3 +150,9 @@ def cross(size: float = 200.0, trim: float = 8.0, angle: float = 0.3) -> list[Ro
         far, near = tuple(size * u), tuple(trim * u)
         roads.append(straight(far, near, end=0) if k < 2 else straight(near, far, start=0))
     return roads
+
+
+def in_cells(x: FloatArray, cell: float, seed: int, sigma: float) -> FloatArray:
+    """Return noise of independent cells along x, interpolated between their centres."""
+    nodes = sigma * np.random.default_rng(seed).standard_normal(4000)
+    return np.interp(x / cell, np.arange(-2000.0, 2000.0), nodes)

@@ -7,15 +7,6 @@ from typing import Final
 
 # ---------------------------------------------------------------- heights
 
-# Elastic grade limit: this times the class's grade. No road outside junctions is steeper than the firm limit, no
-# junction's plane than the firm tilt: Baldwin Street in Dunedin, the steepest there is, has 0.35, and the connecting
-# roads of a junction need room for what the plane's tilt adds to their grade.
-GRADE_SLACK: Final = 1.25
-GRADE_MAX: Final = 0.31
-# ``ele`` of a node is read off a map or a receiver, in whatever datum: standard error, m (a choice; receivers and
-# contour lines are good for 5 to 10 m); values beyond these are mistakes, m (shore of the Dead Sea, highest roads).
-ELE_SIGMA: Final = 5.0
-ELE_PLAUSIBLE: Final = (-450.0, 6000.0)
 # Grade of a connecting road above which it leaves the junction's surface if that makes it less steep.
 CONNECTOR_STEEP: Final = 0.30
 

@@ -1,20 +1,45 @@
-"""From roads as they were laid out to what the elevation solve is asked."""
+"""From roads as they are laid out to the problems of the elevation solve, and sidewalks that turn out too steep."""
 
 from __future__ import annotations
 
+import re
+from collections import defaultdict
+from collections.abc import Iterable
+from typing import Final
+
 import numpy as np
 
+from osm2xodr.curves import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.heights import ConnectorProblem, ProfileProblem
+from osm2xodr.geometry.heights import ConnectorProblem, ProfileProblem, ProfileSolution, end_state
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.geometry.plan_view import FittedStreets
-from osm2xodr.geometry.profile_tags import tagged_heights
-from osm2xodr.model import LaneType, StreetAttributes, StreetNetwork
+from osm2xodr.model import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    LaneType,
+    PlanView,
+    Street,
+    StreetAttributes,
+    StreetNetwork,
+)
+
+# A number, and its unit unless it is metres; anything more (two values, a range, a datum) is not a height.
+_ELE: Final = re.compile(r"([+-]?\d+(?:\.\d+)?)\s*(m|ft|feet)?", re.IGNORECASE)
+_FOOT: Final = 0.3048
+# Values of ``ele`` beyond these are mistakes, m: shore of the Dead Sea, highest roads.
+_ELE_PLAUSIBLE: Final = (-450.0, 6000.0)
+# Distance of the places along a road among which the nearest to a node is looked for, m.
+_STEP: Final = 2.0
+# Shorter sidewalks count as this long, m: keeps quotients finite.
+_SHORTEST: Final = 1e-6
 
 
-def profile_problem(
+def build_profile_problem(
     network: StreetNetwork,
     fitted: FittedStreets,
     layout: JunctionLayout,
@@ -25,24 +50,11 @@ def profile_problem(
 
     Roads get the ids 1, 2, 3 … that they have in OpenDRIVE.
     """
-    spans: list[tuple[float, StreetAttributes]] = []
-    middle: list[float] = []
-    count: list[int] = []
-    for k, street in enumerate(parts.street.tolist()):
-        begin, end = float(parts.begin[k]), float(parts.begin[k] + parts.length[k])
-        pieces = fitted.pieces[street]
-        here = [
-            piece
-            for i, piece in enumerate(pieces)
-            if piece[0] < end and (i + 1 == len(pieces) or pieces[i + 1][0] > begin)
-        ] or [pieces[-1]]
-        spans += [(max(s - begin, 0.0) if i else 0.0, attributes) for i, (s, attributes, _) in enumerate(here)]
-        middle += [(section.left_edge + section.right_edge) / 2 for _, _, section in here]
-        count.append(len(here))
+    spans, middle, count = _spans(fitted, parts)
     places = [[(network.intersections[n].x, network.intersections[n].y) for n in nodes] for nodes in layout.nodes]
     xy = np.array([np.mean(group, axis=0) if len(group) > 1 else group[0] for group in places]).reshape(-1, 2)
     names: dict[str, int] = {}
-    ele_road, ele_s, ele_z = tagged_heights(network, parts.plan_view, parts.street, diagnostics)
+    ele_road, ele_s, ele_z = _tagged_heights(network, parts.plan_view, parts.street, diagnostics)
     return ProfileProblem(
         plan_view=parts.plan_view,
         end_junction=parts.end_junction,
@@ -68,13 +80,34 @@ def profile_problem(
     )
 
 
+def _spans(
+    fitted: FittedStreets, parts: RoadParts
+) -> tuple[list[tuple[float, StreetAttributes]], list[float], list[int]]:
+    """Return start, m, and attributes of all spans, t of their middles, m, and how many spans each road has."""
+    spans: list[tuple[float, StreetAttributes]] = []
+    middle: list[float] = []
+    count: list[int] = []
+    for k, street in enumerate(parts.street.tolist()):
+        begin, end = float(parts.begin[k]), float(parts.begin[k] + parts.length[k])
+        pieces = fitted.pieces[street]
+        here = [
+            piece
+            for i, piece in enumerate(pieces)
+            if piece[0] < end and (i + 1 == len(pieces) or pieces[i + 1][0] > begin)
+        ] or [pieces[-1]]
+        spans += [(max(s - begin, 0.0) if i else 0.0, attributes) for i, (s, attributes, _) in enumerate(here)]
+        middle += [(section.left_edge + section.right_edge) / 2 for _, _, section in here]
+        count.append(len(here))
+    return spans, middle, count
+
+
 def _oneway(attributes: StreetAttributes) -> int:
     """Return 1 where all traffic runs along the street, -1 where all runs against it, 0 else."""
     directions = attributes.car_directions()
     return next(iter(directions)).value if len(directions) == 1 else 0
 
 
-def connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
+def build_connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
     """Ask for the heights of all connecting roads; those of sidewalks follow what cars drive on."""
     aside = np.maximum(np.abs(connecting.entry_aside), np.abs(connecting.exit_aside))
     # A sidewalk that goes its own way runs along its middle, with all that lies inside of it at one side.
@@ -89,3 +122,82 @@ def connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
         half_width=np.minimum(connecting.entry_width, connecting.exit_width) / 2 + aside,
         beside=np.array([kind is LaneType.SIDEWALK for kind in connecting.set_apart], bool),
     )
+
+
+def too_steep_corners(corners: ConnectingRoads, solution: ProfileSolution) -> BoolArray:
+    """Say which sidewalks around corners are steeper than a connecting road may be and than both roads, (corners,).
+
+    Roads are level across where they end: around a corner on a slope, the difference of their heights is left for
+    the few metres between their sidewalks. The cubic that has both heights and grades is steepest half-way.
+    """
+    z0, g0 = end_state(solution, corners.entry, leaving=True)
+    z1, g1 = end_state(solution, corners.exit, leaving=False)
+    half_way = 1.5 * (z1 - z0) / np.maximum(corners.length, _SHORTEST) - 0.25 * (g0 + g1)
+    arms = np.maximum(np.abs(g0), np.abs(g1))
+    return np.asarray(np.abs(half_way) > np.maximum(defaults.CONNECTOR_STEEP, arms))
+
+
+def _parse_ele(text: str) -> float | None:
+    """Return the metres that a value of ``ele`` means, None if it means none."""
+    match = _ELE.fullmatch(text.strip())
+    if match is None:
+        return None
+    unit = (match[2] or "m").lower()
+    z = float(match[1]) * (1.0 if unit == "m" else _FOOT)
+    low, high = _ELE_PLAUSIBLE
+    return z if low <= z <= high else None
+
+
+def _tagged_heights(
+    network: StreetNetwork, plan_view: PlanView, street: IntArray, diagnostics: Diagnostics
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the heights that ``ele`` of nodes gives: road, place along it, m, and height, m.
+
+    `street` (R,) is the street that each road is a part of. Where roads end short of a node, as at junctions, their
+    nearest place stands for it.
+    """
+    heights: dict[int, float] = {}
+    for node, tags in sorted(network.node_tags.items()):
+        if "ele" in tags:
+            z = _parse_ele(tags["ele"])
+            if z is None:
+                diagnostics.dropped(
+                    "ele", f"node/{node}", f"ele '{tags['ele']}' is not a height in metres, it is ignored"
+                )
+            else:
+                heights[node] = z
+    roads_of = defaultdict(list)
+    for road, owner in enumerate(street.tolist()):
+        roads_of[owner].append(road)
+    length = lengths(plan_view).tolist()
+    nearest: dict[int, tuple[float, int, float]] = {}
+    for item, k in _nodes(network, heights):
+        node = int(item.node_ids[k])
+        for road in roads_of[item.id]:
+            s, distance = _nearest(plan_view, road, length[road], *item.points[k].tolist())
+            found = (distance, road, s)
+            nearest[node] = min(nearest.get(node, found), found)
+    places = [(road, s, heights[node]) for node, (_, road, s) in sorted(nearest.items())]
+    table = np.array(places, np.float64).reshape(-1, 3)
+    return table[:, 0].astype(np.int64), table[:, 1], table[:, 2]
+
+
+def _nodes(network: StreetNetwork, wanted: Iterable[int]) -> list[tuple[Street, int]]:
+    """Return the streets that pass wanted nodes, and the places of these among their nodes."""
+    count = np.array([len(item.node_ids) for item in network.streets], np.int64)
+    first = np.cumsum(count) - count
+    every = np.concatenate([np.zeros(0, np.int64), *(item.node_ids for item in network.streets)])
+    found = np.flatnonzero(np.isin(every, np.array(list(wanted), np.int64)))
+    owner = np.searchsorted(first, found, side="right") - 1
+    return [
+        (network.streets[k], place) for k, place in zip(owner.tolist(), (found - first[owner]).tolist(), strict=True)
+    ]
+
+
+def _nearest(plan_view: PlanView, road: int, length: float, x: float, y: float) -> tuple[float, float]:
+    """Return where a road of a length is nearest to a place, and how near, m."""
+    s = np.linspace(0.0, length, int(np.ceil(length / _STEP)) + 1)
+    px, py, _ = pose(plan_view, np.full(len(s), road), s)
+    distance = np.hypot(px - x, py - y)
+    k = int(np.argmin(distance))
+    return float(s[k]), float(distance[k])

@@ -12,12 +12,11 @@ from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.borders import Neighbourhood, find_borders, with_border_heights
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities, find_priorities
-from osm2xodr.geometry.corner_heights import too_steep
 from osm2xodr.geometry.heights import ElevationOptions, Ground, connector_profiles, solve_profiles
 from osm2xodr.geometry.junctions import JunctionLayout, RoadOptions, RoadParts, street_places
 from osm2xodr.geometry.lanes import NO_MARK, Connectivity, LaneLayout, lay_out_all, smooth_step
 from osm2xodr.geometry.margins import add_margins, inner_width
-from osm2xodr.geometry.road_heights import connector_problem, profile_problem
+from osm2xodr.geometry.road_heights import build_connector_problem, build_profile_problem, too_steep_corners
 from osm2xodr.geometry.road_plan import plan_roads, report_corners
 from osm2xodr.model import (
     Borders,
@@ -72,18 +71,18 @@ def build_roads(
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
     parts, connecting, layout = plan.parts, plan.connecting, plan.layout
     release_memory()
-    problem = profile_problem(network, plan.fitted, layout, parts, diagnostics)
+    problem = build_profile_problem(network, plan.fitted, layout, parts, diagnostics)
     borders: Borders | None = None
     if neighbourhood is not None:
         partition = neighbourhood.partition
         borders = find_borders(partition, problem.plan_view, problem.end_junction, problem.junction_xy)
         problem = with_border_heights(problem, borders, neighbourhood.surface_around, elevation_options, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
-    steep = too_steep(plan.corners, solution)
+    steep = too_steep_corners(plan.corners, solution)
     report_corners(network, layout, plan.corners.junction[steep], diagnostics)
     # Sidewalks' roads come after those of cars, which are what they would be without them.
     through = connecting.joined(plan.corners.chosen(~steep))
-    elevation, superelevation = connector_profiles(problem, connector_problem(through), solution)
+    elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
     priorities = find_priorities(network, plan.ends, layout, parts, connecting, diagnostics)
     numbers = _Numbers(len(parts.length), len(through.length))
     known = Connectivity.of(network.connectivities)

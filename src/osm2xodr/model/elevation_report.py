@@ -1,4 +1,4 @@
-"""How the heights of a road network came out, place by place: what geometry tells whoever writes reports."""
+"""Report on the heights of a road network, place by place, as geometry hands it on."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RoadPlace:
-    """A place on a road, and how far something is from what it should be there."""
+    """A place on a road where something is not as it should be."""
 
     road: int  # OpenDRIVE id
     osm_way_id: int  # The way that holds there
     s: float  # m
-    # What is found, and what should be: m or rise per metre
+    # Found and wanted value, m or rise per metre
     value: float
     wanted: float
 
@@ -27,7 +27,7 @@ class LayerCrossing:
     # OSM ways
     upper_way: int
     lower_way: int
-    # Height from road to road that was found, and that there should be, m
+    # Found and wanted height from road to road, m
     clearance: float
     wanted: float
 
@@ -41,8 +41,7 @@ class StructureRecord:
     osm_way_ids: tuple[int, ...]
     roads: tuple[int, ...]
     length: float  # m
-    # Height above the elevation model where it is largest (in a tunnel: where it is lowest, negative), m; None where
-    # nothing is measured.
+    # Largest height above the elevation model (in a tunnel: the lowest, negative), m; None where nothing is measured
     above_ground: float | None
     # Least height, m, from road to road where it crosses another one, and that OSM way; None where it crosses none
     clearance: float | None
@@ -54,7 +53,7 @@ class StructureRecord:
 
 @dataclass(frozen=True, slots=True)
 class ElevationReport:
-    """How the heights of a road network came out."""
+    """The heights of a road network against the elevation model and the limits."""
 
     measured_share: float  # Share of the roads' length where the elevation model has heights
     # Height of roads on the ground above the elevation model: mean, root of the mean square and 95th percentile of

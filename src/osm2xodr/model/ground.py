@@ -1,4 +1,4 @@
-"""What surface hands on: the height of the ground."""
+"""The height of the ground, as surface hands it on."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.borders.borders import find_borders
 from osm2xodr.geometry.borders.defaults import BORDER_PIECE, BORDER_STUB
 from osm2xodr.geometry.borders.heights import chosen_roads, with_border_heights
-from osm2xodr.geometry.heights.solve import ProfileProblem, solve_profiles
+from osm2xodr.geometry.heights import ProfileProblem, solve_profiles
 from osm2xodr.model import Borders, FloatArray, LocalFrame, Outline, Partition, Surface
 
 WEST, EAST = 0, 1

@@ -1,14 +1,18 @@
-"""Ground that a surface model shows, told from what stands on it."""
+"""Ground and canopy in surface models."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from elevation_helpers import Ground, Height, solve, straight
+import scipy.sparse as sp
+from elevation_helpers import Ground, Height, RoadSpec, cross, in_cells, solve, straight
 
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.canopy import bare_runs, keep_ground
-from osm2xodr.geometry.heights.solver import LEAST_FACTOR, Robust
+from osm2xodr.geometry.heights.canopy import Stage, bare_runs, canopy_stages, downweight_canopy, restore_ground
+from osm2xodr.geometry.heights.observations import FLOOR, Kind, Observations
+from osm2xodr.geometry.heights.sparse import join_blocks
+from osm2xodr.geometry.heights.stiffness import Beams
+from osm2xodr.model import BoolArray, FloatArray
 
 ONE_ROAD = np.zeros(8, np.int64)
 S = 5.0 * np.arange(8)
@@ -42,17 +46,50 @@ def test_no_heights() -> None:
     assert bare_runs(np.zeros(0, np.int64), none, none, np.zeros(0, bool)).tolist() == []
 
 
+def observed(z: FloatArray, canopy: BoolArray, kind: Kind = Kind.ROAD_HEIGHT) -> Observations:
+    """Return heights that each have an unknown of their own."""
+    n = len(z)
+    return Observations(
+        sp.csr_matrix(np.eye(n)),
+        z,
+        weight=np.ones(n),
+        sigma=np.ones(n),
+        kind=np.full(n, kind, np.int64),
+        above=np.full(n, 1.5),
+        below=np.full(n, 8.0),
+        canopy=canopy,
+        floor=np.full(n, FLOOR),
+    )
+
+
 def test_ground_keeps_weight_and_gets_it_back() -> None:
     z = np.array([0.0, 0.0, 1.0, 2.0, 2.0, 1.0, 0.0, 20.0])
     factors = np.array([1.0, 0.6, 0.1, 0.01, 0.01, 0.1, 0.9, 0.01, 0.5, 0.01])
-    covered = np.array([1, 1, 1, 1, 1, 1, 1, 1, 1, 0], bool)
-    robust = keep_ground(Robust(1.5, 8.0), factors, covered, ONE_ROAD, S, z)
+    canopy = np.array([1, 1, 1, 1, 1, 1, 1, 1, 1, 0], bool)
+    blocks = [observed(z, canopy[:8]), observed(np.zeros(2), canopy[8:], Kind.JUNCTION_HEIGHT)]
+    found, factors = restore_ground(join_blocks(blocks, 8), factors, ONE_ROAD, S, z)
     # The rise in the middle is the ground's; the tree at the end is not, nor is the last one a surface model's.
     assert factors.tolist() == [1.0, 0.6, 1.0, 1.0, 1.0, 1.0, 0.9, 0.01, 0.5, 0.01]
-    kept, lost = defaults.COVERED_LEAST, LEAST_FACTOR
-    assert np.asarray(robust.least).tolist() == [kept] * 7 + [lost, kept, lost]
-    far = robust.factors(np.full(10, 1e3), np.ones(10), late=True)
+    kept, lost = defaults.CANOPY_GROUND_FLOOR, FLOOR
+    assert found.floor.tolist() == [kept] * 7 + [lost, kept, lost]
+    far = found.robust_factors(np.full(10, 1e3), np.ones(10), geman_mcclure=True)
     assert far.tolist() == [kept] * 7 + [lost, kept, lost]
+
+
+def test_stages_give_way_over_shorter_and_shorter_lengths() -> None:
+    beams = Beams(np.array([5e-5, 1e-12]), np.array([0.05, 0.05]))
+    seen: list[FloatArray] = []
+
+    def stiffness(flexibility: FloatArray) -> sp.csr_matrix:
+        seen.append(flexibility)
+        return sp.csr_matrix((1, 1))
+
+    stages = list(canopy_stages(beams, stiffness))
+    assert [stage.tolerance for stage in stages] == [3.0, 1.0, 0.5]
+    lengths = [(0.05 * flexibility[0]) ** -0.25 for flexibility in seen]
+    assert lengths == pytest.approx([150.0, 80.0, 40.0])
+    # A road that is stiffer by itself stays as stiff.
+    assert [flexibility[1] for flexibility in seen] == [1e-12] * 3
 
 
 @pytest.mark.parametrize(
@@ -72,3 +109,85 @@ def test_bare_hills_and_dips_that_are_taken_for_a_surface_model(
     # Not much farther off than where the model is known to show the ground.
     _, _, _, known = solve([road], Ground(height, cell_size=9.0, sigma=0.9)).along(0)
     assert np.abs(z - known).max() < 2.0
+
+
+def rolling(x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.asarray(100.0 + 12.0 * np.sin(x / 120.0) + 0.03 * x)
+
+
+def canopy(x: FloatArray, seed: int, cell: float = 5.0) -> FloatArray:
+    """Return crowns 15 m high in patches of 20 to 100 m with gaps as long, as cells show them."""
+    rng = np.random.default_rng(seed)
+    out, s = np.zeros(len(x)), 60.0
+    while s < 1100.0:
+        end = s + rng.uniform(20.0, 100.0)
+        out = np.maximum(out, 15.0 * np.clip(np.minimum(x - s, end - x) / cell + 0.5, 0.0, 1.0))
+        s = end + rng.uniform(20.0, 100.0)
+    return out
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_road_through_a_wood_lies_on_the_ground(seed: int) -> None:
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        return rolling(x, y) + canopy(x, seed) + in_cells(x, 5.0, seed, 0.1)
+
+    road = straight((0.0, 0.0), (1200.0, 0.0))
+    found = solve([road], Ground(height, 5.0, 0.5, covered=True))
+    _, x, y, z = found.along(0)
+    assert np.abs(z - rolling(x, y)).max() < 0.5
+    # Heights that are taken for the ground's own lead into the crowns.
+    trusted = solve([road], Ground(height, 5.0, 0.5))
+    assert np.abs(trusted.along(0)[3] - rolling(x, y)).max() > 3.0
+
+
+def test_streets_between_houses_lie_on_the_ground() -> None:
+    # Blocks of 18 m: roofs lie over the street where the houses stand forward, on 30 m of each 90 m.
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        along, across = np.where(np.abs(y) < np.abs(x), x, y), np.where(np.abs(y) < np.abs(x), y, x)
+        forward = (np.mod(along, 90.0) > 30.0) & (np.mod(along, 90.0) < 60.0) & (np.abs(along) > 25.0)
+        roof = (np.abs(across) > 8.0) & (np.abs(along) > 8.0)
+        return np.asarray(0.02 * x + np.where(forward | roof, 18.0, 0.0))
+
+    found = solve(cross(angle=0.0), Ground(height, 2.0, 0.3, covered=True), [(0.0, 0.0)])
+    for road in range(4):
+        _, x, _, z = found.along(road)
+        assert np.abs(z - 0.02 * x).max() < 0.5
+
+
+def test_bare_ground_that_is_taken_for_a_surface_model_is_still_followed() -> None:
+    found = solve([straight((0.0, 0.0), (1200.0, 0.0))], Ground(rolling, 5.0, 0.5, covered=True))
+    _, x, y, z = found.along(0)
+    assert np.abs(z - rolling(x, y)).max() < 0.4
+
+
+def test_heights_on_a_roof_lose_their_weight_on_a_stiff_road_only() -> None:
+    # Heights of 9 places, three of them on a roof; a stiff road has one height, a soft one a height for each place.
+    z = np.array([0.0, 0.0, 0.0, 10.0, 10.0, 10.0, 0.0, 0.0, 0.0])
+    n = len(z)
+    observations = observed(z, np.ones(n, bool))
+    difference = np.diff(np.eye(n), axis=0)
+    stiff, soft = (sp.csr_matrix(k * difference.T @ difference) for k in (1e6, 1e-6))
+    assert downweight_canopy([Stage(stiff, 0.5)], observations)[3:6].max() < 0.05
+    assert downweight_canopy([Stage(stiff, 0.5)], observations)[[0, 8]].min() > 0.9
+    assert downweight_canopy([Stage(soft, 0.5)], observations).min() > 0.99
+
+
+def test_only_heights_of_surface_models_lose_weight_to_canopy() -> None:
+    z = np.array([0.0, 0.0, 10.0, 0.0, 10.0, 0.0])
+    canopy = np.array([1, 1, 1, 1, 0, 1], bool)
+    difference = np.diff(np.eye(6), axis=0)
+    stage = Stage(sp.csr_matrix(1e6 * difference.T @ difference), 0.5)
+    factors = downweight_canopy([stage], observed(z, canopy))
+    assert factors[2] < 0.05
+    assert factors[4] == 1.0
+
+
+def test_ring_in_a_wood() -> None:
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        z: FloatArray = np.where(np.hypot(x - 50.0, y) < 30.0, 15.0, 0.0) + 0.01 * y
+        return z
+
+    ring = RoadSpec(0.0, -50.0, 0.0, 2 * np.pi * 50.0, curvature=0.02, start_link=1, end_link=0)
+    found = solve([ring], Ground(height, 5.0, 0.5, covered=True))
+    _, _, y, z = found.along(0)
+    assert np.abs(z - 0.01 * y).max() < 0.5

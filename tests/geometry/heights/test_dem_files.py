@@ -12,7 +12,7 @@ from affine import Affine
 from elevation_helpers import Ground, Height, RoadSpec, Solved, make_problem, solve, straight
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights.solve import solve_profiles
+from osm2xodr.geometry.heights import solve_profiles
 from osm2xodr.model import FloatArray
 from osm2xodr.projection import make_frame
 from osm2xodr.surface import SurfaceOptions, read_surface

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves import lengths, pose
-from osm2xodr.geometry import defaults
 from osm2xodr.geometry.borders.pieces import Pieces
+from osm2xodr.geometry.heights import tolerated_grade
 from osm2xodr.model import (
     BoolArray,
     CubicProfile,
@@ -72,10 +72,11 @@ def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, 
         "priorities": float(sum(len(junction.priorities) for junction in road_map.junctions)),
     }
     if told is not None:
-        limits = [(item.grade, defaults.GRADE_SLACK * item.grade_limit + 0.002) for item in told.structures]
         counted["layer_crossings_too_close"] = float(len(told.tight))
         counted["structures"] = float(len(told.structures))
-        counted["structures_too_steep"] = float(sum(grade > limit for grade, limit in limits))
+        counted["structures_too_steep"] = float(
+            sum(item.grade > tolerated_grade(item.grade_limit) for item in told.structures)
+        )
     kept = [name for name in whole if name in counted or name.startswith("height_")]
     return {name: counted.get(name, whole[name]) for name in kept}
 

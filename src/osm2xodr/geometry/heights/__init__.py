@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from osm2xodr.geometry.heights.junction_surface import end_state
-from osm2xodr.geometry.heights.options import parse_grade_limits
-from osm2xodr.geometry.heights.problem import ConnectorProblem, Pins, ProfileProblem, ProfileSolution
-from osm2xodr.geometry.heights.solve import (
+from osm2xodr.geometry.heights.ground import Ground
+from osm2xodr.geometry.heights.junction_surface import connector_profiles, end_state
+from osm2xodr.geometry.heights.problem import (
+    ConnectorProblem,
     ElevationOptions,
-    Ground,
-    connector_profiles,
-    ground_around,
-    solve_profiles,
+    Pins,
+    ProfileProblem,
+    ProfileSolution,
+    parse_grade_limits,
 )
+from osm2xodr.geometry.heights.profiles import ground_around, solve_profiles
+from osm2xodr.geometry.heights.report import tolerated_grade
 
 __all__ = [
     "ConnectorProblem",
@@ -25,4 +27,5 @@ __all__ = [
     "ground_around",
     "parse_grade_limits",
     "solve_profiles",
+    "tolerated_grade",
 ]

@@ -1,29 +1,111 @@
-"""Whether heights that stand out of a surface model stand on canopy and roofs after all."""
+"""Down-weighting of canopy and roofs, which surface models show, by graduated non-convexity (Blake and Zisserman).
+
+A road that bends as roads do follows a wood's canopy up and down, and no residual is left that would give it away.
+One that is too stiff for that passes below, as long as ground shows between; what stands out above it loses its
+weight, and a road that is less stiff is then found from the rest. Each stage starts from the weights of the last.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
+import scipy.sparse as sp
 
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.solver import LEAST_FACTOR, Robust
+from osm2xodr.geometry.heights.observations import FLOOR, Kind, Observations
+from osm2xodr.geometry.heights.sparse import System
+from osm2xodr.geometry.heights.stiffness import Beams
 from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Solves of each stage, and the weights between them.
+_STAGE_ROUNDS: Final = 4
+# Shortest distance between two heights that a slope is computed over, m.
+_SHORTEST: Final = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """A stiffer network to begin with."""
+
+    stiffness: sp.csr_matrix  # (N, N)
+    tolerance: float  # How far the ground may leave what so stiff a road follows, m
+
+
+def canopy_stages(beams: Beams, stiffness: Callable[[FloatArray], sp.csr_matrix]) -> Iterator[Stage]:
+    """Yield the networks to begin with, from the stiffest on.
+
+    A beam on an elastic foundation gives way over the length (1 / (w q))^(1/4).
+
+    Parameters
+    ----------
+    beams
+        The roads as they are.
+    stiffness
+        Makes the stiffness (N, N) from the flexibility (E,), 1/m.
+    """
+    for length, tolerance in defaults.CANOPY_STAGES:
+        flexibility = np.minimum(beams.flexibility, 1.0 / (beams.density * length**4))
+        yield Stage(stiffness(flexibility), tolerance)
+
+
+def downweight_canopy(stages: Sequence[Stage], observations: Observations) -> FloatArray:
+    """Return factors (n,) on the weights: small where heights stand on the ground rather than show it."""
+    obs = observations
+    system = System([stage.stiffness for stage in stages], [obs.rows])
+    rows = obs.rows.copy()
+    system.put_in_order(rows)
+    transposed = rows.T.tocsr()
+    factors = np.ones(len(obs.value))
+    for stage in stages:
+        sigma = np.hypot(obs.sigma, stage.tolerance)
+        stiffness = system.placed(stage.stiffness)
+        for _ in range(_STAGE_ROUNDS):
+            weight = obs.weight * factors
+            matrix = stiffness + system.normal(rows, transposed, weight)
+            x = system.solve(matrix, transposed @ (weight * obs.value))
+            factors = obs.robust_factors(obs.value - rows @ x, sigma, geman_mcclure=False)
+    return np.where(obs.canopy, factors, 1.0)
+
+
+def restore_ground(
+    observations: Observations, factors: FloatArray, road: IntArray, s: FloatArray, z: FloatArray
+) -> tuple[Observations, FloatArray]:
+    """Return observations in which ground keeps a share of its weight, and factors that give hills all of theirs.
+
+    Without that floor the few heights of a short road that lie lowest could win over all others: nothing that is
+    higher counts for much.
+
+    Parameters
+    ----------
+    observations
+        What is observed.
+    factors : (n,)
+        As of `downweight_canopy`.
+    road, s, z : (samples,)
+        Road, place along it and height of the ground, m, of the observed road heights.
+    """
+    along = np.flatnonzero(observations.kind == Kind.ROAD_HEIGHT)
+    out = observations.canopy[along] & (factors[along] < defaults.CANOPY_OUTLIER)
+    factors = factors.copy()
+    factors[along[bare_runs(road, s, z, out)]] = 1.0
+    ground = observations.canopy & (factors >= defaults.CANOPY_OUTLIER)
+    return replace(observations, floor=np.where(ground, defaults.CANOPY_GROUND_FLOOR, FLOOR)), factors
 
 
 def bare_runs(road: IntArray, s: FloatArray, z: FloatArray, out: BoolArray) -> BoolArray:
     """Return which heights that stand out are those of the ground, (n,).
 
     What stands on the ground has walls: heights change abruptly at its edge, where it begins and ends along the road.
-    A stretch of road that stands out as a whole without any is a hill that the road, made stiff to see through
-    canopy and roofs, did not follow: the model is no surface model there.
+    A stretch of road that stands out as a whole without a wall is a hill that the stiff road did not follow: the
+    model shows the ground there.
 
     Parameters
     ----------
-    road, s : (n,)
-        Where the heights are, in the order of roads and along them.
-    z : (n,)
-        Heights, m.
+    road, s, z : (n,)
+        Road, place along it and height, m, in the order of roads and along them.
     out : (n,)
         Which stand out.
     """
@@ -31,40 +113,14 @@ def bare_runs(road: IntArray, s: FloatArray, z: FloatArray, out: BoolArray) -> B
     if not n:
         return np.zeros(0, bool)
     same = road[1:] == road[:-1]
-    rise, step = np.abs(np.diff(z)), np.maximum(np.diff(s), 1e-6)
+    rise, step = np.abs(np.diff(z)), np.maximum(np.diff(s), _SHORTEST)
     wall = same & (rise > defaults.WALL_HEIGHT) & (rise > defaults.WALL_SLOPE * step)
     begins = out & np.r_[True, ~(same & out[:-1])]
     run = np.cumsum(begins) - 1
-    runs = int(begins.sum())
-    walled = np.zeros(max(runs, 1), bool)
+    walled = np.zeros(max(int(begins.sum()), 1), bool)
     # A wall between two heights is one of the run on either side of it.
     k = np.flatnonzero(wall)
     walled[run[k[out[k]]]] = True
     walled[run[k[out[k + 1]] + 1]] = True
     bare: BoolArray = out & ~walled[run]
     return bare
-
-
-def keep_ground(
-    robust: Robust, factors: FloatArray, covered: BoolArray, road: IntArray, s: FloatArray, z: FloatArray
-) -> Robust:
-    """Give what is the ground after all its weight back, and see that the ground keeps some from then on.
-
-    Without that, the few heights of a short road that lie lowest can win over all others: nothing that is higher
-    counts for much.
-
-    Parameters
-    ----------
-    robust
-        How observations lose weight.
-    factors : (n,)
-        What stiff roads left of the weights; weights that are given back are changed in place.
-    covered : (n,)
-        Which may stand on canopy or roofs.
-    road, s, z : (m,)
-        Road, place along it and height of the first m observations, in order; the others lie on no road.
-    """
-    out = covered[: len(z)] & (factors[: len(z)] < defaults.COVERED_OUT)
-    factors[: len(z)][bare_runs(road, s, z, out)] = 1.0
-    ground = covered & (factors >= defaults.COVERED_OUT)
-    return replace(robust, least=np.where(ground, defaults.COVERED_LEAST, LEAST_FACTOR))

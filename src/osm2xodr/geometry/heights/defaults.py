@@ -1,23 +1,16 @@
-"""Default numbers of heights: meaning, unit, source. SI units unless the name says otherwise."""
+"""Parameters of the heights' objective: meaning, unit, source. SI units unless the name says otherwise.
+
+docs/method/heights.md gives each its symbol and place in the formulas, and a test finds them all there. Settings of
+the numerical methods stand in the modules that use them.
+"""
 
 from __future__ import annotations
 
 from types import MappingProxyType
 from typing import Final
 
-# ---------------------------------------------------------------- heights
+# ---------------------------------------------------------------- roads as beams
 
-# Least grade limit that a user may set: RAL and RASt want 0.5 to 0.7 % at least for the water to run off.
-GRADE_LIMIT_LEAST: Final = 0.005
-JUNCTION_TILT_MAX: Final = 0.20
-# Mean grade of the shortest way between the lanes of two road ends at a junction: the cubic that joins them may be
-# one and a half times as steep in its middle.
-JUNCTION_STEP_MAX: Final = 0.15
-# Largest difference in height of two road ends at a junction whose edges touch, m; with a gap, what such a path
-# climbs over it is added, up to the gap across which connecting roads do not come to the same place at once, m.
-# Choices: both that meet there then give way by half of it.
-JUNCTION_EDGE_STEP_MAX: Final = 0.06
-JUNCTION_EDGES_NEAR: Final = 1.5
 # Variance of a road's vertical curvature times the length over which it is correlated, 1/m: (1e-3 1/m)² over 50 m, a
 # vertical radius of 1000 m. Height and grade errors against known terrain are flat from 2e-5 to 2e-4; on coarsened
 # models of real places 2e-5 to 5e-5 does best. Factors by class: motorways have crests of 13000 m and more (RAA
@@ -35,62 +28,105 @@ FLEXIBILITY_FACTOR: Final = MappingProxyType(
         "secondary_link": 0.7,
     }
 )
-# Bridges and tunnels are drawn straight between their ends where they are longer than this, m.
+# Bridges and tunnels longer than this are drawn straight between their ends, m.
 STRUCTURE_TENSION_LENGTH: Final = 60.0
-# Longest piece of road that one cubic stands for in the solve, m, by the least cell size, m; on cells of 30 m heights
-# and grades are the same to 1 cm and 0.02 % for 15 to 120 m. Distance of samples: in cells, and its bounds, m.
+# Standard error of a junction's tilt about level, where its roads leave it open, rise per metre: streets at junctions
+# are within a few percent.
+JUNCTION_TILT_SIGMA: Final = 0.3
+
+# ---------------------------------------------------------------- elements and samples
+
+# Longest element, m, by the least cell size from which it holds, m: (cell size, length). On cells of 30 m heights and
+# grades are the same to 1 cm and 0.02 % for 15 to 120 m.
 KNOT_SPACING: Final = ((20.0, 60.0), (5.0, 25.0), (0.0, 12.0))
+# Samples per cell along a road, and the bounds of their distance, m.
 SAMPLES_PER_CELL: Final = 1.5
 SAMPLE_SPACING_MIN: Final = 3.0
 SAMPLE_SPACING_MAX: Final = 20.0
+
+# ---------------------------------------------------------------- the ground
+
 # Elevation models with larger cells, m, do not show a road's own bed: the ground is estimated from the cells around.
 COARSE_CELL: Final = 15.0
 # How far from OSM's streets the ground is estimated before roads are built, m: beyond what junctions and turning
 # circles move roads by. What lies farther is estimated later.
 GROUND_REACH: Final = 40.0
-# Least standard error of heights, m: keeps the solve well conditioned on exact surfaces.
-HEIGHT_SIGMA_MIN: Final = 0.05
-# Length over which an elevation model's errors are correlated: cells, but at least so many m.
-NOISE_LENGTH_CELLS: Final = 1.7
-NOISE_LENGTH_MIN: Final = 2.0
-# How far a road lies beside its line in OSM, m (imagery offsets and hand), and what the cells add, in cells: they do
-# not show what was cut and filled for the road. On coarsened models of real places 0.17 is better than 0.1.
-POSITION_ERROR: Final = 2.0
-POSITION_ERROR_CELLS: Final = 0.17
 # Roads are smoother than the ground they are built on: factor on the roughness penalty that the ground calls for.
 # Against known terrain 2 to 8 do equally well.
 ROAD_SMOOTHNESS: Final = 4.0
-# Heights of a surface model stand on canopy and roofs: how many standard errors above and below the road they begin
-# to lose weight (from below they are the ground). To see through them the roads are stiff at first: lengths over
-# which they give way, m, and how far the ground leaves such a road, m (a vertical radius of 1000 m over half of it).
-COVERED_ABOVE: Final = 1.5
-COVERED_BELOW: Final = 8.0
-COVERED_STAGES: Final = ((150.0, 3.0), (80.0, 1.0), (40.0, 0.5))
-# What keeps less than this share of its weight stands out; the rest keeps at least that share of it from then on. On
-# bare models of 9 and 13 m that are taken for surface models roads stay within 4 m so (15 m without). What stands out
-# is canopy or roofs if heights along it change by more than this, m, and more steeply than ground. Choices.
-COVERED_OUT: Final = 0.25
-COVERED_LEAST: Final = 0.2
-WALL_HEIGHT: Final = 2.0
-WALL_SLOPE: Final = 0.5
-# Weight of ground near the ends of bridges and tunnels, and how far that reaches, m.
+# Least standard error of heights, m: keeps the solve well conditioned on exact surfaces.
+HEIGHT_SIGMA_MIN: Final = 0.05
+# Length over which an elevation model's errors are correlated: in cells, and at least, m.
+NOISE_LENGTH_CELLS: Final = 1.7
+NOISE_LENGTH_MIN: Final = 2.0
+# How far a road lies beside its line in OSM, m (imagery offsets and hand), and what the cells add, in cells: they do
+# not show the cut and fill of the road. On coarsened models of real places 0.17 is better than 0.1.
+POSITION_ERROR: Final = 2.0
+POSITION_ERROR_CELLS: Final = 0.17
+# Factor on the weight of ground near the ends of bridges and tunnels, and how far that reaches, m; half a cell where
+# that is more.
 PORTAL_WEIGHT: Final = 0.01
 PORTAL_LENGTH: Final = 8.0
-# Length of road whose heights a junction's middle counts as much as, m.
+# Length of road that the height of a junction's middle stands for, m.
 JUNCTION_LENGTH: Final = 10.0
-# Standard error of a junction's tilt about level, where no road tells: streets at junctions are within a few percent.
-JUNCTION_TILT_SIGMA: Final = 0.3
-# ``incline`` is estimated or the steepest part: standard error, the length of road that one value stands for, m, and
-# what cannot be (steeper than any street).
+
+# ---------------------------------------------------------------- other observations
+
+# ``incline`` is estimated or the steepest part: standard error, rise per metre, the length of road that one value
+# stands for, m, and the value above which it is a mistake (steeper than any street).
 INCLINE_SIGMA: Final = 0.02
 INCLINE_LENGTH: Final = 100.0
 INCLINE_MAX: Final = 0.35
+# ``ele`` of a node is read off a map or a receiver, in whatever datum: standard error, m (a choice; receivers and
+# contour lines are good for 5 to 10 m).
+ELE_SIGMA: Final = 5.0
 # Carriageways of one street that run opposite ways within this distance are level, with this standard error, m.
-TWIN_DISTANCE: Final = 25.0
-TWIN_SIGMA: Final = 0.5
+DUAL_CARRIAGEWAY_DISTANCE: Final = 25.0
+DUAL_CARRIAGEWAY_SIGMA: Final = 0.5
+# Standard errors with which an area keeps to the heights and grades at its borders, m and rise per metre: little
+# beside what must meet (1 cm), and much beside rounding.
+BORDER_HEIGHT_SIGMA: Final = 1e-4
+BORDER_GRADE_SIGMA: Final = 1e-4
+
+# ---------------------------------------------------------------- robust loss and canopy
+
+# Residual, in standard errors, at which Cauchy's loss halves a weight. A choice: well beyond noise.
+ROBUST_SCALE: Final = 3.0
+# The same for heights of a surface model, which stand on canopy and roofs: above the road, and below it (from below
+# they are the ground).
+CANOPY_SCALE_ABOVE: Final = 1.5
+CANOPY_SCALE_BELOW: Final = 8.0
+# To see through canopy the roads are stiff at first: lengths over which they give way, m, and how far the ground
+# leaves such a road, m (a vertical radius of 1000 m over half of it).
+CANOPY_STAGES: Final = ((150.0, 3.0), (80.0, 1.0), (40.0, 0.5))
+# Heights that keep less than this share of their weight stand out; the others keep at least the second share from
+# then on. On bare models of 9 and 13 m that are taken for surface models roads stay within 4 m so (15 m without).
+CANOPY_OUTLIER: Final = 0.25
+CANOPY_GROUND_FLOOR: Final = 0.2
+# What stands out is canopy or roofs if heights along it change by more than this, m, and more steeply than ground,
+# rise per metre. Choices.
+WALL_HEIGHT: Final = 2.0
+WALL_SLOPE: Final = 0.5
+
+# ---------------------------------------------------------------- limits
+
+# Elastic grade limit: this times the class's grade. No road outside junctions is steeper than the firm limit, no
+# junction's plane than the firm tilt: Baldwin Street in Dunedin, the steepest there is, has 0.35, and the connecting
+# roads of a junction need room for what the plane's tilt adds to their grade.
+GRADE_SLACK: Final = 1.25
+GRADE_MAX: Final = 0.31
+JUNCTION_TILT_MAX: Final = 0.20
+# Mean grade of the shortest way between the lanes of two road ends at a junction: the cubic that joins them may be
+# one and a half times as steep in its middle.
+JUNCTION_STEP_MAX: Final = 0.15
+# Largest difference in height of two road ends at a junction whose edges touch, m; across a gap, the climb of such a
+# path over it is added, up to the gap across which connecting roads do not come to the same place at once, m.
+# Choices: both that meet there then give way by half of it.
+JUNCTION_EDGE_STEP_MAX: Final = 0.06
+JUNCTION_EDGES_NEAR: Final = 1.5
 # Height from road to road where layers cross, m, by the highway value of the road below: clear height and a deck of
 # 0.70 m. 4.50 m (RAL, RAA), on main roads 4.70 m with room for resurfacing, and 3.50 m where only cars and fire
-# engines pass (DIN 14090). What a crossing falls short by is told from the tolerance on.
+# engines pass (DIN 14090). A crossing that falls short by more than the tolerance is reported.
 CLEARANCE_OTHER: Final = 5.2
 CLEARANCE: Final = MappingProxyType(
     {
@@ -112,6 +148,20 @@ CLEARANCE_TOLERANCE: Final = 0.1
 CLEARANCE_PUSH_SIGMAS: Final = 5.0
 CLEARANCE_PUSH_MIN: Final = 0.5
 CLEARANCE_PUSH_MAX: Final = 10.0
+
+# ---------------------------------------------------------------- inside junctions
+
+# Connecting roads: distance of samples, m, distance from its arms at which a junction's plane counts like an arm, m,
+# and how far to the side of an arm's end its level counts half, m. Choices: with these, fewest connecting roads of
+# seven steep places disagree.
+CONNECTOR_SAMPLE_SPACING: Final = 2.0
+JUNCTION_PLANE_DISTANCE: Final = 4.0
+ARM_LEVEL_DISTANCE: Final = 3.0
+# Length at either end over which a connecting road makes up for the difference between surface and arm, m.
+CONNECTOR_END_REACH: Final = 8.0
+
+# ---------------------------------------------------------------- superelevation
+
 # Superelevation of fast roads: read where cells are at most so large (2 m) and the standard error of heights so
 # small, m, over at least this half width of the carriageway, m. It is smoothed over two to three times the length of
 # the beam, m; readings that differ by the standard error count a quarter, ones steeper than plausible (verges, walls)
@@ -124,32 +174,20 @@ CROSSFALL_SIGMA: Final = 0.02
 CROSSFALL_PLAUSIBLE: Final = 0.12
 CROSSFALL_MAX: Final = 0.08
 CROSSFALL_TOLERANCE: Final = 0.001
-# Connecting roads: distance of samples, m, at which distance from its arms a junction's plane counts like an arm, and
-# how far to the side of an arm's end its level counts. Choices: with these, fewest connecting roads of seven steep
-# places disagree.
-CONNECTOR_SAMPLE_SPACING: Final = 2.0
-JUNCTION_PLANE_DISTANCE: Final = 4.0
-ARM_LEVEL_DISTANCE: Final = 3.0
-# Within how many metres of its ends a connecting road makes up for what is left between surface and arms there.
-CONNECTOR_END_REACH: Final = 8.0
+
+# ---------------------------------------------------------------- records
+
 # One elevation record stands for several where it fits all knots this well: m, rise per metre.
-PROFILE_TOLERANCE: Final = 0.015
-PROFILE_SLOPE_TOLERANCE: Final = 1e-3
+RECORD_TOLERANCE: Final = 0.015
+RECORD_SLOPE_TOLERANCE: Final = 1e-3
 # Decimals of places, heights (or cross slopes) and grades at knots, m, m (rad) and rise per metre: far below what any
 # height is worth.
-PROFILE_S_DECIMALS: Final = 3
-PROFILE_DECIMALS: Final = 5
-PROFILE_SLOPE_DECIMALS: Final = 6
+RECORD_S_DECIMALS: Final = 3
+RECORD_DECIMALS: Final = 5
+RECORD_SLOPE_DECIMALS: Final = 6
 # How far connecting roads may leave their junction's surface for the sake of few records, m: along their middle, and
-# by their cross slope at their edges; and how much steeper they may become. A choice; twice that is what two of them
-# may disagree by.
-CONNECTOR_GRADE_TOLERANCE: Final = 0.01
+# by their cross slope at their edges; and how much steeper they may become, rise per metre. A choice; twice that is
+# what two of them may disagree by.
 CONNECTOR_TOLERANCE: Final = 0.012
 CONNECTOR_EDGE_TOLERANCE: Final = 0.012
-
-# ---------------------------------------------------------------- areas side by side
-
-# Standard errors with which an area keeps to these heights and grades, m and rise per metre: little beside what must
-# meet (1 cm), and much beside rounding.
-BORDER_HEIGHT_SIGMA: Final = 1e-4
-BORDER_GRADE_SIGMA: Final = 1e-4
+CONNECTOR_GRADE_TOLERANCE: Final = 0.01

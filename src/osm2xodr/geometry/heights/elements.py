@@ -1,14 +1,15 @@
-"""Roads cut into cubic elements, and the matrices of the network solve.
+"""Roads cut into cubic elements, and how heights and grades follow from the unknowns.
 
-Every road is a chain of cubic Hermite elements: the unknowns at a knot are its height z and its grade g along +s.
-A knot inside a road has unknowns of its own. A road's end that lies at a junction takes both from the junction's
-plane, an end that touches another road's end shares them with it. What a road sees is therefore continuous in
-height and grade by construction, and so is what passes a junction.
+Every road is a chain of cubic Hermite elements with a height z and a grade g along +s at each knot. A knot inside a
+road has unknowns of its own. A road end at a junction takes both from the junction's plane; one that touches another
+road end shares them with it. Heights and grades are therefore continuous by construction (docs/method/heights.md).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,9 +18,16 @@ from osm2xodr.curves import find_record, lengths, pose, ranks
 from osm2xodr.geometry.heights.problem import ProfileProblem, span_at, span_roads
 from osm2xodr.model import FloatArray, IntArray
 
-# Runs of one structure that are shorter than this are no elements of their own, m: an element's stiffness grows
-# with the third power of 1 / length.
-SHORTEST_RUN = 1.0
+# Weights (n, 4) of an element's degrees of freedom at u, (n,), of elements of length h, (n,), m
+Weights: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+
+# Stretches of bridge, tunnel or ground shorter than this join their neighbour, m: an element's stiffness grows with
+# the third power of 1 / length.
+_SHORTEST_STRETCH: Final = 1.0
+# Shorter roads are cut as if they had this length, m: keeps the matrices finite.
+_SHORTEST_ROAD: Final = 1e-6
+# Elements may exceed the spacing by this share of it, so that rounding does not add one.
+_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,9 +35,7 @@ class Elements:
     """Cubic elements of all roads, in the order of roads and of s."""
 
     knot_start: IntArray  # (R + 1,) Index of each road's first knot; a road of n elements has n + 1 knots
-    # (knots,) Where each knot lies
-    knot_s: FloatArray
-    knot_road: IntArray
+    knot_s: FloatArray  # (knots,) Where each knot lies along its road, m
     # (E,) Road, first knot (the second is the next one), span that holds at the middle, and its structure
     road: IntArray
     knot: IntArray
@@ -39,10 +45,20 @@ class Elements:
     s: FloatArray
     h: FloatArray
 
+    @property
+    def end_knots(self) -> IntArray:
+        """The first and last knot of each road, (R, 2)."""
+        return np.column_stack([self.knot_start[:-1], self.knot_start[1:] - 1])
+
+    @property
+    def end_elements(self) -> IntArray:
+        """The first and last element of each road, (R, 2)."""
+        return self.end_knots - np.arange(len(self.knot_start) - 1)[:, None] - [0, 1]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """Places along roads where the surface is read, in the order of elements."""
+    """Places along roads where the ground is read, in the order of elements."""
 
     element: IntArray  # (n,) Element of each
     u: FloatArray  # (n,) Position within the element, 0 to 1
@@ -54,18 +70,18 @@ class Samples:
     ds: FloatArray  # (n,) Length of road that each stands for, m
 
 
-def _runs(problem: ProfileProblem, length: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return road, start and end of the stretches between changes of structure."""
+def _stretches(problem: ProfileProblem, length: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return road, start and end of the stretches between changes of structure, m."""
     road = span_roads(problem)
     first = np.zeros(len(road), bool)
     first[problem.span_start[:-1]] = True
     s = np.where(first, 0.0, problem.span_s)
     changed = np.r_[True, problem.span_structure[1:] != problem.span_structure[:-1]] if len(s) else first
-    inside = (s >= SHORTEST_RUN) & (s <= length[road] - SHORTEST_RUN)
+    inside = (s >= _SHORTEST_STRETCH) & (s <= length[road] - _SHORTEST_STRETCH)
     keep = first | (changed & inside)
     road, s, first = road[keep], s[keep], first[keep]
-    # What is left may still lie closer than an element to the one before it on the same road.
-    keep = first | (np.diff(s, prepend=-np.inf) >= SHORTEST_RUN)
+    # Two changes may still lie closer to each other than that.
+    keep = first | (np.diff(s, prepend=-np.inf) >= _SHORTEST_STRETCH)
     road, s = road[keep], s[keep]
     ends = np.r_[s[1:], 0.0]
     last = np.r_[road[1:] != road[:-1], True]
@@ -74,11 +90,11 @@ def _runs(problem: ProfileProblem, length: FloatArray) -> tuple[IntArray, FloatA
 
 def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elements:
     """Cut roads into elements of equal length, at most `spacing` (R,), that end where the structure changes."""
-    length = np.maximum(lengths(problem.plan_view), 1e-6)
-    run_road, run_s, run_end = _runs(problem, length)
+    length = np.maximum(lengths(problem.plan_view), _SHORTEST_ROAD)
+    run_road, run_s, run_end = _stretches(problem, length)
     run_length = run_end - run_s
     longest = np.broadcast_to(np.asarray(spacing, np.float64), length.shape)[run_road]
-    count = np.maximum(1, np.ceil(run_length / longest - 1e-9)).astype(np.int64)
+    count = np.maximum(1, np.ceil(run_length / longest - _ROUNDING)).astype(np.int64)
     run = np.repeat(np.arange(len(count)), count)
     within = ranks(count)
     h = (run_length / count)[run]
@@ -86,7 +102,7 @@ def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elem
     road = run_road[run]
     per_road = np.bincount(road, minlength=len(length))
     knot_start = np.r_[0, np.cumsum(per_road + 1)].astype(np.int64)
-    # Each road has one knot more than elements, so that knots lag elements by the number of the road.
+    # Each road has one knot more than elements: an element's first knot is its own number plus that of its road.
     knot = np.arange(len(road), dtype=np.int64) + road
     knot_s = np.zeros(knot_start[-1])
     knot_s[knot] = s
@@ -95,7 +111,6 @@ def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elem
     return Elements(
         knot_start=knot_start,
         knot_s=knot_s,
-        knot_road=np.repeat(np.arange(len(length), dtype=np.int64), per_road + 1),
         road=road,
         knot=knot,
         span=span,
@@ -107,7 +122,7 @@ def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elem
 
 def build_samples(problem: ProfileProblem, elements: Elements, spacing: FloatArray) -> Samples:
     """Spread samples evenly over each element, at most its road's `spacing` (R,) apart."""
-    count = np.maximum(1, np.ceil(elements.h / spacing[elements.road] - 1e-9)).astype(np.int64)
+    count = np.maximum(1, np.ceil(elements.h / spacing[elements.road] - _ROUNDING)).astype(np.int64)
     element = np.repeat(np.arange(len(count), dtype=np.int64), count)
     within = ranks(count)
     u = (within + 0.5) / count[element]
@@ -129,27 +144,25 @@ def hermite_slope(u: FloatArray, h: FloatArray) -> FloatArray:
     return np.stack([-steep, 1 - 4 * u + 3 * u2, steep, 3 * u2 - 2 * u], axis=-1)
 
 
-def bending(h: FloatArray) -> FloatArray:
+def bending_matrices(h: FloatArray) -> FloatArray:
     """Return the matrices (n, 4, 4) of the integral of z''² over elements: those of the Euler-Bernoulli beam."""
-    one = np.ones_like(h)
-    return _symmetric(12 / h**3, 6 / h**2, 4 / h, 2 / h, one)
+    return _element_matrices(12 / h**3, 6 / h**2, 4 / h, 2 / h)
 
 
-def stretching(h: FloatArray) -> FloatArray:
+def tension_matrices(h: FloatArray) -> FloatArray:
     """Return the matrices (n, 4, 4) of the integral of z'² over elements."""
-    one = np.ones_like(h)
-    return _symmetric(36 / (30 * h), 3 * one / 30, 4 * h / 30, -h / 30, one)
+    return _element_matrices(36 / (30 * h), np.full_like(h, 3 / 30), 4 * h / 30, -h / 30)
 
 
-def _symmetric(zz: FloatArray, zg: FloatArray, gg: FloatArray, gh: FloatArray, one: FloatArray) -> FloatArray:
-    """Return the matrices of a form that does not see heights, only their difference and the grades."""
+def _element_matrices(zz: FloatArray, zg: FloatArray, gg: FloatArray, gh: FloatArray) -> FloatArray:
+    """Return the matrices (n, 4, 4) of a form in the difference of heights and both grades, from its entries (n,)."""
     rows = [
         [zz, zg, -zz, zg],
         [zg, gg, -zg, gh],
         [-zz, -zg, zz, -zg],
         [zg, gh, -zg, gg],
     ]
-    return np.moveaxis(np.array([[cell * one for cell in row] for row in rows]), -1, 0)
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def element_dofs(elements: Elements, element: IntArray | None = None) -> IntArray:
@@ -165,7 +178,7 @@ def element_at(elements: Elements, road: IntArray, s: FloatArray) -> IntArray:
 
 
 def assemble(dofs: IntArray, matrices: FloatArray, size: int) -> sp.csr_matrix:
-    """Add element matrices (n, 4, 4) up over the knots' degrees of freedom."""
+    """Sum element matrices (n, 4, 4) over the knots' degrees of freedom."""
     rows = np.broadcast_to(dofs[:, :, None], matrices.shape)
     cols = np.broadcast_to(dofs[:, None, :], matrices.shape)
     return sp.coo_matrix((matrices.ravel(), (rows.ravel(), cols.ravel())), (size, size)).tocsr()
@@ -189,6 +202,30 @@ class Unknowns:
     end_node: IntArray
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Network:
+    """The roads as the solve sees them."""
+
+    problem: ProfileProblem
+    elements: Elements
+    samples: Samples
+    unknowns: Unknowns
+
+    def place(self, road: IntArray, s: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the element, and the position in it from 0 to 1, of places s along roads, m, all (n,)."""
+        element = element_at(self.elements, road, s)
+        return element, np.clip((s - self.elements.s[element]) / self.elements.h[element], 0.0, 1.0)
+
+    def knot_rows(self, element: IntArray, u: FloatArray, weights: Weights) -> sp.csr_matrix:
+        """Return the rows (n, 2 * knots) that give the height (`hermite`) or grade (`hermite_slope`) in elements."""
+        values = weights(u, self.elements.h[element])
+        return rows_matrix(element_dofs(self.elements, element), values, self.unknowns.to_knots.shape[0])
+
+    def in_unknowns(self, knot_rows: sp.csr_matrix) -> sp.csr_matrix:
+        """Return rows over the knots' degrees of freedom, (n, 2 * knots), as rows over the unknowns, (n, N)."""
+        return sp.csr_matrix(knot_rows @ self.unknowns.to_knots)
+
+
 def end_poses(problem: ProfileProblem) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return x, y and the heading along +s of all 2 R road ends."""
     length = lengths(problem.plan_view)
@@ -199,70 +236,66 @@ def end_poses(problem: ProfileProblem) -> tuple[FloatArray, FloatArray, FloatArr
 
 def number_unknowns(problem: ProfileProblem, elements: Elements) -> Unknowns:
     """Give three unknowns (z, gx, gy) to each junction and two (z, g) to each other node and knot."""
-    junctions, roads = len(problem.junction_xy), len(problem.end_junction)
-    junction, link = problem.end_junction.ravel(), problem.end_link.ravel()
-    ends = np.arange(2 * roads, dtype=np.int64)
-    linked = (junction < 0) & (link >= 0)
+    junctions, junction = len(problem.junction_xy), problem.end_junction.ravel()
+    owner = _end_owners(problem)
+    owns = (junction < 0) & (owner == np.arange(len(owner)))
+    number = np.where(owns, np.cumsum(owns) - 1, -1)
+    end_knot = elements.end_knots.ravel()
+    inner = np.ones(len(elements.knot_s), bool)
+    inner[end_knot] = False
+    inner_knots = np.flatnonzero(inner)
+    first_free = 3 * junctions
+    first_inner = first_free + 2 * int(owns.sum())
+    size = first_inner + 2 * len(inner_knots)
+
+    column = first_inner + 2 * np.arange(len(inner_knots), dtype=np.int64)
+    one = np.ones(len(inner_knots))
+    entries = [(2 * inner_knots, column, one), (2 * inner_knots + 1, column + 1, one)]
+    plain = np.flatnonzero(junction < 0)
+    column = first_free + 2 * number[owner[plain]]
+    # The grade along +s changes its sign where two starts or two ends touch.
+    sign = np.where((owner[plain] != plain) & ((owner[plain] - plain) % 2 == 0), -1.0, 1.0)
+    entries += [
+        (2 * end_knot[plain], column, np.ones(len(plain))),
+        (2 * end_knot[plain] + 1, column + 1, sign),
+        *_plane_entries(problem, end_knot),
+    ]
+    rows, cols, values = (np.concatenate(part) for part in zip(*entries, strict=True))
+    to_knots = sp.coo_matrix((values, (rows, cols)), (2 * len(elements.knot_s), size)).tocsr()
+    z_columns = np.r_[3 * np.arange(junctions), np.arange(first_free, size, 2)].astype(np.int64)
+    return Unknowns(to_knots, junctions, z_columns, np.where(junction >= 0, junction, junctions + number[owner]))
+
+
+def _end_owners(problem: ProfileProblem) -> IntArray:
+    """Return the road end that each road end, (2 R,), shares its unknowns with: the first of two that touch."""
+    ends = np.arange(problem.end_link.size, dtype=np.int64)
+    link = problem.end_link.ravel()
+    linked = (problem.end_junction.ravel() < 0) & (link >= 0)
     if linked.any() and not np.array_equal(link[link[linked]], ends[linked]):
         raise ValueError("end_link must be symmetric")
-    owner = np.where(linked, np.minimum(ends, link), ends)
-    free = np.flatnonzero((junction < 0) & (owner == ends))
-    number = np.full(2 * roads, -1, np.int64)
-    number[free] = np.arange(len(free))
+    return np.where(linked, np.minimum(ends, link), ends)
 
-    inner = np.ones(len(elements.knot_s), bool)
-    first, last = elements.knot_start[:-1], elements.knot_start[1:] - 1
-    inner[first] = inner[last] = False
-    inner_knots = np.flatnonzero(inner)
-    base_free = 3 * junctions
-    base_inner = base_free + 2 * len(free)
-    size = base_inner + 2 * len(inner_knots)
 
-    rows, cols, values = [], [], []
-
-    def put(row: IntArray, col: IntArray, value: FloatArray) -> None:
-        rows.append(row)
-        cols.append(col)
-        values.append(value)
-
-    k = np.arange(len(inner_knots), dtype=np.int64)
-    put(2 * inner_knots, base_inner + 2 * k, np.ones(len(k)))
-    put(2 * inner_knots + 1, base_inner + 2 * k + 1, np.ones(len(k)))
-
-    end_knot = np.column_stack([first, last]).ravel()
-    plain = np.flatnonzero(junction < 0)
-    column = base_free + 2 * number[owner[plain]]
-    # Along +s the grade of a shared end turns its sign where two starts or two ends touch.
-    sign = np.where((owner[plain] != plain) & ((owner[plain] - plain) % 2 == 0), -1.0, 1.0)
-    put(2 * end_knot[plain], column, np.ones(len(plain)))
-    put(2 * end_knot[plain] + 1, column + 1, sign)
-
+def _plane_entries(problem: ProfileProblem, end_knot: IntArray) -> list[tuple[IntArray, IntArray, FloatArray]]:
+    """Return rows, columns and values by which road ends at junctions follow from the junctions' planes."""
+    junction = problem.end_junction.ravel()
     on = np.flatnonzero(junction >= 0)
-    x, y, hdg = end_poses(problem)
-    j = junction[on]
-    ox, oy = x[on] - problem.junction_xy[j, 0], y[on] - problem.junction_xy[j, 1]
-    put(2 * end_knot[on], 3 * j, np.ones(len(on)))
-    put(2 * end_knot[on], 3 * j + 1, ox)
-    put(2 * end_knot[on], 3 * j + 2, oy)
-    put(2 * end_knot[on] + 1, 3 * j + 1, np.cos(hdg[on]))
-    put(2 * end_knot[on] + 1, 3 * j + 2, np.sin(hdg[on]))
-
-    to_knots = sp.coo_matrix(
-        (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), (2 * len(elements.knot_s), size)
-    ).tocsr()
-    z_columns = np.r_[
-        3 * np.arange(junctions), np.arange(base_free, base_inner, 2), np.arange(base_inner, size, 2)
-    ].astype(np.int64)
-    end_node = np.where(junction >= 0, junction, junctions + number[owner])
-    return Unknowns(to_knots, junctions, z_columns, end_node)
+    x, y, hdg = (value[on] for value in end_poses(problem))
+    j, knot = junction[on], end_knot[on]
+    return [
+        (2 * knot, 3 * j, np.ones(len(on))),
+        (2 * knot, 3 * j + 1, x - problem.junction_xy[j, 0]),
+        (2 * knot, 3 * j + 2, y - problem.junction_xy[j, 1]),
+        (2 * knot + 1, 3 * j + 1, np.cos(hdg)),
+        (2 * knot + 1, 3 * j + 2, np.sin(hdg)),
+    ]
 
 
 def components(problem: ProfileProblem, unknowns: Unknowns) -> IntArray:
     """Return the number of the connected component of each road, (R,)."""
-    roads = len(problem.end_junction)
     nodes = int(unknowns.end_node.max(initial=-1)) + 1
     pairs = unknowns.end_node.reshape(-1, 2)
-    graph = sp.coo_matrix((np.ones(roads), (pairs[:, 0], pairs[:, 1])), (nodes, nodes))
+    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (nodes, nodes))
     label = sp.csgraph.connected_components(graph, directed=False)[1]
     out: IntArray = np.unique(label[pairs[:, 0]], return_inverse=True)[1].astype(np.int64)
     return out

@@ -1,13 +1,14 @@
 """The ground around the roads: estimated in windows, and read at places.
 
-What was estimated around streets as OSM has them serves roads as they are built: the first places decide where the
-windows' lattice lies, and where a window turns out to be missing later, it is estimated then.
+Windows estimated around OSM's streets serve the roads that are built from them: the first places decide where the
+windows' lattice lies, and windows that turn out to be missing later are estimated then.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Final
 
 import numpy as np
 
@@ -25,20 +26,25 @@ from osm2xodr.geometry.heights.ground_windows import (
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface, SurfaceQuality
 
-# Cell sizes within this share of each other are one, as those of the rows of a geographic grid are.
-_SAME_CELL = 0.1
-# Windows are numbered row by row; there are fewer in a row than this.
-_ROW = 1 << 24
-# Windows are sampled in blocks of so many by so many, in which they share their cells; in tiles of so many cells.
-_BLOCK = 16
-_TILE = MARGIN
-_TILES = SIZE // _TILE
-# Cores that are read at a time, and the nodes around one that take part.
-_GROUP = 128
-_HALO = 2
-_PATCH = CORE + 1 + _HALO
-# Share with which what is not known around takes part in what is.
-_HARDLY = 1e-6
+# Cell sizes within this share of each other count as equal: the rows of a geographic grid differ by less.
+_SAME_CELL: Final = 0.1
+# Smaller cell sizes count as this one, m: keeps logarithms finite.
+_SMALLEST_CELL: Final = 1e-3
+# Windows are numbered row by row; a row has fewer than this.
+_ROW: Final = 1 << 24
+# Windows are sampled in blocks of this many by this many, which share their cells; in tiles of this many cells.
+_BLOCK: Final = 16
+_TILE: Final = MARGIN
+_TILES: Final = SIZE // _TILE
+# Cores that are read at a time, and the nodes of the patch that the spline on a core needs: one more on every side.
+_GROUP: Final = 128
+_PATCH: Final = CORE + 3
+# Share with which nodes without data around them take part in a blend: only where all windows have none.
+_UNSUPPORTED_SHARE: Final = 1e-6
+# Windows fade out from this many margins from their edge to 1.5 margins farther in: the four around a core's corner
+# overlap there.
+_FADE_FROM: Final = 0.25
+_FADE_OVER: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +55,7 @@ class GroundLayer:
     sigma: float  # Standard error of the elevation model's heights, m
     origin: tuple[float, float]  # Where the lattice begins, local, m
     number: IntArray  # (W,) Numbers of the windows, ascending
-    windows: WindowEstimates  # What was found in them
+    windows: WindowEstimates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,8 +64,7 @@ class Ground:
 
     smoothing: float  # Factor on the penalty on its roughness
     layers: tuple[GroundLayer, ...] = ()  # One for each size of cells
-    # Where new lattices begin, local, m; None for where small areas lie in few windows
-    origin: tuple[float, float] | None = None
+    origin: tuple[float, float] | None = None  # Where new lattices begin, local, m; None for the fewest windows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +86,7 @@ def is_coarse(cell: FloatArray) -> BoolArray:
 
 def cell_class(cell: FloatArray) -> IntArray:
     """Return equal numbers for cell sizes that are about the same."""
-    out: IntArray = np.round(np.log(np.maximum(cell, 1e-3)) / _SAME_CELL).astype(np.int64)
+    out: IntArray = np.round(np.log(np.maximum(cell, _SMALLEST_CELL)) / _SAME_CELL).astype(np.int64)
     return out
 
 
@@ -93,56 +98,34 @@ def estimate_ground(
     reach: float = 0.0,
     origin: tuple[float, float] | None = None,
 ) -> Ground:
-    """Estimate the ground in the windows around places.
+    """Estimate the ground in the windows around places x, y (n,), local, m, and within reach of them, m.
 
-    Parameters
-    ----------
-    surface
-        The elevation model.
-    x, y : (n,)
-        Local positions, m.
-    smoothing
-        Factor on the penalty on the ground's roughness.
-    reach
-        How far from the places the ground may be asked for, m.
-    origin
-        Where lattices begin, as of `Ground`.
+    `smoothing` and `origin` are those of `Ground`.
     """
-    return completed(Ground(smoothing, origin=origin), surface, surface.quality(x, y), x, y, reach)
+    return complete_ground(Ground(smoothing, origin=origin), surface, surface.quality(x, y), x, y, reach)
 
 
-def completed(
+def complete_ground(
     ground: Ground, surface: Surface, quality: SurfaceQuality, x: FloatArray, y: FloatArray, reach: float = 0.0
 ) -> Ground:
-    """Return the ground with all windows that hold places, (n,), or are within reach of them, m."""
+    """Return the ground with all windows that hold places, (n,), or lie within reach of them, m."""
     layers = {int(cell_class(np.array([layer.cell]))[0]): layer for layer in ground.layers}
     for size, here in _by_cell(quality.cell_size):
         cell, sigma = float(np.median(quality.cell_size[here])), float(np.median(quality.sigma[here]))
-        none = np.zeros(0, np.int64)
-        origin = ground.origin or _origin(x[here], y[here], reach)
-        layer = layers.get(size) or GroundLayer(cell, sigma, origin, none, _joined([]))
+        # So that small areas lie in few windows.
+        origin = ground.origin or (float(x[here].min()) - reach, float(y[here].min()) - reach)
+        layer = layers.get(size) or GroundLayer(cell, sigma, origin, np.zeros(0, np.int64), _join([]))
         around = [(0.0, 0.0)]
         if reach:
             around += [(reach, reach), (reach, -reach), (-reach, reach), (-reach, -reach)]
-        wanted = np.unique(
-            np.concatenate([np.unique(_window_at(layer, x[here] + dx, y[here] + dy)) for dx, dy in around])
-        )
+        found = [np.unique(_window_at(layer, x[here] + dx, y[here] + dy)) for dx, dy in around]
+        wanted = np.unique(np.concatenate(found))
         layers[size] = _with_windows(layer, surface, np.setdiff1d(wanted, layer.number), ground.smoothing)
     return replace(ground, layers=tuple(layer for _, layer in sorted(layers.items())))
 
 
 def read_ground(ground: Ground, cell: FloatArray, x: FloatArray, y: FloatArray) -> GroundReading:
-    """Read the ground at places.
-
-    Parameters
-    ----------
-    ground
-        With windows for all places that have coarse cells.
-    cell : (n,)
-        Cell size of the elevation model at the places, m.
-    x, y : (n,)
-        Local positions, m.
-    """
+    """Read the ground, which has windows for all coarse places, at local x, y with cells of these sizes, (n,), m."""
     out = GroundReading(*np.full((5, len(x)), np.nan))
     layers = {int(cell_class(np.array([layer.cell]))[0]): layer for layer in ground.layers}
     for size, here in _by_cell(cell):
@@ -159,16 +142,11 @@ def read_ground(ground: Ground, cell: FloatArray, x: FloatArray, y: FloatArray) 
 
 
 def _by_cell(cell: FloatArray) -> Iterator[tuple[int, IntArray]]:
-    """Yield the classes of coarse cells that there are, and the places that have them."""
+    """Yield the classes of coarse cells, and the places of each."""
     coarse = np.flatnonzero(is_coarse(cell))
     size = cell_class(cell[coarse])
     for one in np.unique(size).tolist():
         yield one, coarse[size == one]
-
-
-def _origin(x: FloatArray, y: FloatArray, reach: float) -> tuple[float, float]:
-    """Return where a lattice begins: so that small areas lie in few windows."""
-    return float(x.min()) - reach, float(y.min()) - reach
 
 
 def _window_at(layer: GroundLayer, x: FloatArray, y: FloatArray) -> IntArray:
@@ -181,13 +159,11 @@ def _window_at(layer: GroundLayer, x: FloatArray, y: FloatArray) -> IntArray:
     return out
 
 
-def _place_of(number: IntArray) -> tuple[IntArray, IntArray]:
-    """Return column and row of windows."""
+def _column_and_row(number: IntArray) -> tuple[IntArray, IntArray]:
     return number % _ROW - _ROW // 2, number // _ROW
 
 
-def _joined(parts: list[WindowEstimates]) -> WindowEstimates:
-    """Put windows one behind the other."""
+def _join(parts: list[WindowEstimates]) -> WindowEstimates:
     return WindowEstimates(
         np.concatenate([np.zeros((0, INNER, INNER), np.float32), *(part.spline for part in parts)]),
         np.concatenate([np.zeros((0, INNER, INNER), np.bool_), *(part.supported for part in parts)]),
@@ -203,29 +179,27 @@ def _with_windows(layer: GroundLayer, surface: Surface, new: IntArray, smoothing
     basis = Basis(layer.cell)
     noise_length = 2 * defaults.NOISE_LENGTH_CELLS * layer.cell
     prior_log_n = 2.0 * float(np.log(max(layer.sigma, defaults.HEIGHT_SIGMA_MIN) * noise_length))
-    column, row = _place_of(new)
+    column, row = _column_and_row(new)
     block = (row // _BLOCK) * _ROW + column // _BLOCK
     numbers, found = [layer.number], [layer.windows]
     for one in np.unique(block):
         some = new[block == one]
         numbers.append(some)
         found.append(estimate_windows(_sampled(surface, layer, some), basis, prior_log_n, smoothing))
-    number, windows = np.concatenate(numbers), _joined(found)
+    number, windows = np.concatenate(numbers), _join(found)
     order = np.argsort(number)
-    windows = WindowEstimates(
-        windows.spline[order], windows.supported[order], windows.sigma[order], windows.correlation[order]
-    )
+    windows = WindowEstimates(*(getattr(windows, item.name)[order] for item in fields(windows)))
     return replace(layer, number=number[order], windows=windows)
 
 
 def _sampled(surface: Surface, layer: GroundLayer, number: IntArray) -> FloatArray:
-    """Return heights on windows, (W, SIZE, SIZE), NaN where there are none; those that they share are read once."""
-    column, row = _place_of(number)
+    """Return heights on windows, (W, SIZE, SIZE), NaN where unknown; cells that windows share are read once."""
+    column, row = _column_and_row(number)
     step = np.arange(_TILES)
     tile_row = (2 * row - 1)[:, None, None] + step[:, None]
     tile_column = (2 * column - 1)[:, None, None] + step[None, :]
     tile, inverse = np.unique(tile_row * _ROW + tile_column + _ROW // 2, return_inverse=True)
-    left, low = _place_of(tile)
+    left, low = _column_and_row(tile)
     within = np.arange(_TILE)
     x = np.broadcast_to((left[:, None] * _TILE + within)[:, None, :], (len(tile), _TILE, _TILE))
     y = np.broadcast_to((low[:, None] * _TILE + within)[:, :, None], (len(tile), _TILE, _TILE))
@@ -240,8 +214,8 @@ def _sampled(surface: Surface, layer: GroundLayer, number: IntArray) -> FloatArr
 def _ramp() -> Single:
     """Return a window's share at its nodes: it falls smoothly from its middle to its rim."""
     position = np.arange(RIM, SIZE - RIM)
-    edge = np.minimum(position, SIZE - 1 - position) - 0.25 * MARGIN
-    t = np.clip(edge / (1.5 * MARGIN), 0.0, 1.0)
+    edge = np.minimum(position, SIZE - 1 - position) - _FADE_FROM * MARGIN
+    t = np.clip(edge / (_FADE_OVER * MARGIN), 0.0, 1.0)
     out: Single = (t * t * (3 - 2 * t)).astype(np.float32)
     return out
 
@@ -252,10 +226,8 @@ _RAMP = _ramp()
 def _patches(layer: GroundLayer, cores: IntArray) -> Single:
     """Blend windows on the nodes of cores and around them.
 
-    Returns
-    -------
-    Spline coefficients, standard error, correlation and the share of known heights, (4, cores, _PATCH, _PATCH); NaN
-    where there is no window.
+    Returns spline coefficients, standard error, correlation and share of known heights, (4, cores, _PATCH, _PATCH),
+    NaN where there is no window.
     """
     weights = np.zeros((len(cores), _PATCH, _PATCH), np.float32)
     sums = np.zeros((4, len(cores), _PATCH, _PATCH), np.float32)
@@ -269,7 +241,7 @@ def _patches(layer: GroundLayer, cores: IntArray) -> Single:
             (to_row, from_row), (to_column, from_column) = _overlap(down), _overlap(across)
             share = _RAMP[from_row, None] * _RAMP[None, from_column]
             supported = windows.supported[k, from_row, from_column]
-            weight = share * np.where(supported, np.float32(1.0), np.float32(_HARDLY))
+            weight = share * np.where(supported, np.float32(1.0), np.float32(_UNSUPPORTED_SHARE))
             weights[there, to_row, to_column] += weight
             values = windows.spline[k, from_row, from_column]
             sums[0, there, to_row, to_column] += weight * values
@@ -282,7 +254,7 @@ def _patches(layer: GroundLayer, cores: IntArray) -> Single:
 
 
 def _overlap(step: int) -> tuple[slice, slice]:
-    """Return the nodes of a core's patch that the window so many cores on has, and their numbers in the window."""
+    """Return the nodes of a core's patch that the window `step` cores on has, and their numbers in that window."""
     # The window's first node, counted from the patch's first.
     shift = step * CORE - MARGIN + RIM + 1
     first, last = max(0, shift), min(_PATCH, shift + INNER)
@@ -298,9 +270,9 @@ def _read_group(
     y: FloatArray,
     out: GroundReading,
 ) -> None:
-    """Read the ground at the places `here`, which lie in cores of these numbers, (n,)."""
+    """Read the ground at the places `here`, which lie in cores of these numbers, (n,), into `out`."""
     spline, sigma, correlation, known = _patches(layer, cores)
-    column, row = _place_of(number)
+    column, row = _column_and_row(number)
     u = (x[here] - layer.origin[0]) / layer.cell - CORE * column
     v = (y[here] - layer.origin[1]) / layer.cell - CORE * row
     i, j = (np.clip(np.floor(value).astype(np.int64), 0, CORE - 1) for value in (v, u))

@@ -1,21 +1,22 @@
-"""The ground beneath coarse elevation models, told apart from their noise, over windows of the area around the roads.
+"""Separation of the ground from the noise of coarse elevation models, in windows around the roads.
 
 A global elevation model of 30 m cells has errors of metres that are correlated over a few cells, and takes canopy
-and roofs for ground. Sampled along a road they are grades of many per cent that are not there. What lies beside a
-road tells more about it than the few cells beneath it, so the ground is estimated in two dimensions first.
+and roofs for ground. Sampled along a road they look like grades of many per cent. The terrain beside a road says more
+about it than the few cells beneath it, so the ground is estimated in two dimensions first.
 
 The model: ground with a power spectrum A / k⁴ (a thin-plate spline; relief at road scale is close to it), plus noise
 of level N that is flat at wavelengths the model resolves well. A and N are estimated window by window from the
 elevation model itself by Whittle's likelihood, so that a plain is smoothed over a kilometre and the Alps over a
-cell or two. The estimate is the penalised weighted least-squares surface with penalty N / A, with weights that fall
-for heights that stand out (iteratively; one-sided where the errors are), solved by conjugate gradients in the
-basis of cosines. Windows are treated in stacks that stay in the processor's cache, in single precision: its rounding
-is 1e-4 m.
+cell or two. The estimate is the penalised weighted least-squares surface with penalty N / A, with Cauchy's and then
+Geman-McClure's weights (one-sided where errors are), solved by conjugate gradients in the basis of cosines. Windows
+are treated in stacks that stay in the processor's cache, in single precision: its rounding is 1e-4 m.
+docs/method/heights.md has the formulas.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -27,38 +28,54 @@ from osm2xodr.model import BoolArray, FloatArray
 
 Single = npt.NDArray[np.float32]
 
-# Windows overlap by twice the margin, both in cells. Their size is how far the terrain is taken to be of one kind: on
-# coarsened models of a valley town and a city on a river, and on ten known terrains, windows of 36 to 60 cells do
-# alike, ones of 96 cells are worse by a tenth in grade.
-CORE = 24
-MARGIN = 12
-SIZE = CORE + 2 * MARGIN
+# Windows overlap by twice the margin, both in cells. Within a window the terrain counts as of one kind: on coarsened
+# models of a valley town and a city on a river, and on ten known terrains, windows of 36 to 60 cells do equally well,
+# ones of 96 cells are worse by a tenth in grade.
+CORE: Final = 24
+MARGIN: Final = 12
+SIZE: Final = CORE + 2 * MARGIN
 # The outermost cells of a window steady it and are not used.
-RIM = 4
-INNER = SIZE - 2 * RIM
-# Windows in a stack.
-STACK = 16
-# Shortest wavelength at which the noise counts as flat, in cells.
-SHORTEST_WAVE = 5.0
-# Spread of the prior of the noise about what the surface states, in natural logarithm.
-NOISE_SPREAD = 1.0
-# By how many standard deviations heights stand out, above and below, where they count half.
-ONE_SIDED = (1.8, 4.5)
-TWO_SIDED = (4.0, 4.0)
-# Fewest heights that make an estimate, and the share of them that makes one of second order.
-FEWEST = 30
-SECOND_ORDER = 0.3
-# A place is within what is known if this share of the cells around it is.
-SUPPORT = 0.15
-SUPPORT_CELLS = 7
-# Times that the weights are set, steps of conjugate gradients before and after the first, and the error of heights,
-# m, that is left.
-PASSES = 3
-FIRST_STEPS = 12
-CG_STEPS = 6
-CG_ERROR = 0.002
+RIM: Final = 4
+INNER: Final = SIZE - 2 * RIM
+# Windows in a stack: they fit the cache.
+_STACK: Final = 16
+# Shortest wavelength at which the noise counts as flat, in cells, and number of bands that spectra are averaged in.
+_SHORTEST_WAVE: Final = 5.0
+_BANDS: Final = 28
+# Levels of ln A and ln N that are tried, from, to, step: plains to high mountains, noise of centimetres to 10 m.
+_LOG_A: Final = (-14.0, 14.0, 0.35)
+_LOG_N: Final = (-4.0, 16.0, 0.25)
+# Standard deviation of the prior of ln N about the surface's own statement.
+_NOISE_SPREAD: Final = 1.0
+# Standard deviations above and below the ground at which heights lose half of their weight: where errors are mostly
+# above it (canopy, roofs), and elsewhere. They are mostly above if the share of heights more than _TAIL standard
+# deviations above exceeds _TAIL_RATIO times the share as far below, plus _TAIL_SHARE.
+_ONE_SIDED: Final = (1.8, 4.5)
+_TWO_SIDED: Final = (4.0, 4.0)
+_TAIL: Final = 2.5
+_TAIL_SHARE: Final = 0.01
+_TAIL_RATIO: Final = 2.0
+# Residuals are clipped to these, in standard deviations, before A and N are estimated for the second time.
+_CLIP: Final = (-3.0, 2.0)
+# Median of the size of normal deviates, and the least standard deviation, m.
+_MEDIAN_SIZE: Final = 0.6745
+_SPREAD_MIN: Final = 1e-3
+# Fewest heights that make an estimate, and the share of a window's cells from which the trend is of second order.
+_FEWEST: Final = 30
+_SECOND_ORDER: Final = 0.3
+# A place is supported if this share of the square with this many cells per side around it is known.
+_SUPPORT: Final = 0.15
+_SUPPORT_CELLS: Final = 7
+# Share of known cells that the standard error counts at least with.
+_KNOWN_MIN: Final = 0.05
+# Times that the weights are set, steps of conjugate gradients before and after the first time, and the error of
+# heights at which they stop, m.
+_PASSES: Final = 3
+_FIRST_STEPS: Final = 12
+_CG_STEPS: Final = 6
+_CG_ERROR: Final = 0.002
 # Keeps the trend of heights in one row determinate, as a share of their weight.
-_RIDGE = 1e-9
+_RIDGE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,13 +92,7 @@ class WindowEstimates:
 
 
 class Basis:
-    """What all windows of a cell size share: the cosines' wave numbers, and spectra to choose from.
-
-    Parameters
-    ----------
-    cell
-        Cell size, m.
-    """
+    """Cosines as a basis for all windows of a cell size, m, with spectra to choose from."""
 
     def __init__(self, cell: float) -> None:
         k = np.pi * np.arange(SIZE) / (SIZE * cell)
@@ -95,18 +106,18 @@ class Basis:
         spline = 6.0 / (4.0 + 2.0 * np.cos(np.pi * np.arange(SIZE) / SIZE))
         self.to_spline = (spline[:, None] * spline[None, :]).astype(np.float32)
         flat = np.sqrt(k2).ravel()
-        used = (flat > 0) & (flat < 2 * np.pi / (SHORTEST_WAVE * cell))
-        edges = np.linspace(np.log(flat[used].min()), np.log(flat[used].max()), 28)
+        used = (flat > 0) & (flat < 2 * np.pi / (_SHORTEST_WAVE * cell))
+        edges = np.linspace(np.log(flat[used].min()), np.log(flat[used].max()), _BANDS)
         number = np.where(used, np.digitize(np.log(np.maximum(flat, 1e-30)), edges), 0)
         self._order = np.argsort(number, kind="stable")[int((number == 0).sum()) :]
         _, first, count = np.unique(number[self._order], return_index=True, return_counts=True)
         self._first, self._count = first, count.astype(np.float64)
         wave = np.exp(np.add.reduceat(np.log(flat[self._order]), first) / count)
-        self.log_a = np.arange(-14.0, 14.0, 0.35)
-        self.log_n = np.arange(-4.0, 16.0, 0.25)
+        self.log_a = np.arange(*_LOG_A)
+        self.log_n = np.arange(*_LOG_N)
         spectrum = np.exp(self.log_a)[:, None, None] / wave**4 + np.exp(self.log_n)[None, :, None]
         self._weighted_log = (self._count * np.log(spectrum)).sum(-1).ravel()
-        # Cosines are real: each adds half of what a complex amplitude would.
+        # Cosines are real: each adds half as much as a complex amplitude would.
         self._inverse = np.ascontiguousarray((self._count / spectrum).reshape(-1, len(first)).T)
 
     def to_cosines(self, values: Single) -> Single:
@@ -115,7 +126,7 @@ class Basis:
         return out
 
     def from_cosines(self, coefficients: Single) -> Single:
-        """Return the values that coefficients (W, SIZE, SIZE) stand for."""
+        """Return the values of coefficients (W, SIZE, SIZE)."""
         out: Single = self._sines @ (coefficients @ self._cosines)
         return out
 
@@ -123,7 +134,7 @@ class Basis:
         """Return ln A and ln N of windows' heights (W, SIZE, SIZE), by Whittle's likelihood with a prior on N."""
         power = self.to_cosines(residual).reshape(len(residual), -1)[:, self._order].astype(np.float64)
         mean = np.add.reduceat((power * self.cell) ** 2, self._first, axis=1) / self._count
-        prior = np.tile(((self.log_n - prior_log_n) / NOISE_SPREAD) ** 2, len(self.log_a))
+        prior = np.tile(((self.log_n - prior_log_n) / _NOISE_SPREAD) ** 2, len(self.log_a))
         best = np.argmin(mean @ self._inverse + (self._weighted_log + prior), axis=1)
         return self.log_a[best // len(self.log_n)], self.log_n[best % len(self.log_n)]
 
@@ -154,7 +165,7 @@ def _trends(z: FloatArray, known: BoolArray) -> FloatArray:
     gram = np.zeros((len(z), 6, 6))
     gram[:, _PAIRS[0], _PAIRS[1]] = gram[:, _PAIRS[1], _PAIRS[0]] = products
     right = np.einsum("wn,nk->wk", np.where(known, z - mean[:, None], 0.0), _MONOMIALS)
-    few = count <= SECOND_ORDER * z.shape[1]
+    few = count <= _SECOND_ORDER * z.shape[1]
     gram[few, 3:, :] = gram[few, :, 3:] = right[few, 3:] = 0.0
     gram += (_RIDGE * count)[:, None, None] * np.eye(6)
     factors: FloatArray = np.linalg.solve(gram, right[:, :, None])[:, :, 0]
@@ -173,15 +184,15 @@ class _Stack:
         self.smooth = np.zeros_like(target)
 
     def solve(self, ratio: FloatArray, steps: int) -> None:
-        """Minimise weight (target - f)² + ratio k⁴ c² from where it is, by steps of conjugate gradients.
+        """Minimise weight (target - f)² + ratio k⁴ c² by preconditioned conjugate gradients, from where it is.
 
-        Those windows are left alone in which the error that the residual speaks of is small.
+        Windows stop whose error, by their residual, is small.
         """
         basis, weight = self.basis, self.weight
         penalty = ratio.astype(np.float32)[:, None, None] * basis.k4
         mean = weight.mean(axis=(1, 2))
         diagonal = 1.0 / (mean[:, None, None] + penalty)
-        enough = mean * np.float32(CG_ERROR**2 * SIZE * SIZE)
+        enough = mean * np.float32(_CG_ERROR**2 * SIZE * SIZE)
         r = basis.to_cosines(weight * (self.target - self.smooth)) - penalty * self.coefficients
         p = diagonal * r
         rz = _dot(r, p)
@@ -213,18 +224,9 @@ def _dot(a: Single, b: Single) -> Single:
 
 
 def estimate_windows(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float) -> WindowEstimates:
-    """Estimate the ground in windows.
+    """Estimate the ground in windows of heights (W, SIZE, SIZE), m, NaN where unknown.
 
-    Parameters
-    ----------
-    z : (W, SIZE, SIZE)
-        Heights, m, NaN where unknown.
-    basis
-        Of the windows' cell size.
-    prior_log_n
-        Logarithm of the level of noise to expect, m⁴.
-    smoothing
-        Factor on the penalty.
+    `prior_log_n` is ln N as expected, N in m⁴; `smoothing` is a factor on the penalty.
     """
     out = WindowEstimates(
         np.full((len(z), INNER, INNER), np.nan, np.float32),
@@ -232,9 +234,9 @@ def estimate_windows(z: FloatArray, basis: Basis, prior_log_n: float, smoothing:
         np.full(len(z), np.nan, np.float32),
         np.full(len(z), np.nan, np.float32),
     )
-    enough = np.flatnonzero(np.isfinite(z).sum(axis=(1, 2)) >= FEWEST)
-    for first in range(0, len(enough), STACK):
-        part = enough[first : first + STACK]
+    enough = np.flatnonzero(np.isfinite(z).sum(axis=(1, 2)) >= _FEWEST)
+    for first in range(0, len(enough), _STACK):
+        part = enough[first : first + _STACK]
         found = _estimate(z[part], basis, prior_log_n, smoothing)
         out.spline[part], out.supported[part] = found.spline, found.supported
         out.sigma[part], out.correlation[part] = found.sigma, found.correlation
@@ -250,10 +252,10 @@ def _estimate(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float)
     target = np.where(known, (z - np.einsum("wk,nk->wn", factors, _MONOMIALS)).reshape(known.shape), 0.0)
     stack = _Stack(basis, target.astype(np.float32), known)
     log_a, log_n = basis.fit(stack.target, prior_log_n)
-    for step in range(PASSES + 1):
+    for step in range(_PASSES + 1):
         ratio = smoothing * defaults.ROAD_SMOOTHNESS * np.exp(log_n - log_a)
-        stack.solve(ratio, CG_STEPS if step else FIRST_STEPS)
-        if step == PASSES:
+        stack.solve(ratio, _CG_STEPS if step else _FIRST_STEPS)
+        if step == _PASSES:
             break
         residual = stack.target - stack.smooth
         scale = _spread(residual, known)
@@ -261,16 +263,18 @@ def _estimate(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float)
         base = 1.0 / (1.0 + (residual / np.where(residual > 0, above * scale, below * scale)) ** 2)
         stack.weight = np.where(known, base * base if step else base, np.float32(0.0))
         if step == 1:
-            clipped = stack.smooth + np.where(known, np.clip(residual, -3 * scale, 2 * scale), np.float32(0.0))
+            clipped = stack.smooth + np.where(
+                known, np.clip(residual, _CLIP[0] * scale, _CLIP[1] * scale), np.float32(0.0)
+            )
             log_a, log_n = basis.fit(clipped, prior_log_n)
     inner = slice(RIM, SIZE - RIM)
     spline = np.einsum("wk,nk->wn", factors, _MONOMIAL_SPLINES).reshape(known.shape)
     spline += basis.from_cosines(stack.coefficients * basis.to_spline)
     supported = np.ones(known.shape, np.bool_)
     partly = np.flatnonzero(share < 1.0)
-    around = uniform_filter(known[partly].astype(np.float32), (1, SUPPORT_CELLS, SUPPORT_CELLS), mode="nearest")
-    supported[partly] = around > SUPPORT
-    sigma = np.sqrt(np.exp(log_n) / np.maximum(share, 0.05) / (8.0 * np.sqrt(ratio)))
+    around = uniform_filter(known[partly].astype(np.float32), (1, _SUPPORT_CELLS, _SUPPORT_CELLS), mode="nearest")
+    supported[partly] = around > _SUPPORT
+    sigma = np.sqrt(np.exp(log_n) / np.maximum(share, _KNOWN_MIN) / (8.0 * np.sqrt(ratio)))
     return WindowEstimates(
         spline[:, inner, inner].astype(np.float32),
         supported[:, inner, inner],
@@ -287,16 +291,16 @@ def _spread(residual: Single, known: BoolArray) -> Single:
     size.partition(np.unique(np.concatenate([low, high])), axis=1)
     row = np.arange(len(size))
     median = 0.5 * (size[row, low] + size[row, high])
-    out: Single = np.maximum(median / np.float32(0.6745), np.float32(1e-3))[:, None, None]
+    out: Single = np.maximum(median / np.float32(_MEDIAN_SIZE), np.float32(_SPREAD_MIN))[:, None, None]
     return out
 
 
 def _sides(residual: Single, scale: Single, known: BoolArray) -> tuple[Single, Single]:
     """Return how far above and below outliers begin, (W, 1, 1): closer above where canopy and roofs stand out."""
     count = known.sum(axis=(1, 2))
-    # What is not known has the residual of the smooth surface itself and must not count.
-    above = (known & (residual > 2.5 * scale)).sum(axis=(1, 2)) / count
-    below = (known & (residual < -2.5 * scale)).sum(axis=(1, 2)) / count
-    one_sided = above > 0.01 + 2.0 * below
-    sides = np.where(one_sided[:, None], ONE_SIDED, TWO_SIDED).astype(np.float32)
+    # Unknown heights have the residual of the smooth surface itself and must not count.
+    above = (known & (residual > _TAIL * scale)).sum(axis=(1, 2)) / count
+    below = (known & (residual < -_TAIL * scale)).sum(axis=(1, 2)) / count
+    one_sided = above > _TAIL_SHARE + _TAIL_RATIO * below
+    sides = np.where(one_sided[:, None], _ONE_SIDED, _TWO_SIDED).astype(np.float32)
     return sides[:, 0, None, None], sides[:, 1, None, None]

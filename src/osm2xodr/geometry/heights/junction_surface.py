@@ -6,13 +6,14 @@ an arm it is the arm's own continuation (level across, the arm's grade along), e
 weights fall with the square of the distance to the line across each arm's end (Shepard's interpolation), so that
 value and gradient on that line are the arm's own. A higher power keeps these, too, but goes from one arm to the next
 in a steeper step: half-way between two of them the slope is the power times the mean slope. Two connecting roads
-that cross have one height there, because both take it from the same surface.
+that cross have one height there, because both take it from the same surface. Formulas: docs/method/heights.md.
 """
 
 from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -25,27 +26,30 @@ from osm2xodr.geometry.heights.records import only_curves
 from osm2xodr.geometry.heights.spline_fit import fit_records
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
-# Pairs of knots and arms that are treated at once: bounds the memory.
-CHUNK = 400_000
-# Keeps weights finite on the line itself, and slopes where two arms end all but in one place, m².
-ON_LINE = 0.05
+# Pairs of places and arms that are treated at once: bounds the memory.
+_CHUNK: Final = 400_000
+# Added to squared distances, m²: keeps weights finite on the line across an arm's end, and slopes where two arms
+# almost touch.
+_ON_LINE: Final = 0.05
+# Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
+# finite.
+_SHORTEST: Final = 1e-6
+_NARROWEST: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Arms:
-    """Road ends at junctions, sorted by junction: ends of the plane's rule.
+    """Road ends at junctions, sorted by junction."""
 
-    `start` (J + 1,) is the index of each junction's first arm; x, y the road's end; hdg its heading along +s;
-    low, high the stretch of t that connecting roads touch; tilt the plane's rise per metre of t.
-    """
-
-    start: IntArray
+    start: IntArray  # (J + 1,) Index of each junction's first arm
+    # (A,) Where the road ends, m, and its heading along +s, rad
     x: FloatArray
     y: FloatArray
     hdg: FloatArray
+    # (A,) The stretch of t that connecting roads touch, m
     low: FloatArray
     high: FloatArray
-    tilt: FloatArray
+    tilt: FloatArray  # (A,) The plane's rise per metre of t
 
 
 def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solution: ProfileSolution) -> _Arms:
@@ -80,11 +84,11 @@ def _surface(
     along, t = cos * dx + sin * dy, cos * dy - sin * dx
     inside = np.clip(t, arms.low[arm], arms.high[arm])
     beyond = t - inside
-    square = along * along + beyond * beyond + ON_LINE
+    square = along * along + beyond * beyond + _ON_LINE
     weight = 1.0 / square
     wx, wy = (-2.0 * weight * weight * d for d in (along * cos - beyond * sin, along * sin + beyond * cos))
     tilt = arms.tilt[arm]
-    # Beside the arm its level runs out: what is far to the side is no continuation of it.
+    # Beside the arm its level fades out: a place far to the side does not continue it.
     fade = 1.0 / (1.0 + np.abs(beyond) / defaults.ARM_LEVEL_DISTANCE)
     level = -tilt * (inside + beyond * fade)
     turn = tilt * fade * fade
@@ -104,7 +108,7 @@ def _surface_in_chunks(
     arms: _Arms, planes: FloatArray, origin: FloatArray, junction: IntArray, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     pairs = np.cumsum(arms.start[junction + 1] - arms.start[junction])
-    cuts = np.searchsorted(pairs, np.arange(CHUNK, int(pairs[-1]) if len(pairs) else 0, CHUNK))
+    cuts = np.searchsorted(pairs, np.arange(_CHUNK, int(pairs[-1]) if len(pairs) else 0, _CHUNK))
     bounds = np.unique(np.r_[0, cuts, len(x)])
     out = [np.zeros(len(x)) for _ in range(3)]
     for a, b in itertools.pairwise(bounds):
@@ -123,10 +127,10 @@ def end_state(solution: ProfileSolution, end: IntArray, leaving: bool) -> tuple[
 def _blend(
     s: FloatArray, length: FloatArray, reach: FloatArray, ends: tuple[FloatArray, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return value and slope, at s, of what has given values and slopes (v0, g0, v1, g1) at the ends of a curve.
+    """Return value and slope at s of a function with values and slopes (v0, g0, v1, g1) at the ends of a curve.
 
-    Each end's cubic has come down to 0, with slope 0, at its `reach`, at most the length. Where both reach from end
-    to end, their sum is the cubic through both.
+    It is the sum of a cubic from each end that comes down to 0, with slope 0, over `reach`, at most the length. Where
+    both reach from end to end, their sum is the cubic through both ends.
     """
     (value, slope), (value_1, slope_1) = (
         _bump(np.minimum(way / reach, 1.0), reach, v, g)
@@ -136,7 +140,7 @@ def _blend(
 
 
 def _bump(u: FloatArray, reach: FloatArray, v: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return value and slope of cubics with value v and slope g at u = 0 and with none of both at u = 1."""
+    """Return value and slope of cubics with value v and slope g at u = 0 and neither at u = 1."""
     u2, u3 = u * u, u * u * u
     return v * (1 - 3 * u2 + 2 * u3) + reach * g * (u - 2 * u2 + u3), 6 * (u2 - u) * v / reach + g * (
         1 - 4 * u + 3 * u2
@@ -166,8 +170,8 @@ def connector_profiles(
     """Return elevation and superelevation of connecting roads.
 
     Height and grade at both ends are those of the roads that are touched. The superelevation is 0 with slope 0 at
-    both ends; it follows the cross slope of the junction's surface in between. Roads that stay all but level across
-    have none.
+    both ends and follows the cross slope of the junction's surface in between. Roads that stay almost level across
+    have no superelevation.
 
     Parameters
     ----------
@@ -176,45 +180,74 @@ def connector_profiles(
     connectors
         The connecting roads.
     """
-    length = np.maximum(lengths(connectors.plan_view), 1e-6)
+    along = _sample(connectors)
+    arms = _collect_arms(problem, connectors, solution)
+    x, y, hdg = pose(connectors.plan_view, along.curve, along.s)
+    z, gx, gy = _surface_in_chunks(
+        arms, solution.junction_plane, problem.junction_xy, connectors.junction[along.curve], x, y
+    )
+    cos, sin = np.cos(hdg), np.sin(hdg)
+    elevation = _fit_elevation(along, connectors, solution, z, gx * cos + gy * sin)
+    return elevation, _fit_superelevation(along, connectors, gy * cos - gx * sin)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Along:
+    """Samples of C connecting roads at equal intervals from end to end."""
+
+    length: FloatArray  # (C,) m
+    start: IntArray  # (C + 1,) Index of each road's first sample
+    curve: IntArray  # (n,) Road of each sample
+    s: FloatArray  # (n,) m
+
+    def blend(self, reach: FloatArray, ends: tuple[FloatArray, ...]) -> tuple[FloatArray, FloatArray]:
+        """Return `_blend` at the samples, from the reach, m, and the ends of each road, all (C,)."""
+        curve = self.curve
+        return _blend(self.s, self.length[curve], reach[curve], tuple(value[curve] for value in ends))
+
+
+def _sample(connectors: ConnectorProblem) -> _Along:
+    length = np.maximum(lengths(connectors.plan_view), _SHORTEST)
     quarter = np.maximum(2, np.ceil(length / (4 * defaults.CONNECTOR_SAMPLE_SPACING))).astype(np.int64)
+    # A multiple of four intervals, as knots of records are tried at quarters of the length.
     count = 4 * quarter + 1
     start = np.r_[0, np.cumsum(count)].astype(np.int64)
     curve = np.repeat(np.arange(len(length), dtype=np.int64), count)
     u = (np.arange(len(curve)) - start[curve]) / (count[curve] - 1)
-    run = length[curve]
-    s = u * run
-    x, y, hdg = pose(connectors.plan_view, curve, s)
-    arms = _collect_arms(problem, connectors, solution)
-    z, gx, gy = _surface_in_chunks(
-        arms, solution.junction_plane, problem.junction_xy, connectors.junction[curve], x, y
-    )
-    cos, sin = np.cos(hdg), np.sin(hdg)
-    grade, cross = gx * cos + gy * sin, gy * cos - gx * sin
-    first, last = start[:-1], start[1:] - 1
+    return _Along(length, start, curve, u * length[curve])
+
+
+def _fit_elevation(
+    along: _Along, connectors: ConnectorProblem, solution: ProfileSolution, z: FloatArray, grade: FloatArray
+) -> CubicProfile:
+    """Return the elevation of connecting roads from height, m, and grade of the surface along them, (n,)."""
+    first, last = along.start[:-1], along.start[1:] - 1
     z0, g0 = end_state(solution, connectors.start_end, leaving=True)
     z1, g1 = end_state(solution, connectors.end_end, leaving=False)
-    rest = (z0 - z[first], g0 - grade[first], z1 - z[last], g1 - grade[last])
-    reach = np.minimum(run, defaults.CONNECTOR_END_REACH)
-    dz, dg = _blend(s, run, reach, tuple(value[curve] for value in rest))
+    reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
+    dz, dg = along.blend(reach, (z0 - z[first], g0 - grade[first], z1 - z[last], g1 - grade[last]))
     z, grade = z + dz, grade + dg
-    # Where the surface would be too steep, as between ends that all but touch, the straightest way is taken instead.
-    plain_z, plain_grade = _blend(s, run, run, tuple(value[curve] for value in (z0, g0, z1, g1)))
-    steep = _steepest(start, s, z, grade)
-    plain_steep = _steepest(start, s, plain_z, plain_grade)
+    # Where the surface would be too steep, as between ends that almost touch, the straightest way is taken instead.
+    plain_z, plain_grade = along.blend(along.length, (z0, g0, z1, g1))
+    steep = _steepest(along.start, along.s, z, grade)
+    plain_steep = _steepest(along.start, along.s, plain_z, plain_grade)
     plain = (steep > CONNECTOR_STEEP) & (plain_steep < steep)
-    z, grade = np.where(plain[curve], plain_z, z), np.where(plain[curve], plain_grade, grade)
-    z[first], z[last], grade[first], grade[last] = z0, z1, g0, g1
-    tolerance = np.full(len(length), defaults.CONNECTOR_TOLERANCE)
+    z = np.where(plain[along.curve], plain_z, z)
+    z[first], z[last] = z0, z1
+    tolerance = np.full(len(along.length), defaults.CONNECTOR_TOLERANCE)
     steep = np.where(plain, plain_steep, steep) + defaults.CONNECTOR_GRADE_TOLERANCE
-    elevation = fit_records(start, length, z, np.column_stack([g0, g1]), tolerance, steep)
+    return fit_records(along.start, along.length, z, np.column_stack([g0, g1]), tolerance, steep)
 
-    zero = np.zeros(len(length))
-    rest = (-cross[first], zero, -cross[last], zero)
-    cross = cross + _blend(s, run, reach, tuple(value[curve] for value in rest))[0]
+
+def _fit_superelevation(along: _Along, connectors: ConnectorProblem, cross: FloatArray) -> CubicProfile:
+    """Return the superelevation of connecting roads from the cross slope of the surface along them, (n,)."""
+    first, last = along.start[:-1], along.start[1:] - 1
+    zero = np.zeros(len(along.length))
+    reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
+    cross = cross + along.blend(reach, (-cross[first], zero, -cross[last], zero))[0]
     cross[first] = cross[last] = 0.0
     superelevation = np.arctan(cross)
-    tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, 0.5)
-    tilted = _largest(start, np.abs(superelevation)) > tolerance
-    records = fit_records(start, length, superelevation, np.zeros((len(length), 2)), tolerance)
-    return elevation, only_curves(records, tilted)
+    tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, _NARROWEST)
+    tilted = _largest(along.start, np.abs(superelevation)) > tolerance
+    records = fit_records(along.start, along.length, superelevation, np.zeros((len(zero), 2)), tolerance)
+    return only_curves(records, tilted)

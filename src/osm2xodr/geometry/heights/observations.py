@@ -1,151 +1,237 @@
-"""What is known about the heights of roads: the ground, tags, and carriageways that belong together."""
+"""What is observed about heights: the ground, tags, carriageways of one street, and heights at area borders."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
-from osm2xodr.geometry.defaults import ELE_SIGMA
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import (
     Elements,
-    Samples,
-    Unknowns,
+    Network,
     components,
-    element_at,
     element_dofs,
     hermite,
     hermite_slope,
     rows_matrix,
 )
 from osm2xodr.geometry.heights.ground import is_coarse
-from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.geometry.heights.readings import Reading, noise_length
-from osm2xodr.geometry.heights.solver import Observations
-from osm2xodr.geometry.heights.structures import portal_distance
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
-# Keeps travel along carriageways of different names apart when neighbours are looked for, m.
-_NAME_DISTANCE = 1e5
+# No observation keeps less of its weight than this: where all of them stand out, they still hold the road.
+FLOOR: Final = 1e-3
+# Scale of the robust loss for observations that must not lose weight.
+_NEVER: Final = np.inf
+# Distance by which carriageways of different names are moved apart when neighbours are looked for, m.
+_NAME_DISTANCE: Final = 1e5
+# Carriageways run opposite ways where the cosine of the angle between them is below this (25 degrees).
+_OPPOSITE: Final = -0.9
+# The nearest sample of a road that runs the other way is among this many.
+_NEIGHBOURS: Final = 8
 
 
-def height_weights(
-    problem: ProfileProblem,
-    elements: Elements,
-    unknowns: Unknowns,
-    samples: Samples,
-    reading: Reading,
-) -> tuple[FloatArray, BoolArray]:
+class Kind(IntEnum):
+    """What a row of observations says."""
+
+    ROAD_HEIGHT = 0  # The ground along a road: one row for each sample, in the order of the samples
+    JUNCTION_HEIGHT = 1  # The ground at the origin of a junction
+    GRADE = 2  # OSM's ``incline``
+    TAGGED_HEIGHT = 3  # OSM's ``ele``
+    DIFFERENCE = 4  # Two carriageways of one street are level with each other
+    PIN = 5  # Height or grade that a road is held to where areas meet
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observations:
+    """Observed values of linear functions of the unknowns; each row says how far it is to be trusted.
+
+    Units are those of the kind: m for heights, rise per metre for grades.
+    """
+
+    rows: sp.csr_matrix  # (n, N) The functions
+    value: FloatArray  # (n,) What is observed
+    weight: FloatArray  # (n,) Weight of the squared residual
+    sigma: FloatArray  # (n,) Standard error of a value: the unit of residuals in the robust loss
+    kind: IntArray  # (n,) `Kind`
+    # (n,) Scale of the robust loss, in standard errors, for values above and below the solution
+    above: FloatArray
+    below: FloatArray
+    canopy: BoolArray  # (n,) Whether the value may be that of canopy or roofs above the ground
+    floor: FloatArray  # (n,) Share of its weight that a row keeps at least
+
+    def robust_factors(self, residual: FloatArray, sigma: FloatArray, *, geman_mcclure: bool) -> FloatArray:
+        """Return the factor on each weight that a robust loss gives, (n,): Cauchy's, or its square, Geman-McClure's.
+
+        Parameters
+        ----------
+        residual : (n,)
+            Observed less solved.
+        sigma : (n,)
+            Standard errors to measure it by.
+        """
+        scale = np.where(residual > 0, self.above, self.below)
+        cauchy = 1.0 / (1.0 + (residual / (scale * sigma)) ** 2)
+        return np.maximum(cauchy * cauchy if geman_mcclure else cauchy, self.floor)
+
+
+def _block(
+    kind: Kind,
+    rows: sp.csr_matrix,
+    value: FloatArray,
+    weight: FloatArray,
+    sigma: FloatArray,
+    scale: float = defaults.ROBUST_SCALE,
+    canopy: BoolArray | None = None,
+) -> Observations:
+    """Return observations of one kind; `scale` is that of the robust loss where canopy is out of the question."""
+    n = len(value)
+    canopy = np.zeros(n, bool) if canopy is None else canopy
+    return Observations(
+        rows,
+        value,
+        weight,
+        sigma,
+        kind=np.full(n, kind, np.int64),
+        above=np.where(canopy, defaults.CANOPY_SCALE_ABOVE, scale),
+        below=np.where(canopy, defaults.CANOPY_SCALE_BELOW, scale),
+        canopy=canopy,
+        floor=np.full(n, FLOOR),
+    )
+
+
+def _nothing(kind: Kind, network: Network) -> Observations:
+    none = np.zeros(0)
+    return _block(kind, sp.csr_matrix((0, network.unknowns.to_knots.shape[1])), none, none, none)
+
+
+def weigh_heights(network: Network, reading: Reading) -> tuple[FloatArray, BoolArray]:
     """Return the weight of each sample's height, 1/m², and which roads no measured ground holds, (R,).
 
     Structures do not follow the ground, and near their ends the ground is not what the road lies on: abutments and
     portals. A component of the network that nothing holds takes what there is: guesses, the ground above its tunnels.
     """
+    elements, samples = network.elements, network.samples
     e = samples.element
     weight = samples.ds * reading.density
-    to_start, to_end = portal_distance(problem, elements, unknowns.end_node)
+    to_start, to_end = portal_distance(elements, network.unknowns.end_node)
     along = samples.s - elements.s[e]
     distance = np.minimum(to_start[e] + along, to_end[e] + elements.h[e] - along)
     on = elements.structure[e] != Structure.GROUND
     near = distance < np.maximum(defaults.PORTAL_LENGTH, 0.5 * reading.cell)
     factor = np.where(on, 0.0, np.where(near, defaults.PORTAL_WEIGHT, 1.0))
-    component = components(problem, unknowns)
+    component = components(network.problem, network.unknowns)
     count = int(component.max(initial=-1)) + 1
     holds = np.bincount(component[elements.road[e]], weights=factor * reading.measured * weight, minlength=count) > 0
     guess = samples.ds / (GUESS_LENGTH * GUESS_SIGMA**2)
     return np.where(holds[component[elements.road[e]]], weight * factor, guess), ~holds[component]
 
 
-def height_evidence(
-    elements: Elements, unknowns: Unknowns, samples: Samples, reading: Reading, weight: FloatArray, mean: float
-) -> Observations:
-    """Return the ground's heights at the samples, less the mean."""
-    e = samples.element
-    rows = rows_matrix(element_dofs(elements, e), hermite(samples.u, elements.h[e]), unknowns.to_knots.shape[0])
-    return Observations((rows @ unknowns.to_knots).tocsr(), reading.z - mean, weight, reading.sigma)
+def portal_distance(elements: Elements, end_node: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return for each element how far the nearest structure is from its start and from its end along its road, m.
+
+    A structure that begins at the node where a road ends counts as well. Infinite where there is none.
+    """
+    on = elements.structure != Structure.GROUND
+    first, last = elements.end_elements.T
+    touched = np.zeros(int(end_node.max(initial=-1)) + 1, bool)
+    touched[end_node[np.column_stack([on[first], on[last]]).ravel()]] = True
+    start_touched, end_touched = touched[end_node[0::2]], touched[end_node[1::2]]
+
+    s0, s1 = elements.s, elements.s + elements.h
+    behind = np.where(on, s1, -np.inf)
+    behind[first] = np.maximum(behind[first], np.where(start_touched & ~on[first], 0.0, -np.inf))
+    ahead = np.where(on, s0, np.inf)
+    length = s1[last]
+    ahead[last] = np.minimum(ahead[last], np.where(end_touched & ~on[last], length[elements.road[last]], np.inf))
+    # The last place behind and the first ahead, road by road: an offset per road keeps roads apart.
+    reach = float(s1.max(initial=0.0)) + 1.0
+    shift = elements.road * (4.0 * reach)
+    before = np.where(np.isfinite(behind), behind + shift, -np.inf)
+    after = np.where(np.isfinite(ahead), ahead + shift, np.inf)
+    before = np.maximum.accumulate(before) - shift
+    after = np.minimum.accumulate(after[::-1])[::-1] - shift
+    before = np.where(before < -reach, -np.inf, before)
+    after = np.where(after > 2 * reach, np.inf, after)
+    return s0 - before, after - s1
 
 
-def junction_evidence(unknowns: Unknowns, reading: Reading, mean: float) -> Observations:
-    """Return the ground's heights at the junctions' origins, as much road as a junction of usual size has."""
+def observe_ground(network: Network, reading: Reading, weight: FloatArray, mean: float) -> Observations:
+    """Observe the ground's heights, less the mean, m, at the samples, which have these weights, 1/m²."""
+    rows = network.in_unknowns(network.knot_rows(network.samples.element, network.samples.u, hermite))
+    return _block(Kind.ROAD_HEIGHT, rows, reading.z - mean, weight, reading.sigma, canopy=reading.covered)
+
+
+def observe_junctions(network: Network, reading: Reading, mean: float) -> Observations:
+    """Observe the ground's heights, less the mean, m, at the origins of junctions."""
     n = len(reading.z)
     columns = 3 * np.arange(n, dtype=np.int64)[:, None]
-    rows = rows_matrix(columns, np.ones((n, 1)), unknowns.to_knots.shape[1])
-    return Observations(rows, reading.z - mean, defaults.JUNCTION_LENGTH * reading.density, reading.sigma)
+    rows = rows_matrix(columns, np.ones((n, 1)), network.unknowns.to_knots.shape[1])
+    weight = defaults.JUNCTION_LENGTH * reading.density
+    return _block(Kind.JUNCTION_HEIGHT, rows, reading.z - mean, weight, reading.sigma, canopy=reading.covered)
 
 
-def incline_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unknowns) -> Observations:
-    """Return the grades that OSM's ``incline`` gives, as mean grades of elements."""
-    grade = problem.span_grade[elements.span]
+def observe_inclines(network: Network) -> Observations:
+    """Observe the grades that OSM's ``incline`` gives, as mean grades of elements."""
+    elements = network.elements
+    grade = network.problem.span_grade[elements.span]
     used = np.flatnonzero(np.isfinite(grade) & (np.abs(grade) <= defaults.INCLINE_MAX))
     h = elements.h[used]
     dofs = element_dofs(elements, used)[:, [0, 2]]
-    rows = rows_matrix(dofs, np.column_stack([-1 / h, 1 / h]), unknowns.to_knots.shape[0])
+    rows = rows_matrix(dofs, np.column_stack([-1 / h, 1 / h]), network.unknowns.to_knots.shape[0])
     sigma = np.full(len(used), defaults.INCLINE_SIGMA)
     weight = h / (defaults.INCLINE_LENGTH * sigma**2)
-    return Observations((rows @ unknowns.to_knots).tocsr(), grade[used], weight, sigma)
+    return _block(Kind.GRADE, network.in_unknowns(rows), grade[used], weight, sigma)
 
 
-def ele_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unknowns, mean: float) -> Observations:
-    """Return the heights that OSM's ``ele`` gives, less the mean: weak, and robust against other datums and slips."""
-    size = unknowns.to_knots.shape[0]
+def observe_ele(network: Network, mean: float) -> Observations:
+    """Observe the heights, less the mean, m, of OSM's ``ele``: weak, as datums differ and slips are common."""
+    problem = network.problem
     if problem.ele_road is None or problem.ele_s is None or problem.ele_z is None:
-        none = np.zeros(0)
-        return Observations(sp.csr_matrix((0, unknowns.to_knots.shape[1])), none, none, none)
-    e = element_at(elements, problem.ele_road, problem.ele_s)
-    u = np.clip((problem.ele_s - elements.s[e]) / elements.h[e], 0.0, 1.0)
-    rows = rows_matrix(element_dofs(elements, e), hermite(u, elements.h[e]), size)
-    sigma = np.full(len(e), ELE_SIGMA)
-    weight = 1.0 / sigma**2
-    return Observations((rows @ unknowns.to_knots).tocsr(), problem.ele_z - mean, weight, sigma)
+        return _nothing(Kind.TAGGED_HEIGHT, network)
+    rows = network.knot_rows(*network.place(problem.ele_road, problem.ele_s), hermite)
+    sigma = np.full(len(problem.ele_z), defaults.ELE_SIGMA)
+    return _block(Kind.TAGGED_HEIGHT, network.in_unknowns(rows), problem.ele_z - mean, 1.0 / sigma**2, sigma)
 
 
-def pin_evidence(problem: ProfileProblem, elements: Elements, unknowns: Unknowns, mean: float) -> Observations:
-    """Return the heights, less the mean, and grades that roads are held to."""
-    size = unknowns.to_knots.shape[0]
-    pins = problem.pins
+def observe_pins(network: Network, mean: float) -> Observations:
+    """Observe the heights, less the mean, m, and the grades that roads are held to."""
+    pins = network.problem.pins
     if pins is None:
-        none = np.zeros(0)
-        return Observations(sp.csr_matrix((0, unknowns.to_knots.shape[1])), none, none, none)
+        return _nothing(Kind.PIN, network)
     held = np.flatnonzero(np.isfinite(pins.z))
-    road, s = pins.road[held], pins.s[held]
-    e = element_at(elements, road, s)
-    u = np.clip((s - elements.s[e]) / elements.h[e], 0.0, 1.0)
-    dofs = element_dofs(elements, e)
-    rows = sp.vstack(
-        [rows_matrix(dofs, weights(u, elements.h[e]), size) for weights in (hermite, hermite_slope)], format="csr"
-    )
-    sigma = np.repeat([defaults.BORDER_HEIGHT_SIGMA, defaults.BORDER_GRADE_SIGMA], len(e))
+    element, u = network.place(pins.road[held], pins.s[held])
+    rows = sp.vstack([network.knot_rows(element, u, weights) for weights in (hermite, hermite_slope)], format="csr")
+    sigma = np.repeat([defaults.BORDER_HEIGHT_SIGMA, defaults.BORDER_GRADE_SIGMA], len(held))
     wanted = np.concatenate([pins.z[held] - mean, pins.grade[held]])
-    return Observations((rows @ unknowns.to_knots).tocsr(), wanted, 1.0 / sigma**2, sigma)
+    return _block(Kind.PIN, network.in_unknowns(rows), wanted, 1.0 / sigma**2, sigma, scale=_NEVER)
 
 
-def twin_evidence(
-    problem: ProfileProblem, elements: Elements, unknowns: Unknowns, samples: Samples, reading: Reading
-) -> Observations:
-    """Return that the two carriageways of one street are level with each other where they run side by side.
+def observe_dual_carriageways(network: Network, reading: Reading) -> Observations:
+    """Observe that the two carriageways of one street are level with each other where they run side by side.
 
     Only where cells are coarse: finer ones show how the carriageways lie.
     """
-    a, b = _twins(problem, elements, samples)
+    samples = network.samples
+    a, b = _opposite_samples(network)
     coarse = is_coarse(reading.cell)
     both = coarse[a] & coarse[b]
     a, b = a[both], b[both]
-    size = unknowns.to_knots.shape[0]
-    rows = [
-        rows_matrix(
-            element_dofs(elements, samples.element[k]), hermite(samples.u[k], elements.h[samples.element[k]]), size
-        )
-        for k in (a, b)
-    ]
-    sigma = np.full(len(a), defaults.TWIN_SIGMA)
+    one, other = (network.knot_rows(samples.element[k], samples.u[k], hermite) for k in (a, b))
+    sigma = np.full(len(a), defaults.DUAL_CARRIAGEWAY_SIGMA)
     weight = samples.ds[a] / (noise_length(reading.cell[a]) * sigma**2)
-    return Observations(((rows[0] - rows[1]) @ unknowns.to_knots).tocsr(), np.zeros(len(a)), weight, sigma)
+    return _block(Kind.DIFFERENCE, network.in_unknowns(one - other), np.zeros(len(a)), weight, sigma)
 
 
-def _twins(problem: ProfileProblem, elements: Elements, samples: Samples) -> tuple[IntArray, IntArray]:
+def _opposite_samples(network: Network) -> tuple[IntArray, IntArray]:
     """Return pairs of samples that lie beside each other on opposite one-way roads of one name, each once."""
+    problem, elements, samples = network.problem, network.elements, network.samples
     none = np.zeros(0, np.int64)
     if problem.span_name is None or problem.span_oneway is None:
         return none, none
@@ -157,12 +243,11 @@ def _twins(problem: ProfileProblem, elements: Elements, samples: Samples) -> tup
         return none, none
     travel = samples.hdg[used] + np.where(oneway[used] < 0, np.pi, 0.0)
     place = np.column_stack([samples.x[used], samples.y[used], name[used] * _NAME_DISTANCE])
-    # The nearest sample of a road that runs the other way is among the first few.
-    k = min(8, len(used))
-    distance, near = cKDTree(place).query(place, k=k, distance_upper_bound=defaults.TWIN_DISTANCE)
+    k = min(_NEIGHBOURS, len(used))
+    distance, near = cKDTree(place).query(place, k=k, distance_upper_bound=defaults.DUAL_CARRIAGEWAY_DISTANCE)
     found = np.isfinite(distance)
     near = np.where(found, near, 0)
-    opposite = found & (np.cos(travel[near] - travel[:, None]) < -0.9)
+    opposite = found & (np.cos(travel[near] - travel[:, None]) < _OPPOSITE)
     opposite &= problem.span_layer[span[used[near]]] == problem.span_layer[span[used]][:, None]
     offset = place[near, :2] - place[:, None, :2]
     ahead = offset[..., 0] * np.cos(travel)[:, None] + offset[..., 1] * np.sin(travel)[:, None]

@@ -1,20 +1,29 @@
-"""What the elevation solve is asked and what it answers, as flat arrays over the whole network."""
+"""The question that the elevation solve answers, and its answer, as flat arrays over the whole network."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import find_record
 from osm2xodr.defaults import GRADE_LIMIT
+from osm2xodr.errors import InputError
+from osm2xodr.geometry.heights.defaults import GRADE_MAX
 from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView
+
+# Classes that the defaults leave to the value for all others.
+_OTHER_CLASSES: Final = ("busway", "pedestrian", "raceway", "road")
+# Least grade limit that a user may set: RAL and RASt want 0.5 to 0.7 % at least for the water to run off.
+_GRADE_LIMIT_MIN: Final = 0.005
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pins:
-    """Places at which profiles have knots for certain, and what roads are held to there."""
+    """Places at which profiles have a knot, and the heights and grades that roads are held to there."""
 
     # (P,) Road and place along it, m
     road: IntArray
@@ -54,7 +63,7 @@ class ProfileProblem:
     ele_s: FloatArray | None = None
     ele_z: FloatArray | None = None
     road_id: IntArray | None = None  # (R,) Ids of the roads, for reports; their index where not given
-    pins: Pins | None = None  # Where profiles have knots for certain
+    pins: Pins | None = None  # Where profiles have knots, and are held
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +103,7 @@ class ProfileSolution:
 class ConnectorProblem:
     """Connecting roads whose heights are wanted."""
 
-    plan_view: PlanView  # Reference lines of the C connecting roads; they run along the middle of what is driven on
+    plan_view: PlanView  # Reference lines of the C connecting roads; they run along the middle of the carriageway
     junction: IntArray  # (C,) Junction that each belongs to
     # (C,) Road end (2 * road + 0 | 1) that each touches with its start and with its end
     start_end: IntArray
@@ -102,8 +111,8 @@ class ConnectorProblem:
     # (C,) Where the connecting road's reference line touches, t in the touched road's own frame, m
     start_t: FloatArray
     end_t: FloatArray
-    half_width: FloatArray  # (C,) Half the width of what is driven on, m
-    beside: BoolArray | None = None  # (C,) Those that lie beside what is driven on and follow its surface
+    half_width: FloatArray  # (C,) Half the width of the carriageway, m
+    beside: BoolArray | None = None  # (C,) Those beside the carriageway, which follow its surface
 
 
 def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:
@@ -111,7 +120,61 @@ def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:
     return find_record(problem.span_start, problem.span_s, road, s)
 
 
+def end_spans(problem: ProfileProblem) -> IntArray:
+    """Return the first and last span of each road, (R, 2)."""
+    return np.column_stack([problem.span_start[:-1], problem.span_start[1:] - 1])
+
+
 def span_roads(problem: ProfileProblem) -> IntArray:
     """Return the road of each span, (K,)."""
     counts = np.diff(problem.span_start)
     return np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+
+
+def parse_grade_limits(text: str) -> Mapping[str, float]:
+    """Return the grade limits by class, the user's own in place of the defaults.
+
+    Parameters
+    ----------
+    text
+        Comma-separated ``class=limit``, the class a value of OSM's ``highway``, the limit in rise per metre or per
+        cent: ``motorway=0.05,residential=12%``.
+
+    Raises
+    ------
+    InputError
+        An entry has another form, its class is no road, or its limit is not one that a road can have.
+    """
+    known = {*GRADE_LIMIT, *_OTHER_CLASSES}
+    table = dict(GRADE_LIMIT)
+    seen: set[str] = set()
+    for entry in text.split(","):
+        name, equals, value = (part.strip() for part in entry.partition("="))
+        if not equals or not name or not value:
+            raise InputError(
+                f"max grade '{entry.strip()}' is not class=limit; write e.g. motorway=0.05,residential=12%"
+            )
+        if name not in known:
+            raise InputError(
+                f"max grade for '{name}': no such class of roads; choose from {', '.join(sorted(known))}"
+            )
+        if name in seen:
+            raise InputError(f"max grade for '{name}' is given twice; give it once")
+        seen.add(name)
+        table[name] = _parse_limit(name, value)
+    return MappingProxyType(table)
+
+
+def _parse_limit(name: str, value: str) -> float:
+    """Return a limit in rise per metre."""
+    number, percent = (value[:-1], True) if value.endswith("%") else (value, False)
+    try:
+        limit = float(number) * (0.01 if percent else 1.0)
+    except ValueError:
+        raise InputError(f"max grade for '{name}': '{value}' is not a number; write e.g. 0.08 or 8%") from None
+    if not _GRADE_LIMIT_MIN <= limit <= GRADE_MAX:
+        raise InputError(
+            f"max grade for '{name}': {value} is not between {_GRADE_LIMIT_MIN:g} and "
+            f"{GRADE_MAX:g}; write rise per metre, e.g. 0.08, or 8%"
+        )
+    return limit

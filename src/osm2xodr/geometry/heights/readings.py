@@ -1,8 +1,9 @@
-"""What the elevation model says where the roads are, and how far it can be trusted, place by place."""
+"""The elevation model read where the roads are, and how far it can be trusted, place by place."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Final
 
 import numpy as np
 
@@ -10,12 +11,14 @@ from osm2xodr.curves import lengths, pose
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Samples
-from osm2xodr.geometry.heights.ground import Ground, cell_class, completed, is_coarse, read_ground
+from osm2xodr.geometry.heights.ground import Ground, cell_class, complete_ground, is_coarse, read_ground
 from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface
 
 # Distance of the places at which a road's cell size is looked up, m: below the ramp that blends elevation models.
-_LOOK_UP = 50.0
+_LOOK_UP: Final = 50.0
+# Least distance to the side over which the slope across a road is read, m; half a cell where that is more.
+_ASIDE: Final = 2.0
 
 
 def noise_length(cell: FloatArray) -> FloatArray:
@@ -54,7 +57,7 @@ def road_spacing(problem: ProfileProblem, surface: Surface) -> Spacing:
 class Reading:
     """The ground at places."""
 
-    # (n,) Height to go by, and what the surface itself says, m
+    # (n,) Height to go by, and that of the surface itself, m
     z: FloatArray
     surface_z: FloatArray
     # (n,) Standard error of z and length over which it is correlated, m
@@ -71,45 +74,23 @@ class Reading:
 
     def part(self, index: slice) -> Reading:
         """Return the reading at some of the places."""
-        return Reading(
-            self.z[index],
-            self.surface_z[index],
-            self.sigma[index],
-            self.correlation[index],
-            self.cell[index],
-            self.measured[index],
-            self.covered[index],
-        )
+        return Reading(*(getattr(self, item.name)[index] for item in fields(self)))
 
 
 def read_heights(
     surface: Surface, samples: Samples, junction_xy: FloatArray, ground: Ground
 ) -> tuple[Reading, Reading]:
-    """Read the surface, or the ground estimated from it where its cells are coarse.
+    """Return the readings at the samples and at the junctions' origins (J, 2), m.
 
-    The standard error at the samples has a part for the road's position: what the ground rises across the road
-    over that distance.
-
-    Parameters
-    ----------
-    surface
-        Height of the ground, and how far it can be trusted.
-    samples
-        Where it is read.
-    junction_xy : (J, 2)
-        Origins of the junctions, m.
-    ground
-        What was estimated of it so far.
-
-    Returns
-    -------
-    The reading at the samples and that at the junctions' origins.
+    Where cells are coarse the ground estimated from them is read, elsewhere the surface itself. The standard error at
+    the samples has a part for the road's position: how much the ground rises across the road over that distance.
+    `ground` is what was estimated so far.
     """
     n = len(samples.x)
     x, y = np.concatenate([samples.x, junction_xy[:, 0]]), np.concatenate([samples.y, junction_xy[:, 1]])
     surface_z, measured = surface.heights(x, y)
     quality = surface.quality(x, y)
-    found = read_ground(completed(ground, surface, quality, x, y), quality.cell_size, x, y)
+    found = read_ground(complete_ground(ground, surface, quality, x, y), quality.cell_size, x, y)
     known = np.isfinite(found.z)
     sigma = np.where(known, found.sigma, quality.sigma)
     everywhere = Reading(
@@ -130,8 +111,8 @@ def read_heights(
 
 
 def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: IntArray) -> FloatArray:
-    """Return what the surface rises per metre to the left at some of the samples, 0 where it is not known."""
-    aside = np.maximum(2.0, 0.5 * cell[some])
+    """Return the rise of the surface per metre to the left at some of the samples, 0 where it is not known."""
+    aside = np.maximum(_ASIDE, 0.5 * cell[some])
     nx, ny = -np.sin(samples.hdg[some]) * aside, np.cos(samples.hdg[some]) * aside
     x, y = samples.x[some], samples.y[some]
     left, left_measured = surface.heights(x + nx, y + ny)
@@ -140,7 +121,7 @@ def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: In
 
 
 def typical_density(reading: Reading, cell: FloatArray) -> FloatArray:
-    """Return the weight per metre of road that is usual at places with cells of these sizes, (n,), 1/m³."""
+    """Return the median weight per metre of road at places with cells of about these sizes, (n,), 1/m³."""
     measured = reading.measured if reading.measured.any() else np.ones(len(reading.z), bool)
     density, size = reading.density[measured], cell_class(reading.cell[measured])
     wanted = cell_class(cell)

@@ -1,32 +1,49 @@
-"""What is worth saying about the heights that were found."""
+"""Reports on the heights that were found: diagnostics, figures, and tables of places and structures."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final, TypeVar
 
 import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import GRADE_SLACK
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import Elements, Samples
+from osm2xodr.geometry.heights.crossings import Crossings
+from osm2xodr.geometry.heights.elements import Elements, Network, element_at
 from osm2xodr.geometry.heights.problem import ProfileProblem, span_at
 from osm2xodr.geometry.heights.readings import Reading
-from osm2xodr.geometry.heights.structures import Crossings
-from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
+from osm2xodr.model import (
+    BoolArray,
+    ElevationReport,
+    FloatArray,
+    IntArray,
+    LayerCrossing,
+    RoadPlace,
+    Structure,
+    StructureRecord,
+)
 
-# Roads whose heights are farthest from the ground are named: so many, if they are off by this much, m.
-WORST = 10
-WORST_FROM = 5.0
-# Shorter pieces without heights are not worth a word, m.
-GAP_FROM = 1.0
+# Roads whose heights are farthest from the ground are named: this many, if they are off by so much, m.
+_WORST: Final = 10
+_WORST_FROM: Final = 5.0
+# Shorter stretches without heights are not reported, m.
+_GAP_FROM: Final = 1.0
+# Elastic limits are exceeded a little wherever they are at work: grades above them by less are not reported.
+_GRADE_TOLERANCE: Final = 0.002
+# Stands in for a length of 0 in quotients, m.
+_SHORTEST: Final = 1e-9
+
+_Number = TypeVar("_Number", float, FloatArray)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
-    """A solution, as the report needs it."""
+    """A solution, as its reports need it."""
 
     z: FloatArray  # (n,) Height of the road at each sample, m
+    knots: FloatArray  # (knots, 2) Height, m, and grade at each knot
+    planes: FloatArray  # (J, 3) Height, m, and gradient of each junction's plane about its origin
     reading: Reading  # The ground there
     floating: BoolArray  # (R,) Roads that no measured ground holds
     grade: FloatArray  # (E,) Largest grade of each element
@@ -35,11 +52,10 @@ class Outcome:
     crossings: Crossings
     clearance: FloatArray
     chain: IntArray  # (E,) Chain of structures of each element, -1 on the ground
-    tilt: FloatArray  # (J,) Slope of each junction's plane
 
 
 def element_grades(elements: Elements, knots: FloatArray) -> FloatArray:
-    """Return the largest grade of each element, from z and g of the knots (knots, 2)."""
+    """Return the largest grade of each element, (E,), from z and g of the knots, (knots, 2)."""
     a, b = knots[elements.knot], knots[elements.knot + 1]
     secant = (b[:, 0] - a[:, 0]) / elements.h
     # The grade is a parabola in u; where its vertex lies within the element it may be the steepest place.
@@ -51,57 +67,74 @@ def element_grades(elements: Elements, knots: FloatArray) -> FloatArray:
     return out
 
 
-def too_close(outcome: Outcome) -> BoolArray:
-    """Return which crossings have less clearance than they should."""
+def tolerated_grade(limit: _Number) -> _Number:
+    """Return the grade above which a road whose class has this limit is reported as too steep."""
+    return defaults.GRADE_SLACK * limit + _GRADE_TOLERANCE
+
+
+def _too_close(outcome: Outcome) -> BoolArray:
+    """Return which crossings have less clearance than wanted."""
     out: BoolArray = outcome.clearance < outcome.crossings.clearance - defaults.CLEARANCE_TOLERANCE
     return out
 
 
-def report(
-    problem: ProfileProblem, elements: Elements, samples: Samples, outcome: Outcome, diagnostics: Diagnostics
-) -> None:
-    """Tell which heights are guesses and which limits could not be met."""
-    _report_gaps(problem, elements, samples, outcome, diagnostics)
-    _report_grades(problem, elements, outcome, diagnostics)
-    _report_crossings(problem, outcome, diagnostics)
-    _report_inclines(problem, diagnostics)
-    _report_worst(problem, elements, samples, outcome, diagnostics)
+def _crossing_ways(problem: ProfileProblem, crossings: Crossings) -> tuple[IntArray, IntArray]:
+    """Return the OSM ways of the upper and of the lower road at each crossing."""
+    return (
+        problem.span_way[span_at(problem, crossings.upper, crossings.upper_s)],
+        problem.span_way[span_at(problem, crossings.lower, crossings.lower_s)],
+    )
 
 
-def _by_way(problem: ProfileProblem, elements: Elements, element: IntArray, value: FloatArray) -> dict[int, float]:
-    """Return the sum of values at elements by OSM way, in order of ways."""
-    way, index = np.unique(problem.span_way[elements.span[element]], return_inverse=True)
-    total = np.bincount(index, value, minlength=len(way))
+def _samples_on_ground(network: Network, outcome: Outcome) -> IntArray:
+    """Return the samples on the ground whose heights are measured."""
+    ground = network.elements.structure[network.samples.element] == Structure.GROUND
+    return np.flatnonzero(ground & outcome.reading.measured)
+
+
+# ---------------------------------------------------------------- diagnostics
+
+
+def report(network: Network, outcome: Outcome, diagnostics: Diagnostics) -> None:
+    """Report which heights are guesses and which limits are not met."""
+    _report_gaps(network, outcome, diagnostics)
+    _report_grades(network, outcome, diagnostics)
+    _report_crossings(network.problem, outcome, diagnostics)
+    _report_inclines(network.problem, diagnostics)
+    _report_off_ground(network, outcome, diagnostics)
+
+
+def _length_by_way(network: Network, samples: IntArray) -> dict[int, float]:
+    """Return the length of road that samples stand for by OSM way, m, in order of ways."""
+    span = network.elements.span[network.samples.element[samples]]
+    way, index = np.unique(network.problem.span_way[span], return_inverse=True)
+    total = np.bincount(index, network.samples.ds[samples], minlength=len(way))
     return dict(zip(way.tolist(), total.tolist(), strict=True))
 
 
-def _report_gaps(
-    problem: ProfileProblem, elements: Elements, samples: Samples, outcome: Outcome, diagnostics: Diagnostics
-) -> None:
-    ground = elements.structure[samples.element] == Structure.GROUND
-    floating = outcome.floating[elements.road[samples.element]]
-    gap = np.flatnonzero(~outcome.reading.measured & (ground | floating))
-    for way, length in _by_way(problem, elements, samples.element[gap], samples.ds[gap]).items():
-        if length >= GAP_FROM:
+def _report_gaps(network: Network, outcome: Outcome, diagnostics: Diagnostics) -> None:
+    elements, element = network.elements, network.samples.element
+    floating = outcome.floating[elements.road[element]]
+    gap = ~outcome.reading.measured & ((elements.structure[element] == Structure.GROUND) | floating)
+    for way, length in _length_by_way(network, np.flatnonzero(gap)).items():
+        if length >= _GAP_FROM:
             diagnostics.guessed(
                 "no-height",
                 f"way/{way}",
                 f"the elevation model has no heights along {length:.0f} m of it, they are filled from around",
             )
-    buried = np.flatnonzero(outcome.reading.measured & floating)
-    for way, length in _by_way(problem, elements, samples.element[buried], samples.ds[buried]).items():
+    for way, length in _length_by_way(network, np.flatnonzero(outcome.reading.measured & floating)).items():
         diagnostics.guessed(
             "no-ground",
             f"way/{way}",
-            f"nothing it is connected to lies on the ground, {length:.0f} m of it take its height there",
+            f"nothing it is connected to lies on the ground, {length:.0f} m of it take the ground's height",
         )
 
 
-def _report_grades(problem: ProfileProblem, elements: Elements, outcome: Outcome, diagnostics: Diagnostics) -> None:
-    steep = np.flatnonzero(outcome.grade > GRADE_SLACK * outcome.limit + 0.002)
+def _report_grades(network: Network, outcome: Outcome, diagnostics: Diagnostics) -> None:
     largest: dict[int, tuple[float, float]] = {}
-    for e in steep.tolist():
-        way = int(problem.span_way[elements.span[e]])
+    for e in np.flatnonzero(outcome.grade > tolerated_grade(outcome.limit)).tolist():
+        way = int(network.problem.span_way[network.elements.span[e]])
         found = (float(outcome.grade[e]), float(outcome.limit[e]))
         largest[way] = max(largest.get(way, found), found)
     for way, (grade, limit) in sorted(largest.items()):
@@ -113,16 +146,14 @@ def _report_grades(problem: ProfileProblem, elements: Elements, outcome: Outcome
 
 
 def _report_crossings(problem: ProfileProblem, outcome: Outcome, diagnostics: Diagnostics) -> None:
-    crossings = outcome.crossings
-    upper = problem.span_way[span_at(problem, crossings.upper, crossings.upper_s)]
-    lower = problem.span_way[span_at(problem, crossings.lower, crossings.lower_s)]
+    upper, lower = _crossing_ways(problem, outcome.crossings)
     # Rounded, and 0 without a sign.
     clearance = np.round(outcome.clearance, 1) + 0.0
-    for k in np.flatnonzero(too_close(outcome)).tolist():
+    for k in np.flatnonzero(_too_close(outcome)).tolist():
         diagnostics.note(
             "clearance",
             f"way/{upper[k]}",
-            f"it passes {clearance[k]:.1f} m above way/{lower[k]} instead of {crossings.clearance[k]:.1f} m, "
+            f"it passes {clearance[k]:.1f} m above way/{lower[k]} instead of {outcome.crossings.clearance[k]:.1f} m, "
             "more would make the roads too steep",
         )
 
@@ -133,18 +164,169 @@ def _report_inclines(problem: ProfileProblem, diagnostics: Diagnostics) -> None:
         diagnostics.dropped("incline", f"way/{way}", "its incline is steeper than any street, it is ignored")
 
 
-def _report_worst(
-    problem: ProfileProblem, elements: Elements, samples: Samples, outcome: Outcome, diagnostics: Diagnostics
-) -> None:
-    ground = elements.structure[samples.element] == Structure.GROUND
-    held = np.flatnonzero(ground & outcome.reading.measured)
-    way, index = np.unique(problem.span_way[elements.span[samples.element[held]]], return_inverse=True)
+def _report_off_ground(network: Network, outcome: Outcome, diagnostics: Diagnostics) -> None:
+    held = _samples_on_ground(network, outcome)
+    span = network.elements.span[network.samples.element[held]]
+    way, index = np.unique(network.problem.span_way[span], return_inverse=True)
     off = np.zeros(len(way))
     np.maximum.at(off, index, np.abs(outcome.z - outcome.reading.z)[held])
-    for k in np.argsort(-off, kind="stable")[:WORST].tolist():
-        if off[k] >= WORST_FROM:
+    for k in np.argsort(-off, kind="stable")[:_WORST].tolist():
+        if off[k] >= _WORST_FROM:
             diagnostics.note(
                 "off-ground",
                 f"way/{way[k]}",
                 f"it lies up to {off[k]:.1f} m off the ground of the elevation model, to stay smooth and passable",
             )
+
+
+# ---------------------------------------------------------------- figures and tables
+
+
+def statistics(elements: Elements, outcome: Outcome, tables: ElevationReport) -> dict[str, float]:
+    """Return the figures of a solution by their names in reports."""
+    steep = outcome.grade > outcome.limit
+    return {
+        "height_measured_share": tables.measured_share,
+        "height_above_surface_mean_m": tables.bias,
+        "height_above_surface_rms_m": tables.rms,
+        "height_above_surface_p95_m": tables.p95,
+        "grade_max": float(outcome.grade.max(initial=0.0)),
+        "grade_over_class_limit_km": float(elements.h[steep].sum()) / 1000.0,
+        "junction_tilt_max": float(np.hypot(outcome.planes[:, 1], outcome.planes[:, 2]).max(initial=0.0)),
+        "layer_crossings": float(len(outcome.clearance)),
+        "layer_crossings_too_close": float(len(tables.tight)),
+        "structures": float(len(tables.structures)),
+        "structures_too_steep": float(
+            sum(item.grade > tolerated_grade(item.grade_limit) for item in tables.structures)
+        ),
+    }
+
+
+def tabulate(network: Network, outcome: Outcome) -> ElevationReport:
+    """Return the tables of a solution: how far from the ground, how steep, and all structures."""
+    ds, reading = network.samples.ds, outcome.reading
+    held = _samples_on_ground(network, outcome)
+    off = (outcome.z - reading.surface_z)[held]
+    weight = ds[held] / max(float(ds[held].sum()), _SHORTEST)
+    return ElevationReport(
+        measured_share=float(ds[reading.measured].sum() / max(float(ds.sum()), _SHORTEST)),
+        bias=float(weight @ off),
+        rms=float(np.sqrt(weight @ off**2)),
+        p95=float(np.percentile(np.abs(off), 95)) if len(off) else 0.0,
+        farthest=_farthest(network, held, off),
+        steep=_steep(network, outcome),
+        structures=_structures(network, outcome),
+        tight=_tight(network.problem, outcome),
+    )
+
+
+def _road_ids(problem: ProfileProblem) -> IntArray:
+    return np.arange(len(problem.end_junction), dtype=np.int64) if problem.road_id is None else problem.road_id
+
+
+def _largest_of_each(group: IntArray, value: FloatArray) -> IntArray:
+    """Return the index of the first largest value of each group, groups ascending."""
+    order = np.lexsort((-value, group))
+    first: IntArray = order[np.diff(group[order], prepend=-1) != 0]
+    return first
+
+
+def _worst_first(road: IntArray, value: FloatArray) -> list[int]:
+    """Return the index of the largest value on each road, the road with the largest first."""
+    worst = _largest_of_each(road, value)
+    indices: list[int] = worst[np.lexsort((road[worst], -value[worst]))].tolist()
+    return indices
+
+
+def _road_place(network: Network, element: int, s: float, value: float, wanted: float) -> RoadPlace:
+    problem, elements = network.problem, network.elements
+    road, way = _road_ids(problem)[elements.road[element]], problem.span_way[elements.span[element]]
+    return RoadPlace(int(road), int(way), float(s), float(value), float(wanted))
+
+
+def _farthest(network: Network, held: IntArray, off: FloatArray) -> tuple[RoadPlace, ...]:
+    element, s = network.samples.element[held], network.samples.s[held]
+    worst = _worst_first(network.elements.road[element], np.abs(off))[:_WORST]
+    return tuple(_road_place(network, element[k], s[k], off[k], 0.0) for k in worst)
+
+
+def _steep(network: Network, outcome: Outcome) -> tuple[RoadPlace, ...]:
+    elements, grade, limit = network.elements, outcome.grade, outcome.limit
+    steep = np.flatnonzero(grade > limit)
+    worst = steep[_worst_first(elements.road[steep], (grade / limit)[steep])].tolist()
+    middle = elements.s + 0.5 * elements.h
+    return tuple(_road_place(network, e, middle[e], grade[e], limit[e]) for e in worst)
+
+
+def _tight(problem: ProfileProblem, outcome: Outcome) -> tuple[LayerCrossing, ...]:
+    crossings, ids = outcome.crossings, _road_ids(problem)
+    upper, lower = _crossing_ways(problem, crossings)
+    short = np.flatnonzero(_too_close(outcome))
+    order = short[np.argsort((outcome.clearance - crossings.clearance)[short], kind="stable")]
+    return tuple(
+        LayerCrossing(
+            int(ids[crossings.upper[k]]),
+            int(ids[crossings.lower[k]]),
+            int(upper[k]),
+            int(lower[k]),
+            float(outcome.clearance[k]),
+            float(crossings.clearance[k]),
+        )
+        for k in order.tolist()
+    )
+
+
+def _structures(network: Network, outcome: Outcome) -> tuple[StructureRecord, ...]:
+    problem, elements = network.problem, network.elements
+    ids = _road_ids(problem)
+    crossed = _crossed(network, outcome)
+    heights = _above_ground(network, outcome)
+    on = np.flatnonzero(outcome.chain >= 0)
+    order = on[np.argsort(outcome.chain[on], kind="stable")]
+    cuts = np.flatnonzero(np.diff(outcome.chain[order])) + 1
+    records = []
+    for members in np.split(order, cuts) if len(order) else []:
+        chain = int(outcome.chain[members[0]])
+        tightest = min(crossed.get(chain, []), default=None)
+        # The class counts where the chain is steepest against its limit.
+        worst = members[np.argmax(outcome.grade[members] / outcome.limit[members])]
+        records.append(
+            StructureRecord(
+                kind=Structure(int(elements.structure[members[0]])).name.lower(),
+                osm_way_ids=tuple(dict.fromkeys(problem.span_way[elements.span[members]].tolist())),
+                roads=tuple(dict.fromkeys(ids[elements.road[members]].tolist())),
+                length=float(elements.h[members].sum()),
+                above_ground=heights.get(chain),
+                clearance=None if tightest is None else tightest[0],
+                crossed_way=None if tightest is None else tightest[1],
+                grade=float(outcome.grade[worst]),
+                grade_limit=float(outcome.limit[worst]),
+            )
+        )
+    return tuple(sorted(records, key=lambda record: (record.osm_way_ids, record.roads)))
+
+
+def _crossed(network: Network, outcome: Outcome) -> dict[int, list[tuple[float, int]]]:
+    """Return the clearances, m, and crossed ways of each chain."""
+    crossings = outcome.crossings
+    upper_way, lower_way = _crossing_ways(network.problem, crossings)
+    out: dict[int, list[tuple[float, int]]] = {}
+    for road, s, way in (
+        (crossings.upper, crossings.upper_s, lower_way),
+        (crossings.lower, crossings.lower_s, upper_way),
+    ):
+        chain = outcome.chain[element_at(network.elements, road, s)]
+        for k in np.flatnonzero(chain >= 0).tolist():
+            out.setdefault(int(chain[k]), []).append((float(outcome.clearance[k]), int(way[k])))
+    return out
+
+
+def _above_ground(network: Network, outcome: Outcome) -> dict[int, float]:
+    """Return for each chain its height where it is farthest above the ground, or below it in tunnels, m."""
+    element = network.samples.element
+    chain = outcome.chain[element]
+    used = np.flatnonzero((chain >= 0) & outcome.reading.measured)
+    height = (outcome.z - outcome.reading.surface_z)[used]
+    sign = np.where(network.elements.structure[element[used]] == Structure.TUNNEL, -1.0, 1.0)
+    first = _largest_of_each(chain[used], sign * height)
+    return dict(zip(chain[used][first].tolist(), height[first].tolist(), strict=True))

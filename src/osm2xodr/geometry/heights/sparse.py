@@ -1,9 +1,10 @@
-"""Sparse symmetric systems that differ in their values only: what their pattern decides is worked out once."""
+"""Sparse symmetric systems of one pattern: what follows from the pattern is worked out once."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from dataclasses import fields
+from typing import Any, Final, Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +13,12 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
-# Added to the diagonal, so that what nothing determines stays at the mean height instead of failing the solve.
-TINY = 1e-9
+# Added to the diagonal: unknowns that nothing determines stay at the mean height instead of failing the solve.
+TINY: Final = 1e-9
+# A matrix's places in the pattern are kept for the next one if it fills more than this share of it.
+_KEPT_FROM: Final = 0.5
+
+Block = TypeVar("Block")
 
 
 class System:
@@ -25,9 +30,9 @@ class System:
     Parameters
     ----------
     matrices
-        Symmetric matrices, (N, N), that are to be placed in the pattern.
+        Symmetric matrices (N, N) whose entries the pattern has.
     rows
-        Matrices (n, N) whose products with themselves are.
+        Matrices (n, N); the pattern also has the entries of their products with themselves.
     """
 
     def __init__(self, matrices: Sequence[sp.csr_matrix], rows: Sequence[sp.csr_matrix]) -> None:
@@ -54,7 +59,7 @@ class System:
         return self._place
 
     def put_in_order(self, rows: sp.csr_matrix) -> None:
-        """Put the columns of rows (n, N) into the system's order, in place: they are too large to be there twice."""
+        """Put the columns of rows (n, N) into the system's order, in place, as they are too large to copy."""
         rows.indices[:] = self._place[rows.indices]
         rows.has_sorted_indices = False
         rows.sort_indices()
@@ -75,8 +80,8 @@ class System:
         if last is None or not (np.array_equal(last[0], product.indptr) and np.array_equal(last[1], product.indices)):
             at = np.searchsorted(self._keys, _keys(product)).astype(np.int32)
             last = product.indptr, product.indices, at
-            # Few rows change from step to step, all of them do not.
-            if product.nnz > 0.5 * len(self._keys):
+            # The observations' rows are the same in every step, those of limits at work are few and others.
+            if product.nnz > _KEPT_FROM * len(self._keys):
                 self._last = last
         values: FloatArray = np.zeros(len(self._keys))
         values[last[2]] = product.data
@@ -88,7 +93,7 @@ class System:
         return np.asarray(rows @ x, np.float64)
 
     def around(self, some: BoolArray, steps: int) -> IntArray:
-        """Return which unknowns some of them, (N,), reach in so many steps from one to the next."""
+        """Return the unknowns within this many steps of some of them, (N,), a step joining two in one entry."""
         near = some.astype(np.float64)
         ones = np.ones(len(self._keys))
         for _ in range(steps):
@@ -117,15 +122,30 @@ class System:
         return out
 
 
+def join_blocks(blocks: Sequence[Block], columns: int) -> Block:
+    """Join dataclasses of arrays, the first field a matrix whose rows are the others' items, into one.
+
+    `columns` widens the rows by unknowns that they do not see.
+    """
+    table: Any = blocks[0]
+    first, *others = (field.name for field in fields(table))
+    matrices: list[sp.csr_matrix] = [getattr(block, first) for block in blocks]
+    wide = [sp.csr_matrix((rows.data, rows.indices, rows.indptr), (rows.shape[0], columns)) for rows in matrices]
+    arrays = (np.concatenate([getattr(block, name) for block in blocks]) for name in others)
+    kind: Any = type(blocks[0])
+    joined: Block = kind(sp.csr_matrix(sp.vstack(wide)), *arrays)
+    return joined
+
+
 def chosen_rows(rows: sp.csr_matrix, some: IntArray) -> sp.csr_matrix:
     """Return some rows of a matrix."""
-    # The types of some versions of SciPy know no arrays as indices.
+    # The types of some versions of SciPy do not allow arrays as indices.
     matrix: Any = rows
     return sp.csr_matrix(matrix[some])
 
 
 def _keys(matrix: sp.csr_matrix) -> IntArray:
-    """Return numbers of a square matrix's entries, which grow from row to row and within sorted ones."""
+    """Return numbers of a square matrix's entries that ascend from row to row and within sorted rows."""
     size = matrix.shape[0]
     out: IntArray = np.repeat(size * np.arange(size, dtype=np.int64), np.diff(matrix.indptr))
     out += matrix.indices
@@ -140,7 +160,7 @@ def _ones(matrix: sp.csr_matrix) -> sp.csr_matrix:
 def _elimination_order(pattern: sp.csr_matrix) -> IntArray:
     """Return the order of the unknowns in which eliminating them fills little (minimum degree)."""
     size = pattern.shape[0]
-    # Any values do whose diagonal outweighs the rest.
+    # Any values will do whose diagonal outweighs the rest.
     values = np.ones(pattern.nnz)
     dominant = sp.csc_matrix((values, pattern.indices, pattern.indptr), pattern.shape)
     dominant = dominant + sp.diags(np.diff(pattern.indptr).astype(np.float64))
@@ -149,7 +169,7 @@ def _elimination_order(pattern: sp.csr_matrix) -> IntArray:
 
 
 def _factor(matrix: sp.csc_matrix, order: Literal["NATURAL", "MMD_AT_PLUS_A"]) -> SuperLU:
-    """Factorise a positive definite matrix: no pivots are looked for."""
+    """Factorise a positive definite matrix, without pivoting."""
     # Rows have a handful of entries: panels of columns, made for denser systems, would only cost time.
     return splu(
         matrix,

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.geometry.heights.elements import hermite, hermite_slope
-from osm2xodr.geometry.heights.records import hermite_records, short_numbers
+from osm2xodr.geometry.heights.records import Knots, hermite_records, short_numbers
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Inner knots that are tried, as shares of the length, fewest first.
-_TRIALS = (
+_TRIALS: Final = (
     (),
     (1 / 2,),
     (1 / 3,),
@@ -38,8 +39,8 @@ _TRIALS = (
     tuple(k / 8 for k in range(1, 8)),
     tuple(k / 12 for k in range(1, 12)),
 )
-# Samples per piece of the spline that is taken where none of them fits.
-_SAMPLES_PER_PIECE = 2
+# Samples per piece of the spline that is taken where no trial fits.
+_SAMPLES_PER_PIECE: Final = 2
 
 
 @lru_cache(maxsize=1024)
@@ -112,7 +113,7 @@ def fit_records(
     for curve, at, height, grade in found:
         place = first[curve][:, None] + np.arange(at.shape[1])
         s[place], z[place], g[place] = at, height, grade
-    return hermite_records(first, *short_numbers(first, s, z, g))
+    return hermite_records(short_numbers(Knots(first, s, z, g)))
 
 
 def _fit_group(
@@ -120,7 +121,7 @@ def _fit_group(
 ) -> list[tuple[IntArray, tuple[float, ...], FloatArray]]:
     """Fit curves of equally many samples, (n, samples).
 
-    Returns, for each choice of inner knots that fits some: which curves, the knots, value and slope at all knots.
+    Returns for each trial that fits some of them: these curves, the inner knots, value and slope at all knots.
     """
     intervals = samples.shape[1] - 1
     dense = max(1, intervals // _SAMPLES_PER_PIECE)

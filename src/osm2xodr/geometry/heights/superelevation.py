@@ -1,12 +1,14 @@
 """Cross slope of fast roads, where the elevation model is fine enough to show it.
 
 Motorways lean into their bends and drain to one side. Elevation models of a metre show that within a carriageway,
-coarser ones show the ground beside it. What is read across the road at each place is noisy (vehicles, barriers,
-kerbs, a line that is off), so a beam on an elastic bed is laid through it, as through the heights along roads. It
-is level where roads end at junctions, whose own surface takes over there, and one for roads that touch.
+coarser ones show the ground beside it. Readings across the road are noisy (vehicles, barriers, kerbs, a line that is
+off), so a beam on an elastic foundation is laid through them, as through the heights along roads. It is level where
+roads end at junctions, whose own surface takes over there, and continuous where roads touch.
 """
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,57 +18,44 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import (
-    Elements,
-    Samples,
+    Network,
     assemble,
-    bending,
+    bending_matrices,
     element_dofs,
     hermite,
-    rows_matrix,
-    stretching,
+    tension_matrices,
 )
-from osm2xodr.geometry.heights.problem import ProfileProblem
-from osm2xodr.geometry.heights.records import only_curves, thin_records
+from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
-# Places across the carriageway that are read, and what is kept from its edges, m.
-_ACROSS = 7
-_EDGE = 0.5
-# Rounds in which readings that stand out lose weight.
-_ROUNDS = 4
+# Places across the carriageway that are read, and their distance from its edges, m.
+_ACROSS: Final = 7
+_EDGE: Final = 0.5
+# Rounds in which readings that stand out lose weight, by Geman-McClure's loss.
+_ROUNDS: Final = 4
+# Tension as a share of what makes beam and tension equally stiff over the length of the beam: damps overshoots.
+_TENSION_SHARE: Final = 0.1
 # Keeps stretches without any reading determinate, as a share of a reading's weight.
-_NO_READING = 1e-6
+_NO_READING: Final = 1e-6
 
 
-def road_superelevation(
-    problem: ProfileProblem, elements: Elements, samples: Samples, surface: Surface, diagnostics: Diagnostics
-) -> CubicProfile:
+def road_superelevation(network: Network, surface: Surface, diagnostics: Diagnostics) -> CubicProfile:
     """Find the superelevation of motorways and trunk roads from the elevation model.
 
-    Parameters
-    ----------
-    problem, elements, samples
-        The roads, and where they are cut and read.
-    surface
-        Height of the ground.
-    diagnostics
-        Is told if there is none.
-
-    Returns
-    -------
-    R curves of superelevation, rad, continuous in value and slope along every road and across every link, and 0 with
-    slope 0 at junctions; without records where a road has none.
+    Returns R curves, rad, continuous in value and slope along every road and across every link, and 0 with slope 0 at
+    junctions; a road without superelevation has no records. The diagnostics receive a note if no road has any.
     """
+    problem, elements, samples = network.problem, network.elements, network.samples
     fast = np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)[elements.span]
     use = np.flatnonzero(fast[samples.element] & (elements.structure[samples.element] == Structure.GROUND))
-    slope, good = _read_across(problem, elements, samples, use, surface)
+    slope, good = _read_across(network, use, surface)
     seen = np.zeros(len(elements.h), bool)
     seen[samples.element[use[good]]] = True
     warranted = fast & (seen | (elements.structure != Structure.GROUND))
     use, slope = use[good], slope[good]
     knots = np.zeros((len(elements.knot_s), 2))
     if len(use):
-        knots = _smooth(elements, samples, use, slope, _free_knots(problem, elements, warranted))
+        knots = _smooth(network, use, slope, _free_knots(network, warranted))
     else:
         cell = f"{defaults.CROSSFALL_CELL_MAX:.0f} m"
         diagnostics.note(
@@ -77,20 +66,20 @@ def road_superelevation(
         )
     value = np.arctan(np.clip(knots[:, 0], -defaults.CROSSFALL_MAX, defaults.CROSSFALL_MAX))
     turn = np.where(np.abs(knots[:, 0]) <= defaults.CROSSFALL_MAX, knots[:, 1] * np.cos(value) ** 2, 0.0)
-    value, turn = np.round(value, defaults.PROFILE_DECIMALS), np.round(turn, defaults.PROFILE_SLOPE_DECIMALS)
+    value, turn = np.round(value, defaults.RECORD_DECIMALS), np.round(turn, defaults.RECORD_SLOPE_DECIMALS)
     tilted = np.maximum.reduceat(np.abs(value), elements.knot_start[:-1]) > 0
     tolerance = defaults.CROSSFALL_TOLERANCE
-    return only_curves(thin_records(elements.knot_start, elements.knot_s, value, turn, tolerance, tolerance), tilted)
+    records = thin_records(Knots(elements.knot_start, elements.knot_s, value, turn), tolerance, tolerance)
+    return only_curves(records, tilted)
 
 
-def _read_across(
-    problem: ProfileProblem, elements: Elements, samples: Samples, use: IntArray, surface: Surface
-) -> tuple[FloatArray, BoolArray]:
+def _read_across(network: Network, use: IntArray, surface: Surface) -> tuple[FloatArray, BoolArray]:
     """Return the rise per metre to the left at samples, and where it can be trusted, (n,).
 
     The median of the slopes between all pairs of places (Theil 1950, Sen 1968): up to a quarter of the places may
-    be anything.
+    be outliers.
     """
+    problem, elements, samples = network.problem, network.elements, network.samples
     span = elements.span[samples.element[use]]
     width = problem.span_width[span] if problem.span_width is not None else np.zeros(len(span))
     middle = problem.span_middle[span] if problem.span_middle is not None else np.zeros(len(span))
@@ -108,12 +97,13 @@ def _read_across(
     return slope, good & (np.abs(slope) <= defaults.CROSSFALL_PLAUSIBLE)
 
 
-def _free_knots(problem: ProfileProblem, elements: Elements, warranted: BoolArray) -> sp.csr_matrix:
+def _free_knots(network: Network, warranted: BoolArray) -> sp.csr_matrix:
     """Return the matrix from unknowns to value and slope of every knot, (2 knots, N); other knots stay level."""
+    problem, elements = network.problem, network.elements
     free = np.ones(len(elements.knot_s), bool)
     free[elements.knot[~warranted]] = False
     free[elements.knot[~warranted] + 1] = False
-    end = np.column_stack([elements.knot_start[:-1], elements.knot_start[1:] - 1]).ravel()
+    end = elements.end_knots.ravel()
     junction, link = problem.end_junction.ravel(), problem.end_link.ravel()
     free[end[junction >= 0]] = False
     linked = np.flatnonzero((junction < 0) & (link >= 0))
@@ -121,7 +111,7 @@ def _free_knots(problem: ProfileProblem, elements: Elements, warranted: BoolArra
     owner, sign = np.arange(len(free)), np.ones(len(free))
     second = linked[link[linked] < linked]
     owner[end[second]] = end[link[second]]
-    # Left is right where two starts or two ends touch; what changes along s then changes alike.
+    # Where two starts or two ends touch, left of one is right of the other: value changes its sign, slope does not.
     sign[end[second]] = np.where((second - link[second]) % 2 == 0, -1.0, 1.0)
     own = free & (owner == np.arange(len(free)))
     number = np.cumsum(own) - 1
@@ -132,19 +122,17 @@ def _free_knots(problem: ProfileProblem, elements: Elements, warranted: BoolArra
     return sp.coo_matrix((values, (rows, cols)), (2 * len(free), 2 * int(own.sum()))).tocsr()
 
 
-def _smooth(
-    elements: Elements, samples: Samples, use: IntArray, slope: FloatArray, to_knots: sp.csr_matrix
-) -> FloatArray:
+def _smooth(network: Network, use: IntArray, slope: FloatArray, to_knots: sp.csr_matrix) -> FloatArray:
     """Return value and slope at all knots, (knots, 2), of a beam through the readings."""
+    elements, samples = network.elements, network.samples
     if not to_knots.shape[1]:
         return np.zeros((len(elements.knot_s), 2))
     length = defaults.CROSSFALL_LENGTH
-    matrices = length**4 * bending(elements.h) + 0.1 * length**2 * stretching(elements.h)
+    matrices = length**4 * bending_matrices(elements.h) + _TENSION_SHARE * length**2 * tension_matrices(elements.h)
     size = to_knots.shape[0]
     stiffness = to_knots.T @ assemble(element_dofs(elements), matrices, size) @ to_knots
     stiffness = stiffness + _NO_READING * sp.identity(stiffness.shape[0])
-    e = samples.element[use]
-    rows = rows_matrix(element_dofs(elements, e), hermite(samples.u[use], elements.h[e]), size) @ to_knots
+    rows = network.knot_rows(samples.element[use], samples.u[use], hermite) @ to_knots
     weight = samples.ds[use]
     factor = np.ones(len(use))
     x = np.zeros(to_knots.shape[1])

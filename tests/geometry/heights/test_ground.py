@@ -1,4 +1,4 @@
-"""The ground told apart from the noise of a coarse elevation model."""
+"""The ground, separated from the noise of a coarse elevation model."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from osm2xodr.geometry.heights.ground import GroundReading, completed, estimate_ground, read_ground
+from osm2xodr.geometry.heights.ground import GroundReading, complete_ground, estimate_ground, read_ground
 from osm2xodr.model import BoolArray, FloatArray, SurfaceQuality
 
 CELL = 30.0
@@ -157,7 +157,7 @@ def test_what_was_estimated_early_serves_places_nearby() -> None:
     model = Model(hills(x, y) + noise(8, 1.5))
     early = estimate_ground(model, ROAD_X, ROAD_Y, reach=40.0)
     near_x, near_y = ROAD_X + 25.0, ROAD_Y - 30.0
-    assert completed(early, model, model.quality(near_x, near_y), near_x, near_y).layers == early.layers
+    assert complete_ground(early, model, model.quality(near_x, near_y), near_x, near_y).layers == early.layers
     aside = read_ground(early, cells(near_x), near_x, near_y).z
     assert rms(aside - hills(near_x, near_y)) < 1.5
 
@@ -166,7 +166,7 @@ def test_what_lacks_is_estimated_as_if_it_had_been_there() -> None:
     x, y = grid()
     model = Model(hills(x, y) + noise(9, 1.5))
     first = estimate_ground(model, ROAD_X[:40], ROAD_Y[:40])
-    later = completed(first, model, model.quality(ROAD_X, ROAD_Y), ROAD_X, ROAD_Y)
+    later = complete_ground(first, model, model.quality(ROAD_X, ROAD_Y), ROAD_X, ROAD_Y)
     at_once = estimate_ground(model, ROAD_X, ROAD_Y)
     assert len(first.layers[0].number) < len(later.layers[0].number)
     assert later.layers[0].number.tolist() == at_once.layers[0].number.tolist()

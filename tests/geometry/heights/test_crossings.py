@@ -1,4 +1,4 @@
-"""Chains of structures, distances to portals, and crossings of layers."""
+"""Crossings of layers."""
 
 from __future__ import annotations
 
@@ -8,75 +8,13 @@ import numpy as np
 import pytest
 from elevation_helpers import RoadSpec, make_problem, straight
 
-from osm2xodr.geometry.heights.elements import build_elements, components, number_unknowns
-from osm2xodr.geometry.heights.problem import ProfileProblem
-from osm2xodr.geometry.heights.structures import Chains, Crossings, find_chains, find_crossings, portal_distance
-
-
-def chains(roads: list[RoadSpec], junctions: list[tuple[float, float]]) -> Chains:
-    problem = make_problem(roads, junctions)
-    return find_chains(problem, build_elements(problem, 60.0))
+from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
+from osm2xodr.geometry.heights.elements import build_elements, number_unknowns
 
 
 def crossings(roads: list[RoadSpec], junctions: list[tuple[float, float]] = []) -> Crossings:  # noqa: B006
     problem = make_problem(roads, junctions)
     return find_crossings(problem, number_unknowns(problem, build_elements(problem, 60.0)).end_node)
-
-
-def test_elements_end_where_the_structure_changes() -> None:
-    problem = make_problem([straight((0.0, 0.0), (200.0, 0.0), spans=[(0.0, 0, 0), (50.0, 1, 1), (80.0, 0, 0)])])
-    elements = build_elements(problem, 60.0)
-    assert elements.s.tolist() == [0.0, 50.0, 80.0, 140.0]
-    assert elements.h.tolist() == [50.0, 30.0, 60.0, 60.0]
-    assert elements.structure.tolist() == [0, 1, 0, 0]
-    assert elements.knot_start.tolist() == [0, 5]
-
-
-def test_slivers_are_no_elements() -> None:
-    problem = make_problem([straight((0.0, 0.0), (100.0, 0.0), spans=[(0.0, 1, 1), (0.2, 0, 0), (99.7, 1, 1)])])
-    assert build_elements(problem, 60.0).s.tolist() == [0.0, 50.0]
-
-
-def test_chain_runs_over_a_link_and_turns_with_the_roads() -> None:
-    found = chains(
-        [
-            straight((0.0, 0.0), (100.0, 0.0), end_link=3, spans=[(0.0, 0, 0), (60.0, 1, 1)]),
-            straight((200.0, 0.0), (100.0, 0.0), end_link=1, spans=[(0.0, 0, 0), (60.0, 1, 1)]),
-        ],
-        [],
-    )
-    assert found.chain[[1, 4]].tolist() == [0, 0] if len(found.chain) > 4 else found.chain.tolist() == [-1, 0, -1, 0]
-    on = found.chain >= 0
-    assert sorted(found.sign[on].tolist()) == [-1.0, 1.0]
-    assert found.loose.tolist() == [False]
-
-
-def test_chains_end_at_junctions_and_loose_ends() -> None:
-    bridge = [(0.0, 1, 1)]
-    found = chains(
-        [
-            straight((-50.0, 0.0), (-5.0, 0.0), end=0, spans=bridge),
-            straight((5.0, 0.0), (50.0, 0.0), start=0, spans=bridge),
-            straight((0.0, 5.0), (0.0, 50.0), start=0),
-        ],
-        [(0.0, 0.0)],
-    )
-    assert found.chain.tolist() == [0, 1, -1]
-    assert found.loose.tolist() == [True, True]
-
-
-def test_distance_to_portals_reaches_over_nodes() -> None:
-    roads = [
-        straight((0.0, 0.0), (100.0, 0.0), end=0, spans=[(0.0, 0, 0), (70.0, 2, -1)]),
-        straight((110.0, 0.0), (150.0, 0.0), start=0),
-        straight((105.0, 5.0), (105.0, 60.0), start=0),
-    ]
-    problem = make_problem(roads, [(105.0, 0.0)])
-    elements = build_elements(problem, 200.0)
-    behind, ahead = portal_distance(problem, elements, number_unknowns(problem, elements).end_node)
-    assert elements.structure.tolist() == [0, 2, 0, 0]
-    assert ahead[[0, 2, 3]].tolist() == [0.0, np.inf, np.inf]
-    assert behind[[0, 2, 3]].tolist() == [np.inf, 0.0, 0.0]
 
 
 def test_bridge_over_a_road_is_found_once() -> None:
@@ -127,18 +65,6 @@ def test_roads_that_meet_nearby_do_not_cross() -> None:
         straight((0.0, -5.0), (5.0, -100.0), start=0),
     ]
     assert len(crossings(roads, [(0.0, 0.0)]).upper) == 0
-
-
-def test_components_by_links_and_junctions() -> None:
-    roads = [
-        straight((0.0, 0.0), (9.0, 0.0), end_link=2),
-        straight((9.0, 0.0), (20.0, 0.0), start_link=1, end=0),
-        straight((21.0, 1.0), (30.0, 9.0), start=0),
-        straight((50.0, 0.0), (60.0, 0.0)),
-    ]
-    problem: ProfileProblem = make_problem(roads, [(20.5, 0.5)])
-    unknowns = number_unknowns(problem, build_elements(problem, 60.0))
-    assert components(problem, unknowns).tolist() == [0, 0, 0, 1]
 
 
 def decks(aside: float, end: int = -1, bridge: float = 0.0) -> Crossings:

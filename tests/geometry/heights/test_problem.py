@@ -6,7 +6,7 @@ import pytest
 
 from osm2xodr import defaults
 from osm2xodr.errors import InputError
-from osm2xodr.geometry.heights.options import parse_grade_limits
+from osm2xodr.geometry.heights.problem import parse_grade_limits
 
 
 def test_entries_replace_the_defaults() -> None:
@@ -27,7 +27,7 @@ def test_entries_replace_the_defaults() -> None:
         ("motorway=0.05,,primary=0.1", "'' is not class=limit"),
         ("autobahn=0.05", "'autobahn': no such class of roads; choose from"),
         ("motorway=0.05,motorway=0.06", "is given twice"),
-        ("motorway=steep", "'steep' is no number"),
+        ("motorway=steep", "'steep' is not a number"),
         ("motorway=5", "not between 0.005 and 0.31"),
         ("motorway=0", "not between 0.005 and 0.31"),
         ("motorway=nan", "not between"),

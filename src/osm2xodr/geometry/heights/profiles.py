@@ -1,0 +1,289 @@
+"""Heights of a road network: one sparse least-squares problem for all roads and junctions together.
+
+The roads are elastic beams on springs, the heights of the ground, and meet at junctions on common planes; limits bend
+them with elastic force. Start reading at `solve_profiles`; the mathematics is in docs/method/heights.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from osm2xodr.curves import lengths, pose
+from osm2xodr.defaults import GRADE_LIMIT_OTHER
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, restore_ground
+from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
+from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
+from osm2xodr.geometry.heights.ground import Ground, estimate_ground
+from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_tilts
+from osm2xodr.geometry.heights.newton import solve_network
+from osm2xodr.geometry.heights.observations import (
+    Kind,
+    Observations,
+    observe_dual_carriageways,
+    observe_ele,
+    observe_ground,
+    observe_inclines,
+    observe_junctions,
+    observe_pins,
+    weigh_heights,
+)
+from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
+from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
+from osm2xodr.geometry.heights.records import Knots, add_pins, thin_records
+from osm2xodr.geometry.heights.report import Outcome, element_grades, report, statistics, tabulate
+from osm2xodr.geometry.heights.sparse import join_blocks
+from osm2xodr.geometry.heights.stiffness import Beams, Chains, find_chains, network_stiffness
+from osm2xodr.geometry.heights.superelevation import road_superelevation
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, Surface
+from osm2xodr.system import release_memory
+
+
+def ground_around(
+    surface: Surface,
+    x: FloatArray,
+    y: FloatArray,
+    options: ElevationOptions | None = None,
+    origin: tuple[float, float] | None = None,
+) -> Ground:
+    """Estimate the ground around where roads are expected, for `solve_profiles`.
+
+    Parameters
+    ----------
+    surface
+        Height of the ground.
+    x, y : (n,)
+        Points along all streets, local, m; at most a few hundred metres apart.
+    options
+        The user's choices.
+    origin
+        Where the windows' lattice begins, local, m: the same for areas side by side. None for where it needs the
+        fewest windows.
+    """
+    factor = _roughness_factor(options or ElevationOptions())
+    return estimate_ground(surface, x, y, factor, defaults.GROUND_REACH, origin)
+
+
+def solve_profiles(
+    problem: ProfileProblem,
+    surface: Surface,
+    diagnostics: Diagnostics,
+    options: ElevationOptions | None = None,
+    ground: Ground | None = None,
+) -> ProfileSolution:
+    """Find the heights of all roads and junctions.
+
+    Parameters
+    ----------
+    problem
+        The roads.
+    surface
+        Height of the ground.
+    diagnostics
+        Receives guesses and limits that are not met.
+    options
+        The user's choices.
+    ground
+        Result of `ground_around` with the same options. It saves time only: what is missing is estimated here.
+
+    Raises
+    ------
+    ValueError
+        `problem.end_link` is not symmetric, or the ground was estimated with another smoothing.
+    """
+    options = options or ElevationOptions()
+    problem = problem if options.structures else _without_structures(problem)
+    spacing = road_spacing(problem, surface)
+    elements = build_elements(problem, spacing.knots)
+    samples = build_samples(problem, elements, spacing.samples)
+    reading, at_junctions = read_heights(surface, samples, problem.junction_xy, _checked(ground, options))
+    if not len(elements.h) or _is_level(reading, at_junctions):
+        return _level_solution(problem, np.concatenate([reading.z, at_junctions.z]))
+
+    network = Network(problem, elements, samples, number_unknowns(problem, elements))
+    model = _build_model(network, reading, at_junctions, options, spacing.cell)
+    stiffness = model.stiffness(model.beams.flexibility)
+    release_memory()
+    observations, floating = _collect_observations(model, stiffness.shape[0])
+    limits, clearances = _collect_limits(model, surface, stiffness.shape[0])
+    observations, factors = _see_through_canopy(model, observations)
+    release_memory()
+    solved = solve_network(stiffness, observations, limits, factors)
+    road_z = solved.value[observations.kind == Kind.ROAD_HEIGHT] + model.mean
+    # As large as all the rest together, and used up.
+    del observations, limits
+    release_memory()
+
+    outcome = _read_solution(model, solved.x, road_z, floating, clearances)
+    report(network, outcome, diagnostics)
+    solution = _write_records(network, outcome)
+    if not options.superelevation:
+        return solution
+    return replace(solution, superelevation=road_superelevation(network, surface, diagnostics))
+
+
+def _roughness_factor(options: ElevationOptions) -> float:
+    """Return the factor on the penalty on roughness: lengths go with its fourth root."""
+    return options.smoothing**4
+
+
+def _without_structures(problem: ProfileProblem) -> ProfileProblem:
+    """Return the problem with all roads on the ground."""
+    none = np.zeros_like(problem.span_structure)
+    return replace(problem, span_structure=none, span_layer=none)
+
+
+def _checked(ground: Ground | None, options: ElevationOptions) -> Ground:
+    """Return the ground that was estimated so far, which must have been with the same options."""
+    ground = ground or Ground(_roughness_factor(options))
+    if ground.smoothing != _roughness_factor(options):
+        raise ValueError("the ground must be estimated with the smoothing that the roads are")
+    return ground
+
+
+def _is_level(reading: Reading, at_junctions: Reading) -> bool:
+    """Say whether the surface is exact and has one height everywhere."""
+    return not reading.cell.any() and np.ptp(np.concatenate([reading.z, at_junctions.z])) == 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Model:
+    """The roads, what the ground is there, and what they are like as beams."""
+
+    network: Network
+    reading: Reading  # The ground at the samples
+    at_junctions: Reading  # The ground at the junctions' origins
+    mean: float  # Mean height of the ground, m; heights are solved less it
+    grade_limit: FloatArray  # (K,) Limit of each span's class, rise per metre
+    beams: Beams
+    chains: Chains
+    crossings: Crossings
+
+    def stiffness(self, flexibility: FloatArray) -> sp.csr_matrix:
+        """Return the stiffness (N, N) of the network with a flexibility (E,), 1/m."""
+        return network_stiffness(self.network, self.chains, flexibility)
+
+
+def _build_model(
+    network: Network, reading: Reading, at_junctions: Reading, options: ElevationOptions, cell: FloatArray
+) -> _Model:
+    """Return the model; `cell` is the size of the elevation model's cells along each road, (R,), m."""
+    problem, elements = network.problem, network.elements
+    factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
+    flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span]
+    return _Model(
+        network,
+        reading,
+        at_junctions,
+        mean=float(np.mean(reading.z[reading.measured] if reading.measured.any() else reading.z)),
+        grade_limit=_class_values(problem, options.grade_limit, GRADE_LIMIT_OTHER),
+        beams=Beams(flexibility, typical_density(reading, cell)[elements.road]),
+        chains=find_chains(problem, elements),
+        crossings=find_crossings(problem, network.unknowns.end_node),
+    )
+
+
+def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:
+    """Return a table's value for each span's class, (K,)."""
+    return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
+
+
+def _collect_observations(model: _Model, unknowns: int) -> tuple[Observations, BoolArray]:
+    """Return all observations over N unknowns, and which roads no measured ground holds, (R,)."""
+    network, reading, mean = model.network, model.reading, model.mean
+    weight, floating = weigh_heights(network, reading)
+    blocks = [
+        observe_ground(network, reading, weight, mean),
+        observe_junctions(network, model.at_junctions, mean),
+        observe_inclines(network),
+        observe_ele(network, mean),
+        observe_dual_carriageways(network, reading),
+        observe_pins(network, mean),
+    ]
+    return join_blocks(blocks, unknowns), floating
+
+
+def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:
+    """Return all limits over N unknowns, and by themselves those on the heights of upper roads above lower ones."""
+    network, limit, crossings = model.network, model.grade_limit, model.crossings
+    x, y, _ = pose(network.problem.plan_view, crossings.lower, crossings.lower_s)
+    clearances = limit_clearances(network, crossings, model.beams, surface.quality(x, y).sigma)
+    density = typical_density(model.reading, model.at_junctions.cell)
+    blocks = [
+        *limit_grades(network, limit[network.elements.span], model.beams),
+        *limit_tilts(network, limit[end_spans(network.problem)], density),
+        clearances,
+    ]
+    return join_blocks(blocks, unknowns), clearances
+
+
+def _see_through_canopy(model: _Model, observations: Observations) -> tuple[Observations, FloatArray]:
+    """Return the observations, and factors (n,) on their weights, small where they show canopy or roofs."""
+    if not observations.canopy.any():
+        return observations, np.ones(len(observations.value))
+    stages = list(canopy_stages(model.beams, model.stiffness))
+    factors = downweight_canopy(stages, observations)
+    samples = model.network.samples
+    road = model.network.elements.road[samples.element]
+    return restore_ground(observations, factors, road, samples.s, model.reading.z)
+
+
+def _read_solution(
+    model: _Model, x: FloatArray, road_z: FloatArray, floating: BoolArray, clearances: Limits
+) -> Outcome:
+    """Return the outcome from the unknowns (N,), which are changed, and the heights at the samples, m."""
+    network, unknowns = model.network, model.network.unknowns
+    x = x[: unknowns.to_knots.shape[1]]
+    x[unknowns.z_columns] += model.mean
+    knots = (unknowns.to_knots @ x).reshape(-1, 2)
+    return Outcome(
+        z=road_z,
+        knots=knots,
+        planes=x[: 3 * unknowns.junctions].reshape(-1, 3).copy(),
+        reading=model.reading,
+        floating=floating,
+        grade=element_grades(network.elements, knots),
+        limit=model.grade_limit[network.elements.span],
+        crossings=model.crossings,
+        clearance=clearances.rows @ x,
+        chain=model.chains.chain,
+    )
+
+
+def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:
+    """Return the solution in few records."""
+    elements, pins, knots = network.elements, network.problem.pins, outcome.knots
+    # Ends that touch round alike: they have the same numbers.
+    knots = np.column_stack(
+        [np.round(knots[:, 0], defaults.RECORD_DECIMALS), np.round(knots[:, 1], defaults.RECORD_SLOPE_DECIMALS)]
+    )
+    on_roads, held = Knots(elements.knot_start, elements.knot_s, knots[:, 0], knots[:, 1]), None
+    if pins is not None:
+        on_roads, held = add_pins(on_roads, pins)
+    ends = knots[elements.end_knots]
+    tables = tabulate(network, outcome)
+    return ProfileSolution(
+        thin_records(on_roads, held=held),
+        outcome.planes,
+        ends[:, :, 0].copy(),
+        ends[:, :, 1].copy(),
+        statistics(network.elements, outcome, tables),
+        tables,
+    )
+
+
+def _level_solution(problem: ProfileProblem, heights: FloatArray) -> ProfileSolution:
+    """Return the solution on an exactly level surface with these heights, (n,), m."""
+    z = float(heights[0]) if len(heights) else 0.0
+    roads = len(lengths(problem.plan_view))
+    start = np.arange(roads + 1, dtype=np.int64)
+    zero = np.zeros(roads)
+    planes = np.zeros((len(problem.junction_xy), 3))
+    planes[:, 0] = z
+    profile = CubicProfile(start, zero, np.full(roads, z), zero, zero, zero)
+    return ProfileSolution(profile, planes, np.full((roads, 2), z), np.zeros((roads, 2)))

@@ -1,0 +1,143 @@
+"""Stiffness of the network: roads bend, bridges and tunnels are also drawn straight, junctions tend to be level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from osm2xodr.geometry.heights import defaults
+from osm2xodr.geometry.heights.elements import (
+    Elements,
+    Network,
+    assemble,
+    bending_matrices,
+    element_dofs,
+    tension_matrices,
+)
+from osm2xodr.geometry.heights.problem import ProfileProblem
+from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beams:
+    """Elements as beams on an elastic foundation, which the observed heights are."""
+
+    flexibility: FloatArray  # (E,) q: the road's share of the penalty on z''² is 1 / q, 1/m
+    density: FloatArray  # (E,) w: usual weight of the observed heights per metre of road, 1/m³
+
+
+def rotation_stiffness(density: FloatArray, q: FloatArray | float) -> FloatArray:
+    """Return the moment that turns the hinged end of a beam on an elastic foundation by 1: √2 (w / q³)^(1/4)."""
+    return np.asarray(np.sqrt(2.0) * (density / np.asarray(q) ** 3) ** 0.25)
+
+
+def deflection_stiffness(density: FloatArray, q: FloatArray) -> FloatArray:
+    """Return the force that lifts a long beam on an elastic foundation by 1 m: 2 √2 (w³ / q)^(1/4)."""
+    return np.asarray(2.0 * np.sqrt(2.0) * (density**3 / np.asarray(q)) ** 0.25)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chains:
+    """Bridges and tunnels, each as one chain of elements over all roads that it consists of."""
+
+    chain: IntArray  # (E,) Chain of each element, -1 on the ground
+    sign: FloatArray  # (E,) 1 where the element's road runs along its chain, -1 where against it
+    loose: BoolArray  # (chains,) Whether a chain has an end that nothing holds, as a tunnel that the map's edge cuts
+
+
+def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
+    """Join structures that follow each other along roads and over links between roads."""
+    on = elements.structure != Structure.GROUND
+    same_road = np.r_[False, (elements.road[1:] == elements.road[:-1]) & on[1:] & on[:-1]]
+    run = np.where(on, np.cumsum(on & ~same_road) - 1, -1)
+    runs = int(run.max(initial=-1)) + 1
+    # The run at each road end, if the road's first or last element is a structure.
+    end_run = run[elements.end_elements].ravel()
+    junction = problem.end_junction.ravel()
+    link = np.where(junction < 0, problem.end_link.ravel(), -1)
+    neighbours: list[list[tuple[int, float]]] = [[] for _ in range(runs)]
+    loose_run = np.zeros(runs, bool)
+    for end in np.flatnonzero(end_run >= 0):
+        other = int(link[end])
+        if other >= 0 and end_run[other] >= 0:
+            neighbours[end_run[end]].append((int(end_run[other]), -1.0 if (end - other) % 2 == 0 else 1.0))
+        elif other < 0 and junction[end] < 0:
+            loose_run[end_run[end]] = True
+    chain_of, sign_of = _join_runs(neighbours)
+    loose = np.zeros(int(chain_of.max(initial=-1)) + 1, bool)
+    loose[chain_of[loose_run]] = True
+    chain = np.where(on, chain_of[run], -1) if runs else np.full(len(on), -1, np.int64)
+    sign = np.where(on, sign_of[run], 1.0) if runs else np.ones(len(on))
+    return Chains(chain, sign, loose)
+
+
+def _join_runs(neighbours: list[list[tuple[int, float]]]) -> tuple[IntArray, FloatArray]:
+    """Return chain and direction, 1 or -1, of runs; neighbours are (run, -1 if both run against each other)."""
+    chain = np.full(len(neighbours), -1, np.int64)
+    sign = np.ones(len(neighbours))
+    count = 0
+    for seed in range(len(neighbours)):
+        if chain[seed] >= 0:
+            continue
+        chain[seed] = count
+        stack = [seed]
+        while stack:
+            here = stack.pop()
+            for there, turn in neighbours[here]:
+                if chain[there] < 0:
+                    chain[there] = count
+                    sign[there] = sign[here] * turn
+                    stack.append(there)
+        count += 1
+    return chain, sign
+
+
+def network_stiffness(network: Network, chains: Chains, flexibility: FloatArray) -> sp.csr_matrix:
+    """Return the quadratic part of the objective that no observation has; the chains' mean grades come last.
+
+    Parameters
+    ----------
+    network, chains
+        The roads, and their bridges and tunnels.
+    flexibility : (E,)
+        q of each element, 1/m.
+    """
+    elements, unknowns = network.elements, network.unknowns
+    tension = np.where(
+        elements.structure != Structure.GROUND,
+        1.0 / (defaults.ROAD_FLEXIBILITY * defaults.STRUCTURE_TENSION_LENGTH**2),
+        0.0,
+    )
+    matrices = bending_matrices(elements.h) / flexibility[:, None, None]
+    matrices = matrices + tension_matrices(elements.h) * tension[:, None, None]
+    p = unknowns.to_knots
+    matrix = p.T @ assemble(element_dofs(elements), matrices, p.shape[0]) @ p
+    diagonal = np.zeros(p.shape[1])
+    diagonal[: 3 * unknowns.junctions].reshape(-1, 3)[:, 1:] = 1.0 / defaults.JUNCTION_TILT_SIGMA**2
+    matrix = matrix + sp.diags(diagonal)
+    if len(chains.loose):
+        coupling, own = _chord_coupling(network, chains, tension)
+        matrix = sp.bmat([[matrix, coupling], [coupling.T, own]])
+    return sp.csr_matrix(matrix)
+
+
+def _chord_coupling(network: Network, chains: Chains, tension: FloatArray) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """Return the terms that turn the tension, (E,), of chains toward their own chord instead of toward level.
+
+    Each chain that is held at both ends has one more unknown m, its mean grade. Tension times the integral of
+    (z' - m)² is the plain tension plus the terms in m that are returned: the coupling (N, chains) with the other
+    unknowns and the diagonal (chains, chains).
+    """
+    elements, to_knots, count = network.elements, network.unknowns.to_knots, len(chains.loose)
+    held = np.flatnonzero((chains.chain >= 0) & ~np.r_[chains.loose, True][chains.chain])
+    chain, sign, tau = chains.chain[held], chains.sign[held], tension[held]
+    knot = elements.knot[held]
+    rows = np.r_[2 * knot, 2 * (knot + 1)]
+    values = np.r_[sign * tau, -sign * tau]
+    in_knots = sp.coo_matrix((values, (rows, np.r_[chain, chain])), (to_knots.shape[0], count)).tocsr()
+    diagonal = np.bincount(chain, tau * elements.h[held], count).astype(np.float64)
+    # A loose chain's mean grade plays no part; 1 keeps it determinate.
+    diagonal[diagonal == 0] = 1.0
+    return (to_knots.T @ in_knots).tocsr(), sp.csr_matrix(sp.diags(diagonal))

@@ -1,0 +1,237 @@
+"""What is observed: weights, kinds and thresholds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from elevation_helpers import Ground, RoadSpec, cross, make_problem, solve, straight
+
+from osm2xodr.curves.cubics import cubic_value
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.heights import Pins, solve_profiles
+from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
+from osm2xodr.geometry.heights.observations import (
+    Kind,
+    observe_dual_carriageways,
+    observe_ele,
+    observe_ground,
+    observe_inclines,
+    observe_junctions,
+    observe_pins,
+    portal_distance,
+    weigh_heights,
+)
+from osm2xodr.geometry.heights.readings import Reading
+from osm2xodr.model import FloatArray
+
+PLANE = Ground(lambda x, y: 300.0 + 0.05 * x - 0.03 * y)
+
+
+def network_of(roads: list[RoadSpec], junctions: list[tuple[float, float]], spacing: float = 10.0) -> Network:
+    """Return roads cut into elements of at most 20 m with samples this far apart, m."""
+    problem = make_problem(roads, junctions)
+    elements = build_elements(problem, 20.0)
+    samples = build_samples(problem, elements, np.full(len(roads), spacing))
+    return Network(problem, elements, samples, number_unknowns(problem, elements))
+
+
+def reading(count: int, z: float = 0.0, sigma: float = 2.0, cell: float = 10.0, covered: bool = False) -> Reading:
+    """Return heights of one quality whose errors are correlated over 25 m."""
+    every = np.ones(count)
+    return Reading(z * every, z * every, sigma * every, 25.0 * every, cell * every, every > 0, (every > 0) & covered)
+
+
+def test_sample_weighs_as_its_length_of_road() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    weight, floating = weigh_heights(network, reading(10))
+    assert weight == pytest.approx(np.full(10, 10.0 / (25.0 * 2.0**2)))
+    assert floating.tolist() == [False]
+
+
+def test_junction_weighs_as_ten_metres_of_road() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0), start=0)], [(-5.0, 0.0)])
+    block = observe_junctions(network, reading(1, z=7.0), mean=3.0)
+    assert block.weight == pytest.approx([10.0 / (25.0 * 2.0**2)])
+    assert block.value.tolist() == [4.0]
+    assert block.kind.tolist() == [Kind.JUNCTION_HEIGHT]
+    assert block.rows.toarray()[0, :3].tolist() == [1.0, 0.0, 0.0]
+
+
+def test_junction_holds_its_roads_at_the_height_of_its_middle() -> None:
+    # The middle lies on a hump of 1 m that none of the samples along the four roads sees.
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.asarray(np.where(np.hypot(x, y) < 3.0, 1.0, 0.0))
+
+    roads = cross(size=12.0, trim=4.0)
+    z = solve(roads, Ground(height, cell_size=5.0, sigma=0.5), [(0.0, 0.0)]).solution.junction_plane[0, 0]
+    assert 0.1 < z < 0.5
+
+
+@pytest.mark.parametrize(("cell", "reach"), [(10.0, 8.0), (30.0, 15.0)])
+def test_ground_near_portals_hardly_counts(cell: float, reach: float) -> None:
+    spans = [(0.0, 0, 0), (100.0, 2, -1), (160.0, 0, 0)]
+    network = network_of([straight((0.0, 0.0), (260.0, 0.0), spans=spans)], [], spacing=1.0)
+    weight, _ = weigh_heights(network, reading(260, cell=cell))
+    s = network.samples.s
+    inside = (s > 100.0) & (s < 160.0)
+    near = ~inside & (s > 100.0 - reach) & (s < 160.0 + reach)
+    full = 1.0 / (25.0 * 2.0**2)
+    assert weight[inside].tolist() == [0.0] * 60
+    assert weight[near] == pytest.approx(np.full(2 * int(reach), 0.01 * full))
+    assert weight[~inside & ~near] == pytest.approx(np.full(200 - 2 * int(reach), full))
+
+
+def test_what_nothing_holds_takes_guesses() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0), spans=[(0.0, 2, -1)])], [])
+    weight, floating = weigh_heights(network, reading(10))
+    assert weight == pytest.approx(np.full(10, 10.0 / (200.0 * 30.0**2)))
+    assert floating.tolist() == [True]
+
+
+def test_heights_of_surface_models_have_thresholds_of_their_own() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    for covered, above, below in ((False, 3.0, 3.0), (True, 1.5, 8.0)):
+        block = observe_ground(network, reading(10, covered=covered), np.ones(10), 0.0)
+        assert block.kind.tolist() == [Kind.ROAD_HEIGHT] * 10
+        assert block.above.tolist() == [above] * 10
+        assert block.below.tolist() == [below] * 10
+        assert block.canopy.tolist() == [covered] * 10
+        assert block.floor.tolist() == [1e-3] * 10
+
+
+def test_pins_never_lose_weight() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    pins = Pins(np.array([0, 0]), np.array([30.0, 60.0]), np.array([5.0, np.nan]), np.array([0.02, np.nan]))
+    block = observe_pins(replace(network, problem=replace(network.problem, pins=pins)), mean=1.0)
+    assert block.value.tolist() == [4.0, 0.02]
+    assert block.kind.tolist() == [Kind.PIN] * 2
+    far = block.robust_factors(np.full(2, 1e6), block.sigma, geman_mcclure=True)
+    assert far.tolist() == [1.0, 1.0]
+    assert block.weight == pytest.approx([1e8, 1e8])
+
+
+def test_incline_weighs_as_its_share_of_a_hundred_metres() -> None:
+    roads = [straight((0.0, 0.0), (100.0, 0.0), grade=grade) for grade in (0.1, 0.36, np.nan)]
+    network = network_of(roads, [])
+    block = observe_inclines(network)
+    assert block.value.tolist() == [0.1] * 5
+    assert block.kind.tolist() == [Kind.GRADE] * 5
+    assert block.sigma.tolist() == [0.02] * 5
+    assert block.weight == pytest.approx(np.full(5, 20.0 / (100.0 * 0.02**2)))
+    # The grade of a plane along the first road.
+    x = np.zeros(block.rows.shape[1])
+    x[network.unknowns.z_columns] = 1.0
+    assert block.rows @ x == pytest.approx(np.zeros(5))
+
+
+def test_ele_is_good_for_five_metres() -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    none = observe_ele(network, mean=0.0)
+    assert none.rows.shape == (0, network.unknowns.to_knots.shape[1])
+    problem = replace(network.problem, ele_road=np.array([0]), ele_s=np.array([30.0]), ele_z=np.array([440.0]))
+    block = observe_ele(replace(network, problem=problem), mean=400.0)
+    assert (block.value.tolist(), block.sigma.tolist()) == ([40.0], [5.0])
+    assert block.weight == pytest.approx([1.0 / 25.0])
+    assert block.kind.tolist() == [Kind.TAGGED_HEIGHT]
+
+
+@pytest.mark.parametrize(("apart", "cell", "pairs"), [(24.0, 30.0, 10), (26.0, 30.0, 0), (24.0, 10.0, 0)])
+def test_dual_carriageways_are_level_within_25_metres_on_coarse_cells(apart: float, cell: float, pairs: int) -> None:
+    roads = [
+        straight((0.0, 0.0), (100.0, 0.0), oneway=1, name=0),
+        straight((100.0, apart), (0.0, apart), oneway=1, name=0),
+    ]
+    block = observe_dual_carriageways(network_of(roads, []), reading(20, cell=cell))
+    assert block.value.tolist() == [0.0] * pairs
+    assert block.weight == pytest.approx(np.full(pairs, 10.0 / (1.7 * 30.0 * 0.5**2)))
+
+
+def test_robust_factors_are_those_of_cauchy_and_of_geman_and_mcclure() -> None:
+    network = network_of([straight((0.0, 0.0), (30.0, 0.0))], [])
+    block = observe_ground(network, reading(4, covered=True), np.ones(4), 0.0)
+    residual = 2.0 * np.array([1.5, 3.0, -8.0, 1e6])
+    cauchy = block.robust_factors(residual, block.sigma, geman_mcclure=False)
+    assert cauchy == pytest.approx([0.5, 0.2, 0.5, 1e-3])
+    assert block.robust_factors(residual, block.sigma, geman_mcclure=True) == pytest.approx([0.25, 0.04, 0.25, 1e-3])
+
+
+def test_distance_to_portals_reaches_over_nodes() -> None:
+    roads = [
+        straight((0.0, 0.0), (100.0, 0.0), end=0, spans=[(0.0, 0, 0), (70.0, 2, -1)]),
+        straight((110.0, 0.0), (150.0, 0.0), start=0),
+        straight((105.0, 5.0), (105.0, 60.0), start=0),
+    ]
+    problem = make_problem(roads, [(105.0, 0.0)])
+    elements = build_elements(problem, 200.0)
+    behind, ahead = portal_distance(elements, number_unknowns(problem, elements).end_node)
+    assert elements.structure.tolist() == [0, 2, 0, 0]
+    assert ahead[[0, 2, 3]].tolist() == [0.0, np.inf, np.inf]
+    assert behind[[0, 2, 3]].tolist() == [np.inf, 0.0, 0.0]
+
+
+def test_tunnel_alone_lies_level_at_the_height_of_the_ground() -> None:
+    found = solve([straight((0.0, 0.0), (300.0, 0.0), spans=[(0.0, 2, -1)])], PLANE)
+    assert found.z(0, np.linspace(0.0, 300.0, 9)) == pytest.approx(307.5, abs=0.1)
+    assert found.codes() == {"no-ground"}
+
+
+def test_incline_tags_count_where_heights_say_little() -> None:
+    ground = Ground(lambda x, y: np.zeros(len(x)) + 0.0 * x, cell_size=10.0, sigma=8.0)
+    plain = solve([straight((0.0, 0.0), (200.0, 0.0))], ground)
+    tagged = solve([straight((0.0, 0.0), (200.0, 0.0), grade=0.1)], ground)
+    absurd = solve([straight((0.0, 0.0), (200.0, 0.0), grade=0.9)], ground)
+    assert plain.grade(0, 100.0) == pytest.approx(0.0, abs=1e-9)
+    assert 0.03 < float(tagged.grade(0, 100.0)[0]) < 0.1
+    assert absurd.grade(0, 100.0) == pytest.approx(0.0, abs=1e-9)
+    assert absurd.codes() == {"incline"}
+
+
+def with_ele(z: list[float], ground: Ground) -> tuple[FloatArray, FloatArray]:
+    """Return x and z of a road of 400 m with ``ele`` at even distances."""
+    roads = [straight((-200.0, 0.0), (200.0, 0.0))]
+    n = len(z)
+    problem = replace(
+        make_problem(roads),
+        ele_road=np.zeros(n, np.int64),
+        ele_s=(np.arange(n) + 0.5) * 400.0 / n,
+        ele_z=np.array(z, np.float64),
+    )
+    solution = solve_profiles(problem, ground, Diagnostics())
+    s = np.linspace(0.0, 400.0, 401)
+    return s - 200.0, cubic_value(solution.elevation, np.zeros(401, np.int64), s)
+
+
+def test_ele_tags_count_where_there_are_no_heights() -> None:
+    beyond = Ground(
+        lambda x, y: np.full(len(x), 40.0), cell_size=10.0, sigma=1.0, known=lambda x, y: np.asarray(x < -100.0)
+    )
+    x, plain = with_ele([], beyond)
+    _, tagged = with_ele([40.0, 40.0, 47.0, 54.0], beyond)
+    assert plain == pytest.approx(40.0, abs=0.01)
+    # The ground is a guess there, good for 30 m; a tag is good for 5 m.
+    assert tagged[x < -150.0] == pytest.approx(40.0, abs=0.6)
+    assert 49.0 < tagged[350] < 55.0
+
+
+def test_ele_tags_hardly_count_against_heights_and_outliers_not_at_all() -> None:
+    ground = Ground(lambda x, y: np.full(len(x), 40.0) + 0.01 * x, cell_size=10.0, sigma=1.0)
+    plain = with_ele([], ground)[1]
+    assert np.abs(with_ele([44.0, 44.0, 44.0, 44.0], ground)[1] - plain).max() < 0.5
+    # 48 m: an ellipsoidal height.
+    assert np.abs(with_ele([88.0, 88.0, 88.0, 88.0], ground)[1] - plain).max() < 0.05
+
+
+def test_carriageways_of_one_street_are_level_with_each_other() -> None:
+    # On a hillside; 3 % across over 15 m.
+    ground = Ground(lambda x, y: 0.03 * y, cell_size=30.0, sigma=6.0)
+
+    def gap(name: int) -> float:
+        a = straight((-400.0, 0.0), (400.0, 0.0), oneway=1, name=name)
+        b = straight((400.0, 15.0), (-400.0, 15.0), oneway=1, name=name)
+        found = solve([a, b], ground)
+        return float(found.z(1, 400.0)[0] - found.z(0, 400.0)[0])
+
+    assert gap(-1) == pytest.approx(0.45, abs=0.03)
+    assert 0.2 < gap(0) < 0.41

@@ -1,0 +1,246 @@
+"""Heights of roads on ground of known shape."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from elevation_helpers import Ground, RoadSpec, cross, make_problem, solve, straight
+from hypothesis import given, settings, strategies as st
+
+from osm2xodr.curves.cubics import cubic_slope, cubic_value
+from osm2xodr.curves.plan_views import lengths
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.heights import ElevationOptions, solve_profiles
+
+PLANE = Ground(lambda x, y: 300.0 + 0.05 * x - 0.03 * y)
+
+
+def test_level_surface_gives_exactly_its_height() -> None:
+    found = solve(cross(), Ground(lambda x, y: np.zeros(len(x))), [(0.0, 0.0)])
+    elevation = found.solution.elevation
+    assert elevation.start.tolist() == [0, 1, 2, 3, 4]
+    assert elevation.a.tolist() == [0.0] * 4
+    assert not np.any([elevation.b, elevation.c, elevation.d])
+    assert found.solution.junction_plane.tolist() == [[0.0, 0.0, 0.0]]
+
+
+def test_plane_is_met_everywhere_by_few_records() -> None:
+    found = solve(cross(), PLANE, [(0.0, 0.0)])
+    for road in range(4):
+        _, x, y, z = found.along(road)
+        assert np.abs(z - PLANE.height(x, y)).max() < 0.01
+    assert found.solution.junction_plane[0] == pytest.approx([300.0, 0.05, -0.03], abs=0.002)
+    assert len(found.solution.elevation.s) <= 8
+    assert found.solution.statistics["height_above_surface_p95_m"] < 0.01
+    assert found.solution.statistics["height_measured_share"] == 1.0
+
+
+def test_one_sided_ramp_is_not_mirrored() -> None:
+    found = solve([straight((-150.0, 0.0), (150.0, 0.0))], Ground(lambda x, y: 0.08 * np.maximum(x, 0.0)))
+    s, x, _, z = found.along(0)
+    assert z[x < -20] == pytest.approx(0.0, abs=0.03)
+    assert z[x > 20] == pytest.approx(0.08 * x[x > 20], abs=0.03)
+    assert found.grade(0, s[-1:]) == pytest.approx(0.08, abs=0.002)
+
+
+def test_paraboloid_is_met_on_a_curve() -> None:
+    ground = Ground(lambda x, y: 1e-4 * (x * x + 2.0 * y * y) + 0.01 * x)
+    found = solve([RoadSpec(-150.0, 20.0, 0.4, 300.0, curvature=-0.004)], ground)
+    _, x, y, z = found.along(0)
+    assert np.abs(z - ground.height(x, y)).max() < 0.02
+
+
+def test_ring_closes_smoothly() -> None:
+    ring = RoadSpec(0.0, -50.0, 0.0, 2 * np.pi * 50.0, curvature=0.02, start_link=1, end_link=0)
+    found = solve([ring], PLANE)
+    length = 2 * np.pi * 50.0
+    assert found.z(0, 0.0) == pytest.approx(found.z(0, length), abs=1e-9)
+    assert found.grade(0, 0.0) == pytest.approx(found.grade(0, length), abs=1e-9)
+    _, x, y, z = found.along(0)
+    assert np.abs(z - PLANE.height(x, y)).max() < 0.05
+
+
+def test_loop_road_begins_and_ends_on_one_plane() -> None:
+    quarter = RoadSpec(10.0, 0.0, -np.pi / 4, 60 * np.pi, curvature=0.025, start=0, end=0)
+    stem = straight((-100.0, 0.0), (-8.0, 0.0), end=0)
+    found = solve([quarter, stem], PLANE, [(0.0, 0.0)])
+    assert_smooth(found.problem, found.solution)
+
+
+def test_reversed_roads_have_the_same_heights() -> None:
+    ground = Ground(lambda x, y: 3.0 * np.sin(x / 40.0) * np.cos(y / 55.0))
+    ahead = solve([straight((0.0, 0.0), (300.0, 80.0), spans=[(0.0, 0, 0), (100.0, 1, 1), (130.0, 0, 0)])], ground)
+    length = float(np.hypot(300.0, 80.0))
+    spans = [(0.0, 0, 0), (length - 130.0, 1, 1), (length - 100.0, 0, 0)]
+    back = solve([straight((300.0, 80.0), (0.0, 0.0), spans=spans)], ground)
+    s = np.linspace(0.0, length, 200)
+    assert ahead.z(0, s) == pytest.approx(back.z(0, length - s), abs=0.011)
+
+
+def test_hole_in_the_model_is_bridged_smoothly() -> None:
+    ground = Ground(
+        lambda x, y: np.where(np.abs(x) < 60.0, -500.0, 0.03 * x), known=lambda x, y: np.asarray(np.abs(x) >= 60.0)
+    )
+    found = solve([straight((-300.0, 0.0), (300.0, 0.0))], ground)
+    _, x, _, z = found.along(0)
+    assert z == pytest.approx(0.03 * x, abs=0.3)
+
+
+def test_one_sided_link_is_refused() -> None:
+    problem = make_problem([straight((0.0, 0.0), (9.0, 0.0), end_link=2), straight((9.0, 0.0), (20.0, 0.0))])
+    with pytest.raises(ValueError, match="symmetric"):
+        solve_profiles(problem, PLANE, Diagnostics())
+
+
+def test_smoothing_makes_the_profile_smoother() -> None:
+    ground = Ground(lambda x, y: 0.3 * np.sin(x / 8.0), cell_size=5.0, sigma=0.5)
+
+    def roughness(smoothing: float) -> float:
+        options = ElevationOptions(smoothing=smoothing)
+        found = solve([straight((0.0, 0.0), (400.0, 0.0))], ground, options=options)
+        return float(np.abs(found.grade(0, np.linspace(0.0, 400.0, 500))).mean())
+
+    assert roughness(3.0) < 0.8 * roughness(1.0)
+
+
+def assert_smooth(problem: object, solution: object) -> None:
+    """Assert that height and grade are continuous in every road, across links and on junctions' planes."""
+    from osm2xodr.geometry.heights import ProfileProblem, ProfileSolution
+    from osm2xodr.geometry.heights.elements import end_poses
+
+    assert isinstance(problem, ProfileProblem)
+    assert isinstance(solution, ProfileSolution)
+    e = solution.elevation
+    length = lengths(problem.plan_view)
+    curve = np.repeat(np.arange(len(length)), np.diff(e.start))
+    inner = np.flatnonzero(np.diff(curve) == 0)
+    h = e.s[inner + 1] - e.s[inner]
+    before = e.a[inner] + h * (e.b[inner] + h * (e.c[inner] + h * e.d[inner]))
+    slope = e.b[inner] + h * (2 * e.c[inner] + 3 * h * e.d[inner])
+    assert before == pytest.approx(e.a[inner + 1], abs=1e-8)
+    assert slope == pytest.approx(e.b[inner + 1], abs=1e-8)
+
+    roads = np.repeat(np.arange(len(length)), 2)
+    s = np.column_stack([np.zeros(len(length)), length]).ravel()
+    z, g = cubic_value(e, roads, s), cubic_slope(e, roads, s)
+    assert z == pytest.approx(solution.end_z.ravel(), abs=1e-8)
+    assert g == pytest.approx(solution.end_grade.ravel(), abs=1e-8)
+    link = problem.end_link.ravel()
+    a = np.flatnonzero(link >= 0)
+    sign = np.where((a - link[a]) % 2 == 0, -1.0, 1.0)
+    assert z[a] == pytest.approx(z[link[a]], abs=1e-8)
+    assert g[a] == pytest.approx(sign * g[link[a]], abs=1e-8)
+    at = problem.end_junction.ravel()
+    b = np.flatnonzero(at >= 0)
+    x, y, hdg = (value[b] for value in end_poses(problem))
+    plane, origin = solution.junction_plane[at[b]], problem.junction_xy[at[b]]
+    on_plane = plane[:, 0] + plane[:, 1] * (x - origin[:, 0]) + plane[:, 2] * (y - origin[:, 1])
+    # Ends are rounded to as many digits as are worth writing.
+    assert z[b] == pytest.approx(on_plane, abs=1e-5)
+    assert g[b] == pytest.approx(plane[:, 1] * np.cos(hdg) + plane[:, 2] * np.sin(hdg), abs=1e-6)
+
+
+@st.composite
+def networks(draw: st.DrawFn) -> list[RoadSpec]:
+    """Draw a junction with some arms, each of one or two roads in any direction, some of them bridges."""
+    arms = draw(st.integers(3, 5))
+    roads: list[RoadSpec] = []
+    for k in range(arms):
+        angle = 2 * np.pi * k / arms + draw(st.floats(-0.3, 0.3))
+        u = np.array([np.cos(angle), np.sin(angle)])
+        near, middle = draw(st.floats(5.0, 15.0)), draw(st.floats(20.0, 200.0))
+        structure = draw(st.sampled_from([0, 0, 0, 1, 2]))
+        spans = [(0.0, 0, 0), ((middle - near) / 2, structure, structure)]
+        highway = draw(st.sampled_from(["motorway", "residential", "track"]))
+        reverse, more, flip = draw(st.booleans()), draw(st.booleans()), draw(st.booleans())
+        index = len(roads)
+        link = 2 * (index + 1) + (1 if flip else 0) if more else -1
+        p, q = tuple(near * u), tuple(middle * u)
+        if reverse:
+            roads.append(straight(q, p, end=0, start_link=link, spans=spans, highway=highway))
+        else:
+            roads.append(straight(p, q, start=0, end_link=link, spans=spans, highway=highway))
+        if more:
+            back = 2 * index + (0 if reverse else 1)
+            r = tuple((middle + draw(st.floats(0.5, 150.0))) * u)
+            roads.append(straight(r, q, end_link=back) if flip else straight(q, r, start_link=back))
+    return roads
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(networks(), st.floats(0.0, 30.0), st.sampled_from([0.0, 10.0, 30.0]))
+def test_heights_and_grades_are_continuous_everywhere(roads: list[RoadSpec], size: float, cell: float) -> None:
+    ground = Ground(lambda x, y: size * np.sin(x / 60.0 + 1.0) * np.cos(y / 45.0), cell_size=cell, sigma=cell / 15)
+    found = solve(roads, ground, [(0.0, 0.0)])
+    assert_smooth(found.problem, found.solution)
+    for road in range(len(roads)):
+        s, _, _, z = found.along(road)
+        assert np.isfinite(z).all()
+        assert np.abs(found.grade(road, s)).max() < 0.35
+
+
+def test_same_problem_gives_the_same_bits() -> None:
+    ground = Ground(lambda x, y: 5.0 * np.sin(x / 70.0) + 0.04 * y, cell_size=30.0, sigma=2.0)
+    first, second = (solve(cross(), ground, [(0.0, 0.0)]).solution for _ in range(2))
+    for name in ("s", "a", "b", "c", "d"):
+        assert np.array_equal(getattr(first.elevation, name), getattr(second.elevation, name))
+
+
+def test_no_roads_have_no_heights() -> None:
+    found = solve([], Ground(PLANE.height, cell_size=30.0, sigma=2.0))
+    assert found.solution.elevation.start.tolist() == [0]
+    assert found.solution.end_z.shape == (0, 2)
+
+
+def shape(name: str) -> Ground:
+    return Ground(
+        {
+            "plane": lambda x, y: 300.0 + 0.06 * x - 0.04 * y,
+            # Level to the west, climbing to the east: a mirrored or shifted surface shows.
+            "ramp": lambda x, y: 300.0 + np.where(x > 0.0, 0.05 * x, 0.0),
+            "paraboloid": lambda x, y: 300.0 + 1e-4 * x * x + 5e-5 * y * y,
+        }[name]
+    )
+
+
+@pytest.mark.parametrize("name", ["plane", "ramp", "paraboloid"])
+@pytest.mark.parametrize(("cell", "sigma", "allowed"), [(0.0, 0.0, 0.12), (5.0, 0.5, 0.25), (30.0, 2.0, 0.6)])
+def test_shapes_are_met(name: str, cell: float, sigma: float, allowed: float) -> None:
+    ground = shape(name)
+    ground.cell_size, ground.sigma = cell, sigma
+    roads = [straight((-500.0, -200.0), (500.0, 300.0)), straight((400.0, -400.0), (-300.0, 450.0))]
+    found = solve(roads, ground)
+    for road in (0, 1):
+        _, x, y, z = found.along(road)
+        error = np.abs(z - ground.height(x, y))
+        # Where the ramp begins the ground has an edge, which noisy cells do not show.
+        assert error[np.abs(x) > 5 * cell].max() < allowed
+        assert error.max() < max(allowed, cell / 15)
+
+
+def test_roundabout_lies_in_one_tilted_plane() -> None:
+    # A ring of 18 m radius in four pieces on a slope of 4 % with noise of 30 m cells.
+    ground = Ground(
+        lambda x, y: 50.0 + 0.04 * x + 1.5 * np.sin(x / 9.0) * np.cos(y / 11.0), cell_size=30.0, sigma=2.0
+    )
+    radius, quarter = 18.0, 0.5 * np.pi
+    ring, nodes = [], []
+    for k in range(4):
+        a = k * quarter
+        trim = 5.0 / radius
+        p = radius * np.array([np.cos(a + trim), np.sin(a + trim)])
+        length = radius * (quarter - 2 * trim)
+        ring.append(RoadSpec(p[0], p[1], a + trim + quarter, length, 1 / radius, start=k, end=(k + 1) % 4, oneway=1))
+        nodes.append((radius * np.cos(a), radius * np.sin(a)))
+    arms = [
+        straight((23.0 * np.cos(k * quarter), 23.0 * np.sin(k * quarter)),
+                 (250.0 * np.cos(k * quarter), 250.0 * np.sin(k * quarter)), start=k)
+        for k in range(4)
+    ]  # fmt: skip
+    found = solve([*ring, *arms], ground, nodes)
+    places = [found.along(road) for road in range(4)]
+    x, y, z = (np.concatenate([place[i] for place in places]) for i in (1, 2, 3))
+    design = np.column_stack([np.ones_like(x), x, y])
+    plane, *_ = np.linalg.lstsq(design, z, rcond=None)
+    assert np.abs(z - design @ plane).max() < 0.12
+    assert plane[1:] == pytest.approx([0.04, 0.0], abs=0.02)

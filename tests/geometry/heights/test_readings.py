@@ -1,0 +1,101 @@
+"""The elevation model read along roads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from elevation_helpers import Ground, in_cells, make_problem, solve, straight
+
+from osm2xodr.geometry.heights.elements import build_elements, build_samples
+from osm2xodr.geometry.heights.ground import Ground as GroundEstimate
+from osm2xodr.geometry.heights.readings import Reading, noise_length, read_heights, road_spacing, typical_density
+from osm2xodr.model import FloatArray
+
+
+def mosaic(seed: int = 1) -> Ground:
+    """A laser model of 1 m west of 0, a global one of 30 m east of it; both of one plane."""
+
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        fine, coarse = in_cells(x, 1.0, seed, 0.1), in_cells(x, 30.0, seed + 1, 3.0)
+        return np.asarray(0.02 * x + np.where(x < 0, fine, coarse * np.clip(x / 60.0, 0.0, 1.0)))
+
+    return Ground(
+        height,
+        cell_size=30.0,
+        sigma=3.0,
+        cells=lambda x, y: np.where(x < 0, 1.0, 30.0),
+        sigmas=lambda x, y: np.where(x < 0, 0.1, 3.0),
+    )
+
+
+def test_roads_are_cut_as_finely_as_the_finest_model_along_them() -> None:
+    roads = [
+        straight((-600.0, 0.0), (-100.0, 0.0)),
+        straight((100.0, 0.0), (600.0, 0.0)),
+        straight((-200.0, 9.0), (600.0, 9.0)),
+    ]
+    problem = make_problem(roads)
+    spacing = road_spacing(problem, mosaic())
+    assert spacing.cell.tolist() == [1.0, 30.0, 1.0]
+    assert spacing.knots.tolist() == [12.0, 60.0, 12.0]
+    assert spacing.samples.tolist() == [3.0, 20.0, 3.0]
+    elements = build_elements(problem, spacing.knots)
+    assert np.bincount(elements.road).tolist() == [42, 9, 67]
+    samples = build_samples(problem, elements, spacing.samples)
+    assert samples.ds[elements.road[samples.element] == 1].max() <= 20.0
+    assert samples.ds[elements.road[samples.element] == 0].max() <= 3.0
+
+
+def test_typical_density_is_that_of_cells_of_the_same_size() -> None:
+    n = np.ones(4)
+    cell = np.array([1.0, 1.0, 30.0, 30.0])
+    reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0)
+    assert typical_density(reading, np.array([1.02, 29.5])) == pytest.approx([10.0, 0.025])
+
+
+@pytest.mark.parametrize(("cell", "samples"), [(0.0, 3.0), (3.0, 3.0), (9.0, 6.0), (90.0, 20.0)])
+def test_distance_of_samples_goes_with_cells_and_is_bounded(cell: float, samples: float) -> None:
+    problem = make_problem([straight((0.0, 0.0), (200.0, 0.0))])
+    spacing = road_spacing(problem, Ground(lambda x, y: 0.0 * x, cell_size=cell))
+    assert spacing.samples.tolist() == [samples]
+
+
+def test_noise_is_correlated_over_cells_and_a_least_length() -> None:
+    assert noise_length(np.array([0.5, 10.0])) == pytest.approx([2.0, 17.0])
+
+
+@pytest.mark.parametrize(("sigma", "slope", "expected"), [(0.0, 0.0, 0.05), (1.0, 0.0, 1.0), (0.0, 0.3, 1.11)])
+def test_standard_error_has_a_least_and_a_part_for_the_position(sigma: float, slope: float, expected: float) -> None:
+    problem = make_problem([straight((0.0, 0.0), (200.0, 0.0))])
+    samples = build_samples(problem, build_elements(problem, 50.0), np.array([10.0]))
+    surface = Ground(lambda x, y: slope * y, cell_size=10.0, sigma=sigma)
+    found, _ = read_heights(surface, samples, np.zeros((0, 2)), GroundEstimate(1.0))
+    # The road lies 2 m plus 0.17 cells beside its line.
+    assert found.sigma == pytest.approx(np.full(20, expected), abs=2e-3)
+    assert found.correlation.tolist() == [17.0] * 20
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_fine_heights_are_followed_and_coarse_ones_smoothed(seed: int) -> None:
+    found = solve([straight((-600.0, 0.0), (600.0, 0.0))], mosaic(seed))
+    s, x, _, z = found.along(0)
+    error = z - 0.02 * x
+    assert np.abs(error[x < -30.0]).max() < 0.15
+    assert float(np.sqrt(np.mean(error[x > 0.0] ** 2))) < 2.0
+    grade = found.grade(0, s) - 0.02
+    assert np.abs(grade[x < -60.0]).max() < 0.03
+    assert np.abs(grade).max() < 0.05
+
+
+def test_step_between_two_models_becomes_a_ramp() -> None:
+    # Two models that differ by 3 m meet under a road, without the blend that the surface itself has.
+    ground = Ground(
+        lambda x, y: np.where(x < 0.0, 50.0, 53.0),
+        cells=lambda x, y: np.where(x < 0.0, 10.0, 5.0),
+        sigmas=lambda x, y: np.where(x < 0.0, 1.0, 0.5),
+    )
+    found = solve([straight((-400.0, 0.0), (400.0, 0.0))], ground)
+    s, x, _, z = found.along(0)
+    assert z[x < -80.0] == pytest.approx(50.0, abs=0.3)
+    assert z[x > 80.0] == pytest.approx(53.0, abs=0.3)
+    assert np.abs(found.grade(0, s)).max() < 0.15

@@ -1,0 +1,132 @@
+"""Stiffness of the network, and bridges and tunnels as chains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from elevation_helpers import Ground, RoadSpec, make_problem, solve, straight
+
+from osm2xodr.geometry.heights import ElevationOptions
+from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, hermite, number_unknowns
+from osm2xodr.geometry.heights.stiffness import (
+    Chains,
+    deflection_stiffness,
+    find_chains,
+    network_stiffness,
+    rotation_stiffness,
+)
+from osm2xodr.model import FloatArray
+
+
+def chains(roads: list[RoadSpec], junctions: list[tuple[float, float]]) -> Chains:
+    problem = make_problem(roads, junctions)
+    return find_chains(problem, build_elements(problem, 60.0))
+
+
+def test_chain_runs_over_a_link_and_turns_with_the_roads() -> None:
+    found = chains(
+        [
+            straight((0.0, 0.0), (100.0, 0.0), end_link=3, spans=[(0.0, 0, 0), (60.0, 1, 1)]),
+            straight((200.0, 0.0), (100.0, 0.0), end_link=1, spans=[(0.0, 0, 0), (60.0, 1, 1)]),
+        ],
+        [],
+    )
+    assert found.chain[[1, 4]].tolist() == [0, 0] if len(found.chain) > 4 else found.chain.tolist() == [-1, 0, -1, 0]
+    on = found.chain >= 0
+    assert sorted(found.sign[on].tolist()) == [-1.0, 1.0]
+    assert found.loose.tolist() == [False]
+
+
+def test_chains_end_at_junctions_and_loose_ends() -> None:
+    bridge = [(0.0, 1, 1)]
+    found = chains(
+        [
+            straight((-50.0, 0.0), (-5.0, 0.0), end=0, spans=bridge),
+            straight((5.0, 0.0), (50.0, 0.0), start=0, spans=bridge),
+            straight((0.0, 5.0), (0.0, 50.0), start=0),
+        ],
+        [(0.0, 0.0)],
+    )
+    assert found.chain.tolist() == [0, 1, -1]
+    assert found.loose.tolist() == [True, True]
+
+
+def test_junctions_tend_to_be_level() -> None:
+    problem = make_problem([straight((5.0, 0.0), (50.0, 0.0), start=0)], [(0.0, 0.0)])
+    elements = build_elements(problem, 50.0)
+    samples = build_samples(problem, elements, np.array([10.0]))
+    network = Network(problem, elements, samples, number_unknowns(problem, elements))
+    matrix = network_stiffness(network, find_chains(problem, elements), np.array([5e-5])).toarray()
+    # Across its only road nothing else resists the tilt.
+    assert matrix[2, :3] == pytest.approx([0.0, 0.0, 1.0 / 0.3**2])
+
+
+def test_stiffness_of_beams_on_an_elastic_foundation() -> None:
+    # Integrated numerically: a hinged end that is turned by 1, and a long beam that is lifted by 1 m.
+    w, q = 0.05, 5e-5
+    problem = make_problem([straight((0.0, 0.0), (600.0, 0.0))])
+    elements = build_elements(problem, 2.0)
+    samples = build_samples(problem, elements, np.array([1.0]))
+    network = Network(problem, elements, samples, number_unknowns(problem, elements))
+    size = len(elements.knot_s) * 2
+    to_knots = network.unknowns.to_knots.toarray()
+    rows = network.knot_rows(samples.element, samples.u, hermite).toarray()
+    bed = (
+        to_knots @ network_stiffness(network, find_chains(problem, elements), np.full(300, q)).toarray() @ to_knots.T
+    )
+    bed += rows.T @ (w * samples.ds[:, None] * rows)
+    hinged = np.delete(np.arange(size), 0)
+    turned = np.linalg.solve(bed[np.ix_(hinged, hinged)], np.eye(size - 1)[0])[0]
+    assert 1.0 / turned == pytest.approx(float(rotation_stiffness(np.array(w), q)), rel=1e-3)
+    middle = 2 * (len(elements.knot_s) // 2)
+    lifted = np.linalg.solve(bed, np.eye(size)[middle])[middle]
+    assert 1.0 / lifted == pytest.approx(float(deflection_stiffness(np.array(w), np.array(q))), rel=1e-3)
+
+
+def gorge(x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.where(np.abs(x) < 45.0, 100.0 - 40.0 * np.cos(np.pi * x / 90.0) ** 2, 100.0)
+
+
+def test_bridge_over_a_gorge_stays_level() -> None:
+    spans = [(0.0, 0, 0), (140.0, 1, 1), (260.0, 0, 0)]
+    found = solve([straight((-200.0, 0.0), (200.0, 0.0), spans=spans)], Ground(gorge))
+    _, _, _, z = found.along(0)
+    assert z == pytest.approx(100.0, abs=0.05)
+
+
+def test_without_structures_the_road_follows_the_gorge() -> None:
+    spans = [(0.0, 0, 0), (140.0, 1, 1), (260.0, 0, 0)]
+    options = ElevationOptions(structures=False)
+    found = solve([straight((-200.0, 0.0), (200.0, 0.0), spans=spans)], Ground(gorge), options=options)
+    assert found.z(0, 200.0) < 95.0
+
+
+def test_long_tunnel_under_a_ridge_runs_straight_from_portal_to_portal() -> None:
+    # The roads climb toward both portals; what has no tension would arch 25 m high in between.
+    ground = Ground(lambda x, y: np.where(np.abs(x) < 950.0, 500.0, 100.0 - 0.05 * (np.abs(x) - 1000.0) + 0.01 * x))
+    spans = [(0.0, 0, 0), (300.0, 2, -1), (2300.0, 0, 0)]
+    found = solve([straight((-1300.0, 0.0), (1300.0, 0.0), spans=spans)], ground)
+    s, x, _, z = found.along(0)
+    inside = np.abs(x) < 900.0
+    assert np.abs(z[inside] - (100.0 + 0.01 * x[inside])).max() < 8.0
+    assert found.grade(0, s[inside]) == pytest.approx(0.01, abs=0.03)
+    assert found.z(0, 0.0) == pytest.approx(72.0, abs=0.2)
+
+
+def test_structures_of_linked_roads_are_one_chord() -> None:
+    # Two halves of a bridge that meet head-on, the second one drawn from its far end.
+    a = straight((-200.0, 0.0), (0.0, 0.0), end_link=3, spans=[(0.0, 0, 0), (140.0, 1, 1)])
+    b = straight((200.0, 0.0), (0.0, 0.0), end_link=1, spans=[(0.0, 0, 0), (140.0, 1, 1)])
+    found = solve([a, b], Ground(lambda x, y: gorge(x, y) + 0.02 * x))
+    for road in (0, 1):
+        _, x, _, z = found.along(road)
+        assert z == pytest.approx(100.0 + 0.02 * x, abs=0.05)
+    assert found.grade(0, 200.0) == pytest.approx(-found.grade(1, 200.0), abs=1e-12)
+
+
+def test_tunnel_that_the_edge_cuts_does_not_run_away() -> None:
+    spans = [(0.0, 0, 0), (200.0, 2, -1)]
+    found = solve([straight((0.0, 0.0), (2000.0, 0.0), spans=spans)], Ground(lambda x, y: 0.05 * x))
+    _, _, _, z = found.along(0)
+    assert z.max() < 15.0
+    assert z.min() > -0.1
