@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from street_cases import Case
@@ -12,6 +13,7 @@ from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.furniture.world.world import World
 from osm2xodr.model import Footway, RoadObject, RoadsideKind, RoadsideThing, Rule, StreetNetwork
+from osm2xodr.osmParsing.tags import read_node_facts, read_thing_facts
 
 
 def world_of(
@@ -52,12 +54,18 @@ def thing(
     """Return a thing beside the road; it is drawn for right-hand traffic."""
     places = np.array(points) * [1.0, side(rule)]
     name = "node/77" if len(points) == 1 else "way/77"
-    return RoadsideThing(kind, name, places, np.arange(900, 900 + len(points)), tags)
+    return RoadsideThing(kind, name, places, np.arange(900, 900 + len(points)), read_thing_facts(kind, tags, ""))
 
 
 def footway(points: list[tuple[float, float]], nodes: list[int], rule: Rule, **tags: str) -> Footway:
     """Return a footway that crosses; it is drawn for right-hand traffic."""
     return Footway(78, True, np.array(points) * [1.0, side(rule)], np.array(nodes), tags)
+
+
+def with_footways(network: StreetNetwork, *footways: Footway) -> StreetNetwork:
+    """Return a network with footways, and the crossings that they make."""
+    facts = read_node_facts(network.node_tags, footways, network.country)
+    return replace(network, footways=footways, node_facts=facts)
 
 
 def said(world: World) -> Mapping[str, list[str]]:

@@ -5,62 +5,21 @@ Crossings with lights count as signals of the junction that they lie at.
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.conventions import defaults
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
-from osm2xodr.model import Direction, Street, StreetNetwork
+from osm2xodr.model import Direction, Facing, Light, Sign, Street, StreetNetwork
 
 # Share of a junction's entries that must have a signal for the junction to be one with signals; a choice.
 _SIGNALLED_SHARE: Final = 0.5
 
 
-class Sign(str, Enum):
-    """What regulates the traffic that comes to a street's end, in OSM's words."""
-
-    STOP = "stop"
-    GIVE_WAY = "give_way"
-    SIGNALS = "traffic_signals"
-
-
-class Light(str, Enum):
-    """What a node with lights is about.
-
-    ``ROAD`` lights stand apart from junctions and crossings (ramp meters, tunnels, fire stations), ``OTHER`` ones do
-    not tell cars to go.
-    """
-
-    JUNCTION = "junction"
-    CROSSING = "crossing"
-    ROAD = "road"
-    OTHER = "other"
-
-
-_SIGNS: Final = frozenset(sign.value for sign in Sign)
-# Signals that are not those of a junction (OSM wiki, Key:traffic_signals).
-_SPECIAL_LIGHTS: Final = {
-    "pedestrian_crossing": Light.CROSSING,
-    "crossing": Light.CROSSING,
-    "tunnel": Light.ROAD,
-    "ramp_meter": Light.ROAD,
-    "emergency": Light.ROAD,
-    "bottleneck": Light.ROAD,
-    "bridge": Light.ROAD,
-    "level_crossing": Light.OTHER,
-    "blinker": Light.OTHER,
-    "blink_mode": Light.OTHER,
-    "no": Light.OTHER,
-}
-_ALL_WAY: Final = frozenset({"all", "4-way", "4way"})
-_ALONG: Final = {"forward": True, "backward": False}
-_COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
 # Signs that face along a street by less than this, the sine of 20 degrees, say nothing of its directions.
 _ALONG_IT: Final = 0.34
 
@@ -92,27 +51,6 @@ class Signs:
         return count > 0 and count >= _SIGNALLED_SHARE * len(entries)
 
 
-def light_of(tags: Mapping[str, str]) -> Light | None:
-    """Return what the lights of a node are about; None for nodes without lights."""
-    crossing = tags.get("crossing") == "traffic_signals" or tags.get("crossing:signals") == "yes"
-    if tags.get("highway") == "traffic_signals":
-        return _SPECIAL_LIGHTS.get(tags.get("traffic_signals", ""), Light.JUNCTION)
-    return Light.CROSSING if crossing else None
-
-
-def sign_of(tags: Mapping[str, str]) -> Sign | None:
-    """Return the sign that a node's tags speak of; None for signals that are not a junction's."""
-    value = tags.get("highway", "")
-    if value in _SIGNS and value != Sign.SIGNALS.value:
-        return Sign(value)
-    return Sign.SIGNALS if light_of(tags) in (Light.JUNCTION, Light.CROSSING) else None
-
-
-def stops_all(tags: Mapping[str, str]) -> bool:
-    """Say whether a stop sign stands before all arms of its junction, by the tags of its node."""
-    return tags.get("stop") in _ALL_WAY
-
-
 def priority_rank(highway: str) -> int:
     """Return how a road of a class of OSM ranks among those that it meets, see `PRIORITY_RANK`."""
     if highway.endswith("_link"):
@@ -128,18 +66,18 @@ def read_signs(network: StreetNetwork) -> Signs:
     several the one nearest to the end counts.
     Lights of a crossing are meant for the nearer end within `SIGNALLED_CROSSING_REACH` if traffic comes to it.
     """
-    signed = {node: sign for node, tags in network.node_tags.items() if (sign := sign_of(tags)) is not None}
-    all_way = {node for node in signed if stops_all(network.node_tags[node])}
+    controls = network.node_facts.controls
+    signed = {node: sign for node, control in controls.items() if (sign := control.sign) is not None}
+    all_way = {node for node in signed if controls[node].all_way}
     meeting = {node.osm_node_id for node in network.intersections}
     before: dict[int, tuple[bool, float, Sign, int]] = {}
     ends_of: dict[int, list[int]] = defaultdict(list)
     for street, place in _on_streets(network, signed.keys() - meeting):
         node = int(street.node_ids[place])
-        tags = network.node_tags[node]
         distance = _distances(street, place)
-        crossing = light_of(tags) is Light.CROSSING
+        crossing = controls[node].light is Light.CROSSING
         reach = SIGNALLED_CROSSING_REACH if crossing else SIGN_REACH
-        for end in _meant(street, place, tags, distance, crossing):
+        for end in _meant(street, place, controls[node].facing, distance, crossing):
             if distance[end] <= reach:
                 key = 2 * street.id + end
                 ends_of[node].append(key)
@@ -148,9 +86,7 @@ def read_signs(network: StreetNetwork) -> Signs:
                 before[key] = min(before.get(key, found), found)
     # Lights for people where streets meet are for one of the arms.
     at_nodes = {
-        node: sign
-        for node, sign in signed.items()
-        if node in meeting and light_of(network.node_tags[node]) is not Light.CROSSING
+        node: sign for node, sign in signed.items() if node in meeting and controls[node].light is not Light.CROSSING
     }
     return Signs(
         before_end={end: sign for end, (_, _, sign, _) in sorted(before.items())},
@@ -183,7 +119,7 @@ def _distances(street: Street, place: int) -> tuple[float, float]:
 
 
 def _meant(
-    street: Street, place: int, tags: Mapping[str, str], distance: tuple[float, float], crossing: bool
+    street: Street, place: int, facing: Facing, distance: tuple[float, float], crossing: bool
 ) -> tuple[int, ...]:
     """Return the ends (0 start, 1 end) that a sign inside a street is meant for."""
     attributes = street.attributes_at(place)
@@ -192,43 +128,37 @@ def _meant(
     if crossing:
         towards = Direction.FORWARD if nearer else Direction.BACKWARD
         return (nearer,) if towards in runs or Direction.BOTH in runs else ()
-    text = tags.get("traffic_signals:direction") or tags.get("direction", "")
-    if text == "both":
+    if facing.both:
         return 0, 1
-    if text in _ALONG:
-        return (int(_ALONG[text] != attributes.reversed),)
+    if facing.along is not None:
+        return (int(facing.along != attributes.reversed),)
     if Direction.BOTH not in runs and len(runs) == 1:
         return (int(Direction.FORWARD in runs),)
-    faced = _faced(street, place, text)
+    faced = _faced(street, place, facing.azimuth_deg)
     return (nearer,) if faced is None else (faced,)
 
 
-def _faced(street: Street, place: int, text: str) -> int | None:
-    """Return the end that traffic comes to that sees a sign which faces so many degrees from north, clockwise.
+def _faced(street: Street, place: int, azimuth_deg: float | None) -> int | None:
+    """Return the end (0 start, 1 end) that traffic comes to which sees a sign that looks in a direction.
 
-    None where that is no number, or the sign stands along the street.
+    None where the direction is not known, or the sign looks across the street.
     """
-    if not _COMPASS.fullmatch(text):
+    if azimuth_deg is None:
         return None
     step = street.points[min(place + 1, len(street.points) - 1)] - street.points[max(place - 1, 0)]
-    angle = np.deg2rad(float(text))
+    angle = np.deg2rad(azimuth_deg)
     against = float(step[0] * np.sin(angle) + step[1] * np.cos(angle))
     return None if abs(against) < _ALONG_IT * float(np.hypot(*step)) else int(against < 0.0)
 
 
-def meant_ends(street: Street, place: int, tags: Mapping[str, str]) -> tuple[int, ...]:
+def meant_ends(street: Street, place: int, facing: Facing) -> tuple[int, ...]:
     """Return the ends (0 start, 1 end) of a street that a stop or give-way sign on one of its nodes is meant for.
 
     Parameters
     ----------
     street, place
         The street, and the index of the node in it.
-    tags
-        Of the node.
+    facing
+        Which traffic the sign is for.
     """
-    return _meant(street, place, tags, _distances(street, place), crossing=False)
-
-
-def meant_direction(tags: Mapping[str, str]) -> bool | None:
-    """Return whether a sign is for traffic along its way (else against it); None where it may be for both."""
-    return _ALONG.get(tags.get("traffic_signals:direction") or tags.get("direction", ""))
+    return _meant(street, place, facing, _distances(street, place), crossing=False)

@@ -17,11 +17,10 @@ STOP_NODE_REACH: Final = 20.0
 # ---- furniture: crossings, islands, stop lines, arrows and what stands beside the road
 
 # Extent of crossings along the road, m: R-FGÜ 2001 wants zebra crossings of 4 m as a rule, of 3 m at least, RiLSA 4 m
-# with lights. Not below 6 ft (MUTCD 2009, 3B.18); what is believed of tags at most is a choice.
+# with lights. Not below 6 ft (MUTCD 2009, 3B.18).
 CROSSING_WIDTH: Final = 3.0
 CROSSING_WIDTH_SIGNALS: Final = 4.0
 CROSSING_WIDTH_MIN: Final = 1.83
-CROSSING_WIDTH_MAX: Final = 20.0
 # Crossings end this far before a road does, m. Nodes inside a junction go to an arm up to so far away, m; arms run
 # along the street that is crossed within the sine of this (30 degrees). Choices.
 CROSSING_END: Final = 0.05

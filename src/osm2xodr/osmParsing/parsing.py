@@ -31,7 +31,15 @@ from osm2xodr.osmParsing.network import (
 from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.roadside import attach_footways, is_thing, node_keys, read_beside, sample_streets
 from osm2xodr.osmParsing.selection import nothing_to_drive_on, read_chosen_ways, tell_unused_nodes
-from osm2xodr.osmParsing.tags import is_transition, oneway, way_attributes, with_urban_speeds, without_margins
+from osm2xodr.osmParsing.tags import (
+    is_transition,
+    oneway,
+    read_node_facts,
+    way_attributes,
+    with_speed_zones,
+    with_urban_speeds,
+    without_margins,
+)
 
 # How far from the origin the local frame is true to 1 part in 8 000, m: (x / 6371 km)² / 2 of a transverse Mercator.
 _FRAME_REACH: Final = 100e3
@@ -64,6 +72,7 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
     attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics, usual)
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]
+    attributes = with_speed_zones(attributes, country)
     transitions = frozenset(way.id for way in carried if is_transition(way.tags))
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
     rows = np.unique(np.concatenate([street.node_ids for street in streets]))
@@ -74,7 +83,7 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
     roadside: tuple[RoadsideThing, ...] = ()
     if options.furniture:
         samples = sample_streets(streets)
-        footways, roadside = read_beside(beside, nodes, points, samples, rows, extra)
+        footways, roadside = read_beside(beside, nodes, points, samples, rows, extra, country)
         streets = attach_footways(streets, samples, footways, tags, diagnostics)
     streets = with_urban_speeds(streets, tags, usual, diagnostics)
     return StreetNetwork(
@@ -89,6 +98,7 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
         connectivities=read_connectivities(relations, carried, same_node, diagnostics),
         footways=footways,
         roadside=roadside,
+        node_facts=read_node_facts(node_tags, footways, country),
     )
 
 

@@ -14,7 +14,7 @@ from light_cases import Lit, lit, point, with_tags
 from street_cases import Case
 
 from osm2xodr.furniture.world.world import Crossing, World
-from osm2xodr.model import Footway, RoadsideKind, RoadsideThing, Rule, Signal, StreetNetwork
+from osm2xodr.model import Footway, RoadsideKind, RoadsideThing, Rule, Signal, StreetNetwork, ThingFacts
 
 EITHER = pytest.mark.parametrize("rule", list(Rule))
 SIGNALS = "highway=traffic_signals"
@@ -347,23 +347,22 @@ def test_crossings_with_lights_on_enough_arms_make_a_signalled_junction() -> Non
     assert {item.junction for item in alone.lights.controllers} == {None}
 
 
-def beside(x: float, y: float, tags: dict[str, str], on_footway: bool) -> Callable[[StreetNetwork], StreetNetwork]:
+def beside(x: float, y: float, on_footway: bool) -> Callable[[StreetNetwork], StreetNetwork]:
     """Return what puts lights beside the street, on a footway or not."""
     ids = np.array([77], np.int64)
-    thing = RoadsideThing(RoadsideKind.TRAFFIC_SIGNALS, "node/77", np.array([[x, y]]), ids, tags)
+    thing = RoadsideThing(RoadsideKind.TRAFFIC_SIGNALS, "node/77", np.array([[x, y]]), ids, ThingFacts())
     way = Footway(9, True, np.array([[x, y], [x, -y]]), np.array([77, 78], np.int64), {})
     return lambda network: replace(network, roadside=(thing,), footways=(way,) if on_footway else ())
 
 
 def test_lights_on_a_footway_are_those_of_its_crossing() -> None:
-    tags = {"highway": "traffic_signals"}
-    found = lit(ROAD, crossings=crossing_at(1, 100.0, signals=False), network=beside(0.0, 6.0, tags, on_footway=True))
+    found = lit(ROAD, crossings=crossing_at(1, 100.0, signals=False), network=beside(0.0, 6.0, on_footway=True))
     assert [len(found.heads()), len(found.heads("1000002"))] == [2, 2]
     assert not found.left_out
-    far = lit(ROAD, crossings=crossing_at(1, 60.0, signals=False), network=beside(0.0, 6.0, tags, on_footway=True))
+    far = lit(ROAD, crossings=crossing_at(1, 60.0, signals=False), network=beside(0.0, 6.0, on_footway=True))
     assert far.lights.signals == ()
     assert list(far.left_out) == ["node/77"]
-    tram = lit(ROAD, crossings=crossing_at(1, 100.0, signals=False), network=beside(0.0, 6.0, tags, on_footway=False))
+    tram = lit(ROAD, crossings=crossing_at(1, 100.0, signals=False), network=beside(0.0, 6.0, on_footway=False))
     assert tram.lights.signals == ()
     assert "no street that is carried" in tram.left_out["node/77"]
 

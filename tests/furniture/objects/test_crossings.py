@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from junction_cases import CASES
 from light_cases import point
-from object_cases import footway, has_corners, node_at, road_of_way, said, world_of
+from object_cases import footway, has_corners, node_at, road_of_way, said, with_footways, world_of
 from street_cases import Case
 
-from osm2xodr.furniture.objects.crossing_tags import has_island, has_lights, is_crossing, marking_of, width_of
 from osm2xodr.furniture.objects.crossings import crossing_objects, find_crossings
 from osm2xodr.furniture.world.world import Crossing, World
 from osm2xodr.model import LaneType, Rule, StreetNetwork
@@ -36,51 +35,20 @@ def found_at(world: World, crossing: Crossing) -> complex:
 
 
 @pytest.mark.parametrize(
-    ("tags", "crosses"),
+    ("tags", "width"),
     [
-        ("highway=crossing", True),
-        ("highway=crossing crossing=unmarked", True),
-        ("highway=crossing crossing=no", False),
-        ("highway=traffic_signals crossing=traffic_signals", True),
-        ("railway=level_crossing crossing=uncontrolled", False),
-        ("highway=traffic_signals", False),
+        ("crossing=traffic_signals", 4.0),
+        ("crossing=marked", 3.0),
+        ("crossing:width=2.5", 2.5),
+        ("width=0.5", 1.83),
+        ("width=wide", 3.0),
     ],
 )
-def test_which_nodes_are_crossings(tags: str, crosses: bool) -> None:
-    assert is_crossing(dict(pair.split("=") for pair in tags.split())) is crosses
-
-
-@pytest.mark.parametrize(
-    ("tags", "lights", "marking", "width"),
-    [
-        ({"crossing": "traffic_signals"}, True, "yes", 4.0),
-        ({"crossing": "traffic_signals", "crossing:signals": "no"}, False, "yes", 3.0),
-        ({"crossing": "uncontrolled", "crossing_ref": "zebra"}, False, "zebra", 3.0),
-        ({"crossing": "marked", "crossing:markings": "zebra:paired"}, False, "zebra:paired", 3.0),
-        ({"crossing": "zebra", "crossing:markings": "yes", "crossing:width": "2.5 m"}, False, "zebra", 2.5),
-        ({"crossing_ref": "pelican", "crossing:markings": "no"}, True, "unmarked", 4.0),
-        ({"highway": "crossing", "width": "0.5"}, False, "unmarked", 1.83),
-        ({"highway": "crossing", "width": "wide"}, False, "unmarked", 3.0),
-    ],
-)
-def test_lights_marks_and_widths(tags: dict[str, str], lights: bool, marking: str, width: float) -> None:
-    assert has_lights(tags) is lights
-    assert marking_of(tags) == marking
-    assert width_of(tags, lights) == width
-
-
-@pytest.mark.parametrize(
-    ("tags", "island"),
-    [
-        ({"crossing:island": "yes"}, True),
-        ({"crossing": "island"}, True),
-        ({"traffic_calming": "island", "crossing": "marked"}, True),
-        ({"crossing": "marked", "crossing:island": "no"}, False),
-        ({"crossing": "marked"}, False),
-    ],
-)
-def test_islands_in_tags(tags: dict[str, str], island: bool) -> None:
-    assert has_island(tags) is island
+def test_crossings_are_as_wide_as_tagged_or_usual(tags: str, width: float) -> None:
+    world = world_of(tagged(ROAD, a=f"highway=crossing {tags}"))
+    (crossing,) = find_crossings(world)
+    assert crossing.width == width
+    assert ("crossing-width" in said(world)) is ("width" not in tags)
 
 
 @EITHER
@@ -126,7 +94,7 @@ def test_a_way_that_crosses_makes_a_crossing_of_a_node_without_tags(rule: Rule) 
     def crossed(network: StreetNetwork) -> StreetNetwork:
         way = footway([(50.0, -9.0), (50.0, 0.0), (50.0, 9.0)], [501, 1002, 502], rule, width="5")
         other = replace(footway([(60.0, -9.0), (60.0, 9.0)], [503, 504], rule), crossing=False)
-        return replace(network, footways=(way, other))
+        return with_footways(network, way, other)
 
     world = world_of(ROAD, rule, network=crossed)
     (crossing,) = find_crossings(world)
@@ -158,7 +126,7 @@ def test_a_way_tells_which_arm_is_crossed_at_a_junction_node(rule: Rule) -> None
 
     def crossed(network: StreetNetwork) -> StreetNetwork:
         node = next(k for k, name in enumerate(ARMS.nodes) if name == "o") + 1001
-        return replace(network, footways=(footway([(-9.0, 0.0), (0.0, 0.0), (9.0, 0.0)], [501, node, 502], rule),))
+        return with_footways(network, footway([(-9.0, 0.0), (0.0, 0.0), (9.0, 0.0)], [501, node, 502], rule))
 
     world = world_of(ARMS, rule, network=crossed)
     (crossing,) = find_crossings(world)

@@ -11,7 +11,6 @@ from object_cases import has_corners, road_of_way, said, side, thing, world_of
 from street_cases import Case
 
 from osm2xodr.furniture.objects.placing import place_objects
-from osm2xodr.furniture.world.tag_values import length_of
 from osm2xodr.furniture.world.world import World
 from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing, Rule, StreetNetwork
 
@@ -214,11 +213,3 @@ def test_a_bus_stop_on_the_street_stands_on_the_side_of_its_traffic(
     assert post.t == pytest.approx(right - 0.5 if on_right else left + 0.5)
     assert (post.orientation, post.osm_id) == ("+" if along else "-", "node/1002")
     assert ("bus-stop-side" in said(world)) is guessed
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [("1.5", 1.5), ("1,5 m", 1.5), ("80 cm", 0.8), ("10'", 3.048), ("0", None), ("high", None), ("99", None)],
-)
-def test_lengths_in_tags(text: str, value: float | None) -> None:
-    assert length_of({"height": text}, "height", 60.0) == (None if value is None else pytest.approx(value))

@@ -313,7 +313,7 @@ def test_own_codes_where_they_are_wanted() -> None:
 def test_ways_that_name_signs_are_counted() -> None:
     found = signed(ways(STREET, w2="highway=tertiary maxspeed=30 traffic_sign=DE:274.1"))
     (note,) = [item for item in found.world.diagnostics if item.code == "signs-of-ways"]
-    assert note.message.startswith("1 ways")
+    assert note.message.startswith("1 way with")
     # The way says that its limit is that of a zone.
     assert [(sign.type, sign.subtype) for sign in found.signs.signals if sign.orientation == "+"] == [("274.1", "30")]
 

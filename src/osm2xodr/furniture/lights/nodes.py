@@ -10,12 +10,12 @@ from typing import Final
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.conventions import Light, Sign, Signs, light_of, read_signs
+from osm2xodr.conventions import Signs, read_signs
 from osm2xodr.curves import crossing as paths_crossing, pose
 from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on_roads
 from osm2xodr.furniture.lights.rows import LightRow, light_rows
 from osm2xodr.furniture.world import Approach, Crossing, World
-from osm2xodr.model import FloatArray, RoadsideKind
+from osm2xodr.model import FloatArray, Light, NodeControl, RoadsideKind, Sign
 
 # How far from a crossing a node with lights on a footway belongs to it, m; a choice.
 _LIGHT_CROSSING_REACH: Final = 8.0
@@ -35,8 +35,7 @@ class Sites:
 
 def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing]) -> Sites:
     """Find all places that have lights, and say which nodes with lights give none."""
-    tags = world.network.node_tags
-    lights = {node: light for node in sorted(tags) if (light := light_of(tags[node])) is not None}
+    lights = {node: item for node, item in world.network.node_facts.controls.items() if item.light is not None}
     crossings = _with_lights_beside(world, crossings)
     if not lights and not any(crossing.signals for crossing in crossings):
         return Sites({}, (), ())
@@ -77,7 +76,7 @@ def _lights_before(world: World, signs: Signs) -> dict[int, int]:
     """Return the first node with lights before each street end that has any, those of crossings among them."""
     out: dict[int, int] = {}
     for node, ends in signs.ends_of.items():
-        if light_of(world.network.node_tags[node]) is not None:
+        if world.network.node_facts.controls[node].light is not None:
             for end in ends:
                 out.setdefault(end, node)
     return out
@@ -190,7 +189,7 @@ def _junction_at(world: World, crossing: Crossing, junctions: frozenset[int]) ->
 
 def _not_at_junctions(
     world: World,
-    lights: Mapping[int, Light],
+    lights: Mapping[int, NodeControl],
     signs: Signs,
     lit_ends: set[int],
     junctions: frozenset[int],
@@ -202,12 +201,10 @@ def _not_at_junctions(
     arms = {item.osm_node_id: len(item.arms) for item in network.intersections if item.osm_node_id in lights}
     rows = light_rows(world, lights)
     out: list[Candidate] = []
-    for node, light in lights.items():
+    for node, control in lights.items():
         osm_id = f"node/{node}"
-        if light is Light.OTHER:
-            _leave_out(
-                world, osm_id, f"traffic_signals={network.node_tags[node]['traffic_signals']} tells no one to go"
-            )
+        if control.light is Light.OTHER:
+            _leave_out(world, osm_id, f"traffic_signals={control.light_value} tells no one to go")
             continue
         if of_node.get(node) in junctions or osm_id in covered:
             continue
@@ -215,7 +212,7 @@ def _not_at_junctions(
         if any(end in lit_ends or _inside(world, end, junctions) for end in ends):
             continue
         places = [row for row in rows.get(node, ()) if row.road >= 0]
-        if any(_belongs(world, row, light, network.node_tags[node], junctions) for row in places):
+        if any(_belongs(world, row, control, junctions) for row in places):
             continue
         if arms.get(node) == 1:
             _leave_out(world, osm_id, "its street ends there, and the map with it")
@@ -223,7 +220,7 @@ def _not_at_junctions(
             _leave_out(world, osm_id, "it lies in a junction that no traffic which lights could stop enters")
         else:
             row = places[0]
-            out.append(Candidate(row.road, row.s, row.along, osm_id, light is Light.CROSSING))
+            out.append(Candidate(row.road, row.s, row.along, osm_id, control.light is Light.CROSSING))
     return out
 
 
@@ -231,11 +228,11 @@ def _inside(world: World, end: int, junctions: frozenset[int]) -> bool:
     return bool(world.places.inner[end // 2]) and int(world.places.end_junction[end]) in junctions
 
 
-def _belongs(world: World, row: LightRow, light: Light, tags: Mapping[str, str], junctions: frozenset[int]) -> bool:
+def _belongs(world: World, row: LightRow, control: NodeControl, junctions: frozenset[int]) -> bool:
     """Say whether a place lies in a signalled junction, or is a crossing at one where traffic leaves it."""
     if row.junction in junctions:
         return True
-    if light is not Light.CROSSING and tags.get("crossing") != "traffic_signals":
+    if control.light is not Light.CROSSING and not control.crossing_lights:
         return False
     reach = defaults.SIGNALLED_CROSSING_REACH
     at_start, at_end = row.s <= reach, world.lanes.length(row.road) - row.s <= reach
@@ -250,10 +247,9 @@ def _with_lights_beside(world: World, crossings: Sequence[Crossing]) -> tuple[Cr
         return tuple(crossings)
     out = list(crossings)
     left, right = _crossing_ends(world, crossings)
-    on_footways = {node for footway in world.network.footways for node in footway.node_ids.tolist()}
     for thing in things:
         near = _nearest(thing.points[0], left, right)
-        for_people = not on_footways.isdisjoint(thing.node_ids.tolist()) or "crossing" in thing.tags
+        for_people = not world.footway_nodes.isdisjoint(thing.node_ids.tolist()) or thing.facts.at_crossing
         if near is None:
             _leave_out(world, thing.osm_id, "it lies on no street that is carried and at no crossing")
         elif not out[near].signals and not for_people:

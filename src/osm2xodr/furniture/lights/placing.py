@@ -11,7 +11,7 @@ from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of
 from osm2xodr.furniture.lights.road_lights import RoadLight
 from osm2xodr.furniture.world import Approach, Crossing, Stop, World
-from osm2xodr.model import Controller, Signal, SignalReference
+from osm2xodr.model import Controller, Sign, Signal, SignalReference
 
 _KIND = "traffic_signals"
 
@@ -70,8 +70,8 @@ def place_lights(world: World, approaches: Sequence[Approach], crossings: Sequen
 def _tell_of_joined(world: World, made: _Made) -> None:
     """Report the nodes whose lights are those of others, as several stand before one junction."""
     named = {signal.osm_id for signal in made.signals} | {item.osm_id for item in world.diagnostics}
-    for node, tags in world.network.node_tags.items():
-        if tags.get("highway") == _KIND and f"node/{node}" not in named:
+    for node, control in world.network.node_facts.controls.items():
+        if control.tagged is Sign.SIGNALS and f"node/{node}" not in named:
             world.diagnostics.note(
                 "signal-joined", f"node/{node}", "the lights here are those of another node of the same junction"
             )

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from osm2xodr.conventions import meant_direction
 from osm2xodr.furniture.world import World
 
 
@@ -38,7 +37,7 @@ def light_rows(world: World, nodes: Collection[int]) -> Mapping[int, list[LightR
 
 def _along(world: World, node: int, street: int) -> bool | None:
     """Return whether a node's lights are for traffic along their street; roads run as their streets do."""
-    meant = meant_direction(world.network.node_tags[node])
+    meant = world.network.node_facts.controls[node].facing.along
     if meant is None:
         return None
     found = world.network.streets[street]

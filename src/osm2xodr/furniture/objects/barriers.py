@@ -6,16 +6,11 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from osm2xodr.defaults import KERB_HEIGHT
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.repeats import along_road
 from osm2xodr.furniture.objects.roadside_runs import Strip, strips_outside
-from osm2xodr.furniture.world import RoadsideFinder, World, length_of
+from osm2xodr.furniture.world import RoadsideFinder, World
 from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing
-
-# What is believed of tags about heights and widths, m; a choice.
-_OBJECT_HEIGHT_MAX: Final = 60.0
-_OBJECT_WIDTH_MAX: Final = 5.0
 
 # OpenDRIVE's type and a name by what OSM has.
 _TYPES: Final[Mapping[RoadsideKind, tuple[str, str]]] = {
@@ -49,27 +44,18 @@ def barrier_objects(world: World, finder: RoadsideFinder, things: Iterable[Roads
     lines = [thing for thing in things if thing.kind in _TYPES and len(thing.points) > 1]
     if not lines:
         return []
-    sizes = [_size(thing) for thing in lines]
+    sizes = [size_of(thing) for thing in lines]
     strips = strips_outside(finder, [thing.points for thing in lines], [0.5 * width for width, _ in sizes])
     used = Counter(strip.line for strip in strips)
     _tell_unused(world, [thing for k, thing in enumerate(lines) if k not in used])
     return [_object(world, lines[strip.line], strip, *sizes[strip.line]) for strip in strips]
 
 
-def size_of(kind: RoadsideKind, tags: Mapping[str, str]) -> tuple[float, float]:
-    """Return width and height of something beside a road, m: as tagged, else usual."""
-    width, height = defaults.OBJECT_SIZE[kind.value]
-    return (
-        length_of(tags, "width", _OBJECT_WIDTH_MAX) or width,
-        length_of(tags, "height", _OBJECT_HEIGHT_MAX) or height,
-    )
-
-
-def _size(thing: RoadsideThing) -> tuple[float, float]:
-    width, height = size_of(thing.kind, thing.tags)
-    if thing.kind is RoadsideKind.KERB:
-        return width, KERB_HEIGHT.get(thing.tags.get("kerb", ""), height)
-    return width, height
+def size_of(thing: RoadsideThing) -> tuple[float, float]:
+    """Return width and height of a thing beside a road, m: as tagged, else usual."""
+    width, height = defaults.OBJECT_SIZE[thing.kind.value]
+    facts = thing.facts
+    return width if facts.width is None else facts.width, height if facts.height is None else facts.height
 
 
 def _object(world: World, thing: RoadsideThing, strip: Strip, width: float, height: float) -> RoadObject:

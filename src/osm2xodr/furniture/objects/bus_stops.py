@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +10,7 @@ import numpy as np
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import NodePlace, NodePlaces, RoadsideFinder, World, outline
-from osm2xodr.model import Direction, RoadObject, RoadsideKind, RoadsideThing, Rule
-
-_YES = frozenset({"yes", "left", "right", "both"})
+from osm2xodr.model import BusStop, Direction, RoadObject, RoadsideKind, RoadsideThing, Rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +20,7 @@ class _Stop:
     road: int
     s: float
     leftwards: bool
-    tags: Mapping[str, str]
+    facts: BusStop
     osm_id: str
 
 
@@ -36,12 +34,12 @@ def bus_stop_objects(
     world, nodes, finder
         Streets and roads.
     things
-        Those of `StreetNetwork.roadside` that may be of use; stops on streets are nodes of `StreetNetwork.node_tags`.
+        Those of `StreetNetwork.roadside` that may be of use; stops on streets are in `NodeFacts.bus_stops`.
     """
     stops = _on_streets(world, nodes) + _beside(world, finder, [x for x in things if x.kind is RoadsideKind.BUS_STOP])
     out: list[RoadObject] = []
     for stop in stops:
-        if _YES & {stop.tags.get("bus_bay", ""), stop.tags.get("bay", "")}:
+        if stop.facts.bay:
             bay = _bay(world, stop)
             if bay is None:
                 world.diagnostics.dropped(
@@ -55,10 +53,8 @@ def bus_stop_objects(
 
 def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
     """Return the stops that OSM has as nodes of streets."""
-    tagged = {node: tags for node, tags in world.network.node_tags.items() if tags.get("highway") == "bus_stop"}
-    if not tagged:
-        return []
-    places = nodes.on_streets(tagged)
+    stops = world.network.node_facts.bus_stops
+    places = nodes.on_streets(stops)
     out = []
     guessed: list[str] = []
     left_out: list[str] = []
@@ -69,12 +65,12 @@ def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
             left_out.append(f"node/{node}")
             continue
         place = here[int(np.argmin(ends))]
-        along = _runs_along(world, place, tagged[node])
+        along = _runs_along(world, place, stops[node])
         if along is None:
             guessed.append(f"node/{node}")
         leftwards = (along is not False) != (world.network.rule is Rule.RIGHT_HAND)
         s = min(max(place.s, 0.0), world.lanes.length(place.road))
-        out.append(_Stop(place.road, s, leftwards, tagged[node], f"node/{node}"))
+        out.append(_Stop(place.road, s, leftwards, stops[node], f"node/{node}"))
     finding = "without a direction on a two-way street: traffic along the way is assumed to stop there"
     world.diagnostics.count(Kind.GUESSED, "bus-stop-side", guessed, "bus stop", finding)
     finding = "left out: inside a junction"
@@ -82,14 +78,13 @@ def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
     return out
 
 
-def _runs_along(world: World, place: NodePlace, tags: Mapping[str, str]) -> bool | None:
+def _runs_along(world: World, place: NodePlace, stop: BusStop) -> bool | None:
     """Say whether the buses that stop run along the street; None where nothing tells."""
     street = world.network.streets[place.street]
     at = street.node_ids.tolist().index(place.node)
     attributes = street.attributes_at(at)
-    text = tags.get("direction", "")
-    if text in ("forward", "backward"):
-        return (text == "forward") != attributes.reversed
+    if stop.along is not None:
+        return stop.along != attributes.reversed
     runs = attributes.car_directions()
     if runs == {Direction.FORWARD}:
         return True
@@ -107,7 +102,7 @@ def _beside(world: World, finder: RoadsideFinder, things: list[RoadsideThing]) -
         if places.road[k] >= 0:
             leftwards = bool(places.t[k] > 0.5 * (places.left[k] + places.right[k]))
             road = world.road_map.roads[int(places.road[k])].id
-            out.append(_Stop(road, float(places.s[k]), leftwards, thing.tags, thing.osm_id))
+            out.append(_Stop(road, float(places.s[k]), leftwards, thing.facts.bus_stop or BusStop(), thing.osm_id))
     if len(out) < len(things):
         world.diagnostics.dropped(
             "roadside-left-out",
@@ -134,7 +129,7 @@ def _post(world: World, stop: _Stop) -> RoadObject:
         road=stop.road,
         type="pole",
         subtype="busStop",
-        name=f"bus stop {stop.tags.get('name', '')}".strip(),
+        name=f"bus stop {stop.facts.name}".strip(),
         s=stop.s,
         t=_edge(world, stop, stop.s) + side * defaults.BUS_STOP_ASIDE,
         height=defaults.BUS_STOP_HEIGHT,

@@ -3,39 +3,23 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from typing import Final
+from collections.abc import Iterable
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.objects.crossing_tags import is_crossing
 from osm2xodr.furniture.objects.crosswalks import island, island_edges
 from osm2xodr.furniture.world import CAR_LANES, NodePlace, NodePlaces, World
 from osm2xodr.model import RoadObject
 
-# Other words for the keys of `defaults.CALMING`.
-_ALIKE: Final = {
-    "humps": "hump",
-    "bumps": "bump",
-    "cushions": "cushion",
-    "raised_crossing": "table",
-    "rumble_strips": "rumble_strip",
-}
-
 
 def calming_objects(world: World, nodes: NodePlaces) -> list[RoadObject]:
     """Make the objects of ``traffic_calming`` on nodes of streets, in the order of nodes."""
-    tagged = {node: tags for node, tags in world.network.node_tags.items() if _kind(tags)}
-    if not tagged:
-        return []
-    places = nodes.on_streets(tagged)
+    calming = world.network.node_facts.calming
+    places = nodes.on_streets(calming)
     out: list[RoadObject] = []
     left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for node in sorted(places):
-        kind = _kind(tagged[node])
-        if kind == "island" and is_crossing(tagged[node]):
-            # The crossing has made it.
-            continue
+        kind = calming[node]
         found = _objects(world, node, kind, places[node])
         if isinstance(found, str):
             left_out[kind, found].append(f"node/{node}")
@@ -45,11 +29,6 @@ def calming_objects(world: World, nodes: NodePlaces) -> list[RoadObject]:
         finding = f"with traffic_calming={kind} left out: {why}"
         world.diagnostics.count(Kind.DROPPED, "traffic-calming", names, "node", finding)
     return out
-
-
-def _kind(tags: Mapping[str, str]) -> str:
-    value = tags.get("traffic_calming", "")
-    return "" if value in ("no", "yes", "none") else _ALIKE.get(value, value)
 
 
 def _objects(world: World, node: int, kind: str, here: Iterable[NodePlace]) -> list[RoadObject] | str:

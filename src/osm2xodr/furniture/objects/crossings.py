@@ -7,28 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import cos, hypot, sin
 
-import numpy as np
-
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.objects.crossing_tags import has_island, has_lights, is_crossing, marking_of, width_of
 from osm2xodr.furniture.objects.crosswalks import crossing_objects
 from osm2xodr.furniture.world import Crossing, NodePlace, NodePlaces, World
-from osm2xodr.model import Footway
+from osm2xodr.model import MappedCrossing
 
 __all__ = ["crossing_objects", "find_crossings"]
 
 # Carriageways that are narrower are none, m.
 _NARROWEST = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class _Wish:
-    """A crossing of OSM: a node on a street, its tags and those of the way that crosses there."""
-
-    node: int  # OSM id
-    tags: Mapping[str, str]  # Of the node, and of the way where the node has none of a key
-    heading: float | None  # Direction of the way that crosses, rad; None for a node alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +33,7 @@ def find_crossings(world: World) -> tuple[Crossing, ...]:
     Each node of a street that is tagged as a crossing, and each that a way for crossing shares with a street, becomes
     a crossing of the road there. Nodes in a junction go to the arm that they cross, if that is near.
     """
-    wishes = _wishes(world)
+    wishes = world.network.node_facts.crossings
     places = world.nodes
     found: dict[int, list[_Found]] = defaultdict(list)
     on_streets = places.on_streets(wish.node for wish in wishes)
@@ -63,43 +51,21 @@ def find_crossings(world: World) -> tuple[Crossing, ...]:
     return tuple(item.crossing for item in out)
 
 
-def _wishes(world: World) -> list[_Wish]:
-    """Return what OSM says about crossings, in the order of nodes."""
-    network = world.network
-    ways: dict[int, tuple[Footway, int]] = {}
-    for footway in network.footways:
-        if footway.crossing and footway.tags.get("crossing") != "no":
-            for at, node in enumerate(footway.node_ids.tolist()):
-                ways.setdefault(node, (footway, at))
-    tagged = {node for node, tags in network.node_tags.items() if is_crossing(tags)}
-    out = []
-    for node in sorted(tagged | ways.keys()):
-        tags = network.node_tags.get(node, {})
-        if tags.get("crossing") == "no":
-            continue
-        if node in ways:
-            footway, at = ways[node]
-            out.append(_Wish(node, {**footway.tags, **tags}, _heading(footway, at)))
-        else:
-            out.append(_Wish(node, tags, None))
-    return out
+def _width(wish: MappedCrossing) -> float:
+    """Return the extent of a crossing along the road, m: as tagged, else usual."""
+    if wish.width is not None:
+        return max(wish.width, defaults.CROSSING_WIDTH_MIN)
+    return defaults.CROSSING_WIDTH_SIGNALS if wish.lights else defaults.CROSSING_WIDTH
 
 
-def _heading(footway: Footway, at: int) -> float:
-    points = footway.points
-    along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
-    return float(np.arctan2(along[1], along[0]))
-
-
-def _placed(world: World, places: NodePlaces, wish: _Wish, here: Sequence[NodePlace]) -> _Found | str:
+def _placed(world: World, places: NodePlaces, wish: MappedCrossing, here: Sequence[NodePlace]) -> _Found | str:
     """Put a crossing on a road, or say why it is on none."""
     road, s = _nearest(world, places, wish, here)
     if road < 0:
         return s if isinstance(s, str) else "no road is left of its street"
     assert not isinstance(s, str)
-    lights = has_lights(wish.tags)
     length = world.lanes.length(road)
-    width = min(width_of(wish.tags, lights), length - 2 * defaults.CROSSING_END)
+    width = min(_width(wish), length - 2 * defaults.CROSSING_END)
     if width < defaults.CROSSING_WIDTH_MIN:
         return f"the road there, {length:.1f} m, is too short for it"
     room = 0.5 * width + defaults.CROSSING_END
@@ -114,14 +80,16 @@ def _placed(world: World, places: NodePlaces, wish: _Wish, here: Sequence[NodePl
         left,
         right,
         f"node/{wish.node}",
-        lights,
-        marking=marking_of(wish.tags),
-        island=has_island(wish.tags),
+        wish.lights,
+        marking=wish.marking,
+        island=wish.island,
     )
     return _Found(_at_junction(world, crossing), abs(at - s))
 
 
-def _nearest(world: World, places: NodePlaces, wish: _Wish, here: Sequence[NodePlace]) -> tuple[int, float | str]:
+def _nearest(
+    world: World, places: NodePlaces, wish: MappedCrossing, here: Sequence[NodePlace]
+) -> tuple[int, float | str]:
     """Return road and s of the place that a crossing goes to; -1 and why where there is none within reach."""
     best: tuple[float, float, int, float] | None = None
     for place in here:
@@ -191,12 +159,11 @@ def _merged(world: World, found: list[_Found]) -> list[_Found]:
     return out
 
 
-def _tell(world: World, found: Sequence[_Found], wishes: Mapping[int, _Wish]) -> None:
+def _tell(world: World, found: Sequence[_Found], wishes: Mapping[int, MappedCrossing]) -> None:
     """Report what was moved and what was guessed."""
     guessed = []
     for item in found:
-        tags = wishes[int(item.crossing.osm_id.removeprefix("node/"))].tags
-        if "crossing:width" not in tags and "width" not in tags:
+        if not wishes[int(item.crossing.osm_id.removeprefix("node/"))].width_tagged:
             guessed.append(item.crossing.osm_id)
         if item.moved > defaults.CROSSING_WIDTH:
             world.diagnostics.repaired(

@@ -47,7 +47,7 @@ def point_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadsid
             why = f"no road lies within {defaults.OBJECT_REACH:g} m"
             left_out[thing.kind.value, why].append(thing.osm_id)
             continue
-        width, height = size_of(thing.kind, thing.tags)
+        width, height = size_of(thing)
         off = 0.5 * width + defaults.OBJECT_GAP
         if places.beyond[k] < -defaults.OBJECT_INSIDE:
             left_out[thing.kind.value, "they would stand on the carriageway"].append(thing.osm_id)

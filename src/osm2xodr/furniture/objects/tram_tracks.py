@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -36,7 +36,7 @@ def tram_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadside
     mapped = strips_on(finder, [thing.points for thing in lines], half)
     out: list[RoadObject] = []
     for strip in mapped:
-        out += _rails(world, strip, _gauge(lines[strip.line].tags), lines[strip.line].osm_id)
+        out += _rails(world, strip, lines[strip.line].facts.gauge or _TRAM_GAUGE, lines[strip.line].osm_id)
     with_tracks = {strip.road for strip in mapped}
     for k, street in enumerate(world.places.road_street.tolist()):
         if k in with_tracks or not any(piece.tram for _, piece in world.network.streets[street].pieces):
@@ -47,12 +47,6 @@ def tram_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadside
                 for strip in _in_lanes(world, k, begin, end):
                     out += _rails(world, strip, _TRAM_GAUGE, f"way/{attributes.osm_way_id}")
     return out
-
-
-def _gauge(tags: Mapping[str, str]) -> float:
-    """Return the gauge of a track, m; OSM has it in millimetres."""
-    text = tags.get("gauge", "")
-    return float(text) / 1000.0 if text.isdigit() and 500 <= int(text) <= 2000 else _TRAM_GAUGE
 
 
 def _in_lanes(world: World, curve: int, begin: float, end: float) -> list[Strip]:

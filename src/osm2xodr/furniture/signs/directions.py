@@ -2,39 +2,33 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.furniture.signs.tags import IN_UNIT, SAME_LIMIT, SignFace, speed_unit
-from osm2xodr.model import Direction, FloatArray, Street, StreetAttributes
+from osm2xodr.conventions import find_country
+from osm2xodr.model import Direction, Facing, FloatArray, SignFace, Street, StreetAttributes
 
 # Where neither tags nor limits tell it, a town lies on that side of its sign on which there are so many times as many
 # nodes of streets as on the other, within so many metres. Choices.
 _TOWN_REACH: Final = 300.0
 _TOWN_RATIO: Final = 1.5
 
-_COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
-_POINTS: Final = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")
+# Units of speed limits, each per m/s.
+IN_UNIT: Final = {"km/h": 3.6, "mph": 1.0 / 0.44704}
+# Limits are one up to this, m/s: rounding of a unit.
+SAME_LIMIT: Final = 0.1
 # A sign is for a road's traffic if it faces it within this angle's cosine (60 degrees).
 _FACES: Final = 0.5
 
 
-def compass_heading(tags: Mapping[str, str]) -> float | None:
-    """Return the heading of the traffic that sees a sign, rad from east; None where no tag says how it faces."""
-    text = (tags.get("traffic_sign:direction") or tags.get("direction", "")).strip().upper()
-    if text in _POINTS:
-        degrees = _POINTS.index(text) * 22.5
-    elif _COMPASS.fullmatch(text):
-        degrees = float(text)
-    else:
-        return None
-    # It faces those who come from where it looks.
-    return float(np.deg2rad(-90.0 - degrees))
+def seen_heading(facing: Facing) -> float | None:
+    """Return the heading of the traffic that sees a sign, rad; None where OSM does not say where it looks."""
+    # Traffic drives towards the sign, against the direction in which it looks.
+    return None if facing.azimuth_deg is None else float(np.deg2rad(-90.0 - facing.azimuth_deg))
 
 
 def faced_along(heading: float, hdg: float) -> bool | None:
@@ -102,14 +96,14 @@ class LimitsAround:
             along for along, way in ((True, Direction.FORWARD), (False, Direction.BACKWARD)) if both or way in runs
         )
 
-    def along(self, word: str) -> bool | None:
+    def along(self, facing: Facing) -> bool | None:
         """Return the direction that a tag's value means, or the only one that cars take; None where that is open."""
-        if word in ("forward", "backward"):
-            return (word == "forward") != self.here.reversed
+        if facing.along is not None:
+            return facing.along != self.here.reversed
         runs = self.directions()
         if len(runs) == 1:
             return runs[0]
-        heading = compass_heading({"direction": word})
+        heading = seen_heading(facing)
         return None if heading is None else faced_along(heading, self.facing)
 
     def nearer_end(self) -> bool:
@@ -138,7 +132,7 @@ class LimitsAround:
         if face.value is None:
             changed = [along for along in runs if self._limits(along)[0] != self._limits(along)[1]]
             return changed or list(runs)
-        speed = face.value / IN_UNIT.get(face.unit or speed_unit(country), 3.6)
+        speed = face.value / IN_UNIT.get(face.unit or find_country(country).speed_unit, 3.6)
         holds = [along for along in runs if _same(self._limits(along)[1], speed)]
         begins = [along for along in holds if not _same(self._limits(along)[0], speed)]
         return begins or holds or list(runs)
@@ -154,7 +148,7 @@ class LimitsAround:
         speed = self._limits(along)[1]
         if face.value is not None or speed is None or not np.isfinite(speed):
             return face
-        unit = speed_unit(country)
+        unit = find_country(country).speed_unit
         return replace(face, value=float(round(speed * IN_UNIT[unit])), unit=unit)
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
@@ -12,9 +11,8 @@ from osm2xodr.furniture.signs.directions import LimitsAround, TownSide, comes_to
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.sign_roads import Candidate, Spot, candidates_beside, choose_spot, choose_yield
 from osm2xodr.furniture.signs.stop_and_give_way import KINDS, YieldSigns
-from osm2xodr.furniture.signs.tags import SignFace, directed_values, read_faces
 from osm2xodr.furniture.world import NodePlace, NodePlaces, World, car_lanes
-from osm2xodr.model import RoadsideKind, RoadsideThing
+from osm2xodr.model import FacingSigns, RoadsideThing, SignFace, SignPost
 
 # Signs of ways for people on foot or bicycles.
 _PATHS: Final = frozenset({"footway", "cycleway", "foot_and_cycleway", "footway_beside_cycleway", "bridleway"})
@@ -32,14 +30,13 @@ def add_mapped_signs(world: World, places: NodePlaces, yielding: YieldSigns) -> 
         The stop and give-way signs.
     """
     reader = _Reader(world, yielding)
-    tags = world.network.node_tags
-    signed = [node for node, item in tags.items() if any(True for _ in directed_values(item))]
+    sign_posts = world.network.node_facts.sign_posts
     meeting = {item.osm_node_id for item in world.network.intersections if len(item.arms) > 1}
-    for node, found in sorted(places.on_streets(signed).items()):
-        reader.on_street(node, tags[node], found, meets=node in meeting)
-    things = [item for item in world.network.roadside if item.kind is RoadsideKind.TRAFFIC_SIGN]
-    for thing, candidates in zip(things, candidates_beside(world, things), strict=True):
-        reader.beside(thing, candidates)
+    for node, found in sorted(places.on_streets(sign_posts).items()):
+        reader.on_street(node, sign_posts[node], found, meets=node in meeting)
+    things = [(item, item.facts.sign_post) for item in world.network.roadside if item.facts.sign_post is not None]
+    for (thing, post), candidates in zip(things, candidates_beside(world, things), strict=True):
+        reader.beside(thing, post, candidates)
     _count_ways(world)
     return reader.posts
 
@@ -53,17 +50,17 @@ class _Reader:
         self._town = TownSide(world.network.streets)
         self.posts: list[Post] = []
 
-    def on_street(self, node: int, tags: Mapping[str, str], found: Sequence[NodePlace], *, meets: bool) -> None:
+    def on_street(self, node: int, post: SignPost, found: Sequence[NodePlace], *, meets: bool) -> None:
         """Read the signs of a node of streets."""
         osm_id = f"node/{node}"
-        yields = tags.get("highway") in KINDS
-        values = [(word, self._faces(text, tags, word, but_yielding=yields)) for word, text in directed_values(tags)]
+        yields = post.control is not None
+        values = [(signs.facing, _faces_for_cars(signs, but_yielding=yields)) for signs in post.signs]
         if not any(faces for _, faces in values):
             if not yields:
                 self._leave_out(osm_id, "what it means is not known, or it is not for cars")
             return
         street = self._world.network.streets[found[0].street]
-        for word, faces in values:
+        for facing, faces in values:
             limits = LimitsAround.at(street, node)
             spot = self._in_junction(node, found[0]) if meets or found[0].road < 0 else None
             if spot is None and (meets or found[0].road < 0):
@@ -72,11 +69,11 @@ class _Reader:
             if spot is None:
                 length = self._world.lanes.length(found[0].road)
                 s = min(max(found[0].s, 0.0), length)
-                spot = Spot(found[0].road, s, None, limits.along(word), limits)
-            if word != "both" and self._for_both(faces, spot):
+                spot = Spot(found[0].road, s, None, limits.along(facing), limits)
+            if not facing.both and self._for_both(faces, spot):
                 words = "the sign stands for both directions of its street: no tag says which of them it is for"
                 self._world.diagnostics.guessed("sign-direction", osm_id, words)
-            self._place(osm_id, tags, faces, spot)
+            self._place(osm_id, post, faces, spot)
 
     def _in_junction(self, node: int, place: NodePlace) -> Spot | None:
         """Return the end of the only road from which cars come to a node in a junction; None for several."""
@@ -99,14 +96,13 @@ class _Reader:
         limits = LimitsAround.of_end(network.streets[coming[0] // 2], at_end=at_end)
         return Spot(road, self._world.lanes.length(road) if at_end else 0.0, None, at_end, limits)
 
-    def beside(self, thing: RoadsideThing, candidates: Sequence[Candidate]) -> None:
+    def beside(self, thing: RoadsideThing, post: SignPost, candidates: Sequence[Candidate]) -> None:
         """Read the signs of a node beside streets."""
         faces: list[SignFace] = []
-        kind = thing.tags.get("highway", "")
-        for word, text in directed_values(thing.tags):
-            faces += self._faces(text, thing.tags, word, but_yielding=kind in KINDS)
-        if kind in KINDS:
-            faces.insert(0, SignFace(kind))
+        for signs in post.signs:
+            faces += _faces_for_cars(signs, but_yielding=post.control is not None)
+        if post.control is not None:
+            faces.insert(0, SignFace(post.control.value))
         if not faces:
             self._leave_out(thing.osm_id, "what it means is not known, or it is not for cars")
             return
@@ -114,7 +110,7 @@ class _Reader:
         if yields:
             spot = self._yield_spot(thing, candidates, yields[0])
             if not isinstance(spot, str):
-                self._place(thing.osm_id, thing.tags, faces, spot)
+                self._place(thing.osm_id, post, faces, spot)
                 return
             self._leave_out(thing.osm_id, spot)
             faces = _others(faces)
@@ -125,31 +121,15 @@ class _Reader:
         if isinstance(spot, str):
             self._leave_out(thing.osm_id, spot)
         else:
-            self._place(thing.osm_id, thing.tags, faces, spot)
+            self._place(thing.osm_id, post, faces, spot)
 
     def _yield_spot(self, thing: RoadsideThing, candidates: Sequence[Candidate], kind: str) -> Spot | str:
         """Return where a stop or give-way sign beside streets stands, or why it stands nowhere."""
-        if not self._on_footways.isdisjoint(thing.node_ids.tolist()):
+        if not self._world.footway_nodes.isdisjoint(thing.node_ids.tolist()):
             return "it stands on a way for people on foot or bicycles"
         return choose_yield(candidates, kind, self._yielding.ahead)
 
-    @cached_property
-    def _on_footways(self) -> frozenset[int]:
-        """The nodes of ways for people on foot or bicycles."""
-        return frozenset(node for way in self._world.network.footways for node in way.node_ids.tolist())
-
-    def _faces(self, text: str, tags: Mapping[str, str], word: str, *, but_yielding: bool) -> list[SignFace]:
-        out: list[SignFace] = []
-        wanted = True
-        for face in read_faces(text, tags, self._world.network.country, word):
-            if not face.supplementary:
-                wanted = face.meaning not in _PATHS and not (but_yielding and face.meaning in KINDS)
-                wanted = wanted and bool(face.meaning or face.code)
-            if wanted:
-                out.append(face)
-        return out
-
-    def _place(self, osm_id: str, tags: Mapping[str, str], faces: Sequence[SignFace], spot: Spot) -> None:
+    def _place(self, osm_id: str, post: SignPost, faces: Sequence[SignFace], spot: Spot) -> None:
         """Make the poles of signs at a place, for each direction that they are for."""
         by_direction: dict[bool, list[SignFace]] = {True: [], False: []}
         main_along: tuple[bool, ...] = ()
@@ -159,7 +139,7 @@ class _Reader:
                 for along in main_along:
                     by_direction[along].append(face)
                 continue
-            meant = self._meant(osm_id, face, tags, spot)
+            meant = self._meant(osm_id, face, post.city_limit, spot)
             main_along = tuple(along for along, _ in meant)
             lost = lost if meant else "neither its tags nor what is around tell which direction it is for"
             for along, one in meant:
@@ -183,11 +163,11 @@ class _Reader:
             self.posts.append(Post(spot.road, spot.s, along, others, osm_id, spot.t))
         return ""
 
-    def _meant(self, osm_id: str, face: SignFace, tags: Mapping[str, str], spot: Spot) -> list[tuple[bool, SignFace]]:
+    def _meant(self, osm_id: str, face: SignFace, city_limit: str, spot: Spot) -> list[tuple[bool, SignFace]]:
         """Return which directions a sign is for, and what it says to each."""
         country = self._world.network.country
         if face.meaning in _BACK:
-            return self._city_limits(osm_id, face, tags, spot)
+            return self._city_limits(osm_id, face, city_limit, spot)
         if face.meaning == "maxspeed":
             meant = spot.limits.limited(face, country) if spot.along is None else [spot.along]
             said = [(along, spot.limits.with_value(face, along, country)) for along in meant]
@@ -206,14 +186,11 @@ class _Reader:
         country = self._world.network.country
         return any(face.meaning != "maxspeed" or not spot.limits.tells(face, country) for face in main)
 
-    def _city_limits(
-        self, osm_id: str, face: SignFace, tags: Mapping[str, str], spot: Spot
-    ) -> list[tuple[bool, SignFace]]:
+    def _city_limits(self, osm_id: str, face: SignFace, word: str, spot: Spot) -> list[tuple[bool, SignFace]]:
         """Return what the sign of a town says to those who enter and to those who leave it.
 
         Where tags do not say where the town lies, it lies where limits are lower, or else where more streets are.
         """
-        word = tags.get("city_limit", "")
         ends = face.meaning == "city_limit_end" or word == "end"
         begin = replace(face, meaning="city_limit", code="", country="")
         end = replace(begin, meaning="city_limit_end")
@@ -237,6 +214,19 @@ class _Reader:
 
     def _leave_out(self, osm_id: str, why: str) -> None:
         self._world.diagnostics.dropped("sign-left-out", osm_id, f"the sign is left out: {why}")
+
+
+def _faces_for_cars(signs: FacingSigns, *, but_yielding: bool) -> list[SignFace]:
+    """Return the signs that are for cars, with their plates."""
+    out: list[SignFace] = []
+    wanted = True
+    for face in signs.faces:
+        if not face.supplementary:
+            wanted = face.meaning not in _PATHS and not (but_yielding and face.meaning in KINDS)
+            wanted = wanted and bool(face.meaning or face.code)
+        if wanted:
+            out.append(face)
+    return out
 
 
 def _others(faces: Sequence[SignFace]) -> list[SignFace]:

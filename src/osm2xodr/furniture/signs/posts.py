@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Final
 
+from osm2xodr.conventions import NO_SUBTYPE, SignCode, sign_code
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.signs.codes import NO_SUBTYPE, SignCode, code_of
 from osm2xodr.furniture.signs.post_clearance import SignRoom
-from osm2xodr.furniture.signs.tags import SignFace
 from osm2xodr.furniture.world import World, car_lanes, lane_ranges
-from osm2xodr.model import LaneType, Rule, Signal
+from osm2xodr.model import LaneType, Rule, Signal, SignFace
 
 # Signs for one direction that are nearer to each other than this share a pole, m; a choice.
 _SIGN_SAME_POLE: Final = 4.0
@@ -174,7 +173,7 @@ def _code(world: World, face: SignFace) -> SignCode | None:
     if not face.meaning:
         return None
     country = face.country or world.network.country
-    return code_of(
+    return sign_code(
         face.meaning,
         face.value,
         country,

@@ -13,10 +13,10 @@ import numpy as np
 
 from osm2xodr.curves import CurveFinder, pose
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.signs.directions import LimitsAround, compass_heading, faced_along
+from osm2xodr.furniture.signs.directions import LimitsAround, faced_along, seen_heading
 from osm2xodr.furniture.signs.post_clearance import curves_near
 from osm2xodr.furniture.world import World, way_at
-from osm2xodr.model import RoadsideThing, Rule, StreetAttributes, Structure
+from osm2xodr.model import Facing, RoadsideThing, Rule, SignPost, StreetAttributes, Structure
 
 # Of the roads near a sign, one counts as so much farther away, m, if the sign is not on the side of its traffic, and
 # as so much, m per m, for the way to what a stop or give-way sign is for; a road of another level makes it unclear
@@ -57,7 +57,7 @@ class Candidate:
         return abs(self.outside) + self.beyond + (0.0 if self.own_side else _SIGN_WRONG_SIDE)
 
 
-def candidates_beside(world: World, things: Sequence[RoadsideThing]) -> list[list[Candidate]]:
+def candidates_beside(world: World, things: Sequence[tuple[RoadsideThing, SignPost]]) -> list[list[Candidate]]:
     """Return the roads that signs beside streets may be for, nearest first, for each sign.
 
     Parameters
@@ -65,13 +65,13 @@ def candidates_beside(world: World, things: Sequence[RoadsideThing]) -> list[lis
     world
         What is there.
     things
-        The signs.
+        The signs, and what they say.
     """
     out: list[list[Candidate]] = [[] for _ in things]
     if not things:
         return out
     plan = world.road_map.plan_view
-    x, y = np.array([item.points[0] for item in things]).T
+    x, y = np.array([item.points[0] for item, _ in things]).T
     near = curves_near(plan, x, y)
     finder = CurveFinder(plan, near[near < len(world.places.road_street)])
     point, curve, s, t, distance = finder.near(x, y, defaults.SIGN_ASIDE)
@@ -79,26 +79,38 @@ def candidates_beside(world: World, things: Sequence[RoadsideThing]) -> list[lis
     for k in np.lexsort((curve, distance, point)).tolist():
         thing, road = int(point[k]), int(curve[k])
         beyond = max(float(distance[k]) ** 2 - float(t[k]) ** 2, 0.0) ** 0.5
-        found = _candidate(world, things[thing], road, (float(s[k]), float(t[k]), float(hdg[k])), beyond)
+        found = _candidate(
+            world,
+            things[thing][1].facing,
+            (x[thing], y[thing]),
+            road,
+            (float(s[k]), float(t[k]), float(hdg[k])),
+            beyond,
+        )
         if found is not None:
             out[thing].append(found)
     return out
 
 
 def _candidate(
-    world: World, thing: RoadsideThing, curve: int, place: tuple[float, float, float], beyond: float
+    world: World,
+    facing: Facing,
+    at: tuple[float, float],
+    curve: int,
+    place: tuple[float, float, float],
+    beyond: float,
 ) -> Candidate | None:
     """Return a candidate of a place on a road (s, t, heading); None if the sign faces no traffic there."""
     s, t, hdg = place
     road = world.road_map.roads[curve].id
     street = world.network.streets[int(world.places.road_street[curve])]
-    x, y = thing.points[0].tolist()
+    x, y = at
     limits = LimitsAround.near(street, x, y)
     runs = limits.directions()
     left, right = world.lanes.carriageway(road, s)
     on_right = t < 0.5 * (left + right)
     keeps_right = world.road_map.rule is Rule.RIGHT_HAND
-    heading = compass_heading(thing.tags)
+    heading = seen_heading(facing)
     along = None if heading is None else faced_along(heading, hdg)
     if heading is not None and along is None:
         return None

@@ -6,19 +6,18 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.conventions import priority_rank
+from osm2xodr.conventions import find_country, priority_rank
 from osm2xodr.curves import project
 from osm2xodr.defaults import PRIORITY_RANK_MINOR
 from osm2xodr.furniture import defaults
+from osm2xodr.furniture.signs.directions import IN_UNIT, SAME_LIMIT
 from osm2xodr.furniture.signs.posts import Post
-from osm2xodr.furniture.signs.tags import IN_UNIT, SAME_LIMIT, SignFace, read_faces, speed_unit
 from osm2xodr.furniture.world import Approach, World, car_lanes
-from osm2xodr.model import StreetAttributes
+from osm2xodr.model import SignFace, StreetAttributes
 
 # Where a road begins at a junction its signs stand this far from it, m; a choice, about a car's length.
 _SIGN_BEYOND_JUNCTION: Final = 5.0
@@ -185,14 +184,7 @@ def _limit_face(attributes: StreetAttributes, limit: float, country: str) -> Sig
     if attributes.highway == "living_street":
         return SignFace("living_street")
     value, unit = shown_speed(limit, country)
-    return SignFace(
-        "maxspeed_zone" if _is_zone(attributes.traffic_sign, country) else "maxspeed", "", "", value, unit
-    )
-
-
-@lru_cache(maxsize=1024)
-def _is_zone(text: str, country: str) -> bool:
-    return bool(text) and any(face.meaning == "maxspeed_zone" for face in read_faces(text, {}, country))
+    return SignFace("maxspeed_zone" if attributes.speed_zone else "maxspeed", "", "", value, unit)
 
 
 def shown_speed(speed: float, country: str) -> tuple[float, str]:
@@ -200,7 +192,7 @@ def shown_speed(speed: float, country: str) -> tuple[float, str]:
 
     The unit is the country's if that makes a whole number, else the other one if that does.
     """
-    own = speed_unit(country)
+    own = find_country(country).speed_unit
     for unit in (own, "mph" if own == "km/h" else "km/h"):
         value = speed * IN_UNIT[unit]
         if abs(value - round(value)) < _WHOLE:

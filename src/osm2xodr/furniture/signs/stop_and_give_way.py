@@ -10,18 +10,15 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.conventions import meant_ends, priority_rank, stops_all
+from osm2xodr.conventions import meant_ends, priority_rank
 from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.sign_roads import Spot
-from osm2xodr.furniture.signs.tags import SignFace
 from osm2xodr.furniture.world import Approach, Crossing, NodePlace, NodePlaces, Stop, World, car_lanes
-from osm2xodr.model import Direction, Intersection, Street
+from osm2xodr.model import Direction, Intersection, NodeControl, Sign, SignFace, Street
 
 KINDS: Final = ("stop", "give_way")
-# Values of railway of nodes where tracks cross a street.
-_RAILWAYS: Final = frozenset({"level_crossing", "tram_level_crossing", "crossing", "tram_crossing"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +68,10 @@ class YieldSigns:
 
     def add_nodes(self, places: NodePlaces) -> None:
         """Find what the nodes on streets are for."""
-        tags = self._world.network.node_tags
-        nodes = [node for node, item in tags.items() if item.get("highway") in KINDS]
+        controls = self._world.network.node_facts.controls
+        nodes = [node for node, item in controls.items() if item.tagged in (Sign.STOP, Sign.GIVE_WAY)]
         for node, found in sorted(places.on_streets(nodes).items()):
-            item = tags[node]
-            signs = self._signs(node, item, found)
+            signs = self._signs(node, controls[node], found)
             if isinstance(signs, str):
                 self._leave_out(f"node/{node}", signs)
                 continue
@@ -121,37 +117,37 @@ class YieldSigns:
         out: dict[int, list[float]] = defaultdict(list)
         for crossing in self._crossings:
             out[crossing.road].append(crossing.s)
-        places, tags = self._world.places, self._world.network.node_tags
+        places, tracks = self._world.places, self._world.network.node_facts.track_crossings
         for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
-            if road >= 0 and tags[node].get("railway") in _RAILWAYS:
+            if road >= 0 and node in tracks:
                 out[road].append(s)
         return out
 
     def _leave_out(self, osm_id: str, why: str) -> None:
         self._world.diagnostics.dropped("sign-left-out", osm_id, f"the sign is left out: {why}")
 
-    def _signs(self, node: int, tags: Mapping[str, str], found: Sequence[NodePlace]) -> list[YieldSign] | str:
+    def _signs(self, node: int, control: NodeControl, found: Sequence[NodePlace]) -> list[YieldSign] | str:
         """Return the signs of a node, or why there are none."""
         meeting = self._meeting.get(node)
         if meeting is not None and len(meeting.arms) > 1:
-            return self._at_intersection(meeting, tags)
+            return self._at_intersection(meeting, control)
         out: list[YieldSign] = []
         why = ""
         for place in found:
             street = self._world.network.streets[place.street]
             index = int(np.flatnonzero(street.node_ids == node)[0])
-            for end in meant_ends(street, index, tags):
-                signs = self._inside(place, end, tags)
+            for end in meant_ends(street, index, control.facing):
+                signs = self._inside(place, end, control)
                 if isinstance(signs, str):
                     why = signs
                 else:
                     out += signs
         return out or why
 
-    def _inside(self, place: NodePlace, end: int, tags: Mapping[str, str]) -> list[YieldSign] | str:
+    def _inside(self, place: NodePlace, end: int, control: NodeControl) -> list[YieldSign] | str:
         """Return the signs of a node inside a street that are for those who come to one of its ends."""
         osm_id = f"node/{place.node}"
-        kind = tags["highway"]
+        kind = _kind(control)
         if place.road < 0:
             inner = self._world.network.streets[place.street]
             arms = self._leading_into(2 * place.street + end, inner.start if end else inner.end)
@@ -175,7 +171,7 @@ class YieldSigns:
                 out.append(self._by_end[arm])
         return out
 
-    def _at_intersection(self, meeting: Intersection, tags: Mapping[str, str]) -> list[YieldSign] | str:
+    def _at_intersection(self, meeting: Intersection, control: NodeControl) -> list[YieldSign] | str:
         """Return the signs of a node where streets meet."""
         ends = [2 * street + (not start) for street, start in meeting.arms]
         junctions = {int(self._world.places.end_junction[end]) for end in ends} - {-1}
@@ -184,13 +180,13 @@ class YieldSigns:
         osm_id = f"node/{meeting.osm_node_id}"
         if not here:
             return "no road with lanes for cars comes to that junction"
-        all_way = stops_all(tags)
-        meant = here if all_way or len(here) == 1 else self._yielding(here, tags)
+        all_way = control.all_way
+        meant = here if all_way or len(here) == 1 else self._yielding(here, control)
         if not meant:
             return "it stands on a junction of equal roads and does not say which of them it is for"
-        return [self._of(item, tags["highway"], osm_id, all_way=all_way) for item in meant]
+        return [self._of(item, _kind(control), osm_id, all_way=all_way) for item in meant]
 
-    def _yielding(self, here: Sequence[Approach], tags: Mapping[str, str]) -> list[Approach]:
+    def _yielding(self, here: Sequence[Approach], control: NodeControl) -> list[Approach]:
         """Return the approaches that yield: by the junction's priorities, by class, by the node's direction."""
         minor = [item for item in here if item.road in self._minor_roads[item.junction]]
         if minor and len(minor) < len(here):
@@ -203,9 +199,11 @@ class YieldSigns:
         return [
             item
             for item in here
-            if tags.get("direction") in ("forward", "backward")
+            if control.facing.along is not None
             and meant_ends(
-                street := streets[item.street_end // 2], (len(street.points) - 1) * (item.street_end % 2), tags
+                street := streets[item.street_end // 2],
+                (len(street.points) - 1) * (item.street_end % 2),
+                control.facing,
             )
             == (item.street_end % 2,)
         ]
@@ -244,6 +242,11 @@ class YieldSigns:
             lanes = approach.lanes if approach else car_lanes(self._world, sign.road, sign.s, sign.along)
             out.append(Stop(sign.road, sign.s, lanes, "+" if sign.along else "-", sign.kind, sign.osm_id))
         return sorted(out, key=lambda stop: (stop.road, stop.s, stop.orientation))
+
+
+def _kind(control: NodeControl) -> str:
+    assert control.tagged is not None
+    return control.tagged.value
 
 
 def _held(s: float, length: float) -> float:

@@ -8,7 +8,6 @@ from osm2xodr.furniture.world.lane_table import CAR_LANES, LaneAt, LaneTable, la
 from osm2xodr.furniture.world.node_places import NodePlace, NodePlaces
 from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
 from osm2xodr.furniture.world.street_pieces import pieces_on_road, way_at
-from osm2xodr.furniture.world.tag_values import length_of
 from osm2xodr.furniture.world.world import Approach, Crossing, Movement, Stop, World
 
 __all__ = [
@@ -27,7 +26,6 @@ __all__ = [
     "car_lanes",
     "find_approaches",
     "lane_ranges",
-    "length_of",
     "outline",
     "pieces_on_road",
     "way_at",

@@ -86,7 +86,8 @@ def _sign_nodes(world: World) -> Mapping[tuple[int, bool], list[float]]:
     places = world.places
     out: dict[tuple[int, bool], list[float]] = defaultdict(list)
     for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
-        if road < 0 or world.network.node_tags[node].get("highway") not in ("traffic_signals", "stop", "give_way"):
+        control = world.network.node_facts.controls.get(node)
+        if road < 0 or control is None or control.tagged is None:
             continue
         length = world.lanes.length(road)
         if 0.0 < s < length:

@@ -47,6 +47,11 @@ class World:
         """Finds the places of nodes of streets."""
         return NodePlaces(self.network, self.road_map, self.places, self.lanes)
 
+    @cached_property
+    def footway_nodes(self) -> frozenset[int]:
+        """OSM ids of the nodes of ways for people on foot or bicycles."""
+        return frozenset(node for way in self.network.footways for node in way.node_ids.tolist())
+
 
 @dataclass(frozen=True, slots=True)
 class Crossing:

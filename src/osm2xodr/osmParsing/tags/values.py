@@ -27,6 +27,7 @@ _LENGTH_UNITS: Final = {
     "meter": 1.0,
     "meters": 1.0,
     "cm": 0.01,
+    "mm": 0.001,
     "km": 1000.0,
     "ft": _FOOT,
     "feet": _FOOT,
@@ -74,6 +75,12 @@ def parse_length(text: str) -> float | None:
     if not found or found[2] not in _LENGTH_UNITS:
         return None
     return _number(found[1]) * _LENGTH_UNITS[found[2]]
+
+
+def plausible_length(text: str, most: float) -> float | None:
+    """Read a length as `parse_length` does; None also where it is 0 or above the largest that is plausible, m."""
+    length = parse_length(text)
+    return length if length is not None and 0.0 < length <= most else None
 
 
 def parse_count(text: str) -> tuple[int | None, bool]:
