@@ -113,19 +113,6 @@ LIGHT_BESIDE: Final = 0.5
 LIGHT_HEIGHT: Final = 0.9
 LIGHT_HEIGHT_PEOPLE: Final = 0.6
 LIGHT_WIDTH: Final = 0.3
-# Movements that turn by less go straight on, rad (34 degrees); a choice.
-LIGHT_THROUGH: Final = 0.6
-# Paths through a junction whose middles come this near to each other meet, m: a car is 1.76 m wide without its
-# mirrors (design vehicle of RASt 06). They are sampled at this distance, m.
-LIGHT_PATHS_APART: Final = 2.0
-LIGHT_PATH_STEP: Final = 1.0
-# How far from the start of their lane section heads stand at least, m; a choice.
-LIGHT_IN_SECTION: Final = 0.1
-SECTION_BREAK_APART: Final = 0.5
-# No lane section is cut within so many m of a bend of less than this radius, m: CARLA steps 2.5 m along the reference
-# line, which on a lane 6 m outside of it is no more than 3.3 m.
-SECTION_BREAK_STEP: Final = 2.5
-SECTION_BREAK_RADIUS: Final = 20.0
 
 # ---- furniture: bridges and tunnels
 

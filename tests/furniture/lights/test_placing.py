@@ -310,8 +310,8 @@ def test_lights_amid_a_street(case: Case, tags: str, heads: list[tuple[str, floa
 @pytest.mark.parametrize(
     ("tagged", "node", "why"),
     [
-        ({"b": f"{SIGNALS} traffic_signals=blinker"}, "node/1003", "traffic_signals=blinker tells no one to go"),
-        ({"b": f"{SIGNALS} traffic_signals=level_crossing"}, "node/1003", "level_crossing tells no one to go"),
+        ({"b": f"{SIGNALS} traffic_signals=blinker"}, "node/1003", "traffic_signals=blinker never shows green"),
+        ({"b": f"{SIGNALS} traffic_signals=level_crossing"}, "node/1003", "level_crossing never shows green"),
         ({"e": SIGNALS}, "node/1005", "its street ends there"),
     ],
 )
@@ -364,7 +364,7 @@ def test_lights_on_a_footway_are_those_of_its_crossing() -> None:
     assert list(far.left_out) == ["node/77"]
     tram = lit(ROAD, crossings=crossing_at(1, 100.0, signals=False), network=beside(0.0, 6.0, on_footway=False))
     assert tram.lights.signals == ()
-    assert "no street that is carried" in tram.left_out["node/77"]
+    assert "no street of the map" in tram.left_out["node/77"]
 
 
 def test_ids_are_unique_and_heads_stand_on_their_roads() -> None:

@@ -14,8 +14,8 @@ from osm2xodr.curves import pose, project
 from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.model import FloatArray, IntArray, RoadMap, StreetNetwork, StreetPlaces
 
-# Nodes that lie beyond a road's end by less count as on it, m.
-_ON_IT: Final = 1e-6
+# Nodes beyond a road's end by less lie on it, m: rounding.
+_END_TOLERANCE: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,23 +36,18 @@ class NodePlace:
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """A road's end at a junction: where, and the road's direction there."""
+    """A road's end at a junction."""
 
     road: int
     at_end: bool
+    # Local position, m, and the road's heading there, rad
     x: float
     y: float
     hdg: float
 
 
 class NodePlaces:
-    """Finds the places of nodes of streets.
-
-    Parameters
-    ----------
-    network, road_map, places, lanes
-        Streets, roads and their lanes.
-    """
+    """Finds the places of nodes of streets."""
 
     def __init__(self, network: StreetNetwork, road_map: RoadMap, places: StreetPlaces, lanes: LaneTable) -> None:
         self._network = network
@@ -102,13 +97,7 @@ class NodePlaces:
         return np.concatenate([street.node_ids for street in streets]), start.astype(np.int64)
 
     def on_streets(self, nodes: Iterable[int]) -> dict[int, list[NodePlace]]:
-        """Return all places on streets of those nodes that lie on one, in the order of streets.
-
-        Parameters
-        ----------
-        nodes
-            OSM ids.
-        """
+        """Return all places on streets of nodes, by OSM id, in the order of streets; nodes on none are left out."""
         wanted = np.array(sorted(set(nodes)), np.int64)
         if not len(wanted):
             return {}
@@ -128,7 +117,7 @@ class NodePlaces:
         x, y = points[at].tolist()
         along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
         if not along.any():
-            # The start and end of a loop: the way it begins.
+            # The start and end of a loop: the direction in which it begins.
             along = points[1] - points[0]
         hdg = float(np.arctan2(along[1], along[0]))
         rows = self._tagged.get((node, street), [])
@@ -142,7 +131,7 @@ class NodePlaces:
         return NodePlace(node, street, x, y, hdg, road, s, junction)
 
     def _find(self, street: int, point: FloatArray) -> tuple[int, float, int]:
-        """Return road, s and junction of a point of a street that has no tags."""
+        """Return road, s and junction, as in `NodePlace`, of a node that is not in `StreetPlaces`."""
         places = self._places
         roads = self._roads.get(street)
         if not roads:
@@ -156,8 +145,8 @@ class NodePlaces:
         beyond = float((point[0] - px[0]) * np.cos(hdg[0]) + (point[1] - py[0]) * np.sin(hdg[0]))
         road = road_map.roads[roads[best]].id
         at = float(s[best]) + beyond
-        if at < -_ON_IT:
+        if at < -_END_TOLERANCE:
             return road, at, int(places.end_junction[2 * street])
-        if at > self._lanes.length(road) + _ON_IT:
+        if at > self._lanes.length(road) + _END_TOLERANCE:
             return road, at, int(places.end_junction[2 * street + 1])
         return road, at, -1
