@@ -139,8 +139,3 @@ SIGN_SIZE: Final = MappingProxyType(
         "plate": (0.6, 0.33),
     }
 )
-# A sign that says what another one said less than this before it for the same direction is left out, m: VwV-StVO has
-# limits repeated at larger distances only.
-SIGN_REPEATED: Final = 50.0
-# How far beside its road a sign may be mapped, m: MUTCD 2A.19 has overhead ones 12 ft and more beside; a choice.
-SIGN_ASIDE: Final = 15.0

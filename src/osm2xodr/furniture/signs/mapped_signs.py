@@ -1,4 +1,4 @@
-"""Where the signs stand that OSM maps as ``traffic_sign=*``, on nodes of streets and beside them."""
+"""Signs that OSM maps as ``traffic_sign=*``, on nodes of streets and beside them: where they stand, and for whom."""
 
 from __future__ import annotations
 
@@ -7,46 +7,39 @@ from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
-from osm2xodr.furniture.signs.directions import LimitsAround, TownSide, comes_to
+from osm2xodr.furniture.signs.directions import LimitsAround, TownSide, cars_at_end
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.sign_roads import Candidate, Spot, candidates_beside, choose_spot, choose_yield
 from osm2xodr.furniture.signs.stop_and_give_way import KINDS, YieldSigns
-from osm2xodr.furniture.world import NodePlace, NodePlaces, World, car_lanes
+from osm2xodr.furniture.world import NodePlace, World, car_lanes
 from osm2xodr.model import FacingSigns, RoadsideThing, SignFace, SignPost
 
-# Signs of ways for people on foot or bicycles.
+# Meanings of signs for people on foot or bicycles.
 _PATHS: Final = frozenset({"footway", "cycleway", "foot_and_cycleway", "footway_beside_cycleway", "bridleway"})
+# What the back of the sign of a town says.
 _BACK: Final = {"city_limit": "city_limit_end", "city_limit_end": "city_limit"}
 
 
-def add_mapped_signs(world: World, places: NodePlaces, yielding: YieldSigns) -> list[Post]:
-    """Return the poles of all mapped signs but stop and give-way signs, which go to the others of that kind.
-
-    Parameters
-    ----------
-    world, places
-        What is there.
-    yielding
-        The stop and give-way signs.
-    """
-    reader = _Reader(world, yielding)
+def mapped_posts(world: World, yield_signs: YieldSigns) -> list[Post]:
+    """Return the posts of all mapped signs, and add those that say stop or give way to the others of that kind."""
+    reader = _Reader(world, yield_signs)
     sign_posts = world.network.node_facts.sign_posts
     meeting = {item.osm_node_id for item in world.network.intersections if len(item.arms) > 1}
-    for node, found in sorted(places.on_streets(sign_posts).items()):
+    for node, found in sorted(world.nodes.on_streets(sign_posts).items()):
         reader.on_street(node, sign_posts[node], found, meets=node in meeting)
     things = [(item, item.facts.sign_post) for item in world.network.roadside if item.facts.sign_post is not None]
     for (thing, post), candidates in zip(things, candidates_beside(world, things), strict=True):
         reader.beside(thing, post, candidates)
-    _count_ways(world)
+    _report_ways(world)
     return reader.posts
 
 
 class _Reader:
-    """Turns tags of nodes into poles."""
+    """Turns nodes with signs into posts."""
 
-    def __init__(self, world: World, yielding: YieldSigns) -> None:
+    def __init__(self, world: World, yield_signs: YieldSigns) -> None:
         self._world = world
-        self._yielding = yielding
+        self._yield_signs = yield_signs
         self._town = TownSide(world.network.streets)
         self.posts: list[Post] = []
 
@@ -71,7 +64,7 @@ class _Reader:
                 s = min(max(found[0].s, 0.0), length)
                 spot = Spot(found[0].road, s, None, limits.along(facing), limits)
             if not facing.both and self._for_both(faces, spot):
-                words = "the sign stands for both directions of its street: no tag says which of them it is for"
+                words = "the sign holds for both directions of its street: no tag says for which"
                 self._world.diagnostics.guessed("sign-direction", osm_id, words)
             self._place(osm_id, post, faces, spot)
 
@@ -88,7 +81,7 @@ class _Reader:
         if meeting < 0:
             return None
         arms = [2 * street + (not start) for street, start in network.intersections[meeting].arms]
-        coming = [end for end in arms if comes_to(network.streets[end // 2], end)]
+        coming = [end for end in arms if cars_at_end(network.streets[end // 2], end)[0]]
         road = int(self._world.places.end_road[coming[0]]) if len(coming) == 1 else -1
         if road < 0:
             return None
@@ -124,13 +117,13 @@ class _Reader:
             self._place(thing.osm_id, post, faces, spot)
 
     def _yield_spot(self, thing: RoadsideThing, candidates: Sequence[Candidate], kind: str) -> Spot | str:
-        """Return where a stop or give-way sign beside streets stands, or why it stands nowhere."""
+        """Return where a stop or give-way sign beside streets stands, or why there is none."""
         if not self._world.footway_nodes.isdisjoint(thing.node_ids.tolist()):
             return "it stands on a way for people on foot or bicycles"
-        return choose_yield(candidates, kind, self._yielding.ahead)
+        return choose_yield(candidates, kind, self._yield_signs.ahead)
 
     def _place(self, osm_id: str, post: SignPost, faces: Sequence[SignFace], spot: Spot) -> None:
-        """Make the poles of signs at a place, for each direction that they are for."""
+        """Make the posts of signs at a place, one for each direction that they are for."""
         by_direction: dict[bool, list[SignFace]] = {True: [], False: []}
         main_along: tuple[bool, ...] = ()
         lost = ""
@@ -141,7 +134,7 @@ class _Reader:
                 continue
             meant = self._meant(osm_id, face, post.city_limit, spot)
             main_along = tuple(along for along, _ in meant)
-            lost = lost if meant else "neither its tags nor what is around tell which direction it is for"
+            lost = lost if meant else "neither its tags nor the roads around say which direction it is for"
             for along, one in meant:
                 by_direction[along].append(one)
         for along, found in by_direction.items():
@@ -151,25 +144,25 @@ class _Reader:
             self._leave_out(osm_id, lost)
 
     def _post(self, osm_id: str, spot: Spot, along: bool, faces: Sequence[SignFace]) -> str:
-        """Make one pole, or say why not."""
+        """Make one post, or return why not."""
         any_way = any(face.meaning == "no_entry" for face in faces)
         if not car_lanes(self._world, spot.road, spot.s, along) and not any_way:
             return "no lane for cars leads that way"
         yields = [face for face in faces if face.meaning in KINDS]
         others = tuple(face for face in faces if face.meaning not in KINDS)
         for face in yields:
-            self._yielding.add([self._yielding.nearest(spot.road, spot.s, along, face.meaning, osm_id)])
+            self._yield_signs.add([self._yield_signs.nearest(spot.road, spot.s, along, face.meaning, osm_id)])
         if others and any(not face.supplementary for face in others):
             self.posts.append(Post(spot.road, spot.s, along, others, osm_id, spot.t))
         return ""
 
     def _meant(self, osm_id: str, face: SignFace, city_limit: str, spot: Spot) -> list[tuple[bool, SignFace]]:
-        """Return which directions a sign is for, and what it says to each."""
+        """Return the directions that a sign is for, and what it says to each."""
         country = self._world.network.country
         if face.meaning in _BACK:
             return self._city_limits(osm_id, face, city_limit, spot)
         if face.meaning == "maxspeed":
-            meant = spot.limits.limited(face, country) if spot.along is None else [spot.along]
+            meant = spot.limits.limit_directions(face, country) if spot.along is None else [spot.along]
             said = [(along, spot.limits.with_value(face, along, country)) for along in meant]
             return [(along, one) for along, one in said if one.value is not None]
         if spot.along is not None:
@@ -179,15 +172,15 @@ class _Reader:
         return [(along, face) for along in spot.limits.directions()]
 
     def _for_both(self, faces: Sequence[SignFace], spot: Spot) -> bool:
-        """Say whether one of several signs is taken to be for both directions since nothing says which."""
+        """Return whether any of the signs holds for both directions because nothing says for which."""
         if spot.along is not None or len(spot.limits.directions()) < 2:
             return False
         main = [face for face in faces if not face.supplementary and face.meaning not in (*KINDS, *_BACK)]
         country = self._world.network.country
-        return any(face.meaning != "maxspeed" or not spot.limits.tells(face, country) for face in main)
+        return any(face.meaning != "maxspeed" or not spot.limits.decide_direction(face, country) for face in main)
 
     def _city_limits(self, osm_id: str, face: SignFace, word: str, spot: Spot) -> list[tuple[bool, SignFace]]:
-        """Return what the sign of a town says to those who enter and to those who leave it.
+        """Return what the sign of a town says to traffic that enters it and to traffic that leaves it.
 
         Where tags do not say where the town lies, it lies where limits are lower, or else where more streets are.
         """
@@ -203,7 +196,7 @@ class _Reader:
         if into is None:
             into = self._town.ahead(spot.limits)
             if into is not None:
-                words = "the town is taken to lie on the side of its sign where more streets are"
+                words = "the town is assumed to lie on the side of its sign with more streets"
                 self._world.diagnostics.guessed("town-side", osm_id, words)
         if into is None:
             return []
@@ -230,7 +223,7 @@ def _faces_for_cars(signs: FacingSigns, *, but_yielding: bool) -> list[SignFace]
 
 
 def _others(faces: Sequence[SignFace]) -> list[SignFace]:
-    """Return the signs but stop and give-way signs and the plates below them."""
+    """Return the signs other than stop and give-way signs, with their plates."""
     out: list[SignFace] = []
     wanted = False
     for face in faces:
@@ -241,8 +234,8 @@ def _others(faces: Sequence[SignFace]) -> list[SignFace]:
     return out
 
 
-def _count_ways(world: World) -> None:
-    """Say how many ways name signs: they have no place, and other tags say what they mean."""
+def _report_ways(world: World) -> None:
+    """Report how many ways name signs: these have no place along the way, and other tags say what they mean."""
     ways = {item.osm_way_id for street in world.network.streets for _, item in street.pieces if item.traffic_sign}
     finding = "with traffic_sign=*: signs without a place along the way are not drawn"
     world.diagnostics.count(Kind.NOTE, "signs-of-ways", [f"way/{way}" for way in sorted(ways)], "way", finding)

@@ -1,4 +1,4 @@
-"""Poles beside the road with the signs on them."""
+"""Posts beside the road, and the signs on them."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Final
 from osm2xodr.conventions import NO_SUBTYPE, SignCode, sign_code
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.signs.post_clearance import SignRoom
+from osm2xodr.furniture.signs.post_clearance import PostClearance
 from osm2xodr.furniture.world import World, car_lanes, lane_ranges
 from osm2xodr.model import LaneType, Rule, Signal, SignFace
 
-# Signs for one direction that are nearer to each other than this share a pole, m; a choice.
-_SIGN_SAME_POLE: Final = 4.0
-# Where a sign would stand on the lanes of another road it goes back by these steps, m, before it is put there.
-_SIGN_STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
+# Signs for one direction that are nearer to each other share a post, m; a choice.
+_SHARED_POST: Final = 4.0
+# How far back a sign may go that would stand on the lanes of another road, m, in the order of trials; choices.
+_STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
 
 # Shapes of the Vienna Convention on Road Signs; all others are round.
 _TRIANGLES: Final = frozenset(
@@ -72,7 +72,7 @@ _SQUARES: Final = frozenset(
         "pedestrian_zone_end",
     }
 )
-# Lanes that poles may stand on.
+# Lanes on which posts may stand.
 _STANDING: Final = frozenset(
     {LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB, LaneType.NONE, LaneType.MEDIAN, LaneType.SHOULDER}
 )
@@ -89,27 +89,20 @@ class Post:
     along: bool  # Whether they are for traffic along s, else for that against it
     faces: tuple[SignFace, ...]  # The signs, from the top down; each supplementary plate follows its sign
     osm_id: str  # What they come from; empty where no single element is behind them
-    t: float | None = None  # Where the pole stands, m, if OSM says so; else beside the carriageway
+    t: float | None = None  # Where it stands, m, if OSM says so; else beside the carriageway
 
 
-def joined_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:
-    """Return posts in the order of roads, those near each other for one direction with all their signs on one pole.
+def merge_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:
+    """Merge posts for one direction that are near each other, and return all in the order of roads.
 
-    What is mapped in its own place stays there; a sign that two of them have is there once.
-
-    Parameters
-    ----------
-    posts
-        Poles in any order.
-    diagnostics
-        Gets the mapped ones that say nothing of their own.
+    A place that is mapped is kept. Of equal signs one is kept; posts with no other sign are reported as left out.
     """
     out: list[Post] = []
     ordered = sorted(posts, key=lambda post: (post.road, post.along, post.s, post.t is None, post.osm_id))
     for _, group in groupby(ordered, key=lambda post: (post.road, post.along)):
         first = len(out)
         for post in group:
-            if len(out) > first and post.s - out[-1].s < _SIGN_SAME_POLE:
+            if len(out) > first and post.s - out[-1].s < _SHARED_POST:
                 kept = out[-1]
                 out[-1] = _with(kept, post)
                 if len(out[-1].faces) == len(kept.faces) and post.osm_id != kept.osm_id and post.osm_id[:4] == "node":
@@ -138,18 +131,10 @@ def _what(face: SignFace) -> tuple[str, str, str, float | None, str]:
 
 
 def make_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
-    """Put posts where they do not stand in the way, and make the signals on them.
-
-    Parameters
-    ----------
-    world
-        What is there.
-    posts
-        As `joined_posts` returns them.
-    """
+    """Put merged posts where they do not stand on other roads, and make the signals on them."""
     foreign: set[tuple[str, str]] = set()
     out: list[Signal] = []
-    for post, (s, t) in zip(posts, _poles(world, posts), strict=True):
+    for post, (s, t) in zip(posts, _places(world, posts), strict=True):
         lower = defaults.SIGN_LOWER_EDGE
         for face in reversed(_from_top(post.faces)):
             code = _code(world, face)
@@ -164,7 +149,7 @@ def make_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
 
 
 def _from_top(faces: Sequence[SignFace]) -> list[SignFace]:
-    """Return signs from the top down: a plate without a sign above it goes below all."""
+    """Return signs from the top down, a plate without a sign above it at the bottom."""
     return sorted(faces, key=lambda face: face.supplementary) if faces and faces[0].supplementary else list(faces)
 
 
@@ -185,37 +170,37 @@ def _code(world: World, face: SignFace) -> SignCode | None:
 def _note(diagnostics: Diagnostics, foreign: set[tuple[str, str]], face: SignFace, osm_id: str) -> None:
     if (face.country, face.code) not in foreign:
         foreign.add((face.country, face.code))
-        words = f"the sign {face.country}:{face.code} has no common number and is written with its own"
+        words = f"the sign {face.country}:{face.code} has no common number and keeps its own"
         diagnostics.note("sign-code", osm_id, words)
 
 
-def _poles(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
-    """Return s and t of poles: as mapped or beside the carriageway, and not on the lanes of another road."""
-    room = SignRoom(world, [(post.road, post.s) for post in posts])
+def _places(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
+    """Return s and t of posts: as mapped or beside the carriageway, and not on the lanes of another road."""
+    clearance = PostClearance(world, [(post.road, post.s) for post in posts])
     first = [(post.s, _beyond_edge(world, post.road, post.s, post.along, defaults.SIGN_CLEARANCE)) for post in posts]
-    free = room.free([(post.road, s, t) for post, (s, t) in zip(posts, first, strict=True)])
+    free = clearance.are_free([(post.road, s, t) for post, (s, t) in zip(posts, first, strict=True)])
     out: list[tuple[float, float]] = []
     for post, usual, is_free in zip(posts, first, free, strict=True):
         if post.t is not None and _beside(world, post.road, post.s, post.t):
             out.append((post.s, post.t))
         else:
-            out.append(usual if is_free else _elsewhere(world, room, post))
+            out.append(usual if is_free else _elsewhere(world, clearance, post))
     return out
 
 
-def _elsewhere(world: World, room: SignRoom, post: Post) -> tuple[float, float]:
-    """Return another place for a pole where the usual one is not free: nearer to the road, or farther back."""
+def _elsewhere(world: World, clearance: PostClearance, post: Post) -> tuple[float, float]:
+    """Return another place (s, t) for a post whose usual one is not free: nearer to the road, or farther back."""
     length = world.lanes.length(post.road)
     back = -1.0 if post.along else 1.0
     tried = [(post.s, defaults.SIGN_CLEARANCE_LEAST)]
-    tried += [(post.s + back * step, defaults.SIGN_CLEARANCE) for step in _SIGN_STEPS_BACK]
+    tried += [(post.s + back * step, defaults.SIGN_CLEARANCE) for step in _STEPS_BACK]
     places = [
         (s, _beyond_edge(world, post.road, s, post.along, clearance)) for s, clearance in tried if 0.0 <= s <= length
     ]
-    for place, is_free in zip(places, room.free([(post.road, *place) for place in places]), strict=True):
+    for place, is_free in zip(places, clearance.are_free([(post.road, *place) for place in places]), strict=True):
         if is_free:
             return place
-    words = "a sign stands on the lanes of another road, which leaves it no room"
+    words = "a sign stands on the lanes of another road: there is no room for it beside its own"
     world.diagnostics.note("sign-on-road", post.osm_id, words)
     return places[0]
 
@@ -226,11 +211,11 @@ def _beside(world: World, road: int, s: float, t: float) -> bool:
 
 
 def _beyond_edge(world: World, road: int, s: float, along: bool, clearance: float) -> float:
-    """Return t of a place beside the carriageway on the side that traffic of a direction keeps to."""
+    """Return t of a place beside the carriageway on the side to which traffic of a direction keeps, m."""
     left, right = world.lanes.carriageway(road, s)
     outwards = -1.0 if along == (world.road_map.rule is Rule.RIGHT_HAND) else 1.0
     t = (left if outwards > 0.0 else right) + outwards * clearance
-    # A track for bicycles may follow beyond a verge.
+    # Beyond a verge there may be a track for bicycles.
     lanes = world.lanes.at(road, s)
     for lane in lanes if outwards < 0.0 else reversed(lanes):
         if lane.right < t < lane.left and lane.type not in _STANDING:

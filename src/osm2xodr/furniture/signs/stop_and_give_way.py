@@ -1,4 +1,4 @@
-"""Where the stop and give-way signs of OSM's nodes stand: ``highway=stop`` and ``highway=give_way``."""
+"""Stop and give-way signs: of ``highway=stop`` and ``highway=give_way``, and mapped signs with these meanings."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import numpy as np
 from osm2xodr.conventions import meant_ends, priority_rank
 from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.furniture import defaults
+from osm2xodr.furniture.signs.directions import cars_at_end
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.sign_roads import Spot
-from osm2xodr.furniture.world import Approach, Crossing, NodePlace, NodePlaces, Stop, World, car_lanes
-from osm2xodr.model import Direction, Intersection, NodeControl, Sign, SignFace, Street
+from osm2xodr.furniture.world import Approach, Crossing, NodePlace, Stop, World, car_lanes
+from osm2xodr.model import Intersection, NodeControl, Sign, SignFace
 
-KINDS: Final = ("stop", "give_way")
+KINDS: Final = (Sign.STOP.value, Sign.GIVE_WAY.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +37,7 @@ class YieldSign:
 
 
 class YieldSigns:
-    """Collects stop and give-way signs, one for each approach, and says what becomes of every node.
-
-    Parameters
-    ----------
-    world, approaches, crossings
-        What is there.
-    """
+    """Collects stop and give-way signs, one for each approach, and reports the nodes that give none."""
 
     def __init__(self, world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing] = ()) -> None:
         self._world = world
@@ -57,7 +52,7 @@ class YieldSigns:
 
     @cached_property
     def _minor_roads(self) -> Mapping[int, frozenset[int]]:
-        """Roads that yield to some at a junction and go before none, by junction."""
+        """Roads that only yield at a junction and never go first, by junction."""
         out: dict[int, frozenset[int]] = {}
         for junction in self._world.road_map.junctions:
             incoming = {item.connecting_road: item.incoming_road for item in junction.connections}
@@ -66,11 +61,11 @@ class YieldSigns:
             out[junction.id] = frozenset(low - high)
         return out
 
-    def add_nodes(self, places: NodePlaces) -> None:
-        """Find what the nodes on streets are for."""
+    def add_nodes(self) -> None:
+        """Add the signs of the nodes on streets."""
         controls = self._world.network.node_facts.controls
         nodes = [node for node, item in controls.items() if item.tagged in (Sign.STOP, Sign.GIVE_WAY)]
-        for node, found in sorted(places.on_streets(nodes).items()):
+        for node, found in sorted(self._world.nodes.on_streets(nodes).items()):
             signs = self._signs(node, controls[node], found)
             if isinstance(signs, str):
                 self._leave_out(f"node/{node}", signs)
@@ -78,7 +73,7 @@ class YieldSigns:
             self.add(signs)
 
     def add(self, signs: Iterable[YieldSign]) -> None:
-        """Keep signs, of several for one approach the first; a stop sign goes before a give-way sign."""
+        """Add signs; of several for one approach the first is kept, but a stop sign rather than a give-way sign."""
         for sign in signs:
             key = (sign.road, sign.along, None if sign.approach else sign.s)
             old = self._found.get(key)
@@ -91,7 +86,7 @@ class YieldSigns:
                 self._leave_out(lost.osm_id, f"{kept.osm_id} has the sign of that approach")
 
     def nearest(self, road: int, s: float, along: bool, kind: str, osm_id: str) -> YieldSign:
-        """Return the sign that one beside a road at s, m, stands for: at the approach if that is near."""
+        """Return the sign for one that stands beside a road at s, m: that of the approach if it is near."""
         approach = self._at.get((road, along))
         length = self._world.lanes.length(road)
         if approach is not None and (length - s if along else s) <= SIGN_REACH:
@@ -100,9 +95,9 @@ class YieldSigns:
         return YieldSign(kind, road, min(max(s, margin), length - margin), along, osm_id)
 
     def ahead(self, spot: Spot, along: bool) -> float | None:
-        """Return how far it is from a sign beside a road to what its traffic has to stop or yield for, m.
+        """Return the distance from a sign beside a road to the junction, crossing or railway ahead of it, m.
 
-        That is a junction, a crossing or a railway within reach; None where there is none.
+        None where there is none within reach.
         """
         length = self._world.lanes.length(spot.road)
         found = [abs(at - spot.s) for at in self._crossed.get(spot.road, ()) if (at > spot.s) == along]
@@ -137,14 +132,14 @@ class YieldSigns:
             street = self._world.network.streets[place.street]
             index = int(np.flatnonzero(street.node_ids == node)[0])
             for end in meant_ends(street, index, control.facing):
-                signs = self._inside(place, end, control)
+                signs = self._inside_street(place, end, control)
                 if isinstance(signs, str):
                     why = signs
                 else:
                     out += signs
         return out or why
 
-    def _inside(self, place: NodePlace, end: int, control: NodeControl) -> list[YieldSign] | str:
+    def _inside_street(self, place: NodePlace, end: int, control: NodeControl) -> list[YieldSign] | str:
         """Return the signs of a node inside a street that are for those who come to one of its ends."""
         osm_id = f"node/{place.node}"
         kind = _kind(control)
@@ -152,7 +147,7 @@ class YieldSigns:
             inner = self._world.network.streets[place.street]
             arms = self._leading_into(2 * place.street + end, inner.start if end else inner.end)
             if not arms:
-                return "it stands inside a junction, on a way that other ways are merged with"
+                return "it stands inside a junction, on a way that no single road leads into"
             return [self._of(arm, kind, osm_id) for arm in arms]
         sign = self.nearest(place.road, place.s, bool(end), kind, osm_id)
         lanes = car_lanes(self._world, sign.road, sign.s, sign.along)
@@ -166,7 +161,7 @@ class YieldSigns:
         for arm in arms:
             if arm not in self._by_end or arm == end ^ 1:
                 continue
-            onwards = [other for other in arms if other != arm and _leaves(streets[other // 2], other)]
+            onwards = [other for other in arms if other != arm and cars_at_end(streets[other // 2], other)[1]]
             if onwards == [end ^ 1]:
                 out.append(self._by_end[arm])
         return out
@@ -183,11 +178,11 @@ class YieldSigns:
         all_way = control.all_way
         meant = here if all_way or len(here) == 1 else self._yielding(here, control)
         if not meant:
-            return "it stands on a junction of equal roads and does not say which of them it is for"
+            return "it stands on a junction of equal roads and does not say for which of them"
         return [self._of(item, _kind(control), osm_id, all_way=all_way) for item in meant]
 
     def _yielding(self, here: Sequence[Approach], control: NodeControl) -> list[Approach]:
-        """Return the approaches that yield: by the junction's priorities, by class, by the node's direction."""
+        """Return the approaches that yield: by the junction's priorities, class of road, or the node's direction."""
         minor = [item for item in here if item.road in self._minor_roads[item.junction]]
         if minor and len(minor) < len(here):
             return minor
@@ -215,11 +210,11 @@ class YieldSigns:
         return YieldSign(kind, item.road, item.stop_s, item.at_end, osm_id, item, all_way)
 
     def posts(self) -> list[Post]:
-        """Return the poles of all signs."""
+        """Return the posts of all signs."""
         return [
             Post(
                 sign.road,
-                _held(sign.s, self._world.lanes.length(sign.road)),
+                min(max(sign.s, 0.0), self._world.lanes.length(sign.road)),
                 sign.along,
                 self._faces(sign),
                 sign.osm_id,
@@ -233,7 +228,7 @@ class YieldSigns:
         return (face, SignFace("all_way", "US", "R1-3P", supplementary=True)) if plate else (face,)
 
     def stops(self, signalled: frozenset[tuple[int, bool]]) -> list[Stop]:
-        """Return where traffic stops or yields, but where it has lights."""
+        """Return where traffic stops or yields, except on the approaches with lights."""
         out: list[Stop] = []
         for sign in self._found.values():
             approach = sign.approach
@@ -247,15 +242,3 @@ class YieldSigns:
 def _kind(control: NodeControl) -> str:
     assert control.tagged is not None
     return control.tagged.value
-
-
-def _held(s: float, length: float) -> float:
-    """Return s within a road, m."""
-    return min(max(s, 0.0), length)
-
-
-def _leaves(street: Street, end: int) -> bool:
-    """Whether cars can drive from a street's end onto it."""
-    attributes = street.pieces[-1 if end % 2 else 0][1]
-    runs = attributes.car_directions()
-    return Direction.BOTH in runs or (Direction.BACKWARD if end % 2 else Direction.FORWARD) in runs
