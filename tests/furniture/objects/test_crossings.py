@@ -11,7 +11,8 @@ from light_cases import point
 from object_cases import footway, has_corners, node_at, road_of_way, said, with_footways, world_of
 from street_cases import Case
 
-from osm2xodr.furniture.objects.crossings import crossing_objects, find_crossings
+from osm2xodr.furniture.objects.crossings import find_crossings
+from osm2xodr.furniture.objects.crosswalks import crossing_objects
 from osm2xodr.furniture.world.world import Crossing, World
 from osm2xodr.model import LaneType, Rule, StreetNetwork
 
@@ -86,7 +87,7 @@ def test_two_nodes_of_one_crossing_are_one() -> None:
     world = world_of(tagged(ROAD, a="highway=crossing", b="highway=crossing crossing=traffic_signals"))
     (crossing,) = find_crossings(world)
     assert (crossing.osm_id, crossing.signals) == ("node/1003", True)
-    assert said(world)["crossing-merged"] == ["the crossing lies on that of node/1003; both are one"]
+    assert said(world)["crossing-merged"] == ["the crossing overlaps that of node/1003: both become one"]
 
 
 @EITHER
@@ -180,7 +181,7 @@ def test_narrow_lanes_and_one_ways_have_no_island(rule: Rule) -> None:
     narrow = Case(STREET, {1: ("w a b e", "lanes=2 width=5.5")}, node_tags={"a": "highway=crossing crossing=island"})
     world = world_of(narrow, rule)
     assert [item.type for item in crossing_objects(world, find_crossings(world))] == ["crosswalk", "crosswalk"]
-    assert "can spare but 0.5 m" in said(world)["crossing-island"][0]
+    assert "can spare only 0.5 m" in said(world)["crossing-island"][0]
     one_way = Case(STREET, {1: ("w a b e", "oneway=yes")}, node_tags={"a": "highway=crossing crossing=island"})
     world = world_of(one_way, rule)
     assert [item.type for item in crossing_objects(world, find_crossings(world))] == ["crosswalk"]

@@ -3,75 +3,80 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, hypot, sin
+from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.objects.crosswalks import crossing_objects
-from osm2xodr.furniture.world import Crossing, NodePlace, NodePlaces, World
+from osm2xodr.furniture.world import Crossing, NodePlace, World
 from osm2xodr.model import MappedCrossing
 
-__all__ = ["crossing_objects", "find_crossings"]
-
-# Carriageways that are narrower are none, m.
-_NARROWEST = 0.5
+# Crossings end at least this far before a road does, m; a choice.
+_FROM_END: Final = 0.05
+# A crossing in a junction may go to arms within 30 degrees, by their sine, of the street that it crosses; a choice.
+_ARM_SINE: Final = 0.5
+# A crossing belongs to a junction if less is left between the two, m: with lights, which are mostly those of the
+# junction, than the reach of its signs; without, than a car that waits between (RASt 06: 5 m). Choices.
+_AT_JUNCTION_WITH_LIGHTS: Final = 20.0
+_AT_JUNCTION: Final = 5.0
+# Nothing crosses narrower carriageways, m; a choice.
+_NARROWEST_CARRIAGEWAY: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class _Found:
-    """A crossing on its road, and how far it has been moved along it, m."""
+class _Placed:
+    """A crossing on its road."""
 
     crossing: Crossing
-    moved: float
+    moved: float  # How far it was moved along the road, m
+    width_tagged: bool  # Whether OSM gives a width
 
 
 def find_crossings(world: World) -> tuple[Crossing, ...]:
-    """Find where people cross roads, in the order of roads and s.
+    """Place the crossings of streets on roads, in the order of roads and s.
 
-    Each node of a street that is tagged as a crossing, and each that a way for crossing shares with a street, becomes
-    a crossing of the road there. Nodes in a junction go to the arm that they cross, if that is near.
+    Crossings in a junction go to the arm that they cross, if it is near.
     """
-    wishes = world.network.node_facts.crossings
-    places = world.nodes
-    found: dict[int, list[_Found]] = defaultdict(list)
-    on_streets = places.on_streets(wish.node for wish in wishes)
-    for wish in wishes:
-        here = on_streets.get(wish.node)
+    crossings = world.network.node_facts.crossings
+    found: dict[int, list[_Placed]] = defaultdict(list)
+    on_streets = world.nodes.on_streets(mapped.node for mapped in crossings)
+    for mapped in crossings:
+        here = on_streets.get(mapped.node)
         if not here:
             continue
-        placed = _placed(world, places, wish, here)
+        placed = _placed(world, mapped, here)
         if isinstance(placed, str):
-            world.diagnostics.dropped("crossing-left-out", f"node/{wish.node}", f"the crossing is left out: {placed}")
+            words = f"the crossing is left out: {placed}"
+            world.diagnostics.dropped("crossing-left-out", f"node/{mapped.node}", words)
         else:
             found[placed.crossing.road].append(placed)
     out = [item for road in sorted(found) for item in _merged(world, found[road])]
-    _tell(world, out, {wish.node: wish for wish in wishes})
+    _report(world, out)
     return tuple(item.crossing for item in out)
 
 
-def _width(wish: MappedCrossing) -> float:
+def _width(mapped: MappedCrossing) -> float:
     """Return the extent of a crossing along the road, m: as tagged, else usual."""
-    if wish.width is not None:
-        return max(wish.width, defaults.CROSSING_WIDTH_MIN)
-    return defaults.CROSSING_WIDTH_SIGNALS if wish.lights else defaults.CROSSING_WIDTH
+    if mapped.width is not None:
+        return max(mapped.width, defaults.CROSSING_WIDTH_MIN)
+    return defaults.CROSSING_WIDTH_SIGNALS if mapped.lights else defaults.CROSSING_WIDTH
 
 
-def _placed(world: World, places: NodePlaces, wish: MappedCrossing, here: Sequence[NodePlace]) -> _Found | str:
-    """Put a crossing on a road, or say why it is on none."""
-    road, s = _nearest(world, places, wish, here)
+def _placed(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> _Placed | str:
+    """Put a crossing on a road, or return why it is on none."""
+    road, s = _nearest(world, mapped, here)
     if road < 0:
-        return s if isinstance(s, str) else "no road is left of its street"
-    assert not isinstance(s, str)
+        return f"it lies in a junction, more than {defaults.CROSSING_REACH:g} m from every road that it could cross"
     length = world.lanes.length(road)
-    width = min(_width(wish), length - 2 * defaults.CROSSING_END)
+    width = min(_width(mapped), length - 2 * _FROM_END)
     if width < defaults.CROSSING_WIDTH_MIN:
         return f"the road there, {length:.1f} m, is too short for it"
-    room = 0.5 * width + defaults.CROSSING_END
+    room = 0.5 * width + _FROM_END
     at = min(max(s, room), length - room)
     left, right = world.lanes.carriageway(road, at)
-    if left - right < _NARROWEST:
+    if left - right < _NARROWEST_CARRIAGEWAY:
         return "the road there has no carriageway"
     crossing = Crossing(
         road,
@@ -79,43 +84,36 @@ def _placed(world: World, places: NodePlaces, wish: MappedCrossing, here: Sequen
         width,
         left,
         right,
-        f"node/{wish.node}",
-        wish.lights,
-        marking=wish.marking,
-        island=wish.island,
+        f"node/{mapped.node}",
+        mapped.lights,
+        marking=mapped.marking,
+        island=mapped.island,
     )
-    return _Found(_at_junction(world, crossing), abs(at - s))
+    return _Placed(_at_junction(world, crossing), abs(at - s), mapped.width_tagged)
 
 
-def _nearest(
-    world: World, places: NodePlaces, wish: MappedCrossing, here: Sequence[NodePlace]
-) -> tuple[int, float | str]:
-    """Return road and s of the place that a crossing goes to; -1 and why where there is none within reach."""
+def _nearest(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> tuple[int, float]:
+    """Return road and s of the place to which a crossing goes; -1 where there is none within reach."""
     best: tuple[float, float, int, float] | None = None
     for place in here:
-        for road, s in _candidates(world, places, place):
+        for road, s in _candidates(world, place):
             length = world.lanes.length(road)
             off = max(-s, s - length, 0.0)
-            # Where streets meet, the way that crosses tells which it crosses.
-            along = 0.0 if wish.heading is None else abs(cos(wish.heading - place.hdg))
+            # Where streets meet, the direction of the way that crosses shows which one it crosses.
+            along = 0.0 if mapped.heading is None else abs(cos(mapped.heading - place.hdg))
             key = (along if len(here) > 1 else 0.0, off, road, s)
             if off <= defaults.CROSSING_REACH and (best is None or key < best):
                 best = key
-    if best is None:
-        return (
-            -1,
-            f"it lies in a junction, more than {defaults.CROSSING_REACH:g} m from every road that it could cross",
-        )
-    return best[2], best[3]
+    return (-1, 0.0) if best is None else best[2:]
 
 
-def _candidates(world: World, places: NodePlaces, place: NodePlace) -> list[tuple[int, float]]:
-    """Return the roads that a place may go to, and s there, beyond the road's ends too."""
+def _candidates(world: World, place: NodePlace) -> list[tuple[int, float]]:
+    """Return the roads to which a place may go, and s there, which may lie beyond the road's ends."""
     if place.road >= 0:
         return [(place.road, place.s)]
     out = []
-    for arm in places.arms.get(place.junction, ()):
-        if abs(sin(arm.hdg - place.hdg)) > defaults.CROSSING_SINE:
+    for arm in world.nodes.arms.get(place.junction, ()):
+        if abs(sin(arm.hdg - place.hdg)) > _ARM_SINE:
             continue
         off = hypot(place.x - arm.x, place.y - arm.y)
         out.append((arm.road, world.lanes.length(arm.road) + off if arm.at_end else -off))
@@ -123,9 +121,9 @@ def _candidates(world: World, places: NodePlaces, place: NodePlace) -> list[tupl
 
 
 def _at_junction(world: World, crossing: Crossing) -> Crossing:
-    """Say at which junction a crossing lies: the nearer, if no car fits between."""
+    """Mark at which junction a crossing lies: the nearer, if no car fits between."""
     length = world.lanes.length(crossing.road)
-    most = defaults.CROSSING_AT_JUNCTION_SIGNALS if crossing.signals else defaults.CROSSING_AT_JUNCTION
+    most = _AT_JUNCTION_WITH_LIGHTS if crossing.signals else _AT_JUNCTION
     road = world.lanes.road(crossing.road)
     ends = []
     for at_end, link, distance in (
@@ -140,39 +138,34 @@ def _at_junction(world: World, crossing: Crossing) -> Crossing:
     return replace(crossing, at_start=not at_end, at_end=at_end)
 
 
-def _merged(world: World, found: list[_Found]) -> list[_Found]:
-    """Return the crossings of one road in ascending s; those that lie on each other become one."""
-    out: list[_Found] = []
+def _merged(world: World, found: list[_Placed]) -> list[_Placed]:
+    """Return the crossings of one road in ascending s, overlapping ones merged."""
+    out: list[_Placed] = []
     for item in sorted(found, key=lambda item: (item.crossing.s, item.crossing.osm_id)):
         last = out[-1] if out else None
         if last is None or item.crossing.s - last.crossing.s >= 0.5 * (item.crossing.width + last.crossing.width):
             out.append(item)
             continue
-        # The one with lights, or else the one that lies where OSM has it.
+        # The one with lights is kept, else the one that was moved less.
         kept, gone = sorted((last, item), key=lambda item: (not item.crossing.signals, item.moved))
         world.diagnostics.note(
             "crossing-merged",
             gone.crossing.osm_id,
-            f"the crossing lies on that of {kept.crossing.osm_id}; both are one",
+            f"the crossing overlaps that of {kept.crossing.osm_id}: both become one",
         )
         out[-1] = replace(kept, crossing=replace(kept.crossing, island=last.crossing.island or item.crossing.island))
     return out
 
 
-def _tell(world: World, found: Sequence[_Found], wishes: Mapping[int, MappedCrossing]) -> None:
+def _report(world: World, placed: Sequence[_Placed]) -> None:
     """Report what was moved and what was guessed."""
-    guessed = []
-    for item in found:
-        if not wishes[int(item.crossing.osm_id.removeprefix("node/"))].width_tagged:
-            guessed.append(item.crossing.osm_id)
+    for item in placed:
         if item.moved > defaults.CROSSING_WIDTH:
-            world.diagnostics.repaired(
-                "crossing-moved",
-                item.crossing.osm_id,
-                f"the crossing lies in a junction and was moved onto the road, by {item.moved:.1f} m",
-            )
+            words = f"the crossing lies in a junction and was moved onto the road, by {item.moved:.1f} m"
+            world.diagnostics.repaired("crossing-moved", item.crossing.osm_id, words)
     finding = (
         f"without a width: {defaults.CROSSING_WIDTH_SIGNALS:g} m assumed with lights, "
         f"{defaults.CROSSING_WIDTH:g} m otherwise"
     )
+    guessed = [item.crossing.osm_id for item in placed if not item.width_tagged]
     world.diagnostics.count(Kind.GUESSED, "crossing-width", guessed, "crossing", finding)
