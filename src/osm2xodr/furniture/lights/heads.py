@@ -16,7 +16,7 @@ from typing import Final
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.lights.road_lights import RoadLight
 from osm2xodr.furniture.world import CAR_LANES, Approach, Crossing, Movement, World, car_lanes, lane_ranges
-from osm2xodr.model import LaneSection, LaneType, Rule, Signal, SignalReference
+from osm2xodr.model import LaneType, Rule, Signal, SignalReference
 
 _FOR_CARS: Final = "1000001"
 _FOR_PEOPLE: Final = "1000002"
@@ -44,25 +44,16 @@ def turn_of(movement: Movement) -> str:
 
 
 def lanes_at_stop(world: World, approach: Approach) -> dict[int, int]:
-    """Return the ids of an approach's lanes where traffic stops; lanes that begin behind the stop line have none."""
-    return _lanes_at(world.lanes.road(approach.road).lane_sections, approach, approach.stop_s)
-
-
-def _lanes_at(sections: Sequence[LaneSection], approach: Approach, s: float) -> dict[int, int]:
-    """Follow the links of lanes from the junction back to s; return lane ids there by those at the junction."""
-    named = {lane: lane for lane in approach.lanes}
+    """Return the ids of an approach's lanes where traffic stops, by those at the junction, where they go so far."""
+    sections = world.lanes.road(approach.road).lane_sections
     if approach.at_end:
-        for section in reversed(sections):
-            if section.s <= s:
-                break
-            links = {lane.id: lane.predecessor for lane in section.lanes}
-            named = {lane: link for lane, here in named.items() if (link := links.get(here)) is not None}
+        between = [section for section in reversed(sections) if section.s > approach.stop_s]
     else:
-        for section, beyond in pairwise(sections):
-            if s < beyond.s:
-                break
-            links = {lane.id: lane.successor for lane in section.lanes}
-            named = {lane: link for lane, here in named.items() if (link := links.get(here)) is not None}
+        between = [section for section, behind in pairwise(sections) if behind.s <= approach.stop_s]
+    named = {lane: lane for lane in approach.lanes}
+    for section in between:
+        links = {lane.id: lane.predecessor if approach.at_end else lane.successor for lane in section.lanes}
+        named = {lane: link for lane, here in named.items() if (link := links.get(here)) is not None}
     return named
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.signs.directions import LimitsAround, TownSide, cars_at_end
-from osm2xodr.furniture.signs.posts import Post
+from osm2xodr.furniture.signs.posts import Post, with_plates
 from osm2xodr.furniture.signs.sign_roads import Candidate, Spot, candidates_beside, choose_spot, choose_yield
 from osm2xodr.furniture.signs.stop_and_give_way import KINDS, YieldSigns
 from osm2xodr.furniture.world import NodePlace, World, car_lanes
@@ -71,16 +71,17 @@ class _Reader:
     def _in_junction(self, node: int, place: NodePlace) -> Spot | None:
         """Return the end of the only road from which cars come to a node in a junction; None for several."""
         network = self._world.network
-        if place.road < 0 and node not in (network.streets[place.street].node_ids[[0, -1]]).tolist():
-            runs = LimitsAround.at(network.streets[place.street], node).directions()
-            street = network.streets[place.street]
-            meeting = (street.start if runs[0] else street.end) if len(runs) == 1 else -1
-        else:
-            street = network.streets[place.street]
+        street = network.streets[place.street]
+        if place.road >= 0 or node in street.node_ids[[0, -1]]:
             meeting = street.start if int(street.node_ids[0]) == node else street.end
+        else:
+            runs = LimitsAround.at(street, node).directions()
+            if len(runs) != 1:
+                return None
+            meeting = street.start if runs[0] else street.end
         if meeting < 0:
             return None
-        arms = [2 * street + (not start) for street, start in network.intersections[meeting].arms]
+        arms = [2 * arm + (not start) for arm, start in network.intersections[meeting].arms]
         coming = [end for end in arms if cars_at_end(network.streets[end // 2], end)[0]]
         road = int(self._world.places.end_road[coming[0]]) if len(coming) == 1 else -1
         if road < 0:
@@ -106,11 +107,10 @@ class _Reader:
                 self._place(thing.osm_id, post, faces, spot)
                 return
             self._leave_out(thing.osm_id, spot)
-            faces = _others(faces)
+            faces = with_plates(faces, lambda face: face.meaning not in KINDS, first_plates=False)
             if not faces:
                 return
-        any_way = any(face.meaning == "no_entry" for face in faces)
-        spot = choose_spot(candidates, any_way=any_way)
+        spot = choose_spot(candidates, any_way=any(face.meaning == "no_entry" for face in faces))
         if isinstance(spot, str):
             self._leave_out(thing.osm_id, spot)
         else:
@@ -151,7 +151,7 @@ class _Reader:
         yields = [face for face in faces if face.meaning in KINDS]
         others = tuple(face for face in faces if face.meaning not in KINDS)
         for face in yields:
-            self._yield_signs.add([self._yield_signs.nearest(spot.road, spot.s, along, face.meaning, osm_id)])
+            self._yield_signs.add(self._yield_signs.nearest(spot.road, spot.s, along, face.meaning, osm_id))
         if others and any(not face.supplementary for face in others):
             self.posts.append(Post(spot.road, spot.s, along, others, osm_id, spot.t))
         return ""
@@ -211,27 +211,8 @@ class _Reader:
 
 def _faces_for_cars(signs: FacingSigns, *, but_yielding: bool) -> list[SignFace]:
     """Return the signs that are for cars, with their plates."""
-    out: list[SignFace] = []
-    wanted = True
-    for face in signs.faces:
-        if not face.supplementary:
-            wanted = face.meaning not in _PATHS and not (but_yielding and face.meaning in KINDS)
-            wanted = wanted and bool(face.meaning or face.code)
-        if wanted:
-            out.append(face)
-    return out
-
-
-def _others(faces: Sequence[SignFace]) -> list[SignFace]:
-    """Return the signs other than stop and give-way signs, with their plates."""
-    out: list[SignFace] = []
-    wanted = False
-    for face in faces:
-        if not face.supplementary:
-            wanted = face.meaning not in KINDS
-        if wanted:
-            out.append(face)
-    return out
+    unwanted = {*_PATHS, *KINDS} if but_yielding else _PATHS
+    return with_plates(signs.faces, lambda face: bool(face.meaning or face.code) and face.meaning not in unwanted)
 
 
 def _report_ways(world: World) -> None:

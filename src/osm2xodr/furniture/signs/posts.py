@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Final
@@ -22,54 +22,18 @@ _STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
 # Shapes of the Vienna Convention on Road Signs; all others are round.
 _TRIANGLES: Final = frozenset(
     {
-        "give_way",
-        "priority_next",
-        "hazard",
-        "crossroads",
-        "curve_left",
-        "curve_right",
-        "curves_left",
-        "curves_right",
-        "steep_down",
-        "steep_up",
-        "bumps",
-        "slippery",
-        "side_wind",
-        "road_narrows",
-        "road_works",
-        "queues",
-        "two_way",
-        "signals_ahead",
-        "pedestrians",
-        "children",
-        "bicycles",
-        "animals",
-        "level_crossing_ahead",
-        "crosswalk_ahead",
-        "stop_ahead",
-        "give_way_ahead",
+        *("give_way", "priority_next", "hazard", "crossroads", "curve_left", "curve_right", "curves_left"),
+        *("curves_right", "steep_down", "steep_up", "bumps", "slippery", "side_wind", "road_narrows"),
+        *("road_works", "queues", "two_way", "signals_ahead", "pedestrians", "children", "bicycles"),
+        *("animals", "level_crossing_ahead", "crosswalk_ahead", "stop_ahead", "give_way_ahead"),
     }
 )
 _SQUARES: Final = frozenset(
     {
-        "priority_road",
-        "priority_road_end",
-        "priority_over_oncoming",
-        "parking",
-        "motorway",
-        "motorway_end",
-        "motorroad",
-        "motorroad_end",
-        "crosswalk",
-        "dead_end",
-        "tunnel",
-        "one_way",
-        "advisory_speed",
-        "advisory_speed_end",
-        "maxspeed_zone",
-        "maxspeed_zone_end",
-        "pedestrian_zone",
-        "pedestrian_zone_end",
+        *("priority_road", "priority_road_end", "priority_over_oncoming", "parking", "motorway"),
+        *("motorway_end", "motorroad", "motorroad_end", "crosswalk", "dead_end", "tunnel", "one_way"),
+        *("advisory_speed", "advisory_speed_end", "maxspeed_zone", "maxspeed_zone_end", "pedestrian_zone"),
+        *("pedestrian_zone_end"),
     }
 )
 # Lanes on which posts may stand.
@@ -114,20 +78,29 @@ def merge_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:
 
 
 def _with(one: Post, other: Post) -> Post:
+    """Return a post with the signs of another one that it does not have."""
     said = {_what(face) for face in one.faces}
-    added: list[SignFace] = []
-    wanted = True
-    for face in other.faces:
-        if not face.supplementary:
-            wanted = _what(face) not in said
-        if wanted:
-            added.append(face if face.osm_id else replace(face, osm_id=other.osm_id))
-    return replace(one, faces=(*one.faces, *added), t=other.t if one.t is None else one.t)
+    added = with_plates(other.faces, lambda face: _what(face) not in said)
+    named = (face if face.osm_id else replace(face, osm_id=other.osm_id) for face in added)
+    return replace(one, faces=(*one.faces, *named), t=other.t if one.t is None else one.t)
 
 
-def _what(face: SignFace) -> tuple[str, str, str, float | None, str]:
-    known = bool(face.meaning)
-    return face.meaning, "" if known else face.country, "" if known else face.code, face.value, face.text
+def with_plates(
+    faces: Iterable[SignFace], wanted: Callable[[SignFace], bool], *, first_plates: bool = True
+) -> list[SignFace]:
+    """Return the wanted signs with their plates; plates above all signs are kept as well if so said."""
+    out: list[SignFace] = []
+    keep = first_plates
+    for face in faces:
+        keep = keep if face.supplementary else wanted(face)
+        if keep:
+            out.append(face)
+    return out
+
+
+def _what(face: SignFace) -> tuple[object, ...]:
+    """Return what a sign says; codes matter only where their meaning is not known."""
+    return face.meaning or (face.country, face.code), face.value, face.text
 
 
 def make_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
@@ -137,12 +110,11 @@ def make_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
     for post, (s, t) in zip(posts, _places(world, posts), strict=True):
         lower = defaults.SIGN_LOWER_EDGE
         for face in reversed(_from_top(post.faces)):
-            code = _code(world, face)
-            if code is None:
-                code = SignCode(face.code or "-1", NO_SUBTYPE, face.country)
-                if face.code and not face.meaning:
-                    _note(world.diagnostics, foreign, face, post.osm_id)
-            signal = _signal(world, post, face, code, (s, t, lower))
+            if face.code and not face.meaning and (face.country, face.code) not in foreign:
+                foreign.add((face.country, face.code))
+                words = f"the sign {face.country}:{face.code} has no common number and keeps its own"
+                world.diagnostics.note("sign-code", post.osm_id, words)
+            signal = _signal(world, post, face, (s, t, lower))
             lower += signal.height
             out.append(signal)
     return tuple(out)
@@ -153,42 +125,21 @@ def _from_top(faces: Sequence[SignFace]) -> list[SignFace]:
     return sorted(faces, key=lambda face: face.supplementary) if faces and faces[0].supplementary else list(faces)
 
 
-def _code(world: World, face: SignFace) -> SignCode | None:
-    target = world.options.target
-    if not face.meaning:
-        return None
-    country = face.country or world.network.country
-    return sign_code(
-        face.meaning,
-        face.value,
-        country,
-        own_codes=target.own_codes,
-        value_in_subtype=target.value_in_subtype,
-    )
-
-
-def _note(diagnostics: Diagnostics, foreign: set[tuple[str, str]], face: SignFace, osm_id: str) -> None:
-    if (face.country, face.code) not in foreign:
-        foreign.add((face.country, face.code))
-        words = f"the sign {face.country}:{face.code} has no common number and keeps its own"
-        diagnostics.note("sign-code", osm_id, words)
-
-
 def _places(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
     """Return s and t of posts: as mapped or beside the carriageway, and not on the lanes of another road."""
-    clearance = PostClearance(world, [(post.road, post.s) for post in posts])
+    others = PostClearance(world, [(post.road, post.s) for post in posts])
     first = [(post.s, _beyond_edge(world, post.road, post.s, post.along, defaults.SIGN_CLEARANCE)) for post in posts]
-    free = clearance.are_free([(post.road, s, t) for post, (s, t) in zip(posts, first, strict=True)])
+    free = others.are_free([(post.road, s, t) for post, (s, t) in zip(posts, first, strict=True)])
     out: list[tuple[float, float]] = []
     for post, usual, is_free in zip(posts, first, free, strict=True):
         if post.t is not None and _beside(world, post.road, post.s, post.t):
             out.append((post.s, post.t))
         else:
-            out.append(usual if is_free else _elsewhere(world, clearance, post))
+            out.append(usual if is_free else _elsewhere(world, others, post))
     return out
 
 
-def _elsewhere(world: World, clearance: PostClearance, post: Post) -> tuple[float, float]:
+def _elsewhere(world: World, others: PostClearance, post: Post) -> tuple[float, float]:
     """Return another place (s, t) for a post whose usual one is not free: nearer to the road, or farther back."""
     length = world.lanes.length(post.road)
     back = -1.0 if post.along else 1.0
@@ -197,7 +148,7 @@ def _elsewhere(world: World, clearance: PostClearance, post: Post) -> tuple[floa
     places = [
         (s, _beyond_edge(world, post.road, s, post.along, clearance)) for s, clearance in tried if 0.0 <= s <= length
     ]
-    for place, is_free in zip(places, clearance.are_free([(post.road, *place) for place in places]), strict=True):
+    for place, is_free in zip(places, others.are_free([(post.road, *place) for place in places]), strict=True):
         if is_free:
             return place
     words = "a sign stands on the lanes of another road: there is no room for it beside its own"
@@ -223,8 +174,13 @@ def _beyond_edge(world: World, road: int, s: float, along: bool, clearance: floa
     return t
 
 
-def _signal(world: World, post: Post, face: SignFace, code: SignCode, place: tuple[float, float, float]) -> Signal:
+def _signal(world: World, post: Post, face: SignFace, place: tuple[float, float, float]) -> Signal:
+    """Make the signal of a sign at s, t and z of its lower edge, m."""
     s, t, lower = place
+    target, country = world.options.target, face.country or world.network.country
+    code = sign_code(
+        face.meaning, face.value, country, own_codes=target.own_codes, value_in_subtype=target.value_in_subtype
+    ) or SignCode(face.code or "-1", NO_SUBTYPE, face.country)
     width, height = defaults.SIGN_SIZE[_shape(face)]
     lanes = car_lanes(world, post.road, s, post.along) or car_lanes(world, post.road, s, not post.along)
     return Signal(

@@ -84,7 +84,7 @@ def _road_pieces(world: World) -> Mapping[int, _Pieces]:
         (k, piece, *streets[street].points[streets[street].pieces[piece][0]].tolist())
         for k, street in enumerate(of_street)
         for piece in range(1, len(streets[street].pieces))
-        if _differ(streets[street].pieces[piece - 1][1], streets[street].pieces[piece][1])
+        if _signed(streets[street].pieces[piece - 1][1]) != _signed(streets[street].pieces[piece][1])
     ]
     found: dict[int, list[tuple[float, int]]] = defaultdict(list)
     if cut:
@@ -103,14 +103,9 @@ def _road_pieces(world: World) -> Mapping[int, _Pieces]:
     return out
 
 
-def _differ(one: StreetAttributes, other: StreetAttributes) -> bool:
-    return (one.speed_forward, one.speed_backward, one.speed_signed, one.priority_road, one.traffic_sign) != (
-        other.speed_forward,
-        other.speed_backward,
-        other.speed_signed,
-        other.priority_road,
-        other.traffic_sign,
-    )
+def _signed(item: StreetAttributes) -> tuple[object, ...]:
+    """Return the attributes that signs can show."""
+    return item.speed_forward, item.speed_backward, item.speed_signed, item.priority_road, item.traffic_sign
 
 
 def _limit(attributes: StreetAttributes, along: bool) -> float | None:
@@ -166,12 +161,10 @@ def _faces(change: _Change, country: str) -> Iterator[SignFace]:
     if limit is None or not change.after.speed_signed:
         return
     if not all(same_limit(item, limit) for item in change.limits_before):
-        face = _limit_face(change.after, limit, country)
-        if face is not None:
-            yield face
+        yield _limit_face(change.after, limit, country)
 
 
-def _limit_face(attributes: StreetAttributes, limit: float, country: str) -> SignFace | None:
+def _limit_face(attributes: StreetAttributes, limit: float, country: str) -> SignFace:
     """Return the sign of a limit, m/s; that of a zone where the way says so."""
     if math.isinf(limit):
         return SignFace("restrictions_end")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -70,20 +70,17 @@ class YieldSigns:
             if isinstance(signs, str):
                 self._leave_out(f"node/{node}", signs)
                 continue
-            self.add(signs)
+            for sign in signs:
+                self.add(sign)
 
-    def add(self, signs: Iterable[YieldSign]) -> None:
-        """Add signs; of several for one approach the first is kept, but a stop sign rather than a give-way sign."""
-        for sign in signs:
-            key = (sign.road, sign.along, None if sign.approach else sign.s)
-            old = self._found.get(key)
-            if old is None:
-                self._found[key] = sign
-                continue
-            kept, lost = (sign, old) if (sign.kind, old.kind) == KINDS else (old, sign)
-            self._found[key] = kept
-            if lost.osm_id != kept.osm_id:
-                self._leave_out(lost.osm_id, f"{kept.osm_id} has the sign of that approach")
+    def add(self, sign: YieldSign) -> None:
+        """Add a sign; of several for one approach the first is kept, but a stop sign rather than a give-way sign."""
+        key = (sign.road, sign.along, None if sign.approach else sign.s)
+        old = self._found.get(key, sign)
+        kept, lost = (sign, old) if (sign.kind, old.kind) == KINDS else (old, sign)
+        self._found[key] = kept
+        if lost.osm_id != kept.osm_id:
+            self._leave_out(lost.osm_id, f"{kept.osm_id} has the sign of that approach")
 
     def nearest(self, road: int, s: float, along: bool, kind: str, osm_id: str) -> YieldSign:
         """Return the sign for one that stands beside a road at s, m: that of the approach if it is near."""
@@ -172,14 +169,14 @@ class YieldSigns:
         junctions = {int(self._world.places.end_junction[end]) for end in ends} - {-1}
         here = [self._by_end[end] for end in ends if end in self._by_end]
         here = here or [item for item in self._by_end.values() if item.junction in junctions]
-        osm_id = f"node/{meeting.osm_node_id}"
         if not here:
             return "no road with lanes for cars comes to that junction"
-        all_way = control.all_way
-        meant = here if all_way or len(here) == 1 else self._yielding(here, control)
+        meant = here if control.all_way or len(here) == 1 else self._yielding(here, control)
         if not meant:
             return "it stands on a junction of equal roads and does not say for which of them"
-        return [self._of(item, _kind(control), osm_id, all_way=all_way) for item in meant]
+        return [
+            self._of(item, _kind(control), f"node/{meeting.osm_node_id}", all_way=control.all_way) for item in meant
+        ]
 
     def _yielding(self, here: Sequence[Approach], control: NodeControl) -> list[Approach]:
         """Return the approaches that yield: by the junction's priorities, class of road, or the node's direction."""
@@ -190,18 +187,14 @@ class YieldSigns:
         lower = [item for item, rank in zip(here, ranks, strict=True) if rank < max(ranks)]
         if lower:
             return lower
-        streets = self._world.network.streets
-        return [
-            item
-            for item in here
-            if control.facing.along is not None
-            and meant_ends(
-                street := streets[item.street_end // 2],
-                (len(street.points) - 1) * (item.street_end % 2),
-                control.facing,
-            )
-            == (item.street_end % 2,)
-        ]
+        if control.facing.along is None:
+            return []
+        out = []
+        for item in here:
+            street, end = self._world.network.streets[item.street_end // 2], item.street_end % 2
+            if meant_ends(street, end * (len(street.points) - 1), control.facing) == (end,):
+                out.append(item)
+        return out
 
     def _rank(self, end: int) -> int:
         return priority_rank(self._world.network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway)
@@ -211,21 +204,14 @@ class YieldSigns:
 
     def posts(self) -> list[Post]:
         """Return the posts of all signs."""
-        return [
-            Post(
-                sign.road,
-                min(max(sign.s, 0.0), self._world.lanes.length(sign.road)),
-                sign.along,
-                self._faces(sign),
-                sign.osm_id,
-            )
-            for sign in self._found.values()
-        ]
-
-    def _faces(self, sign: YieldSign) -> tuple[SignFace, ...]:
-        face = SignFace(sign.kind)
-        plate = sign.all_way and sign.kind == "stop" and self._world.network.country == "US"
-        return (face, SignFace("all_way", "US", "R1-3P", supplementary=True)) if plate else (face,)
+        out = []
+        for sign in self._found.values():
+            faces = [SignFace(sign.kind)]
+            if sign.all_way and sign.kind == "stop" and self._world.network.country == "US":
+                faces.append(SignFace("all_way", "US", "R1-3P", supplementary=True))
+            s = min(max(sign.s, 0.0), self._world.lanes.length(sign.road))
+            out.append(Post(sign.road, s, sign.along, tuple(faces), sign.osm_id))
+        return out
 
     def stops(self, signalled: frozenset[tuple[int, bool]]) -> list[Stop]:
         """Return where traffic stops or yields, except on the approaches with lights."""
