@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from osm2xodr.conventions.street_signs import (
         Signs as Signs,
         meant_ends as meant_ends,
+        places_on_streets as places_on_streets,
         priority_rank as priority_rank,
         read_signs as read_signs,
     )
@@ -48,7 +49,7 @@ __getattr__ = lazy_exports(
             "sign_meaning",
             "sign_meanings",
         ),
-        "street_signs": ("Signs", "meant_ends", "priority_rank", "read_signs"),
+        "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
         "targets": ("Crosswalks", "DEFAULT_TARGET", "TARGETS", "Target"),
     },
 )

@@ -1,12 +1,12 @@
-"""Signs and signals of OSM that stand before a street's end: highway=stop, give_way and traffic_signals on nodes.
+"""Signs and signals before street ends: highway=stop, give_way and traffic_signals on nodes.
 
-Crossings with lights count as signals of the junction that they lie at.
+Crossings with lights count as signals of the junction at which they lie.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,33 +18,22 @@ from osm2xodr.model import Direction, Facing, Light, Sign, Street, StreetNetwork
 
 # Share of a junction's entries that must have a signal for the junction to be one with signals; a choice.
 _SIGNALLED_SHARE: Final = 0.5
-
-
-# Signs that face along a street by less than this, the sine of 20 degrees, say nothing of its directions.
-_ALONG_IT: Final = 0.34
+# Signs that look within 20 degrees, by their sine, of across a street are for neither of its directions; a choice.
+_ACROSS_SINE: Final = 0.34
 
 
 @dataclass(frozen=True, slots=True)
 class Signs:
     """Signs of a street network."""
 
-    # The sign that holds for who comes to a street end (2 x street, plus 1 for its end)
-    before_end: Mapping[int, Sign]
-    all_way: frozenset[int]  # Those of the street ends where all arms have to stop
+    before_end: Mapping[int, Sign]  # The sign for traffic to a street end (2 x street, plus 1 for its end)
+    all_way: frozenset[int]  # The street ends where all arms have to stop
     nodes: Mapping[int, Sign]  # Signs on the nodes where streets meet, by OSM node id; they name no arm
-    all_way_nodes: frozenset[int]  # Those of them where all arms have to stop
+    all_way_nodes: frozenset[int]  # The nodes of these where all arms have to stop
     ends_of: Mapping[int, tuple[int, ...]]  # The street ends that the sign on a node inside a street is meant for
 
     def signalled(self, nodes: Collection[int], entries: Sequence[int]) -> bool:
-        """Say whether a junction has signals: on its nodes, or before enough of its entries.
-
-        Parameters
-        ----------
-        nodes
-            OSM ids of the nodes where its streets meet.
-        entries
-            The street ends that traffic enters it from.
-        """
+        """Return whether a junction has signals: on its nodes, or before enough of its entries (street ends)."""
         if any(self.nodes.get(node) is Sign.SIGNALS for node in nodes):
             return True
         count = sum(self.before_end.get(end) is Sign.SIGNALS for end in entries)
@@ -52,7 +41,7 @@ class Signs:
 
 
 def priority_rank(highway: str) -> int:
-    """Return how a road of a class of OSM ranks among those that it meets, see `PRIORITY_RANK`."""
+    """Return the rank of a road by its class in OSM among the roads that it meets, see `PRIORITY_RANK`."""
     if highway.endswith("_link"):
         return defaults.PRIORITY_RANK_LINK
     return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
@@ -61,10 +50,10 @@ def priority_rank(highway: str) -> int:
 def read_signs(network: StreetNetwork) -> Signs:
     """Find the signs of all street ends.
 
-    A sign inside a street is meant for the end that ``direction`` names, else for the only end that traffic comes
-    to, else for the one whose traffic it faces, else for the nearer one, as long as that is within `SIGN_REACH`. Of
-    several the one nearest to the end counts.
-    Lights of a crossing are meant for the nearer end within `SIGNALLED_CROSSING_REACH` if traffic comes to it.
+    A sign inside a street is meant for the end that ``direction`` names, else for the only end to which traffic
+    comes, else for the end whose traffic it faces, else for the nearer end; within `SIGN_REACH`. Of several the one
+    nearest to the end counts. Lights of a crossing are meant for the nearer end, within `SIGNALLED_CROSSING_REACH`,
+    if traffic comes to it.
     """
     controls = network.node_facts.controls
     signed = {node: sign for node, control in controls.items() if (sign := control.sign) is not None}
@@ -72,7 +61,7 @@ def read_signs(network: StreetNetwork) -> Signs:
     meeting = {node.osm_node_id for node in network.intersections}
     before: dict[int, tuple[bool, float, Sign, int]] = {}
     ends_of: dict[int, list[int]] = defaultdict(list)
-    for street, place in _on_streets(network, signed.keys() - meeting):
+    for street, place in places_on_streets(network.streets, signed.keys() - meeting):
         node = int(street.node_ids[place])
         distance = _distances(street, place)
         crossing = controls[node].light is Light.CROSSING
@@ -81,7 +70,7 @@ def read_signs(network: StreetNetwork) -> Signs:
             if distance[end] <= reach:
                 key = 2 * street.id + end
                 ends_of[node].append(key)
-                # What is said of the junction itself goes before what follows from a crossing.
+                # Signs of the junction itself go before lights of a crossing.
                 found = (crossing, distance[end], signed[node], node)
                 before[key] = min(before.get(key, found), found)
     # Lights for people where streets meet are for one of the arms.
@@ -97,18 +86,17 @@ def read_signs(network: StreetNetwork) -> Signs:
     )
 
 
-def _on_streets(network: StreetNetwork, nodes: set[int]) -> list[tuple[Street, int]]:
-    """Return (street, index of the node) of every place where one of the nodes lies inside a street."""
-    wanted = np.array(sorted(nodes), np.int64)
+def places_on_streets(streets: Sequence[Street], nodes: Iterable[int]) -> list[tuple[Street, int]]:
+    """Return (street, index of the node) of every place of nodes on streets, by OSM id, in the order of streets."""
+    wanted = np.array(sorted(set(nodes)), np.int64)
     if not len(wanted):
         return []
-    start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in network.streets])])
-    every = np.concatenate([street.node_ids for street in network.streets])
+    start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in streets])])
+    every = np.concatenate([street.node_ids for street in streets])
     rows = np.flatnonzero(np.isin(every, wanted))
     owner = np.searchsorted(start, rows, side="right") - 1
     return [
-        (network.streets[street], row - int(start[street]))
-        for street, row in zip(owner.tolist(), rows.tolist(), strict=True)
+        (streets[street], row - int(start[street])) for street, row in zip(owner.tolist(), rows.tolist(), strict=True)
     ]
 
 
@@ -148,17 +136,9 @@ def _faced(street: Street, place: int, azimuth_deg: float | None) -> int | None:
     step = street.points[min(place + 1, len(street.points) - 1)] - street.points[max(place - 1, 0)]
     angle = np.deg2rad(azimuth_deg)
     against = float(step[0] * np.sin(angle) + step[1] * np.cos(angle))
-    return None if abs(against) < _ALONG_IT * float(np.hypot(*step)) else int(against < 0.0)
+    return None if abs(against) < _ACROSS_SINE * float(np.hypot(*step)) else int(against < 0.0)
 
 
 def meant_ends(street: Street, place: int, facing: Facing) -> tuple[int, ...]:
-    """Return the ends (0 start, 1 end) of a street that a stop or give-way sign on one of its nodes is meant for.
-
-    Parameters
-    ----------
-    street, place
-        The street, and the index of the node in it.
-    facing
-        Which traffic the sign is for.
-    """
+    """Return the ends (0 start, 1 end) of a street that a stop or give-way sign on a node, by its index, is for."""
     return _meant(street, place, facing, _distances(street, place), crossing=False)

@@ -125,6 +125,10 @@ class Street:
     def __post_init__(self) -> None:
         freeze_arrays(self)
 
+    def place_of(self, node: int) -> int:
+        """Return the index of a node by its OSM id; of the first place where it comes twice."""
+        return int(self.node_ids.tolist().index(node))
+
     def attributes_at(self, place: int) -> StreetAttributes:
         """Return what holds from the node at an index on (at the last node: up to it)."""
         return next(item for first, item in reversed(self.pieces) if first <= place)

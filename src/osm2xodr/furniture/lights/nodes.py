@@ -252,8 +252,7 @@ def _along(world: World, node: int, street: int) -> bool | None:
     if along is None:
         return None
     found = world.network.streets[street]
-    attributes = found.attributes_at(int(np.flatnonzero(found.node_ids == node)[0]))
-    return along != attributes.reversed
+    return along != found.attributes_at(found.place_of(node)).reversed
 
 
 def _is_inside(world: World, end: int, junctions: frozenset[int]) -> bool:

@@ -83,8 +83,7 @@ def _on_streets(world: World) -> list[_Stop]:
 def _runs_along(world: World, place: NodePlace, stop: BusStop) -> bool | None:
     """Return whether the buses of a stop run along the street; None where nothing says it."""
     street = world.network.streets[place.street]
-    at = street.node_ids.tolist().index(place.node)
-    attributes = street.attributes_at(at)
+    attributes = street.attributes_at(street.place_of(place.node))
     if stop.along is not None:
         return stop.along != attributes.reversed
     runs = attributes.car_directions()

@@ -60,7 +60,7 @@ class LimitsAround:
     @classmethod
     def at(cls, street: Street, node: int) -> LimitsAround:
         """Look around a node of a street."""
-        return cls._of(street, int(np.flatnonzero(street.node_ids == node)[0]))
+        return cls._of(street, street.place_of(node))
 
     @classmethod
     def near(cls, street: Street, x: float, y: float) -> LimitsAround:

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-import numpy as np
-
 from osm2xodr.conventions import meant_ends, priority_rank
 from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.furniture import defaults
@@ -127,8 +125,7 @@ class YieldSigns:
         why = ""
         for place in found:
             street = self._world.network.streets[place.street]
-            index = int(np.flatnonzero(street.node_ids == node)[0])
-            for end in meant_ends(street, index, control.facing):
+            for end in meant_ends(street, street.place_of(node), control.facing):
                 signs = self._inside_street(place, end, control)
                 if isinstance(signs, str):
                     why = signs

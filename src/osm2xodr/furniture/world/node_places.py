@@ -10,9 +10,10 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.conventions import places_on_streets
 from osm2xodr.curves import pose, project
 from osm2xodr.furniture.world.lane_table import LaneTable
-from osm2xodr.model import FloatArray, IntArray, RoadMap, StreetNetwork, StreetPlaces
+from osm2xodr.model import FloatArray, RoadMap, StreetNetwork, StreetPlaces
 
 # Nodes beyond a road's end by less lie on it, m: rounding.
 _END_TOLERANCE: Final = 1e-6
@@ -90,26 +91,14 @@ class NodePlaces:
             out[junction].append(Arm(*arm))
         return {junction: tuple(found) for junction, found in out.items()}
 
-    @cached_property
-    def _street_nodes(self) -> tuple[IntArray, IntArray]:
-        streets = self._network.streets
-        start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in streets])])
-        return np.concatenate([street.node_ids for street in streets]), start.astype(np.int64)
-
     def on_streets(self, nodes: Iterable[int]) -> dict[int, list[NodePlace]]:
         """Return all places on streets of nodes, by OSM id, in the order of streets; nodes on none are left out."""
-        wanted = np.array(sorted(set(nodes)), np.int64)
-        if not len(wanted):
-            return {}
-        every, start = self._street_nodes
-        rows = np.flatnonzero(np.isin(every, wanted))
-        owner = np.searchsorted(start, rows, side="right") - 1
         seen: dict[tuple[int, int], int] = defaultdict(int)
         out: dict[int, list[NodePlace]] = defaultdict(list)
-        for node, street, row in zip(every[rows].tolist(), owner.tolist(), rows.tolist(), strict=True):
-            again = seen[node, street]
-            seen[node, street] += 1
-            out[node].append(self._place(node, street, row - int(start[street]), again))
+        for street, at in places_on_streets(self._network.streets, nodes):
+            key = int(street.node_ids[at]), street.id
+            out[key[0]].append(self._place(*key, at, seen[key]))
+            seen[key] += 1
         return out
 
     def _place(self, node: int, street: int, at: int, again: int) -> NodePlace:

@@ -76,17 +76,9 @@ _VALUE_TAGS: Final = {
     "max_weight": ("maxweight", "t"),
     "max_axle_load": ("maxaxleload", "t"),
 }
+# Meanings of signs with a speed.
 _SPEEDS: Final = frozenset(
-    {
-        "maxspeed",
-        "maxspeed_end",
-        "maxspeed_zone",
-        "maxspeed_zone_end",
-        "minspeed",
-        "minspeed_end",
-        "advisory_speed",
-        "advisory_speed_end",
-    }
+    f"{kind}{end}" for kind in ("maxspeed", "maxspeed_zone", "minspeed", "advisory_speed") for end in ("", "_end")
 )
 _ITEM: Final = re.compile(r"\s*(?:([A-Za-z]{2})(?:-[A-Za-z]{1,3})?\s*:)?\s*(.*?)\s*", re.DOTALL)
 _IN_BRACKETS: Final = re.compile(r"([^\[\]]*?)\s*\[(.*)\]")
