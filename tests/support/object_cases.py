@@ -9,11 +9,16 @@ import numpy as np
 from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.furniture.objects import place_objects
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.furniture.world.world import World
 from osm2xodr.model import Footway, RoadObject, RoadsideKind, RoadsideThing, Rule, StreetNetwork
 from osm2xodr.osmParsing.tags import read_node_facts, read_thing_facts
+
+# The frame's origin is the middle of the nodes.
+STREET = {"w": (-100.0, 0.0), "a": (0.0, 0.0), "e": (100.0, 0.0)}
+ROAD = Case(STREET, {1: ("w a e", "lanes=2 width=7")})
 
 
 def world_of(
@@ -83,7 +88,7 @@ def road_of_way(world: World, way: int) -> int:
 
 
 def has_corners(item: RoadObject, expected: list[tuple[float, float]]) -> bool:
-    """Say whether an object on a straight road has corners at s and t, to 2 cm: OSM's degrees are rounded."""
+    """Return whether an object on a straight road has corners at s and t, to 2 cm: OSM's degrees are rounded."""
     found = np.array([(item.s + u, item.t + v) for u, v, _, _ in item.outline])
     return found.shape == (len(expected), 2) and bool(np.abs(found - np.array(expected)).max() < 0.02)
 
@@ -91,7 +96,20 @@ def has_corners(item: RoadObject, expected: list[tuple[float, float]]) -> bool:
 def node_at(world: World, node: int) -> complex:
     """Return where a node of a street is: x + iy, m."""
     return next(
-        complex(*street.points[street.node_ids.tolist().index(node)])
-        for street in world.network.streets
-        if node in street.node_ids
+        complex(*street.points[street.place_of(node)]) for street in world.network.streets if node in street.node_ids
     )
+
+
+def with_things(*things: RoadsideThing) -> Callable[[StreetNetwork], StreetNetwork]:
+    """Return what gives a network other things beside its streets."""
+    return lambda network: replace(network, roadside=things)
+
+
+def placed(world: World) -> tuple[RoadObject, ...]:
+    """Place the objects that need neither approaches nor stops."""
+    return place_objects(world, (), ())
+
+
+def s_of(x: float) -> float:
+    """Return s of the road at x, m."""
+    return x + 100.0
