@@ -64,11 +64,8 @@ def _report_joined(world: World, placed: _Placed) -> None:
     named = {signal.osm_id for signal in placed.signals} | {item.osm_id for item in world.diagnostics}
     for node, control in world.network.node_facts.controls.items():
         if control.tagged is Sign.SIGNALS and f"node/{node}" not in named:
-            world.diagnostics.note(
-                "signal-joined",
-                f"node/{node}",
-                "the lights here are joined with those of another node at the same junction",
-            )
+            words = "the lights here are joined with those of another node at the same junction"
+            world.diagnostics.note("signal-joined", f"node/{node}", words)
 
 
 def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, placed: _Placed) -> None:

@@ -62,17 +62,7 @@ class RoadLight:
 def place_on_roads(
     world: World, candidates: Sequence[Candidate], crossings: Sequence[Crossing]
 ) -> tuple[RoadLight, ...]:
-    """Join the nodes and crossings with lights that are near each other on a road to installations.
-
-    Parameters
-    ----------
-    world
-        The roads.
-    candidates
-        The nodes.
-    crossings
-        Crossings with lights apart from junctions.
-    """
+    """Join nodes with lights that are near each other on a road, and crossings with lights, to installations."""
     on_road: dict[int, list[Candidate]] = defaultdict(list)
     for item in candidates:
         on_road[item.road].append(item)
@@ -81,23 +71,20 @@ def place_on_roads(
         at_road[crossing.road].append(crossing)
     out: list[RoadLight] = []
     for road, items in sorted(on_road.items()):
+        named = {item.osm_id for item in items}
         for group in _groups(sorted(items, key=lambda item: (item.s, item.osm_id))):
             first, last = group[0].s - _GROUP_REACH, group[-1].s + _GROUP_REACH
-            named = {item.osm_id for item in group}
+            own = {item.osm_id for item in group}
             there = [
                 item
                 for item in at_road.get(road, ())
-                if item.osm_id in named or (first <= item.s <= last and not _is_named(item, items))
+                if item.osm_id in own or (first <= item.s <= last and item.osm_id not in named)
             ]
             stops = _stops(world, road, group, there)
             if stops:
                 ids = tuple(dict.fromkeys(item.osm_id for item in group))
                 out.append(RoadLight(road, stops, ids, tuple(there)))
     return tuple(out)
-
-
-def _is_named(crossing: Crossing, candidates: Sequence[Candidate]) -> bool:
-    return any(item.osm_id == crossing.osm_id for item in candidates)
 
 
 def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:

@@ -44,9 +44,8 @@ def bus_stop_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
         if stop.facts.bay:
             bay = _bay(world, stop)
             if bay is None:
-                world.diagnostics.dropped(
-                    "bus-bay", stop.osm_id, "the bay of the bus stop is left out: the road is too short for it"
-                )
+                words = "the bay of the bus stop is left out: the road is too short for it"
+                world.diagnostics.dropped("bus-bay", stop.osm_id, words)
             else:
                 out.append(bay)
         out.append(_post(world, stop))

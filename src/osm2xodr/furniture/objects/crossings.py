@@ -78,17 +78,8 @@ def _placed(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> 
     left, right = world.lanes.carriageway(road, at)
     if left - right < _NARROWEST_CARRIAGEWAY:
         return "the road there has no carriageway"
-    crossing = Crossing(
-        road,
-        at,
-        width,
-        left,
-        right,
-        f"node/{mapped.node}",
-        mapped.lights,
-        marking=mapped.marking,
-        island=mapped.island,
-    )
+    osm_id, marking = f"node/{mapped.node}", mapped.marking
+    crossing = Crossing(road, at, width, left, right, osm_id, mapped.lights, marking=marking, island=mapped.island)
     return _Placed(_at_junction(world, crossing), abs(at - s), mapped.width_tagged)
 
 
@@ -148,11 +139,8 @@ def _merged(world: World, found: list[_Placed]) -> list[_Placed]:
             continue
         # The one with lights is kept, else the one that was moved less.
         kept, gone = sorted((last, item), key=lambda item: (not item.crossing.signals, item.moved))
-        world.diagnostics.note(
-            "crossing-merged",
-            gone.crossing.osm_id,
-            f"the crossing overlaps that of {kept.crossing.osm_id}: both become one",
-        )
+        words = f"the crossing overlaps that of {kept.crossing.osm_id}: both become one"
+        world.diagnostics.note("crossing-merged", gone.crossing.osm_id, words)
         out[-1] = replace(kept, crossing=replace(kept.crossing, island=last.crossing.island or item.crossing.island))
     return out
 

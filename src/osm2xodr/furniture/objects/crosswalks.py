@@ -23,10 +23,7 @@ _SUBTYPES: Final = {"unmarked": "virtual", "yes": "marked"}
 
 def crossing_objects(world: World, crossings: Sequence[Crossing]) -> tuple[RoadObject, ...]:
     """Make the objects of crossings: crosswalks, and islands in them."""
-    out: list[RoadObject] = []
-    for crossing in crossings:
-        out += _objects(world, crossing)
-    return tuple(out)
+    return tuple(item for crossing in crossings for item in _objects(world, crossing))
 
 
 def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
@@ -34,19 +31,13 @@ def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
         return [_crosswalk(world, crossing, None, None)]
     edges = island_edges(world, crossing.road, crossing.s)
     if edges is None:
-        world.diagnostics.note(
-            "crossing-island",
-            crossing.osm_id,
-            "the island of the crossing is left out: all lanes run the same way and do not show where it lies",
-        )
+        words = "the island of the crossing is left out: all lanes run the same way and do not show where it lies"
+        world.diagnostics.note("crossing-island", crossing.osm_id, words)
         return [_crosswalk(world, crossing, None, None)]
     left, right = edges
     if left - right < NARROWEST_ISLAND:
-        world.diagnostics.note(
-            "crossing-island",
-            crossing.osm_id,
-            f"the crossing is split, but its island is left out: the lanes can spare only {left - right:.1f} m",
-        )
+        words = f"the crossing is split, but its island is left out: the lanes can spare only {left - right:.1f} m"
+        world.diagnostics.note("crossing-island", crossing.osm_id, words)
         return [_crosswalk(world, crossing, None, left), _crosswalk(world, crossing, right, None)]
     half = 0.5 * crossing.width + _ISLAND_BEYOND
     return [
@@ -90,10 +81,9 @@ def island_edges(world: World, road: int, s: float) -> tuple[float, float] | Non
 
     It lies between the two directions of traffic; None where there is only one.
     """
-    lanes = world.lanes.at(road, s)
-    left = sorted((lane for lane in lanes if lane.id > 0), key=lambda lane: lane.id)
-    right = sorted((lane for lane in lanes if lane.id < 0), key=lambda lane: -lane.id)
-    if not any(lane.type in CAR_LANES for lane in left) or not any(lane.type in CAR_LANES for lane in right):
+    lanes = sorted(world.lanes.at(road, s), key=lambda lane: abs(lane.id))
+    left, right = [lane for lane in lanes if lane.id > 0], [lane for lane in lanes if lane.id < 0]
+    if not all(any(lane.type in CAR_LANES for lane in side) for side in (left, right)):
         return None
     return left[0].right + _spare(left), right[0].left - _spare(right)
 

@@ -161,20 +161,8 @@ def object_along(
 ) -> RoadObject:
     """Make an object along a strip of road.
 
-    Parameters
-    ----------
-    world, strip
-        The roads, and the part of one.
-    words
-        Type, subtype and name.
-    edges
-        t of its middle at the start and at the end, m.
-    size
-        Width and height, m.
-    distance
-        Between round copies, m; 0 for one continuous object.
-    osm_id
-        What it comes from.
+    Words are its type, subtype and name; edges t of its middle at the start and the end, size its width and height,
+    distance that between round copies, 0 for one continuous object; all m.
     """
     kind, subtype, name = words
     width, height = size

@@ -103,21 +103,13 @@ class RoadsideFinder:
     @cached_property
     def _tunnels(self) -> dict[int, list[tuple[float, float]]]:
         """(start, end) of tunnels by the index of their road, m."""
-        world = self._world
-        inside = [
-            any(piece.structure is Structure.TUNNEL for _, piece in street.pieces) for street in world.network.streets
-        ]
-        return {
-            k: [
-                (begin, end)
-                for begin, end, piece in pieces_on_road(
-                    world, world.network.streets[street], world.road_map.roads[k].id
-                )
-                if piece.structure is Structure.TUNNEL
-            ]
-            for k, street in enumerate(world.places.road_street.tolist())
-            if inside[street]
-        }
+        world, out = self._world, {}
+        for k, index in enumerate(world.places.road_street.tolist()):
+            street = world.network.streets[index]
+            if any(piece.structure is Structure.TUNNEL for _, piece in street.pieces):
+                pieces = pieces_on_road(world, street, world.road_map.roads[k].id)
+                out[k] = [(begin, end) for begin, end, piece in pieces if piece.structure is Structure.TUNNEL]
+        return out
 
     def edges(self, curve: int, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return t of the left and right edge of a road's carriageway at s, (n,), m."""
@@ -162,15 +154,15 @@ class RoadsideFinder:
 
     def _changes(self, curve: int) -> bool:
         """Return whether the edges of a road's carriageway change along it."""
-        road, offset = self._world.road_map.roads[curve], self._world.road_map.lane_offset
+        sections, offset = self._world.road_map.roads[curve].lane_sections, self._world.road_map.lane_offset
         records = slice(int(offset.start[curve]), int(offset.start[curve + 1]))
         return (
-            len(road.lane_sections) > 1
+            len(sections) > 1
             or len(offset.s[records]) > 1
-            or bool(offset.b[records].any() or offset.c[records].any() or offset.d[records].any())
+            or any(bool(cubics[records].any()) for cubics in (offset.b, offset.c, offset.d))
             or any(
                 len(lane.widths) > 1 or any(width.b or width.c or width.d for width in lane.widths)
-                for lane in road.lane_sections[0].lanes
+                for lane in sections[0].lanes
             )
         )
 
