@@ -72,4 +72,4 @@ def test_unknown_objects_are_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     area = tmp_path / "area.osm"
     area.write_text(MAP, encoding="utf-8")
     assert main(["convert", str(area), "-o", str(tmp_path / "x.xodr"), "--objects", "houses"]) == 2
-    assert "--objects: 'houses' is no kind of object; choose from lamps, trees, or all" in capsys.readouterr().err
+    assert "--objects: 'houses' is not a kind of object; choose from lamps, trees, or all" in capsys.readouterr().err

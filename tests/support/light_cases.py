@@ -6,6 +6,7 @@ import cmath
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from junction_cases import CASES
 from street_cases import Case
 
 from osm2xodr.conventions.targets import DEFAULT_TARGET, TARGETS
@@ -16,6 +17,16 @@ from osm2xodr.furniture.world.approaches import find_approaches
 from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.furniture.world.world import Approach, Crossing, World
 from osm2xodr.model import RoadMap, Rule, Signal, StreetNetwork
+
+SIGNALS = "highway=traffic_signals"
+X = CASES["x"].case
+# Streets of the crossing with a node each 12 m before it.
+NODES = {**X.nodes, "wi": (-12.0, 0.0), "ei": (12.0, 0.0), "si": (0.0, -12.0), "ni": (0.0, 12.0)}
+ARMS = Case(NODES, {1: ("w wi o", ""), 2: ("o ei e", ""), 3: ("s si o", ""), 4: ("o ni n", "")})
+YIELDING = {"si": "highway=give_way", "ni": "highway=give_way"}
+STREET = {"w": (-100.0, 0.0), "a": (-20.0, 0.0), "b": (0.0, 0.0), "c": (10.0, 0.0), "e": (100.0, 0.0)}
+ROAD = Case(STREET, {1: ("w a b c e", "")})
+ONE_WAY = Case(STREET, {1: ("w a b c e", "oneway=yes")})
 
 
 @dataclass(frozen=True)
@@ -102,3 +113,19 @@ def lit(
 def with_tags(case: Case, **tags: str) -> Case:
     """Return a case with tags of its nodes by name."""
     return replace(case, node_tags={**case.node_tags, **tags})
+
+
+def sides(found: Lit) -> float:
+    """Return 1 where traffic drives on the right, -1 on the left."""
+    return 1.0 if found.world.road_map.rule is Rule.RIGHT_HAND else -1.0
+
+
+def crossing_at(way: int, s: float, **changes: object) -> Callable[[World], tuple[Crossing, ...]]:
+    """Return what makes a crossing with lights of 4 m by 7 m on the road of a way."""
+
+    def make(world: World) -> tuple[Crossing, ...]:
+        road = next(road.id for road in world.road_map.roads if road.osm_way_ids == (way,) and road.junction is None)
+        found = Crossing(road, s, 4.0, 3.0, -3.0, "node/1003", signals=True)
+        return (replace(found, **changes),)  # type: ignore[arg-type]
+
+    return make

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from light_cases import point
 from street_cases import Case
@@ -11,11 +11,28 @@ from osm2xodr.conventions.targets import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.objects.crossings import find_crossings
 from osm2xodr.furniture.options import FurnitureOptions
-from osm2xodr.furniture.signs.placing import PlacedSigns, place_signs
+from osm2xodr.furniture.signs import PlacedSigns, place_signs
 from osm2xodr.furniture.world.approaches import find_approaches
 from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.furniture.world.world import World
 from osm2xodr.model import Rule, Signal
+
+# The main road from west to east (ways 1 and 2), a side street from the south (way 3).
+T = Case(
+    {
+        "w": (-150.0, 0.0),
+        "o": (0.0, 0.0),
+        "e": (150.0, 0.0),
+        "s": (0.0, -150.0),
+        "sm": (0.0, -80.0),
+        "si": (0.0, -12.0),
+    },
+    {1: ("w o", "highway=secondary"), 2: ("o e", "highway=secondary"), 3: ("s sm si o", "highway=residential")},
+)
+STREET = Case(
+    {"w": (-150.0, 0.0), "m": (0.0, 0.0), "n": (60.0, 0.0), "e": (150.0, 0.0)},
+    {1: ("w m", "highway=tertiary maxspeed=50"), 2: ("m n e", "highway=tertiary maxspeed=30")},
+)
 
 
 @dataclass(frozen=True)
@@ -91,3 +108,16 @@ def signed(
     }
     crossings = find_crossings(world) if with_crossings else ()
     return Signed(world, place_signs(world, approaches, lit, crossings), rule, found_at - drawn_at)
+
+
+def ways(case: Case, **tags: str) -> Case:
+    """Return a case with other tags of its ways, by ``w`` and their number."""
+    return replace(
+        case, ways={number: (nodes, tags.get(f"w{number}", old)) for number, (nodes, old) in case.ways.items()}
+    )
+
+
+def the(found: Signed, name: str) -> complex:
+    """Return where the only sign of a meaning stands."""
+    (sign,) = found.named(name)
+    return found.at(sign)

@@ -16,16 +16,20 @@ if TYPE_CHECKING:
         MarkStyle as MarkStyle,
         find_country as find_country,
     )
+    from osm2xodr.conventions.sign_codes import (
+        NO_SUBTYPE as NO_SUBTYPE,
+        SignCode as SignCode,
+        is_supplementary as is_supplementary,
+        sign_code as sign_code,
+        sign_meaning as sign_meaning,
+        sign_meanings as sign_meanings,
+    )
     from osm2xodr.conventions.street_signs import (
-        Light as Light,
-        Sign as Sign,
         Signs as Signs,
-        light_of as light_of,
+        meant_ends as meant_ends,
+        places_on_streets as places_on_streets,
         priority_rank as priority_rank,
         read_signs as read_signs,
-        signed_direction as signed_direction,
-        signed_ends as signed_ends,
-        stops_all as stops_all,
     )
     from osm2xodr.conventions.targets import (
         DEFAULT_TARGET as DEFAULT_TARGET,
@@ -38,17 +42,15 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "find_country"),
-        "street_signs": (
-            "Light",
-            "Sign",
-            "Signs",
-            "light_of",
-            "signed_direction",
-            "signed_ends",
-            "priority_rank",
-            "read_signs",
-            "stops_all",
+        "sign_codes": (
+            "NO_SUBTYPE",
+            "SignCode",
+            "is_supplementary",
+            "sign_code",
+            "sign_meaning",
+            "sign_meanings",
         ),
+        "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
         "targets": ("Crosswalks", "DEFAULT_TARGET", "TARGETS", "Target"),
     },
 )

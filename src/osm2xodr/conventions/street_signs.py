@@ -1,104 +1,47 @@
-"""OSM's signs and signals before the ends of streets: ``highway=stop``, ``give_way``, ``traffic_signals`` on nodes.
+"""Signs and signals before street ends: highway=stop, give_way and traffic_signals on nodes.
 
-Crossings with lights count as signals of their junction.
+Crossings with lights count as signals of the junction at which they lie.
 """
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.conventions import defaults
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
-from osm2xodr.model import Direction, Street, StreetNetwork
+from osm2xodr.model import Direction, Facing, Light, Sign, Street, StreetNetwork
 
 # Least share of a junction's entries with a signal for a signalled junction; a choice.
 _SIGNALLED_SHARE: Final = 0.5
-
-
-class Sign(str, Enum):
-    """Regulation of the traffic that arrives at a street's end, in OSM's words."""
-
-    STOP = "stop"
-    GIVE_WAY = "give_way"
-    SIGNALS = "traffic_signals"
-
-
-class Light(str, Enum):
-    """The purpose of lights on a node.
-
-    ``ROAD`` lights are away from junctions and crossings (ramp meters, tunnels, fire stations), ``OTHER`` ones do not
-    let cars go.
-    """
-
-    JUNCTION = "junction"
-    CROSSING = "crossing"
-    ROAD = "road"
-    OTHER = "other"
-
-
-_SIGNS: Final = frozenset(sign.value for sign in Sign)
-# Signals that are not those of a junction (OSM wiki, Key:traffic_signals).
-_SPECIAL_LIGHTS: Final = {
-    **dict.fromkeys(("pedestrian_crossing", "crossing"), Light.CROSSING),
-    **dict.fromkeys(("tunnel", "ramp_meter", "emergency", "bottleneck", "bridge"), Light.ROAD),
-    **dict.fromkeys(("level_crossing", "blinker", "blink_mode", "no"), Light.OTHER),
-}
-_ALL_WAY: Final = frozenset({"all", "4-way", "4way"})
-_ALONG: Final = {"forward": True, "backward": False}
-_COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
-# A sign that faces within 20 degrees of straight across the street tells no direction: the sine of that angle. A
-# choice.
-_FACING_MIN: Final = 0.34
+# Signs that look within 20 degrees, by their sine, of across a street are for neither of its directions; a choice.
+_ACROSS_SINE: Final = 0.34
 
 
 @dataclass(frozen=True, slots=True)
 class Signs:
     """Signs of a street network. Street ends are numbered 2 x street, plus 1 for its end."""
 
-    before_end: Mapping[int, Sign]  # Signs for traffic that arrives at a street end
-    all_way: frozenset[int]  # Street ends where all arms have to stop
-    nodes: Mapping[int, Sign]  # Signs on nodes where streets meet, which name no arm, by OSM node id
-    all_way_nodes: frozenset[int]  # Those of these nodes where all arms have to stop
-    ends_of: Mapping[int, tuple[int, ...]]  # Street ends that the sign on a node inside a street applies to
+    before_end: Mapping[int, Sign]  # The sign for traffic to a street end (2 x street, plus 1 for its end)
+    all_way: frozenset[int]  # The street ends where all arms have to stop
+    nodes: Mapping[int, Sign]  # Signs on the nodes where streets meet, by OSM node id; they name no arm
+    all_way_nodes: frozenset[int]  # The nodes of these where all arms have to stop
+    ends_of: Mapping[int, tuple[int, ...]]  # The street ends that the sign on a node inside a street is meant for
 
     def signalled(self, nodes: Collection[int], entries: Sequence[int]) -> bool:
-        """Whether a junction has signals: on its nodes (OSM ids), or before enough of its entries (street ends)."""
+        """Return whether a junction has signals: on its nodes, or before enough of its entries (street ends)."""
         if any(self.nodes.get(node) is Sign.SIGNALS for node in nodes):
             return True
         count = sum(self.before_end.get(end) is Sign.SIGNALS for end in entries)
         return count > 0 and count >= _SIGNALLED_SHARE * len(entries)
 
 
-def light_of(tags: Mapping[str, str]) -> Light | None:
-    """Return the purpose of a node's lights; None if it has none."""
-    crossing = tags.get("crossing") == "traffic_signals" or tags.get("crossing:signals") == "yes"
-    if tags.get("highway") == "traffic_signals":
-        return _SPECIAL_LIGHTS.get(tags.get("traffic_signals", ""), Light.JUNCTION)
-    return Light.CROSSING if crossing else None
-
-
-def sign_of(tags: Mapping[str, str]) -> Sign | None:
-    """Return the sign on a node by its tags; None without one, or for signals that are not a junction's."""
-    value = tags.get("highway", "")
-    if value in _SIGNS and value != Sign.SIGNALS.value:
-        return Sign(value)
-    return Sign.SIGNALS if light_of(tags) in (Light.JUNCTION, Light.CROSSING) else None
-
-
-def stops_all(tags: Mapping[str, str]) -> bool:
-    """Whether a stop sign, by the tags of its node, applies to all arms of its junction."""
-    return tags.get("stop") in _ALL_WAY
-
-
 def priority_rank(highway: str) -> int:
-    """Return the rank of a road of a class of OSM (`PRIORITY_RANK`) among those that it meets."""
+    """Return the rank of a road by its class in OSM among the roads that it meets, see `PRIORITY_RANK`."""
     if highway.endswith("_link"):
         return defaults.PRIORITY_RANK_LINK
     return defaults.PRIORITY_RANK.get(highway, defaults.PRIORITY_RANK_OTHER)
@@ -107,34 +50,32 @@ def priority_rank(highway: str) -> int:
 def read_signs(network: StreetNetwork) -> Signs:
     """Find the signs of all street ends.
 
-    A sign inside a street applies to the end that ``direction`` names, else to the only end that traffic arrives at,
-    else to the one whose traffic it faces, else to the nearer one, if that is within `SIGN_REACH`. Of several signs
-    the one nearest to the end counts. Lights of a crossing apply to the nearer end if traffic arrives there and it is
-    within `SIGNALLED_CROSSING_REACH`.
+    A sign inside a street is meant for the end that ``direction`` names, else for the only end to which traffic
+    comes, else for the end whose traffic it faces, else for the nearer end; within `SIGN_REACH`. Of several the one
+    nearest to the end counts. Lights of a crossing are meant for the nearer end, within `SIGNALLED_CROSSING_REACH`,
+    if traffic comes to it.
     """
-    signed = {node: sign for node, tags in network.node_tags.items() if (sign := sign_of(tags)) is not None}
-    all_way = {node for node in signed if stops_all(network.node_tags[node])}
+    controls = network.node_facts.controls
+    signed = {node: sign for node, control in controls.items() if (sign := control.sign) is not None}
+    all_way = {node for node in signed if controls[node].all_way}
     meeting = {node.osm_node_id for node in network.intersections}
     before: dict[int, tuple[bool, float, Sign, int]] = {}
     ends_of: dict[int, list[int]] = defaultdict(list)
-    for street, place in _on_streets(network, signed.keys() - meeting):
+    for street, place in places_on_streets(network.streets, signed.keys() - meeting):
         node = int(street.node_ids[place])
-        tags = network.node_tags[node]
         distance = _distances(street, place)
-        crossing = light_of(tags) is Light.CROSSING
+        crossing = controls[node].light is Light.CROSSING
         reach = SIGNALLED_CROSSING_REACH if crossing else SIGN_REACH
-        for end in _ends_of_sign(street, place, tags, distance, crossing):
+        for end in _meant(street, place, controls[node].facing, distance, crossing):
             if distance[end] <= reach:
                 key = 2 * street.id + end
                 ends_of[node].append(key)
-                # A sign of the junction itself takes precedence over a crossing.
+                # Signs of the junction itself go before lights of a crossing.
                 found = (crossing, distance[end], signed[node], node)
                 before[key] = min(before.get(key, found), found)
     # Lights of a crossing on a node where streets meet belong to one of the arms.
     at_nodes = {
-        node: sign
-        for node, sign in signed.items()
-        if node in meeting and light_of(network.node_tags[node]) is not Light.CROSSING
+        node: sign for node, sign in signed.items() if node in meeting and controls[node].light is not Light.CROSSING
     }
     return Signs(
         before_end={end: sign for end, (_, _, sign, _) in sorted(before.items())},
@@ -145,18 +86,17 @@ def read_signs(network: StreetNetwork) -> Signs:
     )
 
 
-def _on_streets(network: StreetNetwork, nodes: set[int]) -> list[tuple[Street, int]]:
-    """Return (street, index of the node) of every place where one of the nodes lies inside a street."""
-    wanted = np.array(sorted(nodes), np.int64)
+def places_on_streets(streets: Sequence[Street], nodes: Iterable[int]) -> list[tuple[Street, int]]:
+    """Return (street, index of the node) of every place of nodes on streets, by OSM id, in the order of streets."""
+    wanted = np.array(sorted(set(nodes)), np.int64)
     if not len(wanted):
         return []
-    start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in network.streets])])
-    every = np.concatenate([street.node_ids for street in network.streets])
+    start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in streets])])
+    every = np.concatenate([street.node_ids for street in streets])
     rows = np.flatnonzero(np.isin(every, wanted))
     owner = np.searchsorted(start, rows, side="right") - 1
     return [
-        (network.streets[street], row - int(start[street]))
-        for street, row in zip(owner.tolist(), rows.tolist(), strict=True)
+        (streets[street], row - int(start[street])) for street, row in zip(owner.tolist(), rows.tolist(), strict=True)
     ]
 
 
@@ -166,8 +106,8 @@ def _distances(street: Street, place: int) -> tuple[float, float]:
     return float(step[:place].sum()), float(step[place:].sum())
 
 
-def _ends_of_sign(
-    street: Street, place: int, tags: Mapping[str, str], distance: tuple[float, float], crossing: bool
+def _meant(
+    street: Street, place: int, facing: Facing, distance: tuple[float, float], crossing: bool
 ) -> tuple[int, ...]:
     """Return the ends (0 start, 1 end) that a sign inside a street applies to."""
     attributes = street.attributes_at(place)
@@ -176,38 +116,29 @@ def _ends_of_sign(
     if crossing:
         towards = Direction.FORWARD if nearer else Direction.BACKWARD
         return (nearer,) if towards in runs or Direction.BOTH in runs else ()
-    text = tags.get("traffic_signals:direction") or tags.get("direction", "")
-    if text == "both":
+    if facing.both:
         return 0, 1
-    if text in _ALONG:
-        return (int(_ALONG[text] != attributes.reversed),)
+    if facing.along is not None:
+        return (int(facing.along != attributes.reversed),)
     if Direction.BOTH not in runs and len(runs) == 1:
         return (int(Direction.FORWARD in runs),)
-    faced = _faced(street, place, text)
+    faced = _faced(street, place, facing.azimuth_deg)
     return (nearer,) if faced is None else (faced,)
 
 
-def _faced(street: Street, place: int, text: str) -> int | None:
-    """Return the end at which the traffic arrives that a sign faces, given its direction in degrees from north.
+def _faced(street: Street, place: int, azimuth_deg: float | None) -> int | None:
+    """Return the end (0 start, 1 end) that traffic comes to which sees a sign that looks in a direction.
 
-    None if that is not a number, or the sign faces the side of the street.
+    None where the direction is not known, or the sign looks across the street.
     """
-    if not _COMPASS.fullmatch(text):
+    if azimuth_deg is None:
         return None
     step = street.points[min(place + 1, len(street.points) - 1)] - street.points[max(place - 1, 0)]
-    angle = np.deg2rad(float(text))
+    angle = np.deg2rad(azimuth_deg)
     against = float(step[0] * np.sin(angle) + step[1] * np.cos(angle))
-    return None if abs(against) < _FACING_MIN * float(np.hypot(*step)) else int(against < 0.0)
+    return None if abs(against) < _ACROSS_SINE * float(np.hypot(*step)) else int(against < 0.0)
 
 
-def signed_ends(street: Street, place: int, tags: Mapping[str, str]) -> tuple[int, ...]:
-    """Return the ends (0 start, 1 end) of a street that a stop or give-way sign on one of its nodes applies to.
-
-    `place` is the index of the node in the street, `tags` are those of the node.
-    """
-    return _ends_of_sign(street, place, tags, _distances(street, place), crossing=False)
-
-
-def signed_direction(tags: Mapping[str, str]) -> bool | None:
-    """Whether a sign is for traffic along its way (False: against it); None if it may be for both."""
-    return _ALONG.get(tags.get("traffic_signals:direction") or tags.get("direction", ""))
+def meant_ends(street: Street, place: int, facing: Facing) -> tuple[int, ...]:
+    """Return the ends (0 start, 1 end) of a street that a stop or give-way sign on a node, by its index, is for."""
+    return _meant(street, place, facing, _distances(street, place), crossing=False)

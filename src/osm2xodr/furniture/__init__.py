@@ -1,14 +1,15 @@
-"""Stage 4: signals, signs and objects on and beside the roads of a `RoadMap`. It computes but places."""
+"""Stage 4: places signals, signs and objects on and beside the roads of a `RoadMap`."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from osm2xodr.furniture.options import EXTRA_OBJECTS, FurnitureOptions, parse_objects_option
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
-    from osm2xodr.model import RoadMap, StreetNetwork
+    from osm2xodr.model import RoadMap, RoadObject, Signal, StreetNetwork
 
 __all__ = ["EXTRA_OBJECTS", "FurnitureOptions", "parse_objects_option", "place_furniture"]
 
@@ -16,7 +17,7 @@ __all__ = ["EXTRA_OBJECTS", "FurnitureOptions", "parse_objects_option", "place_f
 def place_furniture(
     network: StreetNetwork, road_map: RoadMap, options: FurnitureOptions, diagnostics: Diagnostics
 ) -> RoadMap:
-    """Return a road map with all that stands on and beside its roads.
+    """Return a road map with everything that stands on and beside its roads.
 
     Parameters
     ----------
@@ -30,6 +31,37 @@ def place_furniture(
         Gets what is guessed, and what is dropped and why.
     """
     # Here, so that the command line starts without numpy.
-    from osm2xodr.furniture.placing import place
+    from osm2xodr.furniture.lights import cut_sections, place_lights
+    from osm2xodr.furniture.objects import find_crossings, place_objects, place_structures
+    from osm2xodr.furniture.signs import place_signs
+    from osm2xodr.furniture.world import LaneTable, World, find_approaches
+    from osm2xodr.model import Furniture
 
-    return place(network, road_map, options, diagnostics)
+    if not options.enabled or road_map.places is None:
+        return road_map
+    world = World(network, road_map, road_map.places, LaneTable(road_map), options, diagnostics)
+    crossings = find_crossings(world)
+    approaches = find_approaches(world, crossings)
+    lights = place_lights(world, approaches, crossings)
+    signs = place_signs(world, approaches, lights.signalled, crossings)
+    objects = place_objects(world, approaches, (*lights.stops, *signs.stops), crossings)
+    signals = (*lights.signals, *signs.signals)
+    furniture = Furniture(
+        signals=tuple(sorted(signals, key=_place)),
+        references=tuple(sorted(lights.references, key=lambda item: (item.road, item.s, item.signal))),
+        controllers=lights.controllers,
+        objects=tuple(sorted(objects, key=_place)),
+        structures=place_structures(world),
+        statistics={
+            "traffic_lights": float(sum(item.dynamic for item in signals)),
+            "signs": float(sum(not item.dynamic for item in signals)),
+            "controllers": float(len(lights.controllers)),
+            "crossings": float(len(crossings)),
+            "objects": float(len(objects)),
+        },
+    )
+    return replace(cut_sections(road_map, lights.section_breaks), furniture=furniture)
+
+
+def _place(item: Signal | RoadObject) -> tuple[int, float, int]:
+    return item.road, item.s, item.id

@@ -7,7 +7,7 @@ from typing import Final
 
 from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Target
 
-# Kinds of objects that are many and matter to few: only on request.
+# Kinds of objects that are numerous and rarely needed: only on request.
 EXTRA_OBJECTS: Final = ("lamps", "trees")
 
 
@@ -16,8 +16,8 @@ class FurnitureOptions:
     """What the user may choose about furniture."""
 
     target: Target = field(default_factory=lambda: TARGETS[DEFAULT_TARGET])  # The reader to write for
-    extra_objects: frozenset[str] = frozenset()  # Which of `EXTRA_OBJECTS` are wanted
-    enabled: bool = True  # Whether there is to be any
+    extra_objects: frozenset[str] = frozenset()  # Which of `EXTRA_OBJECTS` to place
+    enabled: bool = True  # Whether to place any furniture
 
 
 def parse_objects_option(text: str) -> frozenset[str]:
@@ -26,13 +26,13 @@ def parse_objects_option(text: str) -> frozenset[str]:
     Raises
     ------
     ValueError
-        A name is none of them, or there is none.
+        A name is unknown, or there is none.
     """
     names = {name.strip() for name in text.split(",") if name.strip()}
     if names == {"all"}:
         return frozenset(EXTRA_OBJECTS)
     unknown = sorted(names - set(EXTRA_OBJECTS))
     if unknown or not names:
-        problem = f"{unknown[0]!r} is no kind of object" if unknown else "no kind of object is named"
+        problem = f"{unknown[0]!r} is not a kind of object" if unknown else "no kind of object is named"
         raise ValueError(f"{problem}; choose from {', '.join(EXTRA_OBJECTS)}, or all")
     return frozenset(names)

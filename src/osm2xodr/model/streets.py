@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from osm2xodr.model.shared import (
@@ -16,6 +16,7 @@ from osm2xodr.model.shared import (
     Structure,
     freeze_arrays,
 )
+from osm2xodr.model.street_nodes import NodeFacts, ThingFacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +93,7 @@ class StreetAttributes:
     divider: str = ""  # OSM's value; empty where absent
     surface: str = ""  # OSM's value; empty where absent
     traffic_sign: str = ""  # OSM's value on the way; empty where absent
+    speed_zone: bool = False  # Whether `traffic_sign` says that its limit is that of a zone
     tram: bool = False  # Whether tram tracks lie in the carriageway
     # More about the bridge or tunnel; None where there is none. Galleries and passages through houses, which leave
     # the street on the ground, have it too.
@@ -122,6 +124,10 @@ class Street:
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
+
+    def place_of(self, node: int) -> int:
+        """Return the index of a node by its OSM id; of the first place where it comes twice."""
+        return int(self.node_ids.tolist().index(node))
 
     def attributes_at(self, place: int) -> StreetAttributes:
         """Return what holds from the node at an index on (at the last node: up to it)."""
@@ -198,7 +204,7 @@ class RoadsideThing:
     osm_id: str  # ``node/1`` or ``way/2``
     points: FloatArray  # (n, 2) Local x, y, m; one for a node
     node_ids: IntArray  # (n,) OSM ids of the nodes
-    tags: Mapping[str, str]  # Those that matter to its kind
+    facts: ThingFacts  # What else OSM says about it
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -212,7 +218,7 @@ class Footway:
     crossing: bool  # Whether it crosses a street (``footway=crossing``, ``path=crossing``, ``cycleway=crossing``)
     points: FloatArray  # (n, 2) Local x, y, m
     node_ids: IntArray  # (n,) OSM ids of the nodes
-    tags: Mapping[str, str]  # Those that matter
+    tags: Mapping[str, str]  # Those that matter to stage 1
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -235,3 +241,4 @@ class StreetNetwork:
     connectivities: tuple[LaneConnectivity, ...] = ()  # What connectivity relations say about lanes
     footways: tuple[Footway, ...] = ()  # Footways within reach of a street, in ascending id
     roadside: tuple[RoadsideThing, ...] = ()  # Things within reach of a street, in ascending kind and id
+    node_facts: NodeFacts = field(default_factory=NodeFacts)  # What `node_tags` and `footways` mean

@@ -32,7 +32,15 @@ from osm2xodr.osmParsing.network import (
 from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.roadside import attach_footways, is_thing, node_keys, read_beside, sample_streets
 from osm2xodr.osmParsing.selection import read_selected_ways, report_unused_nodes, why_no_streets
-from osm2xodr.osmParsing.tags import is_transition, oneway, way_attributes, with_urban_speeds, without_margins
+from osm2xodr.osmParsing.tags import (
+    is_transition,
+    oneway,
+    read_node_facts,
+    way_attributes,
+    with_speed_zones,
+    with_urban_speeds,
+    without_margins,
+)
 from osm2xodr.system import release_memory
 
 # Up to this distance from the origin, m, lengths in the local frame are true to 1 part in 8 000: (x / 6371 km)² / 2
@@ -79,6 +87,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics, country)
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]
+    attributes = with_speed_zones(attributes, code)
     transitions = frozenset(way.id for way in carried if is_transition(way.tags))
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
     ids = np.unique(np.concatenate([street.node_ids for street in streets]))
@@ -89,7 +98,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     roadside: tuple[RoadsideThing, ...] = ()
     if options.furniture:
         samples = sample_streets(streets)
-        footways, roadside = read_beside(beside, nodes, points, samples, ids, extra)
+        footways, roadside = read_beside(beside, nodes, points, samples, ids, extra, code)
         streets = attach_footways(streets, samples, footways, tags, diagnostics)
     streets = with_urban_speeds(streets, tags, country, diagnostics)
     return StreetNetwork(
@@ -104,6 +113,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         connectivities=read_connectivities(relations, carried, same_node, diagnostics),
         footways=footways,
         roadside=roadside,
+        node_facts=read_node_facts(node_tags, footways, code),
     )
 
 

@@ -131,9 +131,7 @@ def test_a_road_with_other_lanes_than_its_street_gets_none() -> None:
     other = world_of(Case(NODES, {**ways, 1: ("w o", "lanes=2")}))
     mixed = World(world.network, other.road_map, other.places, other.lanes, world.options, world.diagnostics)
     assert place(mixed) == []
-    assert said(mixed)["turn-arrows"] == [
-        "the arrows of 1 road ends are left out: the road has other lanes there than way 1 and its like"
-    ]
+    assert said(mixed)["turn-arrows"] == ["1 road end without arrows: the lanes there are not those of the way"]
 
 
 @EITHER

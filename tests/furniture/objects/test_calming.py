@@ -15,7 +15,7 @@ STREET = {"w": (0.0, 0.0), "a": (50.0, 0.0), "z": (99.0, 0.0), "e": (100.0, 0.0)
 
 
 def placed(world: World) -> list[RoadObject]:
-    return calming_objects(world, world.nodes)
+    return calming_objects(world)
 
 
 def road(tags: str, way: str = "lanes=2 width=7", node: str = "a") -> Case:

@@ -1,4 +1,4 @@
-"""Where crossings lie, which roads they cross, and what their objects look like."""
+"""Where crossings lie, and which roads they cross."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from junction_cases import CASES
-from light_cases import point
-from object_cases import footway, has_corners, node_at, road_of_way, said, world_of
+from light_cases import point, with_tags
+from object_cases import footway, has_corners, node_at, road_of_way, said, with_footways, world_of
 from street_cases import Case
 
-from osm2xodr.furniture.objects.crossing_tags import has_island, has_lights, is_crossing, marking_of, width_of
-from osm2xodr.furniture.objects.crossings import crossing_objects, find_crossings
+from osm2xodr.furniture.objects.crossings import find_crossings
+from osm2xodr.furniture.objects.crosswalks import crossing_objects
 from osm2xodr.furniture.world.world import Crossing, World
-from osm2xodr.model import LaneType, Rule, StreetNetwork
+from osm2xodr.model import Rule, StreetNetwork
 
 EITHER = pytest.mark.parametrize("rule", list(Rule))
 STREET = {"w": (0.0, 0.0), "a": (50.0, 0.0), "b": (51.0, 0.0), "e": (100.0, 0.0)}
@@ -27,65 +27,30 @@ ARMS = Case(
 )
 
 
-def tagged(case: Case, **tags: str) -> Case:
-    return replace(case, node_tags=tags)
-
-
 def found_at(world: World, crossing: Crossing) -> complex:
     return point(world.road_map, crossing.road, crossing.s, 0.5 * (crossing.left + crossing.right))
 
 
 @pytest.mark.parametrize(
-    ("tags", "crosses"),
+    ("tags", "width"),
     [
-        ("highway=crossing", True),
-        ("highway=crossing crossing=unmarked", True),
-        ("highway=crossing crossing=no", False),
-        ("highway=traffic_signals crossing=traffic_signals", True),
-        ("railway=level_crossing crossing=uncontrolled", False),
-        ("highway=traffic_signals", False),
+        ("crossing=traffic_signals", 4.0),
+        ("crossing=marked", 3.0),
+        ("crossing:width=2.5", 2.5),
+        ("width=0.5", 1.83),
+        ("width=wide", 3.0),
     ],
 )
-def test_which_nodes_are_crossings(tags: str, crosses: bool) -> None:
-    assert is_crossing(dict(pair.split("=") for pair in tags.split())) is crosses
-
-
-@pytest.mark.parametrize(
-    ("tags", "lights", "marking", "width"),
-    [
-        ({"crossing": "traffic_signals"}, True, "yes", 4.0),
-        ({"crossing": "traffic_signals", "crossing:signals": "no"}, False, "yes", 3.0),
-        ({"crossing": "uncontrolled", "crossing_ref": "zebra"}, False, "zebra", 3.0),
-        ({"crossing": "marked", "crossing:markings": "zebra:paired"}, False, "zebra:paired", 3.0),
-        ({"crossing": "zebra", "crossing:markings": "yes", "crossing:width": "2.5 m"}, False, "zebra", 2.5),
-        ({"crossing_ref": "pelican", "crossing:markings": "no"}, True, "unmarked", 4.0),
-        ({"highway": "crossing", "width": "0.5"}, False, "unmarked", 1.83),
-        ({"highway": "crossing", "width": "wide"}, False, "unmarked", 3.0),
-    ],
-)
-def test_lights_marks_and_widths(tags: dict[str, str], lights: bool, marking: str, width: float) -> None:
-    assert has_lights(tags) is lights
-    assert marking_of(tags) == marking
-    assert width_of(tags, lights) == width
-
-
-@pytest.mark.parametrize(
-    ("tags", "island"),
-    [
-        ({"crossing:island": "yes"}, True),
-        ({"crossing": "island"}, True),
-        ({"traffic_calming": "island", "crossing": "marked"}, True),
-        ({"crossing": "marked", "crossing:island": "no"}, False),
-        ({"crossing": "marked"}, False),
-    ],
-)
-def test_islands_in_tags(tags: dict[str, str], island: bool) -> None:
-    assert has_island(tags) is island
+def test_crossings_are_as_wide_as_tagged_or_usual(tags: str, width: float) -> None:
+    world = world_of(with_tags(ROAD, a=f"highway=crossing {tags}"))
+    (crossing,) = find_crossings(world)
+    assert crossing.width == width
+    assert ("crossing-width" in said(world)) is ("width" not in tags)
 
 
 @EITHER
 def test_a_crossing_spans_the_carriageway_at_its_node(rule: Rule) -> None:
-    world = world_of(tagged(ROAD, a="highway=crossing crossing=traffic_signals"), rule)
+    world = world_of(with_tags(ROAD, a="highway=crossing crossing=traffic_signals"), rule)
     (crossing,) = find_crossings(world)
     assert crossing.osm_id == "node/1002"
     assert (crossing.s, crossing.width) == pytest.approx((50.0, 4.0), abs=0.02)
@@ -101,24 +66,11 @@ def test_a_crossing_spans_the_carriageway_at_its_node(rule: Rule) -> None:
     assert {corner[2:] for corner in item.outline} == {(0.0, 0.0)}
 
 
-def test_unmarked_and_zebra_crossings_are_told_apart() -> None:
-    names = {}
-    for tags in ("crossing=unmarked", "crossing=uncontrolled crossing_ref=zebra", "crossing:markings=lines:paired"):
-        world = world_of(tagged(ROAD, a=f"highway=crossing {tags}"))
-        (item,) = crossing_objects(world, find_crossings(world))
-        names[tags.split("=")[-1]] = item.subtype, item.name
-    assert names == {
-        "unmarked": ("virtual", "unmarked crossing"),
-        "zebra": ("zebra", "zebra crossing"),
-        "lines:paired": ("lines", "lines crossing"),
-    }
-
-
 def test_two_nodes_of_one_crossing_are_one() -> None:
-    world = world_of(tagged(ROAD, a="highway=crossing", b="highway=crossing crossing=traffic_signals"))
+    world = world_of(with_tags(ROAD, a="highway=crossing", b="highway=crossing crossing=traffic_signals"))
     (crossing,) = find_crossings(world)
     assert (crossing.osm_id, crossing.signals) == ("node/1003", True)
-    assert said(world)["crossing-merged"] == ["the crossing lies on that of node/1003; both are one"]
+    assert said(world)["crossing-merged"] == ["the crossing overlaps that of node/1003: both become one"]
 
 
 @EITHER
@@ -126,7 +78,7 @@ def test_a_way_that_crosses_makes_a_crossing_of_a_node_without_tags(rule: Rule) 
     def crossed(network: StreetNetwork) -> StreetNetwork:
         way = footway([(50.0, -9.0), (50.0, 0.0), (50.0, 9.0)], [501, 1002, 502], rule, width="5")
         other = replace(footway([(60.0, -9.0), (60.0, 9.0)], [503, 504], rule), crossing=False)
-        return replace(network, footways=(way, other))
+        return with_footways(network, way, other)
 
     world = world_of(ROAD, rule, network=crossed)
     (crossing,) = find_crossings(world)
@@ -137,7 +89,7 @@ def test_a_way_that_crosses_makes_a_crossing_of_a_node_without_tags(rule: Rule) 
 
 @EITHER
 def test_a_crossing_in_a_junction_goes_to_its_arm(rule: Rule) -> None:
-    world = world_of(tagged(ARMS, near="highway=crossing"), rule)
+    world = world_of(with_tags(ARMS, near="highway=crossing"), rule)
     (crossing,) = find_crossings(world)
     road = road_of_way(world, 1)
     length = world.lanes.length(road)
@@ -153,12 +105,12 @@ def test_a_crossing_in_a_junction_goes_to_its_arm(rule: Rule) -> None:
 
 
 @EITHER
-def test_a_way_tells_which_arm_is_crossed_at_a_junction_node(rule: Rule) -> None:
+def test_a_way_shows_which_arm_is_crossed_at_a_junction_node(rule: Rule) -> None:
     """Its middle node is the junction; it runs across the street from west to east."""
 
     def crossed(network: StreetNetwork) -> StreetNetwork:
         node = next(k for k, name in enumerate(ARMS.nodes) if name == "o") + 1001
-        return replace(network, footways=(footway([(-9.0, 0.0), (0.0, 0.0), (9.0, 0.0)], [501, node, 502], rule),))
+        return with_footways(network, footway([(-9.0, 0.0), (0.0, 0.0), (9.0, 0.0)], [501, node, 502], rule))
 
     world = world_of(ARMS, rule, network=crossed)
     (crossing,) = find_crossings(world)
@@ -167,7 +119,7 @@ def test_a_way_tells_which_arm_is_crossed_at_a_junction_node(rule: Rule) -> None
 
 @EITHER
 def test_only_crossings_near_a_junction_make_traffic_stop_there(rule: Rule) -> None:
-    signalled = world_of(tagged(ARMS, wi="highway=crossing crossing=traffic_signals", ei="highway=crossing"), rule)
+    signalled = world_of(with_tags(ARMS, wi="highway=crossing crossing=traffic_signals", ei="highway=crossing"), rule)
     by_way = {signalled.lanes.road(item.road).osm_way_ids[0]: item for item in find_crossings(signalled)}
     assert by_way[1].at_end
     assert by_way[2].at_start
@@ -178,9 +130,9 @@ def test_only_crossings_near_a_junction_make_traffic_stop_there(rule: Rule) -> N
     assert not alone.at_end
 
 
-def test_crossings_out_of_reach_are_told() -> None:
+def test_crossings_out_of_reach_are_reported() -> None:
     """A node of a street that has become a piece of a junction, without an arm along it."""
-    world = world_of(tagged(ARMS, near="highway=crossing"))
+    world = world_of(with_tags(ARMS, near="highway=crossing"))
     places = world.places
     road = np.full_like(places.road, -1)
     lost = replace(world, places=replace(places, road=road, junction=np.full_like(places.junction, 999_999)))
@@ -188,50 +140,3 @@ def test_crossings_out_of_reach_are_told() -> None:
     assert said(lost)["crossing-left-out"] == [
         "the crossing is left out: it lies in a junction, more than 15 m from every road that it could cross"
     ]
-
-
-@EITHER
-def test_an_island_parts_the_crossing_where_lanes_are_wide(rule: Rule) -> None:
-    wide = Case(STREET, {1: ("w a b e", "lanes=2 width=7")}, node_tags={"a": "highway=crossing crossing:island=yes"})
-    world = world_of(wide, rule)
-    items = crossing_objects(world, find_crossings(world))
-    assert [item.type for item in items] == ["crosswalk", "trafficIsland", "crosswalk"]
-    left, island, right = items
-    assert has_corners(island, [(47.5, -1.0), (52.5, -1.0), (52.5, 1.0), (47.5, 1.0)])
-    assert island.height == 0.12
-    assert has_corners(left, [(48.5, 1.0), (51.5, 1.0), (51.5, 3.5), (48.5, 3.5)])
-    assert has_corners(right, [(48.5, -3.5), (51.5, -3.5), (51.5, -1.0), (48.5, -1.0)])
-    for lane in world.lanes.at(island.road, 50.0):
-        if lane.type is LaneType.DRIVING:
-            spare = lane.left - lane.right - 1.0
-            assert spare == pytest.approx(2.5)
-
-
-@EITHER
-def test_narrow_lanes_and_one_ways_have_no_island(rule: Rule) -> None:
-    narrow = Case(STREET, {1: ("w a b e", "lanes=2 width=5.5")}, node_tags={"a": "highway=crossing crossing=island"})
-    world = world_of(narrow, rule)
-    assert [item.type for item in crossing_objects(world, find_crossings(world))] == ["crosswalk", "crosswalk"]
-    assert "can spare but 0.5 m" in said(world)["crossing-island"][0]
-    one_way = Case(STREET, {1: ("w a b e", "oneway=yes")}, node_tags={"a": "highway=crossing crossing=island"})
-    world = world_of(one_way, rule)
-    assert [item.type for item in crossing_objects(world, find_crossings(world))] == ["crosswalk"]
-    assert "all lanes run the same way" in said(world)["crossing-island"][0]
-
-
-@EITHER
-def test_corners_follow_a_bend(rule: Rule) -> None:
-    """A quarter of a circle of 40 m, drawn by chords; the corners lie on the carriageway's edges."""
-    angle = np.radians(np.arange(0.0, 91.0, 7.5))
-    nodes = {f"p{k}": (40.0 * np.sin(a), 40.0 * (1.0 - np.cos(a))) for k, a in enumerate(angle.tolist())}
-    case = Case(nodes, {1: (" ".join(nodes), "")}, node_tags={"p6": "highway=crossing crossing=traffic_signals"})
-    world = world_of(case, rule)
-    (item,) = crossing_objects(world, find_crossings(world))
-    middle = point(world.road_map, item.road, item.s, item.t)
-    ahead = point(world.road_map, item.road, item.s + 1e-6, item.t) - middle
-    along = ahead / abs(ahead)
-    begin, end = item.s - 2.0, item.s + 2.0
-    for (u, v, _, _), s, left in zip(item.outline, (begin, end, end, begin), (0, 0, 1, 1), strict=True):
-        edges = world.lanes.carriageway(item.road, s)
-        there = point(world.road_map, item.road, s, edges[0] if left else edges[1])
-        assert abs(middle + complex(u, v) * along - there) < 1e-4

@@ -9,8 +9,7 @@ from scene_files import scene_named
 from osm2xodr.curves.nearest import CurveFinder
 from osm2xodr.curves.plan_views import pose
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.furniture.objects.crossings import crossing_objects, find_crossings
-from osm2xodr.furniture.objects.placing import place_objects
+from osm2xodr.furniture.objects import find_crossings, place_objects
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.world.approaches import find_approaches
 from osm2xodr.furniture.world.lane_table import CAR_LANES, LaneTable
@@ -39,7 +38,7 @@ def world() -> World:
 @pytest.fixture(scope="module")
 def objects(world: World) -> tuple[RoadObject, ...]:
     crossings = find_crossings(world)
-    return (*crossing_objects(world, crossings), *place_objects(world, find_approaches(world, crossings), ()))
+    return place_objects(world, find_approaches(world, crossings), (), crossings)
 
 
 def along(item: RoadObject) -> list[tuple[float, float]]:

@@ -36,17 +36,17 @@ def only_reason(found: Signed) -> str:
 @pytest.mark.parametrize(
     ("tags", "kind", "why"),
     [
-        ("highway=motorway oneway=yes", "stop", "the road that it stands at is a motorway"),
-        ("highway=motorway oneway=yes", "give_way", "the road that it stands at is a motorway"),
-        ("highway=trunk", "stop", "the road that it stands at is a trunk"),
+        ("highway=motorway oneway=yes", "stop", "the road where it stands is a motorway"),
+        ("highway=motorway oneway=yes", "give_way", "the road where it stands is a motorway"),
+        ("highway=trunk", "stop", "the road where it stands is a trunk"),
         ("highway=trunk", "give_way", ""),
         ("highway=motorway_link oneway=yes", "stop", ""),
         (
             "highway=primary oneway=yes junction=circular",
             "stop",
-            "the road that it stands at is the ring of a roundabout",
+            "the road where it stands is the ring of a roundabout",
         ),
-        ("highway=tertiary oneway=-1", "stop", "it stands on the far side of the road that is nearest"),
+        ("highway=tertiary oneway=-1", "stop", "it stands on the far side of the nearest road"),
     ],
 )
 def test_where_stop_and_give_way_signs_can_be(tags: str, kind: str, why: str, rule: Rule) -> None:
@@ -65,7 +65,7 @@ def test_where_stop_and_give_way_signs_can_be(tags: str, kind: str, why: str, ru
     ("x", "y", "why"),
     [
         # On the lane of those who come, and where those who leave the junction drive: nobody's side.
-        (0.5, -20.0, "it lies on the carriageway and on no street"),
+        (0.5, -20.0, "it lies on the carriageway but on no street"),
         (-5.0, -20.0, "no junction or crossing is ahead of it"),
         (5.0, -80.0, "no junction or crossing is ahead of it"),
         (40.0, -16.5, "no road for cars that it faces is near"),
@@ -129,14 +129,14 @@ def test_between_roads_of_several_levels_it_is_not_clear_which_is_meant(rule: Ru
     assert [found.way(item) for item in found.named("hazard")] == [1]
     raised = Case(beside, {1: STREET.ways[1], 2: ("a b", f"{street} bridge=yes layer=1")})
     why = only_reason(signed(standing(raised, 20.0, -6.0, "traffic_sign=hazard"), rule))
-    assert why.startswith("roads of several levels are near")
+    assert why.startswith("roads on several levels are near")
 
 
 @EITHER
 def test_in_a_tunnel_signs_say_so(rule: Rule) -> None:
     tunnel = replace(STREET, ways={1: ("w m e", "highway=tertiary tunnel=yes layer=-1")})
     why = only_reason(signed(standing(tunnel, 20.0, -5.0, "traffic_sign=hazard"), rule))
-    assert why.startswith("the road that is near runs in a tunnel")
+    assert why.startswith("the nearest road runs in a tunnel")
 
 
 @EITHER

@@ -9,11 +9,11 @@ import pytest
 from junction_cases import CASES
 from street_cases import Case
 
-from osm2xodr.conventions.street_signs import Sign, read_signs, sign_of
+from osm2xodr.conventions.street_signs import read_signs
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import build_roads
 from osm2xodr.geometry.connections.priorities import Arm, goes_first
-from osm2xodr.model import RoadMap, Rule
+from osm2xodr.model import RoadMap, Rule, Sign
 from osm2xodr.surface import FlatSurface
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
@@ -223,22 +223,6 @@ def arm(rank: int, sign: Sign | None = None, ring: bool = False, priority_road: 
 )
 def test_what_decides(one: Arm, other: Arm, ranks: list[int], expected: tuple[bool, bool]) -> None:
     assert (goes_first(one, other, ranks), goes_first(other, one, ranks)) == expected
-
-
-@pytest.mark.parametrize(
-    ("tags", "sign"),
-    [
-        ({}, None),
-        ({"highway": "crossing"}, None),
-        ({"highway": "stop"}, Sign.STOP),
-        ({"highway": "give_way"}, Sign.GIVE_WAY),
-        ({"highway": "traffic_signals"}, Sign.SIGNALS),
-        ({"highway": "traffic_signals", "traffic_signals": "signal"}, Sign.SIGNALS),
-        ({"highway": "traffic_signals", "traffic_signals": "ramp_meter"}, None),
-    ],
-)
-def test_signs_of_nodes(tags: dict[str, str], sign: Sign | None) -> None:
-    assert sign_of(tags) is sign
 
 
 def test_of_several_signs_the_nearest_counts() -> None:

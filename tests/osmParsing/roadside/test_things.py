@@ -7,8 +7,9 @@ import pytest
 from osm_builder import Area, document
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import RoadsideKind
-from osm2xodr.osmParsing import ParseOptions, parse_osm, parse_ways_option
+from osm2xodr.model import BusStop, RoadsideKind
+from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.osmParsing.options import parse_ways_option
 from osm2xodr.osmParsing.roadside.tags import kind_of_node, kind_of_way
 
 ALL = frozenset({"lamps", "trees"})
@@ -55,8 +56,6 @@ def test_nodes(tmp_path: Path, tags: str, kind: RoadsideKind | None) -> None:
     assert thing.osm_id == "node/9"
     assert thing.node_ids.tolist() == [9]
     assert thing.points - network.streets[0].points[0] == pytest.approx(np.array([[50.0, 6.0]]), abs=0.05)
-    assert set(thing.tags) <= {item.split("=")[0] for item in tags.split()}
-    assert thing.tags
 
 
 @pytest.mark.parametrize(
@@ -86,8 +85,7 @@ def test_ways(tmp_path: Path, tags: str, kind: RoadsideKind | None) -> None:
     for thing in network.roadside:
         places = thing.points - network.streets[0].points[0]
         assert places == pytest.approx(np.array([[50.0, 9.0], [60.0, 9.0], [160.0, 90.0]]), abs=0.1)
-        assert dict([tags.split("=")]).items() <= thing.tags.items()
-        assert "name" not in thing.tags
+        assert thing.facts.height == (None if kind is RoadsideKind.TRAM_TRACK else 2.0)
 
 
 def test_a_platform_stands_in_its_middle(tmp_path: Path) -> None:
@@ -104,7 +102,7 @@ def test_a_platform_stands_in_its_middle(tmp_path: Path) -> None:
     assert (stop.kind, stop.osm_id) == (RoadsideKind.BUS_STOP, "way/30")
     assert stop.points - network.streets[0].points[0] == pytest.approx(np.array([[50.0, 5.0]]), abs=0.05)
     assert len(stop.node_ids) == 1
-    assert stop.tags == {"bus": "yes", "name": "A", "public_transport": "platform"}
+    assert stop.facts.bus_stop == BusStop("A")
 
 
 def test_only_what_is_within_reach(tmp_path: Path) -> None:
@@ -215,7 +213,9 @@ def test_versions_and_deleted_elements(tmp_path: Path) -> None:
         ("way/30", [7, 2]),
         ("node/7", [7]),
     ]
-    assert network.roadside[1].tags == {"traffic_sign": "new"}
+    post = network.roadside[1].facts.sign_post
+    assert post is not None
+    assert [face.text for signs in post.signs for face in signs.faces] == ["new"]
     assert network.footways == ()
 
 

@@ -1,4 +1,4 @@
-"""Traffic lights: heads, their roads and lanes, and the phases that they share."""
+"""Traffic lights: where they stand, which lanes they govern, and which are green together."""
 
 from __future__ import annotations
 

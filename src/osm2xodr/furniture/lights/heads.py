@@ -1,7 +1,7 @@
 """The heads of traffic lights: one for each group of lanes of an approach, two at each crossing.
 
-All heads for cars have OpenDRIVE's type 1000001, whatever arrows they show: CARLA, esmini and SUMO take it for a
-traffic light; of the codes of arrows each of them knows others. Those for people are 1000002.
+All heads for cars have OpenDRIVE's type 1000001, whatever arrows they show: CARLA, esmini and SUMO read it as a
+traffic light, whereas each of them knows other codes of arrows. Heads for people have type 1000002.
 """
 
 from __future__ import annotations
@@ -16,11 +16,15 @@ from typing import Final
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.lights.road_lights import RoadLight
 from osm2xodr.furniture.world import CAR_LANES, Approach, Crossing, Movement, World, car_lanes, lane_ranges
-from osm2xodr.model import LaneSection, LaneType, Rule, Signal, SignalReference
+from osm2xodr.model import LaneType, Rule, Signal, SignalReference
 
 _FOR_CARS: Final = "1000001"
 _FOR_PEOPLE: Final = "1000002"
-_LEFT, _THROUGH, _RIGHT = "left", "through", "right"
+_LEFT, THROUGH, _RIGHT = "left", "through", "right"
+# Movements that turn by less go straight on, rad (34 degrees); a choice.
+_STRAIGHT_ON: Final = 0.6
+# Least distance of heads from the start of their lane section, m; a choice.
+_IN_SECTION: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,43 +37,34 @@ class Head:
 
 
 def turn_of(movement: Movement) -> str:
-    """Return which way a movement turns."""
-    if abs(movement.turn) <= defaults.LIGHT_THROUGH:
-        return _THROUGH
+    """Return which way a movement turns: ``left``, ``through`` or ``right``."""
+    if abs(movement.turn) <= _STRAIGHT_ON:
+        return THROUGH
     return _LEFT if movement.turn > 0 else _RIGHT
 
 
 def lanes_at_stop(world: World, approach: Approach) -> dict[int, int]:
-    """Return what the lanes of an approach are called where traffic stops; without those that begin beyond."""
-    return _lanes_at(world.lanes.road(approach.road).lane_sections, approach, approach.stop_s)
-
-
-def _lanes_at(sections: Sequence[LaneSection], approach: Approach, s: float) -> dict[int, int]:
-    """Follow the links between lane sections from the junction to s."""
-    named = {lane: lane for lane in approach.lanes}
+    """Return the ids of an approach's lanes where traffic stops, by those at the junction, where they go so far."""
+    sections = world.lanes.road(approach.road).lane_sections
     if approach.at_end:
-        for section in reversed(sections):
-            if section.s <= s:
-                break
-            links = {lane.id: lane.predecessor for lane in section.lanes}
-            named = {lane: link for lane, here in named.items() if (link := links.get(here)) is not None}
+        between = [section for section in reversed(sections) if section.s > approach.stop_s]
     else:
-        for section, beyond in pairwise(sections):
-            if s < beyond.s:
-                break
-            links = {lane.id: lane.successor for lane in section.lanes}
-            named = {lane: link for lane, here in named.items() if (link := links.get(here)) is not None}
+        between = [section for section, behind in pairwise(sections) if behind.s <= approach.stop_s]
+    named = {lane: lane for lane in approach.lanes}
+    for section in between:
+        links = {lane.id: lane.predecessor if approach.at_end else lane.successor for lane in section.lanes}
+        named = {lane: link for lane, here in named.items() if (link := links.get(here)) is not None}
     return named
 
 
 def approach_heads(
     world: World, index: int, approach: Approach, osm_id: str
 ) -> tuple[list[Head], list[SignalReference]]:
-    """Make the heads of an approach, from the left to the right of its drivers, and what refers to them.
+    """Make the heads of an approach, from the left to the right of its drivers, and the references to them.
 
-    Neighbouring lanes that lead to the same sides share a head. That of the lanes next to the kerb stands beside the
-    carriageway, others hang above their lanes. All stand at the stop line, or where the lanes begin if that is nearer
-    to the junction: readers take a light for one of the end of its lane section.
+    Neighbouring lanes that lead to the same sides share a head. The head of the lanes next to the kerb stands beside
+    the carriageway, others hang above their lanes. All stand at the stop line, but in the lane section that touches
+    the junction: readers give a light to the end of its lane section.
     """
     groups = _lane_groups(approach)
     s = _head_s(world, approach)
@@ -92,20 +87,20 @@ def _head_s(world: World, approach: Approach) -> float:
     if approach.at_end:
         first = sections[-1].s
         half = 0.5 * (first + world.lanes.length(approach.road))
-        return max(approach.stop_s, min(first + defaults.LIGHT_IN_SECTION, half) if len(sections) > 1 else first)
+        return max(approach.stop_s, min(first + _IN_SECTION, half) if len(sections) > 1 else first)
     if len(sections) == 1:
         return approach.stop_s
-    return min(approach.stop_s, max(sections[1].s - defaults.LIGHT_IN_SECTION, 0.5 * sections[1].s))
+    return min(approach.stop_s, max(sections[1].s - _IN_SECTION, 0.5 * sections[1].s))
 
 
 def _lane_groups(approach: Approach) -> list[tuple[tuple[str, ...], tuple[int, ...]]]:
-    """Return (turns, lanes) of neighbouring lanes that lead to the same sides, from left to right."""
+    """Group neighbouring lanes that lead to the same sides, from left to right: (turns, lanes)."""
     turns: dict[int, set[str]] = defaultdict(set)
     for movement in approach.movements:
         turns[movement.entry_lane].add(turn_of(movement))
 
     def of_lane(lane: int) -> tuple[str, ...]:
-        return tuple(word for word in (_LEFT, _THROUGH, _RIGHT) if word in turns[lane])
+        return tuple(word for word in (_LEFT, THROUGH, _RIGHT) if word in turns[lane])
 
     return [(key, tuple(lanes)) for key, lanes in groupby(approach.lanes, key=of_lane)]
 
@@ -120,7 +115,7 @@ def _car_head(
     name: str,
     osm_id: str,
 ) -> Signal:
-    """Make a head for lanes with ids as at s of a road."""
+    """Make a head at s of a road for lanes with their ids there, m."""
     if at_kerb:
         t = _beside(world, road, s, along)
     else:
@@ -146,7 +141,7 @@ def _car_head(
 
 
 def _beside(world: World, road: int, s: float, along: bool) -> float:
-    """Return t beside the carriageway, on the side where the traffic of a direction drives, m."""
+    """Return t of a head beside the carriageway, on the side on which traffic of a direction drives, m."""
     left, right = world.lanes.carriageway(road, s)
     if along == (world.road_map.rule is Rule.RIGHT_HAND):
         return right - defaults.LIGHT_BESIDE
@@ -154,11 +149,11 @@ def _beside(world: World, road: int, s: float, along: bool) -> float:
 
 
 def _references(world: World, signal: int, movements: Sequence[Movement]) -> list[SignalReference]:
-    """Make the references from the connecting roads that a head governs; they run away from the approach.
+    """Make the references from the connecting roads that a head governs; these run away from the approach.
 
-    CARLA finds the lights of a junction by them. SUMO's netconvert (as of 1.28) holds the ids of their lanes against
-    those of the approach and takes the way out for the way in where the signs of both differ; if the way out is a
-    one-way road, its other end gets lights. Without ids both are worse off.
+    CARLA finds the lights of a junction by them. SUMO's netconvert (as of 1.28) compares the ids of their lanes with
+    those of the approach and mistakes the way out for the way in where the signs differ; if the way out is a one-way
+    road, its other end gets lights. Without ids both readers do worse.
     """
     lanes: dict[int, set[int]] = defaultdict(set)
     for movement in movements:
@@ -182,23 +177,16 @@ def road_heads(world: World, light: RoadLight) -> list[tuple[Signal, tuple[int, 
 
 
 def people_heads(world: World, crossing: Crossing, along: bool) -> tuple[Signal, Signal]:
-    """Make the two heads that people on a crossing see at its far side.
+    """Make the two heads that people on a crossing see on its far sides.
 
-    Parameters
-    ----------
-    world
-        What is there.
-    crossing
-        Where they cross.
-    along
-        The direction of the traffic that the crossing's other lights stop. SUMO takes the heads for lights of the
-        same end of the road.
+    `along` is the direction of the traffic that the crossing's other lights stop: SUMO gives the heads for people to
+    the same end of the road.
     """
     lanes = world.lanes.at(crossing.road, crossing.s)
     out = []
     for t, side in ((crossing.left + defaults.LIGHT_BESIDE, 1.0), (crossing.right - defaults.LIGHT_BESIDE, -1.0)):
-        # No lane at all (0) where people have none of their own: no reader may stop cars for it.
-        # Sidewalks that begin elsewhere are lanes without width here, and may be none at all in the end.
+        # Lane 0, no lane, where there is no sidewalk: no reader may stop cars for it. Sidewalks that begin elsewhere
+        # are lanes of width 0 here.
         wide = [lane for lane in lanes if lane.left > lane.right]
         own = [lane.id for lane in wide if lane.type is LaneType.SIDEWALK and lane.id * side > 0] or [0]
         out.append(
@@ -216,7 +204,7 @@ def people_heads(world: World, crossing: Crossing, along: bool) -> tuple[Signal,
                 z_offset=defaults.LIGHT_Z_BESIDE,
                 height=defaults.LIGHT_HEIGHT_PEOPLE,
                 width=defaults.LIGHT_WIDTH,
-                # Who walks to the left sees the head at the left end as who drives to the left would.
+                # The head at the left end faces people who walk to the left.
                 h_offset=0.5 * math.pi * side * (1.0 if along else -1.0),
                 validity=lane_ranges(own),
                 osm_id=crossing.osm_id,

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from osm2xodr import defaults
-from osm2xodr.conventions import Light, Sign, Signs, light_of, read_signs
-from osm2xodr.curves import curves_cross, pose
+from osm2xodr.conventions import Signs, read_signs
+from osm2xodr.curves.crossings import curves_cross
+from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on_roads
-from osm2xodr.furniture.lights.rows import LightRow, light_rows
-from osm2xodr.furniture.world import Approach, Crossing, World
-from osm2xodr.model import FloatArray, RoadsideKind
+from osm2xodr.furniture.world import Approach, Crossing, World, nearest_segment, points_beside
+from osm2xodr.model import Light, NodeControl, RoadsideKind, Sign
 
 # How far from a crossing a node with lights on a footway belongs to it, m; a choice.
 _LIGHT_CROSSING_REACH: Final = 8.0
-
-_LEFT_OUT = "signal-left-out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +30,28 @@ class Sites:
     on_roads: tuple[RoadLight, ...]  # Lights apart from junctions
 
 
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A place of a node with lights."""
+
+    # The road, -1 for none, and where on it, m; beyond its ends in a junction
+    road: int
+    s: float
+    junction: int  # Id of the junction that it lies in, -1 for none
+    along: bool | None  # Whether it is for traffic along s, else against it; None where it may be for both
+
+
 def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing]) -> Sites:
-    """Find all places that have lights, and say which nodes with lights give none."""
-    tags = world.network.node_tags
-    lights = {node: light for node in sorted(tags) if (light := light_of(tags[node])) is not None}
+    """Find all places that have lights, and report the nodes with lights that give none."""
+    lights = {node: item for node, item in world.network.node_facts.controls.items() if item.light is not None}
     crossings = _with_lights_beside(world, crossings)
     if not lights and not any(crossing.signals for crossing in crossings):
         return Sites({}, (), ())
     signs = read_signs(world.network)
-    before = _lights_before(world, signs)
-    lit = _lit_approaches(world, approaches, signs, before)
-    lit |= dict.fromkeys(_between(world, approaches, signs, lit), "")
-    lit |= _crossing_the_lit(world, approaches, signs, before, lit)
+    first_light = _first_lights(signs, lights)
+    lit = _lit_approaches(world, approaches, signs, first_light)
+    lit |= dict.fromkeys(_between_lit_junctions(world, approaches, signs, lit), "")
+    lit |= _crossing_lit_traffic(world, approaches, signs, first_light, lit)
     junctions = frozenset(approaches[k].junction for k in lit)
     at_junctions: list[tuple[int, Crossing]] = []
     apart: list[Crossing] = []
@@ -63,33 +70,33 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
         Candidate(item.road, item.s, None, item.osm_id, True) for item in apart if item.osm_id not in named
     ]
     found = place_on_roads(world, candidates, apart)
-    have = {osm_id for item in found for osm_id in item.osm_ids}
-    for osm_id in sorted({item.osm_id for item in candidates} - have):
+    placed = {osm_id for item in found for osm_id in item.osm_ids}
+    for osm_id in sorted({item.osm_id for item in candidates} - placed):
         _leave_out(world, osm_id, "no cars drive on the road there")
     return Sites(lit, tuple(at_junctions), found)
 
 
 def _leave_out(world: World, osm_id: str, why: str) -> None:
-    world.diagnostics.dropped(_LEFT_OUT, osm_id, f"the lights here are left out: {why}")
+    world.diagnostics.dropped("signal-left-out", osm_id, f"the lights here are left out: {why}")
 
 
-def _lights_before(world: World, signs: Signs) -> dict[int, int]:
-    """Return the first node with lights before each street end that has any, those of crossings among them."""
+def _first_lights(signs: Signs, lights: Mapping[int, NodeControl]) -> dict[int, int]:
+    """Return the first node with lights before each street end that has any, those of crossings included."""
     out: dict[int, int] = {}
     for node, ends in signs.ends_of.items():
-        if light_of(world.network.node_tags[node]) is not None:
+        if node in lights:
             for end in ends:
                 out.setdefault(end, node)
     return out
 
 
 def _lit_approaches(
-    world: World, approaches: Sequence[Approach], signs: Signs, before: Mapping[int, int]
+    world: World, approaches: Sequence[Approach], signs: Signs, first_light: Mapping[int, int]
 ) -> dict[int, str]:
     """Return which approaches have lights, and the OSM node that says so.
 
-    Lights at the nodes of a junction or inside it are for all its approaches but those that have a sign of their
-    own; else a junction has lights if enough of its approaches have, as `Signs.signalled` says.
+    Lights at the nodes of a junction or inside it are for all its approaches without a sign of their own; otherwise
+    a junction has lights if enough of its approaches have, see `Signs.signalled`.
     """
     places = world.places
     inside: dict[int, int] = {}
@@ -111,15 +118,17 @@ def _lit_approaches(
         for k in rows:
             sign = signs.before_end.get(approaches[k].street_end)
             if sign is Sign.SIGNALS or (sign is None and middle is not None):
-                lit[k] = f"node/{before.get(approaches[k].street_end, middle)}"
+                lit[k] = f"node/{first_light.get(approaches[k].street_end, middle)}"
     return lit
 
 
-def _between(world: World, approaches: Sequence[Approach], signs: Signs, lit: Mapping[int, str]) -> list[int]:
+def _between_lit_junctions(
+    world: World, approaches: Sequence[Approach], signs: Signs, lit: Mapping[int, str]
+) -> list[int]:
     """Return the approaches without lights or signs that come from another junction with lights over a short road.
 
-    The carriageways of a wide road are junctions of their own there, but one intersection: OSM has its lights at the
-    arms that lead to it.
+    Where the carriageways of a wide road are junctions of their own but one intersection, OSM has the lights at the
+    outer arms only.
     """
     junctions = {approaches[k].junction for k in lit}
     out = []
@@ -130,21 +139,24 @@ def _between(world: World, approaches: Sequence[Approach], signs: Signs, lit: Ma
         behind = road.predecessor if approach.at_end else road.successor
         if behind is None or not behind.to_junction or behind.id not in junctions:
             continue
-        if world.lanes.length(approach.road) <= defaults.SIGN_REACH:
+        if world.lanes.length(approach.road) <= SIGN_REACH:
             out.append(k)
-            way = f"way/{road.osm_way_ids[-1 if approach.at_end else 0]}"
-            words = "a short road between junctions with lights has none in OSM, it gets some where it comes to one"
-            world.diagnostics.guessed("signal-between", way, words)
+            words = "a short road between junctions with lights has none in OSM: it gets some before its junction"
+            world.diagnostics.guessed("signal-between", _way_of(world, approach), words)
     return out
 
 
-def _crossing_the_lit(
-    world: World, approaches: Sequence[Approach], signs: Signs, before: Mapping[int, int], lit: Mapping[int, str]
+def _way_of(world: World, approach: Approach) -> str:
+    return f"way/{world.lanes.road(approach.road).osm_way_ids[-1 if approach.at_end else 0]}"
+
+
+def _crossing_lit_traffic(
+    world: World, approaches: Sequence[Approach], signs: Signs, first_light: Mapping[int, int], lit: Mapping[int, str]
 ) -> dict[int, str]:
     """Return further approaches of junctions with lights whose traffic crosses that of approaches which have some.
 
-    Those with lights of a crossing and a sign before the junction have the sign for when the lights are off. Those
-    with neither would drive into traffic that has green: OSM lacks their lights, unless they merge and do not cross.
+    Where there are lights of a crossing and a sign before the junction, the sign holds while the lights are off.
+    Traffic with neither would drive into traffic that has green: OSM lacks its lights, unless it only merges.
     """
     members: dict[int, list[int]] = defaultdict(list)
     for k in sorted(lit):
@@ -152,7 +164,7 @@ def _crossing_the_lit(
     rows: list[tuple[int, int, int]] = []
     for k, approach in enumerate(approaches):
         end = approach.street_end
-        if k in lit or approach.junction not in members or (end in signs.before_end and end not in before):
+        if k in lit or approach.junction not in members or (end in signs.before_end and end not in first_light):
             continue
         others = {
             item.connecting_road for other in members[approach.junction] for item in approaches[other].movements
@@ -165,17 +177,15 @@ def _crossing_the_lit(
     out: dict[int, str] = {}
     for k in np.unique(owner[curves_cross(world.road_map.plan_view, one, other)]).tolist():
         end = approaches[k].street_end
-        out[k] = f"node/{before[end]}" if end in before else ""
+        out[k] = f"node/{first_light[end]}" if end in first_light else ""
         if not out[k]:
-            road = world.lanes.road(approaches[k].road)
-            way = f"way/{road.osm_way_ids[-1 if approaches[k].at_end else 0]}"
-            words = "it has no lights or signs in OSM and crosses traffic that has lights: it gets some, too"
-            world.diagnostics.guessed("signal-added", way, words)
+            words = "it has no lights or signs in OSM and crosses traffic that has lights: it gets lights, too"
+            world.diagnostics.guessed("signal-added", _way_of(world, approaches[k]), words)
     return out
 
 
 def _junction_at(world: World, crossing: Crossing, junctions: frozenset[int]) -> int | None:
-    """Return the id of the signalled junction whose arm a crossing lies on."""
+    """Return the id of the signalled junction on whose arm a crossing lies."""
     road = world.lanes.road(crossing.road)
     length = world.lanes.length(crossing.road)
     found = []
@@ -190,57 +200,75 @@ def _junction_at(world: World, crossing: Crossing, junctions: frozenset[int]) ->
 
 def _not_at_junctions(
     world: World,
-    lights: Mapping[int, Light],
+    lights: Mapping[int, NodeControl],
     signs: Signs,
     lit_ends: set[int],
     junctions: frozenset[int],
     covered: set[str],
 ) -> list[Candidate]:
-    """Return what is to have lights on a road of its own, and report the nodes that give nothing."""
-    network = world.network
+    """Return the nodes whose lights stand on a road apart from junctions, and report those that give none."""
     of_node = {node: junction.id for junction in world.road_map.junctions for node in junction.osm_node_ids}
-    arms = {item.osm_node_id: len(item.arms) for item in network.intersections if item.osm_node_id in lights}
-    rows = light_rows(world, lights)
+    arms = {item.osm_node_id: len(item.arms) for item in world.network.intersections if item.osm_node_id in lights}
+    places_of = _places(world, lights)
     out: list[Candidate] = []
-    for node, light in lights.items():
+    for node, control in lights.items():
         osm_id = f"node/{node}"
-        if light is Light.OTHER:
-            _leave_out(
-                world, osm_id, f"traffic_signals={network.node_tags[node]['traffic_signals']} tells no one to go"
-            )
+        if control.light is Light.OTHER:
+            _leave_out(world, osm_id, f"traffic_signals={control.light_value} never shows green to cars")
             continue
         if of_node.get(node) in junctions or osm_id in covered:
             continue
-        ends = signs.ends_of.get(node, ())
-        if any(end in lit_ends or _inside(world, end, junctions) for end in ends):
+        if any(end in lit_ends or _is_inside(world, end, junctions) for end in signs.ends_of.get(node, ())):
             continue
-        places = [row for row in rows.get(node, ()) if row.road >= 0]
-        if any(_belongs(world, row, light, network.node_tags[node], junctions) for row in places):
+        places = [place for place in places_of.get(node, ()) if place.road >= 0]
+        if any(_is_of_junction(world, place, control, junctions) for place in places):
             continue
         if arms.get(node) == 1:
             _leave_out(world, osm_id, "its street ends there, and the map with it")
         elif not places:
-            _leave_out(world, osm_id, "it lies in a junction that no traffic which lights could stop enters")
+            _leave_out(world, osm_id, "it lies in a junction, and no traffic that lights could stop enters that")
         else:
-            row = places[0]
-            out.append(Candidate(row.road, row.s, row.along, osm_id, light is Light.CROSSING))
+            place = places[0]
+            out.append(Candidate(place.road, place.s, place.along, osm_id, control.light is Light.CROSSING))
     return out
 
 
-def _inside(world: World, end: int, junctions: frozenset[int]) -> bool:
+def _places(world: World, nodes: Collection[int]) -> Mapping[int, list[_Place]]:
+    """Return all places of nodes with lights, those nearest to their roads first."""
+    places = world.places
+    rows = np.flatnonzero(np.isin(places.node, np.array(sorted(nodes), np.int64)))
+    found: dict[int, list[tuple[float, int, _Place]]] = defaultdict(list)
+    for row in rows.tolist():
+        node, road, s = int(places.node[row]), int(places.road[row]), float(places.s[row])
+        off = max(-s, s - world.lanes.length(road), 0.0) if road >= 0 else np.inf
+        along = _along(world, node, int(places.street[row]))
+        found[node].append((off, row, _Place(road, s, int(places.junction[row]), along)))
+    return {node: [item[2] for item in sorted(items, key=lambda item: item[:2])] for node, items in found.items()}
+
+
+def _along(world: World, node: int, street: int) -> bool | None:
+    """Return whether a node's lights are for traffic along their street, and so along its roads."""
+    along = world.network.node_facts.controls[node].facing.along
+    if along is None:
+        return None
+    found = world.network.streets[street]
+    return along != found.attributes_at(found.place_of(node)).reversed
+
+
+def _is_inside(world: World, end: int, junctions: frozenset[int]) -> bool:
     return bool(world.places.inner[end // 2]) and int(world.places.end_junction[end]) in junctions
 
 
-def _belongs(world: World, row: LightRow, light: Light, tags: Mapping[str, str], junctions: frozenset[int]) -> bool:
-    """Say whether a place lies in a signalled junction, or is a crossing at one where traffic leaves it."""
-    if row.junction in junctions:
+def _is_of_junction(world: World, place: _Place, control: NodeControl, junctions: frozenset[int]) -> bool:
+    """Return whether a place lies in a signalled junction, or is a crossing at one where traffic leaves it."""
+    if place.junction in junctions:
         return True
-    if light is not Light.CROSSING and tags.get("crossing") != "traffic_signals":
+    if control.light is not Light.CROSSING and not control.crossing_lights:
         return False
-    reach = defaults.SIGNALLED_CROSSING_REACH
-    at_start, at_end = row.s <= reach, world.lanes.length(row.road) - row.s <= reach
-    place = Crossing(row.road, row.s, 0.0, 0.0, 0.0, "", True, at_start, at_end)
-    return _junction_at(world, place, junctions) is not None
+    at_start = place.s <= SIGNALLED_CROSSING_REACH
+    at_end = world.lanes.length(place.road) - place.s <= SIGNALLED_CROSSING_REACH
+    crossing = Crossing(place.road, place.s, 0.0, 0.0, 0.0, "", True, at_start, at_end)
+    return _junction_at(world, crossing, junctions) is not None
 
 
 def _with_lights_beside(world: World, crossings: Sequence[Crossing]) -> tuple[Crossing, ...]:
@@ -249,36 +277,19 @@ def _with_lights_beside(world: World, crossings: Sequence[Crossing]) -> tuple[Cr
     if not things:
         return tuple(crossings)
     out = list(crossings)
-    left, right = _crossing_ends(world, crossings)
-    on_footways = {node for footway in world.network.footways for node in footway.node_ids.tolist()}
+    curve = np.array([world.lanes.index(item.road) for item in crossings], np.int64)
+    s = np.array([item.s for item in crossings], float)
+    left, right = (
+        np.column_stack(points_beside(world.road_map.plan_view, curve, s, np.array(t, float))[:2])
+        for t in ([item.left for item in crossings], [item.right for item in crossings])
+    )
     for thing in things:
-        near = _nearest(thing.points[0], left, right)
-        for_people = not on_footways.isdisjoint(thing.node_ids.tolist()) or "crossing" in thing.tags
-        if near is None:
-            _leave_out(world, thing.osm_id, "it lies on no street that is carried and at no crossing")
+        near, distance = nearest_segment(thing.points[0], left, right) if out else (-1, np.inf)
+        for_people = not world.footway_nodes.isdisjoint(thing.node_ids.tolist()) or thing.facts.at_crossing
+        if distance > _LIGHT_CROSSING_REACH:
+            _leave_out(world, thing.osm_id, "it lies on no street of the map and at no crossing")
         elif not out[near].signals and not for_people:
-            _leave_out(world, thing.osm_id, "it lies on no street that is carried")
+            _leave_out(world, thing.osm_id, "it lies on no street of the map")
         else:
             out[near] = replace(out[near], signals=True)
     return tuple(out)
-
-
-def _crossing_ends(world: World, crossings: Sequence[Crossing]) -> tuple[FloatArray, FloatArray]:
-    """Return the left and right ends of crossings, both (n, 2), m."""
-    curve = np.array([world.lanes.index(item.road) for item in crossings], np.int64)
-    x, y, hdg = pose(world.road_map.plan_view, curve, np.array([item.s for item in crossings], float))
-    ends = []
-    for t in (np.array([item.left for item in crossings]), np.array([item.right for item in crossings])):
-        ends.append(np.column_stack([x - t * np.sin(hdg), y + t * np.cos(hdg)]))
-    return ends[0], ends[1]
-
-
-def _nearest(point: FloatArray, left: FloatArray, right: FloatArray) -> int | None:
-    """Return the index of the crossing nearest to a point, (2,), within reach; their ends are (n, 2), m."""
-    if not len(left):
-        return None
-    step = right - left
-    share = np.clip(((point - left) * step).sum(1) / np.maximum((step * step).sum(1), 1e-12), 0.0, 1.0)
-    distance = np.hypot(*(point - left - share[:, None] * step).T)
-    k = int(np.argmin(distance))
-    return k if distance[k] <= _LIGHT_CROSSING_REACH else None

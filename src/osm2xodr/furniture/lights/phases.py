@@ -1,10 +1,10 @@
 """Which lights of a junction may be green together.
 
-Heads of different approaches conflict if any way through the junction from the one comes so near to any from the
-other that cars on both would touch, or ends on the same lane. Heads of one approach do not: cars beside each other
-see to that themselves. The conflicts are coloured with few colours (DSATUR: D. Brélaz, New methods to color the
-vertices of a graph, Communications of the ACM 22, 1979), those who go straight on from opposite arms first and with
-each other where that takes no more of them. People cross while all cars wait: over each arm some car has a way.
+Heads of different approaches conflict if movements of theirs come so near to each other that cars would touch, or end
+on the same lane. Heads of one approach never do: cars side by side look out for each other. The graph of conflicts is
+coloured with few colours (DSATUR: D. Brélaz, New methods to color the vertices of a graph, Communications of the ACM
+22, 1979). Traffic straight on from opposite arms shares a colour where that takes no further one. People cross while
+all cars wait, as some movement of cars leads across each arm.
 """
 
 from __future__ import annotations
@@ -18,25 +18,21 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import lengths, pose
-from osm2xodr.furniture import defaults
-from osm2xodr.furniture.lights.heads import Head
-from osm2xodr.furniture.world import CAR_LANES, Approach, Movement, World
+from osm2xodr.furniture.lights.heads import THROUGH, Head, turn_of
+from osm2xodr.furniture.world import CAR_LANES, Approach, Movement, World, points_beside
 from osm2xodr.model import BoolArray, Controller, FloatArray, IntArray
 
-# Arms are opposite if the turn from one to the other is at most this, rad (45 degrees); a choice.
-_LIGHT_OPPOSITE: Final = 0.785
+# Arms are opposite if a straight line bends by at most this from one to the other, rad (45 degrees); a choice.
+_OPPOSITE: Final = 0.785
+# Paths through a junction whose middles come this near to each other conflict, m: a car is 1.76 m wide without its
+# mirrors (design vehicle of RASt 06).
+_PATHS_APART: Final = 2.0
+# Distance of the points by which paths are compared, m; a choice.
+_PATH_STEP: Final = 1.0
 
 
 class Phases:
-    """Finds out which heads may be green together.
-
-    Parameters
-    ----------
-    world, approaches
-        What is there.
-    heads
-        All heads for cars at junctions.
-    """
+    """Finds out which of the heads for cars at junctions may be green together."""
 
     def __init__(self, world: World, approaches: Sequence[Approach], heads: Sequence[Head]) -> None:
         self._heads = heads
@@ -49,13 +45,7 @@ class Phases:
         self._heading = _headings(world, [approaches[head.approach] for head in heads])
 
     def groups(self, heads: Sequence[int]) -> list[list[int]]:
-        """Return the groups of a junction's heads that may be green together.
-
-        Parameters
-        ----------
-        heads
-            Indices of all heads of the junction.
-        """
+        """Group all heads of a junction, by their indices, into those that may be green together."""
         arms = [self._heads[k].approach for k in heads]
         found = _grouped(self.conflicts(heads), arms, self._opposite(heads))
         out: dict[int, list[int]] = defaultdict(list)
@@ -64,7 +54,7 @@ class Phases:
         return sorted(out.values())
 
     def conflicts(self, heads: Sequence[int]) -> BoolArray:
-        """Say which of some heads conflict, (n, n)."""
+        """Return which of n heads conflict, (n, n)."""
         rows = [row for k in heads for row in self._of_head[k]]
         owner = np.repeat(np.arange(len(heads)), [len(self._of_head[k]) for k in heads])
         one, other = np.nonzero(self._meeting(rows))
@@ -75,7 +65,7 @@ class Phases:
         return found
 
     def _meeting(self, rows: Sequence[int]) -> BoolArray:
-        """Say which movements end on the same lane, cross or come near to each other, (n, n)."""
+        """Return which of n movements end on the same lane, cross or come near to each other, (n, n)."""
         exits = [
             (item.exit_road, item.exit_at_start, item.exit_lane) for item in map(self._movements.__getitem__, rows)
         ]
@@ -85,24 +75,24 @@ class Phases:
         first = np.concatenate([[0], np.cumsum([self._first[row + 1] - self._first[row] for row in rows])])
         x, y = self._x[points], self._y[points]
         nearest = np.empty((len(rows), len(rows)))
-        # One movement after the other: all distances of a large junction at once would fill the memory.
+        # One movement after the other: all distances of a large junction at once would take too much memory.
         for k, (lo, hi) in enumerate(pairwise(first.tolist())):
             gap = (x[lo:hi, None] - x) ** 2 + (y[lo:hi, None] - y) ** 2
             nearest[k] = np.minimum.reduceat(gap.min(axis=0), first[:-1])
-        out: BoolArray = (nearest < defaults.LIGHT_PATHS_APART**2) | (exit_[:, None] == exit_)
+        out: BoolArray = (nearest < _PATHS_APART**2) | (exit_[:, None] == exit_)
         return out
 
     def _opposite(self, heads: Sequence[int]) -> list[tuple[int, int]]:
-        """Return pairs of places in `heads` of opposite arms whose traffic goes straight on, best opposites first."""
+        """Return pairs of indices into `heads` of straight traffic from opposite arms, the most opposite first."""
         straight = [
             (k, self._heading[head])
             for k, head in enumerate(heads)
-            if any(abs(item.turn) <= defaults.LIGHT_THROUGH for item in self._heads[head].movements)
+            if any(turn_of(item) == THROUGH for item in self._heads[head].movements)
         ]
         found = []
         for (one, heading), (other, its) in combinations(straight, 2):
             off = abs(math.remainder(heading - its - math.pi, 2 * math.pi))
-            if off <= _LIGHT_OPPOSITE:
+            if off <= _OPPOSITE:
                 found.append((round(off, 6), one, other))
         return [(one, other) for _, one, other in sorted(found)]
 
@@ -110,17 +100,7 @@ class Phases:
 def controllers_of(
     world: World, junction: int, heads: Sequence[Head], groups: Sequence[Sequence[int]], people: Sequence[int]
 ) -> list[Controller]:
-    """Make the controllers of a junction.
-
-    Parameters
-    ----------
-    world, junction
-        What is there, id of the junction.
-    heads, groups
-        All heads, and the groups of this junction's, as of `Phases`.
-    people
-        Ids of the heads for people.
-    """
+    """Make the controllers of a junction: one for each group of `Phases.groups`, and one for the heads for people."""
     out = []
     for k, group in enumerate(groups):
         signals = tuple(sorted(heads[row].signal.id for row in group))
@@ -133,30 +113,22 @@ def controllers_of(
 
 
 def _paths(world: World, movements: Sequence[Movement]) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return points on the middles of the lanes through junctions.
-
-    Returns
-    -------
-    first : (movements + 1,)
-        Index of each movement's first point.
-    x, y : (points,)
-        Points, m.
-    """
+    """Return points on the middles of the lanes of movements: index of each one's first point (n + 1,), x, y, m."""
     curve = np.array([world.lanes.index(item.connecting_road) for item in movements], np.int64)
     length = lengths(world.road_map.plan_view)[curve]
-    steps = np.maximum(np.ceil(length / defaults.LIGHT_PATH_STEP), 1).astype(np.int64)
+    steps = np.maximum(np.ceil(length / _PATH_STEP), 1).astype(np.int64)
     first = np.concatenate([[0], np.cumsum(steps + 1)]).astype(np.int64)
     owner = np.repeat(np.arange(len(movements)), steps + 1)
     share = (np.arange(first[-1]) - first[owner]) / steps[owner]
-    # Lanes through a junction change their width evenly.
+    # The widths of lanes through a junction change linearly.
     ends = np.array([_middles(world, item) for item in movements], float).reshape(-1, 2)
     t = ends[owner, 0] + share * (ends[owner, 1] - ends[owner, 0])
-    x, y, hdg = pose(world.road_map.plan_view, curve[owner], share * length[owner])
-    return first, x - t * np.sin(hdg), y + t * np.cos(hdg)
+    x, y, _ = points_beside(world.road_map.plan_view, curve[owner], share * length[owner], t)
+    return first, x, y
 
 
 def _middles(world: World, movement: Movement) -> tuple[float, float]:
-    """Return t of the middle of the lane that a movement takes at both ends of its connecting road, m."""
+    """Return t of the middle of a movement's lane at the start and end of its connecting road, m."""
     road = world.lanes.road(movement.connecting_road)
     first, last = road.lane_sections[0].lanes, road.lane_sections[-1].lanes
     before = next(item.id for item in first if item.predecessor == movement.entry_lane and item.type in CAR_LANES)
@@ -169,7 +141,7 @@ def _middles(world: World, movement: Movement) -> tuple[float, float]:
 
 
 def _headings(world: World, approaches: Sequence[Approach]) -> list[float]:
-    """Return the headings of traffic where approaches come to their junctions, rad."""
+    """Return the headings of traffic on approaches where they reach their junctions, rad."""
     curve = np.array([world.lanes.index(item.road) for item in approaches], np.int64)
     at_end = np.array([item.at_end for item in approaches], bool)
     s = np.where(at_end, lengths(world.road_map.plan_view)[curve], 0.0)
@@ -179,23 +151,23 @@ def _headings(world: World, approaches: Sequence[Approach]) -> list[float]:
 
 
 def _grouped(conflict: BoolArray, arms: Sequence[int], together: Sequence[tuple[int, int]]) -> list[int]:
-    """Return the number of each node's group, from 0; of two ways to find groups the one that needs fewer.
+    """Return the number of each node's group, from 0; with or without the pairs, whichever takes fewer groups.
 
     Parameters
     ----------
     conflict : (n, n)
         Which nodes may not be in one group.
     arms
-        Nodes of one arm are in one group where that costs none.
+        Nodes of one arm share a group where that takes no further one.
     together
-        Pairs that are grouped before all others, one way; the other way is without.
+        Pairs that are grouped before all others.
     """
     ways = [_coloured(conflict, arms, pairs) for pairs in (together, ())]
     return min(ways, key=max)
 
 
 def _coloured(conflict: BoolArray, arms: Sequence[int], together: Sequence[tuple[int, int]]) -> list[int]:
-    """Colour a graph so that neighbours differ, with few colours."""
+    """Colour a graph so that neighbours differ, with few colours (DSATUR)."""
     count = len(conflict)
     colour = [-1] * count
     neighbours = [np.flatnonzero(row).tolist() for row in conflict]

@@ -5,34 +5,36 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 from osm2xodr.furniture.lights.heads import Head, approach_heads, lanes_at_stop, people_heads, road_heads
 from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of
 from osm2xodr.furniture.lights.road_lights import RoadLight
 from osm2xodr.furniture.world import Approach, Crossing, Stop, World
-from osm2xodr.model import Controller, Signal, SignalReference
+from osm2xodr.model import Controller, Sign, Signal, SignalReference
 
-_KIND = "traffic_signals"
+_KIND: Final = Sign.SIGNALS.value
 
 
 @dataclass(frozen=True, slots=True)
 class Lights:
-    """What lights consist of."""
+    """The lights of a map."""
 
-    # What is placed
     signals: tuple[Signal, ...] = ()
     references: tuple[SignalReference, ...] = ()
     controllers: tuple[Controller, ...] = ()
     stops: tuple[Stop, ...] = ()
-    # (id of a road, s): where it needs a new lane section, see `osm2xodr.furniture.lights.section_breaks`
+    # (id of a road, s) where a new lane section has to begin, see `osm2xodr.furniture.lights.section_breaks`
     section_breaks: tuple[tuple[int, float], ...] = ()
-    # (id of the road, whether it comes to the junction with its end) of the approaches that have lights
+    # (id of the road, whether traffic comes to its end) of the approaches with lights
     signalled: frozenset[tuple[int, bool]] = frozenset()
 
 
 @dataclass(slots=True)
-class _Made:
+class _Placed:
+    """Lights while they are collected."""
+
     signals: list[Signal] = field(default_factory=list)
     references: list[SignalReference] = field(default_factory=list)
     controllers: list[Controller] = field(default_factory=list)
@@ -40,44 +42,33 @@ class _Made:
 
 
 def place_lights(world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing]) -> Lights:
-    """Place all traffic lights.
-
-    Parameters
-    ----------
-    world
-        What is there; its diagnostics get the nodes with lights that give none.
-    approaches
-        Where cars come to junctions.
-    crossings
-        Where people cross; those with lights of their own get heads for them.
-    """
+    """Place all traffic lights: at junctions, on roads apart from them, and for people at crossings with lights."""
     sites = find_sites(world, approaches, crossings)
-    made = _Made()
-    _at_junctions(world, approaches, sites, made)
+    placed = _Placed()
+    _at_junctions(world, approaches, sites, placed)
     for light in sites.on_roads:
-        _on_road(world, light, made)
-    _tell_of_joined(world, made)
+        _on_road(world, light, placed)
+    _report_joined(world, placed)
     return Lights(
-        tuple(made.signals),
-        tuple(made.references),
-        tuple(made.controllers),
-        tuple(made.stops),
+        tuple(placed.signals),
+        tuple(placed.references),
+        tuple(placed.controllers),
+        tuple(placed.stops),
         tuple((light.road, light.section_break()) for light in sites.on_roads),
         frozenset((approaches[k].road, approaches[k].at_end) for k in sites.approaches),
     )
 
 
-def _tell_of_joined(world: World, made: _Made) -> None:
-    """Report the nodes whose lights are those of others, as several stand before one junction."""
-    named = {signal.osm_id for signal in made.signals} | {item.osm_id for item in world.diagnostics}
-    for node, tags in world.network.node_tags.items():
-        if tags.get("highway") == _KIND and f"node/{node}" not in named:
-            world.diagnostics.note(
-                "signal-joined", f"node/{node}", "the lights here are those of another node of the same junction"
-            )
+def _report_joined(world: World, placed: _Placed) -> None:
+    """Report the nodes whose lights are joined with those of another node before the same junction."""
+    named = {signal.osm_id for signal in placed.signals} | {item.osm_id for item in world.diagnostics}
+    for node, control in world.network.node_facts.controls.items():
+        if control.tagged is Sign.SIGNALS and f"node/{node}" not in named:
+            words = "the lights here are joined with those of another node at the same junction"
+            world.diagnostics.note("signal-joined", f"node/{node}", words)
 
 
-def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, made: _Made) -> None:
+def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, placed: _Placed) -> None:
     heads: list[Head] = []
     members: dict[int, list[int]] = defaultdict(list)
     for k, osm_id in sorted(sites.approaches.items()):
@@ -85,21 +76,21 @@ def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, ma
         found, references = approach_heads(world, k, approach, osm_id)
         members[approach.junction] += range(len(heads), len(heads) + len(found))
         heads += found
-        made.references += references
+        placed.references += references
         lanes = tuple(lanes_at_stop(world, approach).values())
-        made.stops.append(Stop(approach.road, approach.stop_s, lanes, approach.orientation, _KIND, osm_id))
+        placed.stops.append(Stop(approach.road, approach.stop_s, lanes, approach.orientation, _KIND, osm_id))
     people: dict[int, list[Signal]] = defaultdict(list)
     for junction, crossing in sites.crossings if world.options.target.lights_for_people else ():
         people[junction] += people_heads(world, crossing, _towards(world, crossing, junction))
     phases = Phases(world, approaches, heads)
     for junction, rows in sorted(members.items()):
         ids = [signal.id for signal in people[junction]]
-        made.controllers += controllers_of(world, junction, heads, phases.groups(rows), ids)
-        made.signals += [heads[k].signal for k in rows] + people[junction]
+        placed.controllers += controllers_of(world, junction, heads, phases.groups(rows), ids)
+        placed.signals += [heads[k].signal for k in rows] + people[junction]
 
 
 def _towards(world: World, crossing: Crossing, junction: int) -> bool:
-    """Say whether traffic along s comes over a crossing to a junction, that at the nearer end if it is at both."""
+    """Return whether traffic along s comes over a crossing to a junction; at both ends the nearer one counts."""
     road = world.lanes.road(crossing.road)
     ahead, behind = (
         link is not None and link.to_junction and link.id == junction for link in (road.successor, road.predecessor)
@@ -109,17 +100,17 @@ def _towards(world: World, crossing: Crossing, junction: int) -> bool:
     return ahead
 
 
-def _on_road(world: World, light: RoadLight, made: _Made) -> None:
+def _on_road(world: World, light: RoadLight, placed: _Placed) -> None:
     cars = road_heads(world, light)
     for signal, lanes in cars:
-        made.signals.append(signal)
-        made.stops.append(Stop(signal.road, signal.s, lanes, signal.orientation, _KIND, signal.osm_id))
+        placed.signals.append(signal)
+        placed.stops.append(Stop(signal.road, signal.s, lanes, signal.orientation, _KIND, signal.osm_id))
     crossings = light.crossings if world.options.target.lights_for_people else ()
     people = [signal for crossing in crossings for signal in people_heads(world, crossing, light.stops[0][0])]
-    made.signals += people
+    placed.signals += people
     for sequence, (kind, members) in enumerate((("traffic", [head for head, _ in cars]), ("pedestrian", people))):
         if members:
             who = "cars" if kind == "traffic" else "people"
             name = f"{light.osm_ids[0]}, {who}"
             signals = tuple(sorted(item.id for item in members))
-            made.controllers.append(Controller(world.ids.controller(), name, signals, None, sequence, kind))
+            placed.controllers.append(Controller(world.ids.controller(), name, signals, None, sequence, kind))

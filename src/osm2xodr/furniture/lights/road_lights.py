@@ -10,16 +10,15 @@ from typing import Final
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Crossing, World, car_lanes
 
-# Lights apart from junctions whose nodes are so near to each other along the road are one installation, m; half of
-# the extent of a crossing whose node alone is known, m; least distance of such lights from the road's ends, m.
-# Choices.
-_LIGHT_GROUP_REACH: Final = 25.0
-_LIGHT_HALF_CROSSING: Final = 2.0
-_LIGHT_FROM_END: Final = 1.0
-# Half of the distance of the stop lines of both directions at a node that is not said to be for one of them, m: so
-# readers that cut roads between them can tell them apart; a choice. Least length of a lane section that is cut off,
-# m.
-_LIGHT_HALF_GAP: Final = 1.0
+# Nodes with lights within this distance along the road are one installation, m; a choice.
+_GROUP_REACH: Final = 25.0
+# Half of the extent of a crossing of which only the node is known, m; a choice.
+_HALF_CROSSING: Final = 2.0
+# Least distance of lights from the road's ends, m; a choice.
+_FROM_END: Final = 1.0
+# Half of the distance between the stop lines of both directions at a node that names no direction, and least distance
+# of lights from a cut of lane sections, m: readers that cut roads there can then tell them apart; a choice.
+_HALF_GAP: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +44,9 @@ class RoadLight:
     crossings: tuple[Crossing, ...]  # Those that people have lights at
 
     def section_break(self) -> float:
-        """Return where a lane section has to begin so that all lights stand before the end of theirs, s, m.
+        """Return where a lane section has to begin so that every light stands before the end of its section, s, m.
 
-        Those for people count as lights of the first stop's direction.
+        Lights for people count as those of the first stop's direction.
         """
         along = [s for forward, s in self.stops if forward]
         against = [s for forward, s in self.stops if not forward]
@@ -55,25 +54,15 @@ class RoadLight:
             middle = 0.5 * (max(along) + min(against))
             return max((middle, *along, *(item.s for item in self.crossings)))
         if along:
-            return max((along[0] + _LIGHT_HALF_GAP, *(item.s for item in self.crossings)))
+            return max((along[0] + _HALF_GAP, *(item.s for item in self.crossings)))
         starts = (item.s - 0.5 * item.width for item in self.crossings)
-        return min((against[0] - _LIGHT_HALF_GAP, *starts))
+        return min((against[0] - _HALF_GAP, *starts))
 
 
 def place_on_roads(
     world: World, candidates: Sequence[Candidate], crossings: Sequence[Crossing]
 ) -> tuple[RoadLight, ...]:
-    """Make one installation of lights of all nodes and crossings that are near to each other on a road.
-
-    Parameters
-    ----------
-    world
-        What is there.
-    candidates
-        The nodes.
-    crossings
-        Crossings with lights that are no junction's.
-    """
+    """Join nodes with lights that are near each other on a road, and crossings with lights, to installations."""
     on_road: dict[int, list[Candidate]] = defaultdict(list)
     for item in candidates:
         on_road[item.road].append(item)
@@ -82,13 +71,14 @@ def place_on_roads(
         at_road[crossing.road].append(crossing)
     out: list[RoadLight] = []
     for road, items in sorted(on_road.items()):
+        named = {item.osm_id for item in items}
         for group in _groups(sorted(items, key=lambda item: (item.s, item.osm_id))):
-            first, last = group[0].s - _LIGHT_GROUP_REACH, group[-1].s + _LIGHT_GROUP_REACH
-            named = {item.osm_id for item in group}
+            first, last = group[0].s - _GROUP_REACH, group[-1].s + _GROUP_REACH
+            own = {item.osm_id for item in group}
             there = [
                 item
                 for item in at_road.get(road, ())
-                if item.osm_id in named or (first <= item.s <= last and not _is_named(item, items))
+                if item.osm_id in own or (first <= item.s <= last and item.osm_id not in named)
             ]
             stops = _stops(world, road, group, there)
             if stops:
@@ -97,15 +87,11 @@ def place_on_roads(
     return tuple(out)
 
 
-def _is_named(crossing: Crossing, candidates: Sequence[Candidate]) -> bool:
-    return any(item.osm_id == crossing.osm_id for item in candidates)
-
-
 def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:
-    """Split candidates in ascending s where the gap is wide."""
+    """Split candidates, in ascending s, at wide gaps."""
     out: list[list[Candidate]] = []
     for item in candidates:
-        if out and item.s - out[-1][-1].s <= _LIGHT_GROUP_REACH:
+        if out and item.s - out[-1][-1].s <= _GROUP_REACH:
             out[-1].append(item)
         else:
             out.append([item])
@@ -115,13 +101,13 @@ def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:
 def _stops(
     world: World, road: int, group: Sequence[Candidate], crossings: Sequence[Crossing]
 ) -> tuple[tuple[bool, float], ...]:
-    """Return where traffic of each direction that the lights are for stops.
+    """Return where traffic stops, for each direction that the lights are for.
 
-    A direction whose stop line would lie before the road's start or beyond its end has none: traffic that comes out
-    of a junction is not stopped in it. Where that leaves none, lights stand at the road's end.
+    Traffic that comes out of a junction is not stopped inside it: a direction whose stop line would lie before the
+    road's start or beyond its end has none. Where that leaves no direction, lights stand at the road's end.
     """
     length = world.lanes.length(road)
-    margin = min(_LIGHT_FROM_END, 0.5 * length)
+    margin = min(_FROM_END, 0.5 * length)
     known = {item.osm_id for item in crossings}
     wanted = []
     for along in (True, False):
@@ -133,16 +119,15 @@ def _stops(
         s = sign * min(at)
         inside = min(max(s, margin), length - margin)
         if car_lanes(world, road, inside, along):
-            # How far it has to be moved against the traffic's direction is what matters.
             wanted.append((along, inside, sign * (inside - s) > 0.0))
-    free = [(along, s) for along, s, moved in wanted if not moved]
-    return tuple(free or [(along, s) for along, s, _ in wanted])
+    before_junction = [(along, s) for along, s, moved_ahead in wanted if not moved_ahead]
+    return tuple(before_junction or [(along, s) for along, s, _ in wanted])
 
 
 def _before(item: Candidate, known: Collection[str]) -> float:
-    """Return how far before its node traffic stops, m, where no crossing of known extent says so."""
+    """Return how far before a node traffic stops, m; 0 where a placed crossing says so instead."""
     if item.osm_id in known:
         return 0.0
     if not item.crossing:
-        return _LIGHT_HALF_GAP if item.along is None else 0.0
-    return _LIGHT_HALF_CROSSING + defaults.STOP_LINE_BEFORE_CROSSING
+        return _HALF_GAP if item.along is None else 0.0
+    return _HALF_CROSSING + defaults.STOP_LINE_BEFORE_CROSSING

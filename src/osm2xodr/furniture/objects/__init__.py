@@ -1,9 +1,36 @@
-"""What lies on the carriageway and stands beside it."""
+"""Objects: what lies on the carriageway and stands beside it."""
 
 from __future__ import annotations
 
-from osm2xodr.furniture.objects.crossings import crossing_objects, find_crossings
-from osm2xodr.furniture.objects.placing import place_objects
-from osm2xodr.furniture.objects.structures import place_structures
+from collections.abc import Sequence
 
-__all__ = ["crossing_objects", "find_crossings", "place_objects", "place_structures"]
+from osm2xodr.furniture.objects.arrows import arrows
+from osm2xodr.furniture.objects.bus_stops import bus_stop_objects
+from osm2xodr.furniture.objects.calming import calming_objects
+from osm2xodr.furniture.objects.crossings import find_crossings
+from osm2xodr.furniture.objects.crosswalks import crossing_objects
+from osm2xodr.furniture.objects.roadside_things import line_objects, point_objects
+from osm2xodr.furniture.objects.stop_lines import stop_lines
+from osm2xodr.furniture.objects.structures import place_structures
+from osm2xodr.furniture.objects.tram_tracks import tram_objects
+from osm2xodr.furniture.world import Approach, Crossing, RoadsideFinder, Stop, World
+from osm2xodr.model import RoadObject
+
+__all__ = ["find_crossings", "place_objects", "place_structures"]
+
+
+def place_objects(
+    world: World, approaches: Sequence[Approach], stops: Sequence[Stop], crossings: Sequence[Crossing] = ()
+) -> tuple[RoadObject, ...]:
+    """Place crossings, lines across the lanes at stops, arrows on the lanes of approaches, and roadside objects."""
+    finder = RoadsideFinder(world)
+    return (
+        *crossing_objects(world, crossings),
+        *stop_lines(world, stops),
+        *arrows(world, approaches, stops),
+        *calming_objects(world),
+        *bus_stop_objects(world, finder),
+        *line_objects(world, finder),
+        *tram_objects(world, finder),
+        *point_objects(world, finder),
+    )

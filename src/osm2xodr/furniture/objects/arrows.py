@@ -1,4 +1,4 @@
-"""Arrows on lanes that tell where they lead, from turn:lanes."""
+"""Arrows on lanes that show where these lead, from turn:lanes."""
 
 from __future__ import annotations
 
@@ -6,10 +6,21 @@ from collections.abc import Mapping, Sequence
 from math import pi
 from typing import Final
 
+from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Approach, Stop, World, pieces_on_road
 from osm2xodr.model import Direction, LaneSpec, RoadObject, Rule, StreetAttributes
 
+# Length in towns, m (RMS-1, Zeichen 297).
+_LENGTH: Final = 5.0
+# Width, distance from the stop line to the tip of the first one, and from tip to tip, m; choices.
+_WIDTH: Final = 1.0
+_FROM_LINE: Final = 5.0
+_SPACING: Final = 20.0
+# Number of arrows per lane, and width of the narrowest lane that gets any, m; choices.
+_COUNT: Final = 2
+_NARROWEST_LANE: Final = 2.0
+# OpenDRIVE's words for OSM's.
 _WORDS: Final = {
     "left": "Left",
     "slight_left": "SlightLeft",
@@ -25,22 +36,12 @@ _WORDS: Final = {
 
 
 def arrows(world: World, approaches: Sequence[Approach], stops: Sequence[Stop]) -> list[RoadObject]:
-    """Make the arrows of lanes with ``turn:lanes`` before junctions.
-
-    Parameters
-    ----------
-    world
-        Streets and roads.
-    approaches
-        The road ends that get arrows.
-    stops
-        Where there are stop lines: arrows lie before them.
-    """
+    """Make the arrows of lanes with ``turn:lanes`` on approaches, before the first stop line there."""
     lines: dict[tuple[int, str], list[float]] = {}
     for stop in stops:
         lines.setdefault((stop.road, stop.orientation), []).append(stop.s)
     out: list[RoadObject] = []
-    unmatched: list[int] = []
+    unmatched: list[str] = []
     for approach in approaches:
         street = world.network.streets[approach.street_end // 2]
         if not any(lane.turns for _, piece in street.pieces for lane in piece.lanes_ltr):
@@ -50,7 +51,7 @@ def arrows(world: World, approaches: Sequence[Approach], stops: Sequence[Stop]) 
         if not turns:
             continue
         if not _matches(world, approach, attributes):
-            unmatched.append(attributes.osm_way_id)
+            unmatched.append(f"way/{attributes.osm_way_id}")
             continue
         known = lines.get((approach.road, approach.orientation), ())
         near = [s for s in known if abs(s - approach.stop_s) <= defaults.STOP_NODE_REACH]
@@ -58,13 +59,8 @@ def arrows(world: World, approaches: Sequence[Approach], stops: Sequence[Stop]) 
         line = (min if approach.at_end else max)([approach.stop_s, *near])
         for lane, words in sorted(turns.items()):
             out += _on_lane(world, approach, lane, words, line, f"way/{attributes.osm_way_id}")
-    if unmatched:
-        world.diagnostics.dropped(
-            "turn-arrows",
-            "",
-            f"the arrows of {len(unmatched)} road ends are left out: the road has other lanes there than way "
-            f"{min(unmatched)} and its like",
-        )
+    finding = "without arrows: the lanes there are not those of the way"
+    world.diagnostics.count(Kind.DROPPED, "turn-arrows", unmatched, "road end", finding)
     return out
 
 
@@ -77,8 +73,7 @@ def arrow_name(turns: frozenset[str]) -> str:
 def lane_ids(attributes: StreetAttributes, rule: Rule) -> dict[int, LaneSpec]:
     """Return the lanes of a street by OpenDRIVE's lane id.
 
-    Those that run along the street (or both ways) lie right of the centre with right-hand traffic, left of it with
-    left-hand traffic.
+    Lanes along the street, or for both directions, lie right of the centre with right-hand traffic, else left.
     """
     lanes = attributes.lanes_ltr
     backward = sum(lane.direction is Direction.BACKWARD for lane in lanes)
@@ -97,7 +92,7 @@ def lane_turns(attributes: StreetAttributes, rule: Rule, along: bool) -> dict[in
 
 
 def _matches(world: World, approach: Approach, attributes: StreetAttributes) -> bool:
-    """Say whether the road has the street's lanes for the approach's traffic; margins lie outside of them."""
+    """Return whether the road has the street's lanes for the approach's traffic."""
     there: Mapping[int, object] = {lane.id: lane.type for lane in world.lanes.at(approach.road, approach.stop_s)}
     specs = lane_ids(attributes, world.network.rule)
     wanted = Direction.FORWARD if approach.at_end else Direction.BACKWARD
@@ -108,16 +103,16 @@ def _matches(world: World, approach: Approach, attributes: StreetAttributes) -> 
 def _on_lane(
     world: World, approach: Approach, lane: int, turns: frozenset[str], line: float, osm_id: str
 ) -> list[RoadObject]:
-    """Make the arrows of one lane, from the stop line back as far as it has room."""
+    """Make the arrows of one lane, from the stop line back as far as there is room."""
     out = []
     back = -1.0 if approach.at_end else 1.0
     length = world.lanes.length(approach.road)
     section = world.lanes.section_start(approach.road, approach.stop_s)
-    for number in range(defaults.ARROWS):
-        tip = line + back * (defaults.ARROW_FROM_LINE + number * defaults.ARROW_SPACING)
-        tail = tip + back * defaults.ARROW_LENGTH
+    for number in range(_COUNT):
+        tip = line + back * (_FROM_LINE + number * _SPACING)
+        tail = tip + back * _LENGTH
         if not 0.0 <= tail <= length or world.lanes.section_start(approach.road, tail) != section:
-            # Beyond, other lanes may have these ids.
+            # Lanes of another section may have other ids.
             break
         if not all(_has_room(world, approach.road, s, lane) for s in (tip, tail)):
             break
@@ -134,8 +129,8 @@ def _on_lane(
                 s=middle,
                 t=place.middle,
                 hdg=0.0 if approach.at_end else pi,
-                length=defaults.ARROW_LENGTH,
-                width=defaults.ARROW_WIDTH,
+                length=_LENGTH,
+                width=_WIDTH,
                 orientation=approach.orientation,
                 validity=((lane, lane),),
                 osm_id=osm_id,
@@ -145,4 +140,4 @@ def _on_lane(
 
 
 def _has_room(world: World, road: int, s: float, lane: int) -> bool:
-    return any(item.id == lane and item.left - item.right >= defaults.ARROW_LANE for item in world.lanes.at(road, s))
+    return any(item.id == lane and item.left - item.right >= _NARROWEST_LANE for item in world.lanes.at(road, s))

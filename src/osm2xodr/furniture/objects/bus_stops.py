@@ -2,63 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world import NodePlace, NodePlaces, RoadsideFinder, World, outline
-from osm2xodr.model import Direction, RoadObject, RoadsideKind, RoadsideThing, Rule
+from osm2xodr.furniture.world import NodePlace, RoadsideFinder, World, outline
+from osm2xodr.model import BusStop, Direction, RoadObject, RoadsideKind, Rule
 
-_YES = frozenset({"yes", "left", "right", "both"})
+# How far from a carriageway a stop still is that of its buses, m; a choice.
+_REACH: Final = 15.0
+# Height of the sign's upper edge and width of its post, m; choices.
+_HEIGHT: Final = 2.5
+_WIDTH: Final = 0.1
+# Distance of the post from the carriageway, m (VwV-StVO).
+_ASIDE: Final = 0.5
+# Bays are as deep as a bus with its mirrors, have room for an articulated one, and taper off, m; choices, those of
+# short bays.
+_BAY_DEPTH: Final = 3.0
+_BAY_LENGTH: Final = 20.0
+_BAY_TAPER: Final = 12.0
 
 
 @dataclass(frozen=True, slots=True)
 class _Stop:
-    """A bus stop on its road: id of the road, s, m, and whether it stands to the left of it."""
+    """A bus stop on its road."""
 
-    road: int
-    s: float
-    leftwards: bool
-    tags: Mapping[str, str]
+    road: int  # Id of the road
+    s: float  # m
+    leftwards: bool  # Whether it stands to the left of the road
+    facts: BusStop
     osm_id: str
 
 
-def bus_stop_objects(
-    world: World, nodes: NodePlaces, finder: RoadsideFinder, things: Iterable[RoadsideThing]
-) -> list[RoadObject]:
-    """Make the objects of bus stops: a post at the kerb, and the bay where tags speak of one.
-
-    Parameters
-    ----------
-    world, nodes, finder
-        Streets and roads.
-    things
-        Those of `StreetNetwork.roadside` that may be of use; stops on streets are nodes of `StreetNetwork.node_tags`.
-    """
-    stops = _on_streets(world, nodes) + _beside(world, finder, [x for x in things if x.kind is RoadsideKind.BUS_STOP])
+def bus_stop_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
+    """Make the objects of bus stops: a post at the kerb, and a bay where OSM has one."""
     out: list[RoadObject] = []
-    for stop in stops:
-        if _YES & {stop.tags.get("bus_bay", ""), stop.tags.get("bay", "")}:
+    for stop in [*_on_streets(world), *_beside(world, finder)]:
+        if stop.facts.bay:
             bay = _bay(world, stop)
             if bay is None:
-                world.diagnostics.dropped(
-                    "bus-bay", stop.osm_id, "the bay of the bus stop is left out: the road there is too short for it"
-                )
+                words = "the bay of the bus stop is left out: the road is too short for it"
+                world.diagnostics.dropped("bus-bay", stop.osm_id, words)
             else:
                 out.append(bay)
         out.append(_post(world, stop))
     return out
 
 
-def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
+def _on_streets(world: World) -> list[_Stop]:
     """Return the stops that OSM has as nodes of streets."""
-    tagged = {node: tags for node, tags in world.network.node_tags.items() if tags.get("highway") == "bus_stop"}
-    if not tagged:
-        return []
-    places = nodes.on_streets(tagged)
+    stops = world.network.node_facts.bus_stops
+    places = world.nodes.on_streets(stops)
     out = []
     guessed: list[str] = []
     left_out: list[str] = []
@@ -69,12 +66,12 @@ def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
             left_out.append(f"node/{node}")
             continue
         place = here[int(np.argmin(ends))]
-        along = _runs_along(world, place, tagged[node])
+        along = _runs_along(world, place, stops[node])
         if along is None:
             guessed.append(f"node/{node}")
         leftwards = (along is not False) != (world.network.rule is Rule.RIGHT_HAND)
         s = min(max(place.s, 0.0), world.lanes.length(place.road))
-        out.append(_Stop(place.road, s, leftwards, tagged[node], f"node/{node}"))
+        out.append(_Stop(place.road, s, leftwards, stops[node], f"node/{node}"))
     finding = "without a direction on a two-way street: traffic along the way is assumed to stop there"
     world.diagnostics.count(Kind.GUESSED, "bus-stop-side", guessed, "bus stop", finding)
     finding = "left out: inside a junction"
@@ -82,38 +79,34 @@ def _on_streets(world: World, nodes: NodePlaces) -> list[_Stop]:
     return out
 
 
-def _runs_along(world: World, place: NodePlace, tags: Mapping[str, str]) -> bool | None:
-    """Say whether the buses that stop run along the street; None where nothing tells."""
+def _runs_along(world: World, place: NodePlace, stop: BusStop) -> bool | None:
+    """Return whether the buses of a stop run along the street; None where nothing says it."""
     street = world.network.streets[place.street]
-    at = street.node_ids.tolist().index(place.node)
-    attributes = street.attributes_at(at)
-    text = tags.get("direction", "")
-    if text in ("forward", "backward"):
-        return (text == "forward") != attributes.reversed
+    attributes = street.attributes_at(street.place_of(place.node))
+    if stop.along is not None:
+        return stop.along != attributes.reversed
     runs = attributes.car_directions()
     if runs == {Direction.FORWARD}:
         return True
     return False if runs == {Direction.BACKWARD} else None
 
 
-def _beside(world: World, finder: RoadsideFinder, things: list[RoadsideThing]) -> list[_Stop]:
-    """Return the stops beside streets; a platform and a stop that carry one name within a few metres stay two."""
+def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:
+    """Return the stops beside streets; a platform and a stop of the same name near each other stay two."""
+    things = [thing for thing in world.network.roadside if thing.kind is RoadsideKind.BUS_STOP]
     if not things:
         return []
     middle = np.array([0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0)) for thing in things])
-    places = finder.places(middle[:, 0], middle[:, 1], defaults.BUS_STOP_REACH)
+    places = finder.places(middle[:, 0], middle[:, 1], _REACH)
     out = []
     for k, thing in enumerate(things):
         if places.road[k] >= 0:
             leftwards = bool(places.t[k] > 0.5 * (places.left[k] + places.right[k]))
             road = world.road_map.roads[int(places.road[k])].id
-            out.append(_Stop(road, float(places.s[k]), leftwards, thing.tags, thing.osm_id))
-    if len(out) < len(things):
-        world.diagnostics.dropped(
-            "roadside-left-out",
-            "",
-            f"{len(things) - len(out)} bus stops: no road lies within {defaults.BUS_STOP_REACH:g} m",
-        )
+            out.append(_Stop(road, float(places.s[k]), leftwards, thing.facts.bus_stop or BusStop(), thing.osm_id))
+    left_out = [thing.osm_id for thing, road in zip(things, places.road.tolist(), strict=True) if road < 0]
+    finding = f"left out: no road lies within {_REACH:g} m"
+    world.diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "bus stop", finding)
     return out
 
 
@@ -134,34 +127,34 @@ def _post(world: World, stop: _Stop) -> RoadObject:
         road=stop.road,
         type="pole",
         subtype="busStop",
-        name=f"bus stop {stop.tags.get('name', '')}".strip(),
+        name=f"bus stop {stop.facts.name}".strip(),
         s=stop.s,
-        t=_edge(world, stop, stop.s) + side * defaults.BUS_STOP_ASIDE,
-        height=defaults.BUS_STOP_HEIGHT,
-        radius=0.5 * defaults.BUS_STOP_WIDTH,
+        t=_edge(world, stop, stop.s) + side * _ASIDE,
+        height=_HEIGHT,
+        radius=0.5 * _WIDTH,
         orientation=_orientation(world, stop),
         osm_id=stop.osm_id,
     )
 
 
 def _bay(world: World, stop: _Stop) -> RoadObject | None:
-    """Make a bay beside the carriageway, or none where the road is too short."""
+    """Make a bay beside the carriageway; None where the road is too short."""
     length = world.lanes.length(stop.road)
-    half = 0.5 * defaults.BUS_BAY_LENGTH
-    whole = half + defaults.BUS_BAY_TAPER
+    half = 0.5 * _BAY_LENGTH
+    whole = half + _BAY_TAPER
     if length < 2 * whole:
         return None
     s = min(max(stop.s, whole), length - whole)
     side = 1.0 if stop.leftwards else -1.0
     corners = [
         (s - whole, _edge(world, stop, s - whole)),
-        (s - half, _edge(world, stop, s - half) + side * defaults.BUS_BAY_DEPTH),
-        (s + half, _edge(world, stop, s + half) + side * defaults.BUS_BAY_DEPTH),
+        (s - half, _edge(world, stop, s - half) + side * _BAY_DEPTH),
+        (s + half, _edge(world, stop, s + half) + side * _BAY_DEPTH),
         (s + whole, _edge(world, stop, s + whole)),
     ]
-    # Along the kerb back, so that the bay follows the road in bends.
+    # Back along the kerb, so that the bay follows the road in bends.
     kerb = [(at, _edge(world, stop, at)) for at in np.linspace(s + whole, s - whole, 8).tolist()[1:-1]]
-    t = _edge(world, stop, s) + 0.5 * side * defaults.BUS_BAY_DEPTH
+    t = _edge(world, stop, s) + 0.5 * side * _BAY_DEPTH
     return RoadObject(
         id=world.ids.thing(),
         road=stop.road,
@@ -171,7 +164,7 @@ def _bay(world: World, stop: _Stop) -> RoadObject | None:
         s=s,
         t=t,
         length=2 * whole,
-        width=defaults.BUS_BAY_DEPTH,
+        width=_BAY_DEPTH,
         orientation=_orientation(world, stop),
         outline=outline(world, stop.road, s, t, corners + kerb),
         osm_id=stop.osm_id,

@@ -1,41 +1,42 @@
-"""What calms traffic: humps, tables, cushions, islands on the carriageway."""
+"""Traffic calming: humps, tables, cushions and islands on the carriageway."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
-from osm2xodr.furniture import defaults
-from osm2xodr.furniture.objects.crossing_tags import is_crossing
-from osm2xodr.furniture.objects.crosswalks import island, island_edges
-from osm2xodr.furniture.world import CAR_LANES, NodePlace, NodePlaces, World
+from osm2xodr.furniture.objects.crosswalks import NARROWEST_ISLAND, island, island_edges
+from osm2xodr.furniture.world import CAR_LANES, NodePlace, World
 from osm2xodr.model import RoadObject
 
-# Other words for the keys of `defaults.CALMING`.
-_ALIKE: Final = {
-    "humps": "hump",
-    "bumps": "bump",
-    "cushions": "cushion",
-    "raised_crossing": "table",
-    "rumble_strips": "rumble_strip",
+# Length along the road and height by OSM's value, m. Humps and tables: Highways (Road Hump) Regulations 1999 (at most
+# 0.1 m high) and FHWA Traffic Calming ePrimer (humps of 12 ft, tables of 22 ft); all others: choices.
+_SIZES: Final = {
+    "bump": (0.6, 0.08),
+    "mini_bumps": (0.3, 0.04),
+    "hump": (3.7, 0.08),
+    "double_hump": (7.4, 0.08),
+    "table": (6.7, 0.08),
+    "cushion": (3.0, 0.07),
+    "rumble_strip": (3.0, 0.01),
+    "dip": (2.0, 0.0),
+    "double_dip": (4.0, 0.0),
 }
+# Width of cushions, and length of islands without a crossing, m; choices.
+_CUSHION_WIDTH: Final = 1.8
+_ISLAND_LENGTH: Final = 6.0
 
 
-def calming_objects(world: World, nodes: NodePlaces) -> list[RoadObject]:
+def calming_objects(world: World) -> list[RoadObject]:
     """Make the objects of ``traffic_calming`` on nodes of streets, in the order of nodes."""
-    tagged = {node: tags for node, tags in world.network.node_tags.items() if _kind(tags)}
-    if not tagged:
-        return []
-    places = nodes.on_streets(tagged)
+    calming = world.network.node_facts.calming
+    places = world.nodes.on_streets(calming)
     out: list[RoadObject] = []
     left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for node in sorted(places):
-        kind = _kind(tagged[node])
-        if kind == "island" and is_crossing(tagged[node]):
-            # The crossing has made it.
-            continue
+        kind = calming[node]
         found = _objects(world, node, kind, places[node])
         if isinstance(found, str):
             left_out[kind, found].append(f"node/{node}")
@@ -47,16 +48,11 @@ def calming_objects(world: World, nodes: NodePlaces) -> list[RoadObject]:
     return out
 
 
-def _kind(tags: Mapping[str, str]) -> str:
-    value = tags.get("traffic_calming", "")
-    return "" if value in ("no", "yes", "none") else _ALIKE.get(value, value)
-
-
 def _objects(world: World, node: int, kind: str, here: Iterable[NodePlace]) -> list[RoadObject] | str:
-    """Make the objects of one node, or say why there are none."""
-    if kind != "island" and kind not in defaults.CALMING:
+    """Make the objects of one node, or return why there are none."""
+    if kind != "island" and kind not in _SIZES:
         return "it changes the carriageway, which follows the lanes"
-    length = defaults.ISLAND_LENGTH if kind == "island" else defaults.CALMING[kind][0]
+    length = _ISLAND_LENGTH if kind == "island" else _SIZES[kind][0]
     inside = [place for place in here if place.road >= 0]
     room = [place for place in inside if 0.0 <= place.s <= world.lanes.length(place.road)]
     if not room:
@@ -74,27 +70,27 @@ def _objects(world: World, node: int, kind: str, here: Iterable[NodePlace]) -> l
         ]
     edges = island_edges(world, place.road, s)
     if edges is None:
-        return "all lanes run the same way, none tells where it lies"
-    if edges[0] - edges[1] < defaults.ISLAND_WIDTH_MIN:
+        return "all lanes run the same way and do not show where it lies"
+    if edges[0] - edges[1] < NARROWEST_ISLAND:
         return "the lanes cannot spare the room"
     return [island(world, place.road, s, 0.5 * length, edges, osm_id)]
 
 
 def _across(world: World, kind: str, road: int, s: float) -> list[tuple[float, float]]:
-    """Return t of the left and right edges of what lies across a road, m: cushions one per lane, all else in one."""
+    """Return t of left and right edges across a road, m: one cushion per lane, all else across the carriageway."""
     if kind != "cushion":
         left, right = world.lanes.carriageway(road, s)
         return [(left, right)] if left > right else []
-    half = 0.5 * defaults.CUSHION_WIDTH
+    half = 0.5 * _CUSHION_WIDTH
     return [
         (lane.middle + half, lane.middle - half)
         for lane in world.lanes.at(road, s)
-        if lane.type in CAR_LANES and lane.left - lane.right >= defaults.CUSHION_WIDTH
+        if lane.type in CAR_LANES and lane.left - lane.right >= _CUSHION_WIDTH
     ]
 
 
 def _patch(world: World, kind: str, road: int, s: float, left: float, right: float, osm_id: str) -> RoadObject:
-    length, height = defaults.CALMING[kind]
+    length, height = _SIZES[kind]
     return RoadObject(
         id=world.ids.thing(),
         road=road,

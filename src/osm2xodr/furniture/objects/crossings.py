@@ -3,151 +3,108 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, hypot, sin
-
-import numpy as np
+from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.objects.crossing_tags import has_island, has_lights, is_crossing, marking_of, width_of
-from osm2xodr.furniture.objects.crosswalks import crossing_objects
-from osm2xodr.furniture.world import Crossing, NodePlace, NodePlaces, World
-from osm2xodr.model import Footway
+from osm2xodr.furniture.world import Crossing, NodePlace, World
+from osm2xodr.model import MappedCrossing
 
-__all__ = ["crossing_objects", "find_crossings"]
-
-# Carriageways that are narrower are none, m.
-_NARROWEST = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class _Wish:
-    """A crossing of OSM: a node on a street, its tags and those of the way that crosses there."""
-
-    node: int  # OSM id
-    tags: Mapping[str, str]  # Of the node, and of the way where the node has none of a key
-    heading: float | None  # Direction of the way that crosses, rad; None for a node alone
+# Crossings end at least this far before a road does, m; a choice.
+_FROM_END: Final = 0.05
+# A crossing in a junction may go to arms within 30 degrees, by their sine, of the street that it crosses; a choice.
+_ARM_SINE: Final = 0.5
+# A crossing belongs to a junction if less is left between the two, m: with lights, which are mostly those of the
+# junction, than the reach of its signs; without, than a car that waits between (RASt 06: 5 m). Choices.
+_AT_JUNCTION_WITH_LIGHTS: Final = 20.0
+_AT_JUNCTION: Final = 5.0
+# Nothing crosses narrower carriageways, m; a choice.
+_NARROWEST_CARRIAGEWAY: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class _Found:
-    """A crossing on its road, and how far it has been moved along it, m."""
+class _Placed:
+    """A crossing on its road."""
 
     crossing: Crossing
-    moved: float
+    moved: float  # How far it was moved along the road, m
+    width_tagged: bool  # Whether OSM gives a width
 
 
 def find_crossings(world: World) -> tuple[Crossing, ...]:
-    """Find where people cross roads, in the order of roads and s.
+    """Place the crossings of streets on roads, in the order of roads and s.
 
-    Each node of a street that is tagged as a crossing, and each that a way for crossing shares with a street, becomes
-    a crossing of the road there. Nodes in a junction go to the arm that they cross, if that is near.
+    Crossings in a junction go to the arm that they cross, if it is near.
     """
-    wishes = _wishes(world)
-    places = world.nodes
-    found: dict[int, list[_Found]] = defaultdict(list)
-    on_streets = places.on_streets(wish.node for wish in wishes)
-    for wish in wishes:
-        here = on_streets.get(wish.node)
+    crossings = world.network.node_facts.crossings
+    found: dict[int, list[_Placed]] = defaultdict(list)
+    on_streets = world.nodes.on_streets(mapped.node for mapped in crossings)
+    for mapped in crossings:
+        here = on_streets.get(mapped.node)
         if not here:
             continue
-        placed = _placed(world, places, wish, here)
+        placed = _placed(world, mapped, here)
         if isinstance(placed, str):
-            world.diagnostics.dropped("crossing-left-out", f"node/{wish.node}", f"the crossing is left out: {placed}")
+            words = f"the crossing is left out: {placed}"
+            world.diagnostics.dropped("crossing-left-out", f"node/{mapped.node}", words)
         else:
             found[placed.crossing.road].append(placed)
     out = [item for road in sorted(found) for item in _merged(world, found[road])]
-    _tell(world, out, {wish.node: wish for wish in wishes})
+    _report(world, out)
     return tuple(item.crossing for item in out)
 
 
-def _wishes(world: World) -> list[_Wish]:
-    """Return what OSM says about crossings, in the order of nodes."""
-    network = world.network
-    ways: dict[int, tuple[Footway, int]] = {}
-    for footway in network.footways:
-        if footway.crossing and footway.tags.get("crossing") != "no":
-            for at, node in enumerate(footway.node_ids.tolist()):
-                ways.setdefault(node, (footway, at))
-    tagged = {node for node, tags in network.node_tags.items() if is_crossing(tags)}
-    out = []
-    for node in sorted(tagged | ways.keys()):
-        tags = network.node_tags.get(node, {})
-        if tags.get("crossing") == "no":
-            continue
-        if node in ways:
-            footway, at = ways[node]
-            out.append(_Wish(node, {**footway.tags, **tags}, _heading(footway, at)))
-        else:
-            out.append(_Wish(node, tags, None))
-    return out
+def _width(mapped: MappedCrossing) -> float:
+    """Return the extent of a crossing along the road, m: as tagged, else usual."""
+    if mapped.width is not None:
+        return max(mapped.width, defaults.CROSSING_WIDTH_MIN)
+    return defaults.CROSSING_WIDTH_SIGNALS if mapped.lights else defaults.CROSSING_WIDTH
 
 
-def _heading(footway: Footway, at: int) -> float:
-    points = footway.points
-    along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
-    return float(np.arctan2(along[1], along[0]))
-
-
-def _placed(world: World, places: NodePlaces, wish: _Wish, here: Sequence[NodePlace]) -> _Found | str:
-    """Put a crossing on a road, or say why it is on none."""
-    road, s = _nearest(world, places, wish, here)
+def _placed(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> _Placed | str:
+    """Put a crossing on a road, or return why it is on none."""
+    road, s = _nearest(world, mapped, here)
     if road < 0:
-        return s if isinstance(s, str) else "no road is left of its street"
-    assert not isinstance(s, str)
-    lights = has_lights(wish.tags)
+        return f"it lies in a junction, more than {defaults.CROSSING_REACH:g} m from every road that it could cross"
     length = world.lanes.length(road)
-    width = min(width_of(wish.tags, lights), length - 2 * defaults.CROSSING_END)
+    width = min(_width(mapped), length - 2 * _FROM_END)
     if width < defaults.CROSSING_WIDTH_MIN:
         return f"the road there, {length:.1f} m, is too short for it"
-    room = 0.5 * width + defaults.CROSSING_END
+    room = 0.5 * width + _FROM_END
     at = min(max(s, room), length - room)
     left, right = world.lanes.carriageway(road, at)
-    if left - right < _NARROWEST:
+    if left - right < _NARROWEST_CARRIAGEWAY:
         return "the road there has no carriageway"
-    crossing = Crossing(
-        road,
-        at,
-        width,
-        left,
-        right,
-        f"node/{wish.node}",
-        lights,
-        marking=marking_of(wish.tags),
-        island=has_island(wish.tags),
-    )
-    return _Found(_at_junction(world, crossing), abs(at - s))
+    osm_id, marking = f"node/{mapped.node}", mapped.marking
+    crossing = Crossing(road, at, width, left, right, osm_id, mapped.lights, marking=marking, island=mapped.island)
+    return _Placed(_at_junction(world, crossing), abs(at - s), mapped.width_tagged)
 
 
-def _nearest(world: World, places: NodePlaces, wish: _Wish, here: Sequence[NodePlace]) -> tuple[int, float | str]:
-    """Return road and s of the place that a crossing goes to; -1 and why where there is none within reach."""
+def _nearest(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> tuple[int, float]:
+    """Return road and s of the place to which a crossing goes; -1 where there is none within reach."""
     best: tuple[float, float, int, float] | None = None
     for place in here:
-        for road, s in _candidates(world, places, place):
+        for road, s in _candidates(world, place):
             length = world.lanes.length(road)
             off = max(-s, s - length, 0.0)
-            # Where streets meet, the way that crosses tells which it crosses.
-            along = 0.0 if wish.heading is None else abs(cos(wish.heading - place.hdg))
+            # Where streets meet, the direction of the way that crosses shows which one it crosses.
+            along = 0.0 if mapped.heading is None else abs(cos(mapped.heading - place.hdg))
             key = (along if len(here) > 1 else 0.0, off, road, s)
             if off <= defaults.CROSSING_REACH and (best is None or key < best):
                 best = key
-    if best is None:
-        return (
-            -1,
-            f"it lies in a junction, more than {defaults.CROSSING_REACH:g} m from every road that it could cross",
-        )
-    return best[2], best[3]
+    return (-1, 0.0) if best is None else best[2:]
 
 
-def _candidates(world: World, places: NodePlaces, place: NodePlace) -> list[tuple[int, float]]:
-    """Return the roads that a place may go to, and s there, beyond the road's ends too."""
+def _candidates(world: World, place: NodePlace) -> list[tuple[int, float]]:
+    """Return the roads to which a place may go, and s there, which may lie beyond the road's ends."""
     if place.road >= 0:
         return [(place.road, place.s)]
     out = []
-    for arm in places.arms.get(place.junction, ()):
-        if abs(sin(arm.hdg - place.hdg)) > defaults.CROSSING_SINE:
+    for arm in world.nodes.arms.get(place.junction, ()):
+        if abs(sin(arm.hdg - place.hdg)) > _ARM_SINE:
             continue
         off = hypot(place.x - arm.x, place.y - arm.y)
         out.append((arm.road, world.lanes.length(arm.road) + off if arm.at_end else -off))
@@ -155,9 +112,9 @@ def _candidates(world: World, places: NodePlaces, place: NodePlace) -> list[tupl
 
 
 def _at_junction(world: World, crossing: Crossing) -> Crossing:
-    """Say at which junction a crossing lies: the nearer, if no car fits between."""
+    """Mark at which junction a crossing lies: the nearer, if no car fits between."""
     length = world.lanes.length(crossing.road)
-    most = defaults.CROSSING_AT_JUNCTION_SIGNALS if crossing.signals else defaults.CROSSING_AT_JUNCTION
+    most = _AT_JUNCTION_WITH_LIGHTS if crossing.signals else _AT_JUNCTION
     road = world.lanes.road(crossing.road)
     ends = []
     for at_end, link, distance in (
@@ -172,40 +129,31 @@ def _at_junction(world: World, crossing: Crossing) -> Crossing:
     return replace(crossing, at_start=not at_end, at_end=at_end)
 
 
-def _merged(world: World, found: list[_Found]) -> list[_Found]:
-    """Return the crossings of one road in ascending s; those that lie on each other become one."""
-    out: list[_Found] = []
+def _merged(world: World, found: list[_Placed]) -> list[_Placed]:
+    """Return the crossings of one road in ascending s, overlapping ones merged."""
+    out: list[_Placed] = []
     for item in sorted(found, key=lambda item: (item.crossing.s, item.crossing.osm_id)):
         last = out[-1] if out else None
         if last is None or item.crossing.s - last.crossing.s >= 0.5 * (item.crossing.width + last.crossing.width):
             out.append(item)
             continue
-        # The one with lights, or else the one that lies where OSM has it.
+        # The one with lights is kept, else the one that was moved less.
         kept, gone = sorted((last, item), key=lambda item: (not item.crossing.signals, item.moved))
-        world.diagnostics.note(
-            "crossing-merged",
-            gone.crossing.osm_id,
-            f"the crossing lies on that of {kept.crossing.osm_id}; both are one",
-        )
+        words = f"the crossing overlaps that of {kept.crossing.osm_id}: both become one"
+        world.diagnostics.note("crossing-merged", gone.crossing.osm_id, words)
         out[-1] = replace(kept, crossing=replace(kept.crossing, island=last.crossing.island or item.crossing.island))
     return out
 
 
-def _tell(world: World, found: Sequence[_Found], wishes: Mapping[int, _Wish]) -> None:
+def _report(world: World, placed: Sequence[_Placed]) -> None:
     """Report what was moved and what was guessed."""
-    guessed = []
-    for item in found:
-        tags = wishes[int(item.crossing.osm_id.removeprefix("node/"))].tags
-        if "crossing:width" not in tags and "width" not in tags:
-            guessed.append(item.crossing.osm_id)
+    for item in placed:
         if item.moved > defaults.CROSSING_WIDTH:
-            world.diagnostics.repaired(
-                "crossing-moved",
-                item.crossing.osm_id,
-                f"the crossing lies in a junction and was moved onto the road, by {item.moved:.1f} m",
-            )
+            words = f"the crossing lies in a junction and was moved onto the road, by {item.moved:.1f} m"
+            world.diagnostics.repaired("crossing-moved", item.crossing.osm_id, words)
     finding = (
         f"without a width: {defaults.CROSSING_WIDTH_SIGNALS:g} m assumed with lights, "
         f"{defaults.CROSSING_WIDTH:g} m otherwise"
     )
+    guessed = [item.crossing.osm_id for item in placed if not item.width_tagged]
     world.diagnostics.count(Kind.GUESSED, "crossing-width", guessed, "crossing", finding)

@@ -1,25 +1,29 @@
-"""The objects of crossings: crosswalks from kerb to kerb, and islands in them."""
+"""The objects of crossings: crosswalks from kerb to kerb, and their islands."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
-from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import CAR_LANES, Crossing, LaneAt, World, outline
 from osm2xodr.model import LaneType, RoadObject
 
-# What an island may take whole.
-_SPARE = frozenset({LaneType.MEDIAN, LaneType.NONE, LaneType.BORDER})
-# Subtypes by OSM's words for what is painted, where they are not the same.
-_SUBTYPES = {"unmarked": "virtual", "yes": "marked"}
+# Width that lanes keep beside an island, m: that of buses and lorries without their mirrors; a choice.
+_LANE_WIDTH: Final = 2.5
+# Narrower islands are left out, m; a choice.
+NARROWEST_ISLAND: Final = 1.0
+# How far islands reach beyond their crossing, and their height, m; choices.
+_ISLAND_BEYOND: Final = 1.0
+_ISLAND_HEIGHT: Final = 0.12
+# Lanes of which an island may take the whole width.
+_SPARE: Final = frozenset({LaneType.MEDIAN, LaneType.NONE, LaneType.BORDER})
+# Subtypes by OSM's words for what is painted, where they differ.
+_SUBTYPES: Final = {"unmarked": "virtual", "yes": "marked"}
 
 
 def crossing_objects(world: World, crossings: Sequence[Crossing]) -> tuple[RoadObject, ...]:
     """Make the objects of crossings: crosswalks, and islands in them."""
-    out: list[RoadObject] = []
-    for crossing in crossings:
-        out += _objects(world, crossing)
-    return tuple(out)
+    return tuple(item for crossing in crossings for item in _objects(world, crossing))
 
 
 def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
@@ -27,21 +31,15 @@ def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
         return [_crosswalk(world, crossing, None, None)]
     edges = island_edges(world, crossing.road, crossing.s)
     if edges is None:
-        world.diagnostics.note(
-            "crossing-island",
-            crossing.osm_id,
-            "the island of the crossing is left out: all lanes run the same way, none tells where it lies",
-        )
+        words = "the island of the crossing is left out: all lanes run the same way and do not show where it lies"
+        world.diagnostics.note("crossing-island", crossing.osm_id, words)
         return [_crosswalk(world, crossing, None, None)]
     left, right = edges
-    if left - right < defaults.ISLAND_WIDTH_MIN:
-        world.diagnostics.note(
-            "crossing-island",
-            crossing.osm_id,
-            f"the crossing is parted, but its island is left out: the lanes can spare but {left - right:.1f} m",
-        )
+    if left - right < NARROWEST_ISLAND:
+        words = f"the crossing is split, but its island is left out: the lanes can spare only {left - right:.1f} m"
+        world.diagnostics.note("crossing-island", crossing.osm_id, words)
         return [_crosswalk(world, crossing, None, left), _crosswalk(world, crossing, right, None)]
-    half = 0.5 * crossing.width + defaults.ISLAND_BEYOND
+    half = 0.5 * crossing.width + _ISLAND_BEYOND
     return [
         _crosswalk(world, crossing, None, left),
         island(world, crossing.road, crossing.s, half, edges, crossing.osm_id),
@@ -79,20 +77,19 @@ def _crosswalk(world: World, crossing: Crossing, left: float | None, right: floa
 
 
 def island_edges(world: World, road: int, s: float) -> tuple[float, float] | None:
-    """Return t of the left and right edge of the widest island that the lanes can spare, m.
+    """Return t of the left and right edge of the widest island for which the lanes have room, m.
 
-    It lies between the two directions of traffic; None where there is but one.
+    It lies between the two directions of traffic; None where there is only one.
     """
-    lanes = world.lanes.at(road, s)
-    left = sorted((lane for lane in lanes if lane.id > 0), key=lambda lane: lane.id)
-    right = sorted((lane for lane in lanes if lane.id < 0), key=lambda lane: -lane.id)
-    if not any(lane.type in CAR_LANES for lane in left) or not any(lane.type in CAR_LANES for lane in right):
+    lanes = sorted(world.lanes.at(road, s), key=lambda lane: abs(lane.id))
+    left, right = [lane for lane in lanes if lane.id > 0], [lane for lane in lanes if lane.id < 0]
+    if not all(any(lane.type in CAR_LANES for lane in side) for side in (left, right)):
         return None
     return left[0].right + _spare(left), right[0].left - _spare(right)
 
 
 def _spare(lanes: Sequence[LaneAt]) -> float:
-    """Return how much lanes, from the centre outwards, can spare next to the centre, m."""
+    """Return the width next to the centre that lanes, from there outwards, can spare, m."""
     spare = 0.0
     for lane in lanes:
         width = lane.left - lane.right
@@ -100,13 +97,13 @@ def _spare(lanes: Sequence[LaneAt]) -> float:
             spare += width
             continue
         if lane.type in CAR_LANES:
-            spare += max(width - defaults.ISLAND_LANE, 0.0)
+            spare += max(width - _LANE_WIDTH, 0.0)
         break
     return spare
 
 
 def island(world: World, road: int, s: float, half: float, edges: tuple[float, float], osm_id: str) -> RoadObject:
-    """Make an island from s - half to s + half, m, as far as the road goes, between t of its edges, m."""
+    """Make an island from s - half to s + half, cut at the road's ends, between t of its edges, m."""
     begin, end = max(s - half, 0.0), min(s + half, world.lanes.length(road))
     left, right = edges
     t = 0.5 * (left + right)
@@ -122,7 +119,7 @@ def island(world: World, road: int, s: float, half: float, edges: tuple[float, f
         t=t,
         length=end - begin,
         width=left - right,
-        height=defaults.ISLAND_HEIGHT,
-        outline=outline(world, road, at, t, corners, defaults.ISLAND_HEIGHT),
+        height=_ISLAND_HEIGHT,
+        outline=outline(world, road, at, t, corners, _ISLAND_HEIGHT),
         osm_id=osm_id,
     )

@@ -6,30 +6,30 @@ from collections import defaultdict
 from collections.abc import Sequence
 from typing import Final
 
-from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import LaneAt, Stop, World, lane_ranges
 from osm2xodr.model import RoadObject
 
-# The kinds of stops, the strictest first, and subtype and name of their lines.
+# Extent along the road, m: RMS-1, Zeichen 294 (0.50 m) and 341; MUTCD 2009, 3B.16: 12 to 24 in.
+_EXTENT: Final = 0.5
+# Lines on the same lanes that are nearer to each other are one, m; a choice.
+_APART: Final = 2.0
+# Subtype and name of lines by the kind of stop, the strictest first.
 _LINES: Final = {
     "traffic_signals": ("stopLine", "stop line"),
     "stop": ("stopLine", "stop line"),
     "give_way": ("giveWayLine", "give-way line"),
 }
 _RANK: Final = {kind: rank for rank, kind in enumerate(_LINES)}
-# Lanes whose edges are nearer than this lie side by side, m.
+# Lanes whose edges are nearer lie side by side, and narrower lanes get no line, m: rounding.
 _TOUCH: Final = 0.01
 
 
 def stop_lines(world: World, stops: Sequence[Stop]) -> list[RoadObject]:
-    """Make the lines of stops: one across each group of lanes side by side.
-
-    Of several stops at one place the strictest counts.
-    """
+    """Make the lines of stops, one across each group of lanes side by side; the strictest of stops at one place."""
     out: list[RoadObject] = []
     for stop in _distinct(stops):
         length = world.lanes.length(stop.road)
-        extent = min(defaults.STOP_LINE_EXTENT, length)
+        extent = min(_EXTENT, length)
         # The line lies on the side from which traffic comes.
         begin = stop.s - extent if stop.orientation == "+" else stop.s
         begin = min(max(begin, 0.0), length - extent)
@@ -43,10 +43,7 @@ def _distinct(stops: Sequence[Stop]) -> list[Stop]:
     kept: dict[tuple[int, str], list[Stop]] = defaultdict(list)
     for stop in sorted(stops, key=lambda item: (item.road, item.orientation, _RANK[item.kind], item.s)):
         others = kept[stop.road, stop.orientation]
-        if not any(
-            abs(other.s - stop.s) < defaults.STOP_LINE_APART and set(other.lanes) & set(stop.lanes)
-            for other in others
-        ):
+        if not any(abs(other.s - stop.s) < _APART and set(other.lanes) & set(stop.lanes) for other in others):
             others.append(stop)
     return [stop for group in kept.values() for stop in group]
 

@@ -10,38 +10,40 @@ from itertools import groupby
 from typing import Final, TypeAlias
 
 from osm2xodr.diagnostics import Kind
-from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import World, pieces_on_road
 from osm2xodr.model import Road, RoadLink, RoadStructure, StructureTags
 
-# Of bridges of which OSM says nothing: what most road bridges of the last 70 years are made of.
+# Material of bridges where OSM gives none: that of most road bridges of the last 70 years.
 _BRIDGE_MATERIAL: Final = "concrete"
-# How much daylight reaches the road in galleries, which are open at one side, 0 to 1; a choice.
+# Share of daylight that reaches the road in galleries, which are open at one side, 0 to 1; a choice.
 _GALLERY_DAYLIGHT: Final = 0.5
-
-# What begins or ends this near to a road's end reaches it, m.
-_AT_END = 0.1
+# Tunnels are lit from this length on where OSM says nothing, m: RABT 2006 counts covers of over 80 m as tunnels, with
+# lights.
+_LIT_LENGTH: Final = 80.0
+# Parts that begin or end this near to a road's end reach it, m; a choice.
+_END_TOLERANCE: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """Where on a road a bridge or tunnel is, m, its tags, and the OSM ways that have them."""
+    """Part of a road on a bridge or in a tunnel."""
 
+    # Where on the road, m
     begin: float
     end: float
     tags: tuple[StructureTags, ...]
-    ways: tuple[int, ...]
+    ways: tuple[int, ...]  # OSM ways that have these tags
 
 
 _Parts: TypeAlias = dict[int, list[_Part]]
-# A part by its road and its number there.
+# (id of the road, number of the part there)
 _Key: TypeAlias = tuple[int, int]
 
 
 def place_structures(world: World) -> tuple[RoadStructure, ...]:
     """Return the bridges and tunnels of all roads, in ascending road and s.
 
-    Those of connecting roads are the ones that both of the roads that they join end on.
+    A connecting road is on a bridge or in a tunnel if both roads that it joins are where they end.
     """
     parts: _Parts = {
         world.road_map.roads[k].id: list(_parts(world, k, street))
@@ -64,7 +66,7 @@ def place_structures(world: World) -> tuple[RoadStructure, ...]:
 
 
 def _parts(world: World, curve: int, street: int) -> Iterator[_Part]:
-    """Yield where the bridges and tunnels of a road are; ways in a row that have the same make one."""
+    """Yield the parts of a road; consecutive ways on the same structure make one."""
     pieces = pieces_on_road(world, world.network.streets[street], world.road_map.roads[curve].id)
     for kind, group in groupby(pieces, key=lambda piece: _kind(piece[2].structure_tags)):
         if kind is None:
@@ -75,7 +77,7 @@ def _parts(world: World, curve: int, street: int) -> Iterator[_Part]:
 
 
 def _kind(tags: StructureTags | None) -> tuple[str, str, bool] | None:
-    """Return what two ways have in common if they are on one structure."""
+    """Return what ways on one structure have in common; None on the ground."""
     return None if tags is None else (tags.kind, tags.material, tags.open_sides)
 
 
@@ -90,22 +92,22 @@ def _between(world: World, road: Road, parts: _Parts) -> _Part | None:
 
 
 def _beyond(world: World, link: RoadLink | None, parts: _Parts) -> _Key | None:
-    """Return what the end of a road that a link leads to lies on."""
+    """Return the part at the end of a road to which a link leads."""
     if link is None or link.to_junction or not parts.get(link.id):
         return None
     return _at_end(world, link.id, parts, at_start=bool(link.at_start))
 
 
 def _at_end(world: World, road: int, parts: _Parts, *, at_start: bool) -> _Key | None:
-    """Return what an end of a road lies on."""
+    """Return the part at the start or end of a road."""
     if at_start:
-        return (road, 0) if parts[road][0].begin < _AT_END else None
+        return (road, 0) if parts[road][0].begin < _END_TOLERANCE else None
     last = len(parts[road]) - 1
-    return (road, last) if parts[road][last].end > world.lanes.length(road) - _AT_END else None
+    return (road, last) if parts[road][last].end > world.lanes.length(road) - _END_TOLERANCE else None
 
 
 def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
-    """Return the length of what goes on from road to road, for each part, m; connecting roads add nothing to it."""
+    """Return the length of the structure of each part, over all its roads, m; connecting roads do not count."""
     links: defaultdict[_Key, set[_Key]] = defaultdict(set)
     connecting = set()
     for road in world.road_map.roads if parts else ():
@@ -133,12 +135,12 @@ def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
 
 
 def _structure(world: World, road: int, part: _Part, extent: float) -> RoadStructure:
-    """Make the part of a bridge or tunnel of some extent, m, that lies on a road."""
+    """Make a part of a structure of some length, m."""
     first = part.tags[0]
     if first.kind == "bridge":
         form, lighting, daylight = first.material or _BRIDGE_MATERIAL, 0.0, 0.0
     else:
-        lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= defaults.TUNNEL_LIT_LENGTH)
+        lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= _LIT_LENGTH)
         form, lighting = "underpass" if first.open_sides else "standard", float(lit)
         daylight = _GALLERY_DAYLIGHT if first.open_sides else 0.0
     return RoadStructure(
@@ -167,5 +169,5 @@ def _report(world: World, parts: list[_Part]) -> None:
     finding = f"on bridges without a material: {_BRIDGE_MATERIAL} assumed"
     world.diagnostics.count(Kind.GUESSED, "bridge-material", ids, "way", finding)
     ids = [f"way/{way}" for way in sorted(dark)]
-    finding = f"in tunnels without lit=*: assumed lit from a length of {defaults.TUNNEL_LIT_LENGTH:g} m"
+    finding = f"in tunnels without lit=*: assumed lit from a length of {_LIT_LENGTH:g} m"
     world.diagnostics.count(Kind.GUESSED, "tunnel-lighting", ids, "way", finding)

@@ -2,41 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.furniture import defaults
-from osm2xodr.furniture.objects.repeats import along_road
-from osm2xodr.furniture.objects.roadside_runs import Run, Strip, simplified, strips_on
+from osm2xodr.furniture.objects.strips import (
+    POINT_SPACING,
+    SHORTEST_RUN,
+    Run,
+    Strip,
+    object_along,
+    simplified,
+    strips_on,
+)
 from osm2xodr.furniture.world import CAR_LANES, LaneAt, RoadsideFinder, World, pieces_on_road
-from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing
+from osm2xodr.model import RoadObject, RoadsideKind
 
-# Tram tracks, m: standard gauge; head of a grooved rail.
-_TRAM_GAUGE: Final = 1.435
-_TRAM_RAIL_WIDTH: Final = 0.07
+# Standard gauge, and width of the head of a grooved rail, m.
+_GAUGE: Final = 1.435
+_RAIL_WIDTH: Final = 0.07
 
 
-def tram_objects(world: World, finder: RoadsideFinder, things: Iterable[RoadsideThing]) -> list[RoadObject]:
+def tram_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
     """Make the rails of tram tracks on carriageways.
 
-    Tracks that are mapped as ways of their own lie where they are; where but the street says that there are any, they
-    lie in the lanes for cars next to the centre.
-
-    Parameters
-    ----------
-    world, finder
-        Streets and roads.
-    things
-        Those of `StreetNetwork.roadside` that may be of use.
+    Tracks that are mapped as ways of their own lie where they are mapped; those that only the street's tags name lie
+    in the lanes for cars next to the centre.
     """
-    lines = [thing for thing in things if thing.kind is RoadsideKind.TRAM_TRACK and len(thing.points) > 1]
-    half = 0.5 * (_TRAM_GAUGE + _TRAM_RAIL_WIDTH)
+    tracks = [thing for thing in world.network.roadside if thing.kind is RoadsideKind.TRAM_TRACK]
+    lines = [thing for thing in tracks if len(thing.points) > 1]
+    half = 0.5 * (_GAUGE + _RAIL_WIDTH)
     mapped = strips_on(finder, [thing.points for thing in lines], half)
     out: list[RoadObject] = []
     for strip in mapped:
-        out += _rails(world, strip, _gauge(lines[strip.line].tags), lines[strip.line].osm_id)
+        out += _rails(world, strip, lines[strip.line].facts.gauge or _GAUGE, lines[strip.line].osm_id)
     with_tracks = {strip.road for strip in mapped}
     for k, street in enumerate(world.places.road_street.tolist()):
         if k in with_tracks or not any(piece.tram for _, piece in world.network.streets[street].pieces):
@@ -45,22 +45,16 @@ def tram_objects(world: World, finder: RoadsideFinder, things: Iterable[Roadside
         for begin, end, attributes in pieces_on_road(world, world.network.streets[street], road):
             if attributes.tram:
                 for strip in _in_lanes(world, k, begin, end):
-                    out += _rails(world, strip, _TRAM_GAUGE, f"way/{attributes.osm_way_id}")
+                    out += _rails(world, strip, _GAUGE, f"way/{attributes.osm_way_id}")
     return out
 
 
-def _gauge(tags: Mapping[str, str]) -> float:
-    """Return the gauge of a track, m; OSM has it in millimetres."""
-    text = tags.get("gauge", "")
-    return float(text) / 1000.0 if text.isdigit() and 500 <= int(text) <= 2000 else _TRAM_GAUGE
-
-
 def _in_lanes(world: World, curve: int, begin: float, end: float) -> list[Strip]:
-    """Return the middle lines of tracks in the lanes for cars next to the centre, on either side."""
-    if end - begin < defaults.OBJECT_SHORTEST:
+    """Return the middle lines of tracks in the lanes for cars next to the centre, on both sides."""
+    if end - begin < SHORTEST_RUN:
         return []
     road = world.road_map.roads[curve].id
-    count = max(int(np.ceil((end - begin) / defaults.OBJECT_SPACING)), 1) + 1
+    count = max(int(np.ceil((end - begin) / POINT_SPACING)), 1) + 1
     stations = np.linspace(begin, end, count)
     lanes = [world.lanes.at(road, s) for s in stations.tolist()]
     out: list[Strip] = []
@@ -81,8 +75,10 @@ def _innermost(lanes: Iterable[LaneAt], left: bool) -> float:
 
 def _rails(world: World, strip: Strip, gauge: float, osm_id: str) -> list[RoadObject]:
     words = ("patch", "tramTrack", "tram track")
-    size = (_TRAM_RAIL_WIDTH, 0.0)
+    size = (_RAIL_WIDTH, 0.0)
     return [
-        along_road(world, strip, words, (strip.t_start + side * gauge, strip.t_end + side * gauge), size, 0.0, osm_id)
+        object_along(
+            world, strip, words, (strip.t_start + side * gauge, strip.t_end + side * gauge), size, 0.0, osm_id
+        )
         for side in (0.5, -0.5)
     ]

@@ -2,67 +2,65 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.furniture.signs.tags import IN_UNIT, SAME_LIMIT, SignFace, speed_unit
-from osm2xodr.model import Direction, FloatArray, Street, StreetAttributes
+from osm2xodr.conventions import find_country
+from osm2xodr.model import Direction, Facing, FloatArray, SignFace, Street, StreetAttributes
 
-# Where neither tags nor limits tell it, a town lies on that side of its sign on which there are so many times as many
-# nodes of streets as on the other, within so many metres. Choices.
-_TOWN_REACH: Final = 300.0
+# Units of speed limits, per m/s.
+UNITS_PER_MPS: Final = {"km/h": 3.6, "mph": 1.0 / 0.44704}
+# Speed limits that differ by less are the same, m/s: rounding of units.
+_SAME_LIMIT: Final = 0.1
+# Where neither tags nor limits say it, a town lies on the side of its sign with this many times more nodes of streets
+# than the other, within this distance, m. Choices.
 _TOWN_RATIO: Final = 1.5
-
-_COMPASS: Final = re.compile(r"\d+(?:\.\d+)?")
-_POINTS: Final = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")
-# A sign is for a road's traffic if it faces it within this angle's cosine (60 degrees).
-_FACES: Final = 0.5
+_TOWN_REACH: Final = 300.0
+# A sign is for the traffic of a road if it faces it within the angle with this cosine (60 degrees); a choice.
+_FACING_COSINE: Final = 0.5
 
 
-def compass_heading(tags: Mapping[str, str]) -> float | None:
-    """Return the heading of the traffic that sees a sign, rad from east; None where no tag says how it faces."""
-    text = (tags.get("traffic_sign:direction") or tags.get("direction", "")).strip().upper()
-    if text in _POINTS:
-        degrees = _POINTS.index(text) * 22.5
-    elif _COMPASS.fullmatch(text):
-        degrees = float(text)
-    else:
-        return None
-    # It faces those who come from where it looks.
-    return float(np.deg2rad(-90.0 - degrees))
+def same_limit(one: float | None, other: float) -> bool:
+    """Return whether two speed limits, m/s, are the same but for rounding."""
+    return one is not None and (one == other or abs(one - other) < _SAME_LIMIT)
+
+
+def seen_heading(facing: Facing) -> float | None:
+    """Return the heading of the traffic that sees a sign, rad; None where OSM does not say where it looks."""
+    # Traffic drives towards the sign, against the direction in which it looks.
+    return None if facing.azimuth_deg is None else float(np.deg2rad(-90.0 - facing.azimuth_deg))
 
 
 def faced_along(heading: float, hdg: float) -> bool | None:
-    """Return whether traffic of a heading runs along a road of another one, rad; None where it does neither."""
+    """Return whether traffic with a heading runs along a road with another one, rad; None where it crosses that."""
     cos = float(np.cos(heading - hdg))
-    return None if abs(cos) < _FACES else cos > 0.0
+    return None if abs(cos) < _FACING_COSINE else cos > 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class LimitsAround:
     """What holds on either side of a place in a street."""
 
-    # What the tags say there and at the next change of limits, seen along the street
+    # On either side of the next change of attributes, seen along the street
     before: StreetAttributes
     after: StreetAttributes
-    here: StreetAttributes  # What they say at the place
+    here: StreetAttributes  # At the place itself
     # Distance to the ends of the street, m
     to_start: float
     to_end: float
     # The place, m, and the heading of the street there, rad
     x: float
     y: float
-    facing: float
+    hdg: float
 
     @classmethod
     def at(cls, street: Street, node: int) -> LimitsAround:
         """Look around a node of a street."""
-        return cls._of(street, int(np.flatnonzero(street.node_ids == node)[0]))
+        return cls._of(street, street.place_of(node))
 
     @classmethod
     def near(cls, street: Street, x: float, y: float) -> LimitsAround:
@@ -82,17 +80,17 @@ class LimitsAround:
         before = pieces[k - 1][1] if k and pieces[k][0] == place else pieces[k][1]
         after = pieces[k][1]
         if before is after:
-            # The way is not cut at the sign: the nearest cut on either side is the one it means.
+            # The way is not split at the sign: it means the nearest split on either side.
             ends = [pieces[k][0], pieces[k + 1][0] if k + 1 < len(pieces) else len(step)]
             back, ahead = float(step[ends[0] : place].sum()), float(step[place : ends[1]].sum())
             if k and (back <= ahead or k + 1 == len(pieces)):
                 before = pieces[k - 1][1]
             elif k + 1 < len(pieces):
                 after = pieces[k + 1][1]
-        ahead_of = street.points[min(place + 1, len(step))] - street.points[max(place - 1, 0)]
-        facing = float(np.arctan2(ahead_of[1], ahead_of[0]))
+        along = street.points[min(place + 1, len(step))] - street.points[max(place - 1, 0)]
         x, y = street.points[place].tolist()
-        return cls(before, after, pieces[k][1], float(step[:place].sum()), float(step[place:].sum()), x, y, facing)
+        to_start, to_end = float(step[:place].sum()), float(step[place:].sum())
+        return cls(before, after, pieces[k][1], to_start, to_end, x, y, float(np.arctan2(along[1], along[0])))
 
     def directions(self) -> tuple[bool, ...]:
         """Return which ways cars run along the street: True along it."""
@@ -102,18 +100,18 @@ class LimitsAround:
             along for along, way in ((True, Direction.FORWARD), (False, Direction.BACKWARD)) if both or way in runs
         )
 
-    def along(self, word: str) -> bool | None:
-        """Return the direction that a tag's value means, or the only one that cars take; None where that is open."""
-        if word in ("forward", "backward"):
-            return (word == "forward") != self.here.reversed
+    def along(self, facing: Facing) -> bool | None:
+        """Return the direction of traffic that a sign is for; None where neither tags nor a one-way street say it."""
+        if facing.along is not None:
+            return facing.along != self.here.reversed
         runs = self.directions()
         if len(runs) == 1:
             return runs[0]
-        heading = compass_heading({"direction": word})
-        return None if heading is None else faced_along(heading, self.facing)
+        heading = seen_heading(facing)
+        return None if heading is None else faced_along(heading, self.hdg)
 
     def nearer_end(self) -> bool:
-        """Return the direction to the nearer end of the street, if cars run there."""
+        """Return the direction to the nearer end of the street, or the only one in which cars run."""
         runs = self.directions()
         return runs[0] if len(runs) == 1 else self.to_end < self.to_start
 
@@ -122,7 +120,7 @@ class LimitsAround:
         before, after = (
             max(item.speed_forward or 0.0, item.speed_backward or 0.0) for item in (self.before, self.after)
         )
-        if not before or not after or abs(before - after) < SAME_LIMIT:
+        if not before or not after or abs(before - after) < _SAME_LIMIT:
             return None
         return after < before
 
@@ -132,46 +130,41 @@ class LimitsAround:
             return self.before.speed_forward, self.after.speed_forward
         return self.after.speed_backward, self.before.speed_backward
 
-    def limited(self, face: SignFace, country: str) -> list[bool]:
-        """Return the directions in which a limit begins to hold; those in which it holds; or else all."""
+    def limit_directions(self, face: SignFace, country: str) -> list[bool]:
+        """Return the directions in which a sign's limit begins to hold; else those in which it holds; else all."""
         runs = self.directions()
         if face.value is None:
             changed = [along for along in runs if self._limits(along)[0] != self._limits(along)[1]]
             return changed or list(runs)
-        speed = face.value / IN_UNIT.get(face.unit or speed_unit(country), 3.6)
-        holds = [along for along in runs if _same(self._limits(along)[1], speed)]
-        begins = [along for along in holds if not _same(self._limits(along)[0], speed)]
+        speed = face.value / UNITS_PER_MPS.get(face.unit or find_country(country).speed_unit, 3.6)
+        holds = [along for along in runs if same_limit(self._limits(along)[1], speed)]
+        begins = [along for along in holds if not same_limit(self._limits(along)[0], speed)]
         return begins or holds or list(runs)
 
-    def tells(self, face: SignFace, country: str) -> bool:
-        """Say whether the limits around a sign of one tell its direction: it begins to hold in one, or as said."""
-        if len(self.limited(face, country)) < 2:
+    def decide_direction(self, face: SignFace, country: str) -> bool:
+        """Return whether the limits around a sign of one decide its directions."""
+        if len(self.limit_directions(face, country)) < 2:
             return True
         return face.value is None and all(self._limits(along)[0] != self._limits(along)[1] for along in (True, False))
 
     def with_value(self, face: SignFace, along: bool, country: str) -> SignFace:
-        """Return a sign of a limit with the value that holds behind it, if it has none itself."""
+        """Return the sign of a limit with the value that holds behind it, if it has none itself."""
         speed = self._limits(along)[1]
         if face.value is not None or speed is None or not np.isfinite(speed):
             return face
-        unit = speed_unit(country)
-        return replace(face, value=float(round(speed * IN_UNIT[unit])), unit=unit)
+        unit = find_country(country).speed_unit
+        return replace(face, value=float(round(speed * UNITS_PER_MPS[unit])), unit=unit)
 
 
-def comes_to(street: Street, end: int) -> bool:
-    """Whether cars come along a street to one of its ends (2 x street, plus 1 for its end)."""
+def cars_at_end(street: Street, end: int) -> tuple[bool, bool]:
+    """Return whether cars come to an end of a street (2 x street, plus 1 for its end), and whether they leave it."""
     runs = street.pieces[-1 if end % 2 else 0][1].car_directions()
-    return Direction.BOTH in runs or (Direction.FORWARD if end % 2 else Direction.BACKWARD) in runs
+    forward, backward = (Direction.BOTH in runs or way in runs for way in (Direction.FORWARD, Direction.BACKWARD))
+    return (forward, backward) if end % 2 else (backward, forward)
 
 
 class TownSide:
-    """Says on which side of a place there are more streets.
-
-    Parameters
-    ----------
-    streets
-        All of them.
-    """
+    """Finds the side of a place on which there are more streets."""
 
     def __init__(self, streets: Sequence[Street]) -> None:
         self._streets = streets
@@ -181,15 +174,11 @@ class TownSide:
         return np.concatenate([street.points for street in self._streets])
 
     def ahead(self, limits: LimitsAround) -> bool | None:
-        """Return whether there are more nodes of streets ahead, along the street; None where it is about the same."""
+        """Return whether more nodes of streets lie ahead, along the street; None where it is about as many."""
         dx, dy = self._nodes[:, 0] - limits.x, self._nodes[:, 1] - limits.y
         near = np.hypot(dx, dy) < _TOWN_REACH
-        before = (dx * np.cos(limits.facing) + dy * np.sin(limits.facing))[near] < 0.0
+        before = (dx * np.cos(limits.hdg) + dy * np.sin(limits.hdg))[near] < 0.0
         behind, ahead = int(before.sum()), int((~before).sum())
         if max(behind, ahead) < _TOWN_RATIO * min(behind, ahead):
             return None
         return ahead > behind
-
-
-def _same(one: float | None, other: float) -> bool:
-    return one is not None and abs(one - other) < SAME_LIMIT

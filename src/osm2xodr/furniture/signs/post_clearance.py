@@ -1,4 +1,4 @@
-"""Where beside a road there is room for a pole."""
+"""Keeps posts beside a road off the lanes of other roads."""
 
 from __future__ import annotations
 
@@ -8,32 +8,25 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import CurveFinder, cubic_value, lengths, pose, ranks
-from osm2xodr.furniture.world import World, way_at
+from osm2xodr.furniture.world import World, points_beside, way_at
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
-# Roads whose heights differ by more than this are on other levels, m: half of the headroom below bridges.
-_SIGN_LEVELS: Final = 2.25
-
-# Curves are looked for in squares of this size, m, and in those around them: larger than what signs reach.
+# Roads whose heights differ by more are on different levels, m: half of the headroom below bridges.
+_LEVEL_HEIGHT: Final = 2.25
+# Size of the square cells in which curves are looked up, with the cells around, m: larger than the reach of signs.
 _CELL: Final = 64.0
-# How far a pole may be from the reference line of a road that it stands on, m: half of a very wide road.
-_REACH: Final = 25.0
+# Number of columns of cells; a cell's key is its column times this plus its row.
 _COLUMNS: Final = 1 << 24
-# Rounding of distances, m; width of lanes that open behind the last record of their width, m.
-_BESIDE: Final = 1e-6
+# How far a post may be from the reference line of a road on which it stands, m: half of a very wide road.
+_REACH: Final = 25.0
+# Rounding of distances, m.
+_BESIDE_TOLERANCE: Final = 1e-6
+# How much lanes widen at most behind the last record of their width, m.
 _OPENING: Final = 10.0
 
 
-class SignRoom:
-    """Says whether a place beside a road is on the lanes of another one.
-
-    Parameters
-    ----------
-    world
-        The roads.
-    places
-        Road and s of all poles, m: what is near none of them is not looked at.
-    """
+class PostClearance:
+    """Finds out whether places beside roads are on the lanes of other roads, near given places (road, s) of posts."""
 
     def __init__(self, world: World, places: Sequence[tuple[int, float]]) -> None:
         self._world = world
@@ -44,27 +37,21 @@ class SignRoom:
         x, y, _ = pose(plan, curve, s)
         self._finder = CurveFinder(plan, curves_near(plan, x, y))
 
-    def free(self, places: Sequence[tuple[int, float, float]]) -> list[bool]:
-        """Say of each place on a road whether no other road has lanes there.
-
-        Parameters
-        ----------
-        places
-            Road, s and t, m.
-        """
+    def are_free(self, places: Sequence[tuple[int, float, float]]) -> list[bool]:
+        """Return for each place (road, s, t, m) whether no other road has lanes there."""
         out = [True] * len(places)
         if not places:
             return out
         world, plan = self._world, self._world.road_map.plan_view
         own = np.array([world.lanes.index(road) for road, *_ in places], np.int64)
         s, t = np.array([s for _, s, _ in places]), np.array([t for *_, t in places])
-        x, y, hdg = pose(plan, own, s)
-        point, curve, at, aside, far = self._finder.near(x - t * np.sin(hdg), y + t * np.cos(hdg), _REACH)
-        # Beside it, not before its start or beyond its end, and no road of another level.
-        near = (curve != own[point]) & (far <= np.abs(aside) + _BESIDE)
+        x, y, _ = pose(plan, own, s)
+        point, curve, at, aside, far = self._finder.near(*points_beside(plan, own, s, t)[:2], _REACH)
+        # Roads that the place lies beside, not before their start or beyond their end, and on the same level.
+        near = (curve != own[point]) & (far <= np.abs(aside) + _BESIDE_TOLERANCE)
         elevation = world.road_map.elevation
         rise = cubic_value(elevation, curve, at) - cubic_value(elevation, own, s)[point]
-        rows = np.flatnonzero(near & (np.abs(rise) <= _SIGN_LEVELS))
+        rows = np.flatnonzero(near & (np.abs(rise) <= _LEVEL_HEIGHT))
         for place, other, on, off in zip(
             point[rows].tolist(), curve[rows].tolist(), at[rows].tolist(), aside[rows].tolist(), strict=True
         ):
@@ -76,10 +63,9 @@ class SignRoom:
         return out
 
     def _level(self, curve: int, x: float, y: float) -> int:
-        """Return the level of a road near a place.
+        """Return OSM's layer of a road near a place, or 0 where heights show which roads are above others.
 
-        On a level world bridges are as high as what is below them; there it is OSM's layer. Roads of junctions are on
-        that of the road that they come from.
+        Connecting roads have the layer of the road that they come from.
         """
         if self._world.road_map.elevation_report is not None:
             return 0
@@ -92,7 +78,7 @@ class SignRoom:
         return way_at(self._world.network.streets[int(streets[curve])], x, y).layer
 
     def _half_width(self, curve: int) -> float:
-        """Return how far from its reference line a road has lanes at most, m."""
+        """Return an upper bound of the distance between a road's reference line and its lanes, m."""
         if curve not in self._half_widths:
             table = self._world.road_map.lane_offset
             first, last = int(table.start[curve]), int(table.start[curve + 1])
@@ -108,7 +94,7 @@ class SignRoom:
 
 
 def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
-    """Return the indices of all curves within a cell's size of points, and of some more, ascending."""
+    """Return the indices of all curves within a cell's size of points, and of some more, ascending; points in m."""
     if not len(x) or not len(plan.s):
         return np.zeros(0, np.int64)
     step = np.arange(-1, 2)
@@ -116,7 +102,7 @@ def curves_near(plan: PlanView, x: FloatArray, y: FloatArray) -> IntArray:
     row = np.floor(y / _CELL).astype(np.int64)[:, None] + np.tile(step, 3)
     cells = np.unique(column * _COLUMNS + row)
     owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
-    # Every record has a place in each half of a cell.
+    # Samples that are at most half a cell apart.
     parts = np.maximum(np.ceil(plan.length / (0.5 * _CELL)).astype(np.int64), 1)
     curve = np.repeat(owner, parts)
     rank = ranks(parts)

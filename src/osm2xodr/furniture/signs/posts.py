@@ -1,79 +1,42 @@
-"""Poles beside the road with the signs on them."""
+"""Posts beside the road, and the signs on them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Final
 
+from osm2xodr.conventions import NO_SUBTYPE, SignCode, sign_code
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.signs.codes import NO_SUBTYPE, SignCode, code_of
-from osm2xodr.furniture.signs.post_clearance import SignRoom
-from osm2xodr.furniture.signs.tags import SignFace
+from osm2xodr.furniture.signs.post_clearance import PostClearance
 from osm2xodr.furniture.world import World, car_lanes, lane_ranges
-from osm2xodr.model import LaneType, Rule, Signal
+from osm2xodr.model import LaneType, Rule, Signal, SignFace
 
-# Signs for one direction that are nearer to each other than this share a pole, m; a choice.
-_SIGN_SAME_POLE: Final = 4.0
-# Where a sign would stand on the lanes of another road it goes back by these steps, m, before it is put there.
-_SIGN_STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
+# Signs for one direction that are nearer to each other share a post, m; a choice.
+_SHARED_POST: Final = 4.0
+# How far back a sign may go that would stand on the lanes of another road, m, in the order of trials; choices.
+_STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
 
 # Shapes of the Vienna Convention on Road Signs; all others are round.
 _TRIANGLES: Final = frozenset(
     {
-        "give_way",
-        "priority_next",
-        "hazard",
-        "crossroads",
-        "curve_left",
-        "curve_right",
-        "curves_left",
-        "curves_right",
-        "steep_down",
-        "steep_up",
-        "bumps",
-        "slippery",
-        "side_wind",
-        "road_narrows",
-        "road_works",
-        "queues",
-        "two_way",
-        "signals_ahead",
-        "pedestrians",
-        "children",
-        "bicycles",
-        "animals",
-        "level_crossing_ahead",
-        "crosswalk_ahead",
-        "stop_ahead",
-        "give_way_ahead",
+        *("give_way", "priority_next", "hazard", "crossroads", "curve_left", "curve_right", "curves_left"),
+        *("curves_right", "steep_down", "steep_up", "bumps", "slippery", "side_wind", "road_narrows"),
+        *("road_works", "queues", "two_way", "signals_ahead", "pedestrians", "children", "bicycles"),
+        *("animals", "level_crossing_ahead", "crosswalk_ahead", "stop_ahead", "give_way_ahead"),
     }
 )
 _SQUARES: Final = frozenset(
     {
-        "priority_road",
-        "priority_road_end",
-        "priority_over_oncoming",
-        "parking",
-        "motorway",
-        "motorway_end",
-        "motorroad",
-        "motorroad_end",
-        "crosswalk",
-        "dead_end",
-        "tunnel",
-        "one_way",
-        "advisory_speed",
-        "advisory_speed_end",
-        "maxspeed_zone",
-        "maxspeed_zone_end",
-        "pedestrian_zone",
-        "pedestrian_zone_end",
+        *("priority_road", "priority_road_end", "priority_over_oncoming", "parking", "motorway"),
+        *("motorway_end", "motorroad", "motorroad_end", "crosswalk", "dead_end", "tunnel", "one_way"),
+        *("advisory_speed", "advisory_speed_end", "maxspeed_zone", "maxspeed_zone_end", "pedestrian_zone"),
+        *("pedestrian_zone_end"),
     }
 )
-# Lanes that poles may stand on.
+# Lanes on which posts may stand.
 _STANDING: Final = frozenset(
     {LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB, LaneType.NONE, LaneType.MEDIAN, LaneType.SHOULDER}
 )
@@ -90,27 +53,20 @@ class Post:
     along: bool  # Whether they are for traffic along s, else for that against it
     faces: tuple[SignFace, ...]  # The signs, from the top down; each supplementary plate follows its sign
     osm_id: str  # What they come from; empty where no single element is behind them
-    t: float | None = None  # Where the pole stands, m, if OSM says so; else beside the carriageway
+    t: float | None = None  # Where it stands, m, if OSM says so; else beside the carriageway
 
 
-def joined_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:
-    """Return posts in the order of roads, those near each other for one direction with all their signs on one pole.
+def merge_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:
+    """Merge posts for one direction that are near each other, and return all in the order of roads.
 
-    What is mapped in its own place stays there; a sign that two of them have is there once.
-
-    Parameters
-    ----------
-    posts
-        Poles in any order.
-    diagnostics
-        Gets the mapped ones that say nothing of their own.
+    A place that is mapped is kept. Of equal signs one is kept; posts with no other sign are reported as left out.
     """
     out: list[Post] = []
     ordered = sorted(posts, key=lambda post: (post.road, post.along, post.s, post.t is None, post.osm_id))
     for _, group in groupby(ordered, key=lambda post: (post.road, post.along)):
         first = len(out)
         for post in group:
-            if len(out) > first and post.s - out[-1].s < _SIGN_SAME_POLE:
+            if len(out) > first and post.s - out[-1].s < _SHARED_POST:
                 kept = out[-1]
                 out[-1] = _with(kept, post)
                 if len(out[-1].faces) == len(kept.faces) and post.osm_id != kept.osm_id and post.osm_id[:4] == "node":
@@ -122,101 +78,80 @@ def joined_posts(posts: Iterable[Post], diagnostics: Diagnostics) -> list[Post]:
 
 
 def _with(one: Post, other: Post) -> Post:
+    """Return a post with the signs of another one that it does not have."""
     said = {_what(face) for face in one.faces}
-    added: list[SignFace] = []
-    wanted = True
-    for face in other.faces:
-        if not face.supplementary:
-            wanted = _what(face) not in said
-        if wanted:
-            added.append(face if face.osm_id else replace(face, osm_id=other.osm_id))
-    return replace(one, faces=(*one.faces, *added), t=other.t if one.t is None else one.t)
+    added = with_plates(other.faces, lambda face: _what(face) not in said)
+    named = (face if face.osm_id else replace(face, osm_id=other.osm_id) for face in added)
+    return replace(one, faces=(*one.faces, *named), t=other.t if one.t is None else one.t)
 
 
-def _what(face: SignFace) -> tuple[str, str, str, float | None, str]:
-    known = bool(face.meaning)
-    return face.meaning, "" if known else face.country, "" if known else face.code, face.value, face.text
+def with_plates(
+    faces: Iterable[SignFace], wanted: Callable[[SignFace], bool], *, first_plates: bool = True
+) -> list[SignFace]:
+    """Return the wanted signs with their plates; plates above all signs are kept as well if so said."""
+    out: list[SignFace] = []
+    keep = first_plates
+    for face in faces:
+        keep = keep if face.supplementary else wanted(face)
+        if keep:
+            out.append(face)
+    return out
+
+
+def _what(face: SignFace) -> tuple[object, ...]:
+    """Return what a sign says; codes matter only where their meaning is not known."""
+    return face.meaning or (face.country, face.code), face.value, face.text
 
 
 def make_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
-    """Put posts where they do not stand in the way, and make the signals on them.
-
-    Parameters
-    ----------
-    world
-        What is there.
-    posts
-        As `joined_posts` returns them.
-    """
+    """Put merged posts where they do not stand on other roads, and make the signals on them."""
     foreign: set[tuple[str, str]] = set()
     out: list[Signal] = []
-    for post, (s, t) in zip(posts, _poles(world, posts), strict=True):
+    for post, (s, t) in zip(posts, _places(world, posts), strict=True):
         lower = defaults.SIGN_LOWER_EDGE
         for face in reversed(_from_top(post.faces)):
-            code = _code(world, face)
-            if code is None:
-                code = SignCode(face.code or "-1", NO_SUBTYPE, face.country)
-                if face.code and not face.meaning:
-                    _note(world.diagnostics, foreign, face, post.osm_id)
-            signal = _signal(world, post, face, code, (s, t, lower))
+            if face.code and not face.meaning and (face.country, face.code) not in foreign:
+                foreign.add((face.country, face.code))
+                words = f"the sign {face.country}:{face.code} has no common number and keeps its own"
+                world.diagnostics.note("sign-code", post.osm_id, words)
+            signal = _signal(world, post, face, (s, t, lower))
             lower += signal.height
             out.append(signal)
     return tuple(out)
 
 
 def _from_top(faces: Sequence[SignFace]) -> list[SignFace]:
-    """Return signs from the top down: a plate without a sign above it goes below all."""
+    """Return signs from the top down, a plate without a sign above it at the bottom."""
     return sorted(faces, key=lambda face: face.supplementary) if faces and faces[0].supplementary else list(faces)
 
 
-def _code(world: World, face: SignFace) -> SignCode | None:
-    target = world.options.target
-    if not face.meaning:
-        return None
-    country = face.country or world.network.country
-    return code_of(
-        face.meaning,
-        face.value,
-        country,
-        own_codes=target.own_codes,
-        value_in_subtype=target.value_in_subtype,
-    )
-
-
-def _note(diagnostics: Diagnostics, foreign: set[tuple[str, str]], face: SignFace, osm_id: str) -> None:
-    if (face.country, face.code) not in foreign:
-        foreign.add((face.country, face.code))
-        words = f"the sign {face.country}:{face.code} has no common number and is written with its own"
-        diagnostics.note("sign-code", osm_id, words)
-
-
-def _poles(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
-    """Return s and t of poles: as mapped or beside the carriageway, and not on the lanes of another road."""
-    room = SignRoom(world, [(post.road, post.s) for post in posts])
+def _places(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
+    """Return s and t of posts: as mapped or beside the carriageway, and not on the lanes of another road."""
+    others = PostClearance(world, [(post.road, post.s) for post in posts])
     first = [(post.s, _beyond_edge(world, post.road, post.s, post.along, defaults.SIGN_CLEARANCE)) for post in posts]
-    free = room.free([(post.road, s, t) for post, (s, t) in zip(posts, first, strict=True)])
+    free = others.are_free([(post.road, s, t) for post, (s, t) in zip(posts, first, strict=True)])
     out: list[tuple[float, float]] = []
     for post, usual, is_free in zip(posts, first, free, strict=True):
         if post.t is not None and _beside(world, post.road, post.s, post.t):
             out.append((post.s, post.t))
         else:
-            out.append(usual if is_free else _elsewhere(world, room, post))
+            out.append(usual if is_free else _elsewhere(world, others, post))
     return out
 
 
-def _elsewhere(world: World, room: SignRoom, post: Post) -> tuple[float, float]:
-    """Return another place for a pole where the usual one is not free: nearer to the road, or farther back."""
+def _elsewhere(world: World, others: PostClearance, post: Post) -> tuple[float, float]:
+    """Return another place (s, t) for a post whose usual one is not free: nearer to the road, or farther back."""
     length = world.lanes.length(post.road)
     back = -1.0 if post.along else 1.0
     tried = [(post.s, defaults.SIGN_CLEARANCE_LEAST)]
-    tried += [(post.s + back * step, defaults.SIGN_CLEARANCE) for step in _SIGN_STEPS_BACK]
+    tried += [(post.s + back * step, defaults.SIGN_CLEARANCE) for step in _STEPS_BACK]
     places = [
         (s, _beyond_edge(world, post.road, s, post.along, clearance)) for s, clearance in tried if 0.0 <= s <= length
     ]
-    for place, is_free in zip(places, room.free([(post.road, *place) for place in places]), strict=True):
+    for place, is_free in zip(places, others.are_free([(post.road, *place) for place in places]), strict=True):
         if is_free:
             return place
-    words = "a sign stands on the lanes of another road, which leaves it no room"
+    words = "a sign stands on the lanes of another road: there is no room for it beside its own"
     world.diagnostics.note("sign-on-road", post.osm_id, words)
     return places[0]
 
@@ -227,11 +162,11 @@ def _beside(world: World, road: int, s: float, t: float) -> bool:
 
 
 def _beyond_edge(world: World, road: int, s: float, along: bool, clearance: float) -> float:
-    """Return t of a place beside the carriageway on the side that traffic of a direction keeps to."""
+    """Return t of a place beside the carriageway on the side to which traffic of a direction keeps, m."""
     left, right = world.lanes.carriageway(road, s)
     outwards = -1.0 if along == (world.road_map.rule is Rule.RIGHT_HAND) else 1.0
     t = (left if outwards > 0.0 else right) + outwards * clearance
-    # A track for bicycles may follow beyond a verge.
+    # Beyond a verge there may be a track for bicycles.
     lanes = world.lanes.at(road, s)
     for lane in lanes if outwards < 0.0 else reversed(lanes):
         if lane.right < t < lane.left and lane.type not in _STANDING:
@@ -239,8 +174,13 @@ def _beyond_edge(world: World, road: int, s: float, along: bool, clearance: floa
     return t
 
 
-def _signal(world: World, post: Post, face: SignFace, code: SignCode, place: tuple[float, float, float]) -> Signal:
+def _signal(world: World, post: Post, face: SignFace, place: tuple[float, float, float]) -> Signal:
+    """Make the signal of a sign at s, t and z of its lower edge, m."""
     s, t, lower = place
+    target, country = world.options.target, face.country or world.network.country
+    code = sign_code(
+        face.meaning, face.value, country, own_codes=target.own_codes, value_in_subtype=target.value_in_subtype
+    ) or SignCode(face.code or "-1", NO_SUBTYPE, face.country)
     width, height = defaults.SIGN_SIZE[_shape(face)]
     lanes = car_lanes(world, post.road, s, post.along) or car_lanes(world, post.road, s, not post.along)
     return Signal(

@@ -1,6 +1,6 @@
-"""Which road a sign is for that OSM maps beside streets: the one whose traffic has it on its own side.
+"""Finds the road that a sign beside streets is for: the one whose traffic has it on its own side.
 
-A node has no layer: where roads of several levels are as near, none of them is taken.
+A node has no layer: where roads on several levels are about as near, the sign is left out.
 """
 
 from __future__ import annotations
@@ -13,31 +13,33 @@ import numpy as np
 
 from osm2xodr.curves import CurveFinder, pose
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.signs.directions import LimitsAround, compass_heading, faced_along
+from osm2xodr.furniture.signs.directions import LimitsAround, faced_along, seen_heading
 from osm2xodr.furniture.signs.post_clearance import curves_near
 from osm2xodr.furniture.world import World, way_at
-from osm2xodr.model import RoadsideThing, Rule, StreetAttributes, Structure
+from osm2xodr.model import Facing, RoadsideThing, Rule, SignPost, StreetAttributes, Structure
 
-# Of the roads near a sign, one counts as so much farther away, m, if the sign is not on the side of its traffic, and
-# as so much, m per m, for the way to what a stop or give-way sign is for; a road of another level makes it unclear
-# which is meant if it is farther by less than the last, m. Choices.
-_SIGN_WRONG_SIDE: Final = 5.0
-_SIGN_AHEAD_SHARE: Final = 0.2
-_SIGN_AMBIGUOUS: Final = 5.0
+# How far beside its road a sign may be mapped, m; a choice: MUTCD 2A.19 has overhead ones 12 ft and more beside.
+_REACH: Final = 15.0
+# How much farther away a road counts if the sign is not on the side of its traffic, m; a choice.
+_WRONG_SIDE: Final = 5.0
+# The same for stop and give-way signs, per distance to what they are for, m/m; a choice.
+_AHEAD_SHARE: Final = 0.2
+# A road on another level makes it unclear which is meant if it is farther by less, m; a choice.
+_AMBIGUOUS: Final = 5.0
 
 _NO_ROAD: Final = "no road for cars that it faces is near"
-# Roads that no stop sign stands at; whoever leaves them by a link may meet one there.
-_NO_STOPS: Final = frozenset({"motorway", "trunk"})
+# Roads without stop signs; links that leave them may have some.
+_WITHOUT_STOP_SIGNS: Final = frozenset({"motorway", "trunk"})
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place on a road: t where OSM says so, and the direction of traffic that a sign there is for, if known."""
+    """A place of a sign on a road."""
 
     road: int
     s: float
-    t: float | None
-    along: bool | None
+    t: float | None  # None where the sign is mapped on the street
+    along: bool | None  # The direction of the traffic that it is for; None where not known
     limits: LimitsAround
 
 
@@ -48,57 +50,61 @@ class Candidate:
     spot: Spot  # Where it would stand, and for which direction
     along: bool  # The same direction, which is known here
     way: StreetAttributes  # The piece of way there
-    outside: float  # How far it lies beyond the edge of the carriageway, m; negative on it
-    own_side: bool  # Whether it lies on the side that the traffic keeps to
-    beyond: float  # How far it lies before the road's start or beyond its end, m
+    outside: float  # How far it stands outside the carriageway, m; negative on it
+    own_side: bool  # Whether it stands on the side to which the traffic keeps
+    beyond: float  # How far it stands before the road's start or beyond its end, m
 
     def misfit(self) -> float:
-        """Return how far the sign is from where one for this road is looked for, m."""
-        return abs(self.outside) + self.beyond + (0.0 if self.own_side else _SIGN_WRONG_SIDE)
+        """Return how badly the sign fits this road, m."""
+        return abs(self.outside) + self.beyond + (0.0 if self.own_side else _WRONG_SIDE)
 
 
-def candidates_beside(world: World, things: Sequence[RoadsideThing]) -> list[list[Candidate]]:
-    """Return the roads that signs beside streets may be for, nearest first, for each sign.
-
-    Parameters
-    ----------
-    world
-        What is there.
-    things
-        The signs.
-    """
+def candidates_beside(world: World, things: Sequence[tuple[RoadsideThing, SignPost]]) -> list[list[Candidate]]:
+    """Return the roads that each sign beside streets may be for, nearest first."""
     out: list[list[Candidate]] = [[] for _ in things]
     if not things:
         return out
     plan = world.road_map.plan_view
-    x, y = np.array([item.points[0] for item in things]).T
+    x, y = np.array([item.points[0] for item, _ in things]).T
     near = curves_near(plan, x, y)
     finder = CurveFinder(plan, near[near < len(world.places.road_street)])
-    point, curve, s, t, distance = finder.near(x, y, defaults.SIGN_ASIDE)
+    point, curve, s, t, distance = finder.near(x, y, _REACH)
     hdg = pose(plan, curve, s)[2]
     for k in np.lexsort((curve, distance, point)).tolist():
         thing, road = int(point[k]), int(curve[k])
         beyond = max(float(distance[k]) ** 2 - float(t[k]) ** 2, 0.0) ** 0.5
-        found = _candidate(world, things[thing], road, (float(s[k]), float(t[k]), float(hdg[k])), beyond)
+        found = _candidate(
+            world,
+            things[thing][1].facing,
+            (x[thing], y[thing]),
+            road,
+            (float(s[k]), float(t[k]), float(hdg[k])),
+            beyond,
+        )
         if found is not None:
             out[thing].append(found)
     return out
 
 
 def _candidate(
-    world: World, thing: RoadsideThing, curve: int, place: tuple[float, float, float], beyond: float
+    world: World,
+    facing: Facing,
+    at: tuple[float, float],
+    curve: int,
+    place: tuple[float, float, float],
+    beyond: float,
 ) -> Candidate | None:
-    """Return a candidate of a place on a road (s, t, heading); None if the sign faces no traffic there."""
+    """Return a candidate at a place on a road (s, t, heading); None if the sign faces no traffic there."""
     s, t, hdg = place
     road = world.road_map.roads[curve].id
     street = world.network.streets[int(world.places.road_street[curve])]
-    x, y = thing.points[0].tolist()
+    x, y = at
     limits = LimitsAround.near(street, x, y)
     runs = limits.directions()
     left, right = world.lanes.carriageway(road, s)
     on_right = t < 0.5 * (left + right)
     keeps_right = world.road_map.rule is Rule.RIGHT_HAND
-    heading = compass_heading(thing.tags)
+    heading = seen_heading(facing)
     along = None if heading is None else faced_along(heading, hdg)
     if heading is not None and along is None:
         return None
@@ -111,12 +117,7 @@ def _candidate(
 def choose_spot(candidates: Sequence[Candidate], *, any_way: bool) -> Spot | str:
     """Return the place of a sign, or why it has none.
 
-    Parameters
-    ----------
-    candidates
-        The roads that it may be for.
-    any_way
-        Whether it may be for those who must not drive there.
+    `any_way` says whether it may be for a direction in which no cars run, as no-entry signs are.
     """
     if not candidates:
         return _NO_ROAD
@@ -128,19 +129,10 @@ def choose_spot(candidates: Sequence[Candidate], *, any_way: bool) -> Spot | str
 def choose_yield(
     candidates: Sequence[Candidate], kind: str, ahead: Callable[[Spot, bool], float | None]
 ) -> Spot | str:
-    """Return the place of a stop or give-way sign, or why it has none.
+    """Return the place of a stop or give-way sign (the kind), or why it has none.
 
-    It stands beside a road, on the side of those who drive towards what it is for.
-
-    Parameters
-    ----------
-    candidates
-        The roads that it may be for.
-    kind
-        ``stop`` or ``give_way``.
-    ahead
-        Returns how far it is from a place, in a direction, to what traffic has to stop or yield for, m; None where
-        there is nothing.
+    It stands on the side of the traffic that drives towards what it is for. `ahead` returns how far that is from a
+    place, in a direction, m; None where there is nothing.
     """
     why = ""
     misfits: list[float] = []
@@ -149,23 +141,23 @@ def choose_yield(
         distance = ahead(item.spot, item.along)
         problem = _no_yield(item, kind)
         if problem or distance is None:
-            why = why or problem or "no junction or crossing is ahead of it, on the road that is nearest"
+            why = why or problem or "no junction or crossing is ahead of it on the nearest road"
             continue
         left.append(item)
-        misfits.append(item.misfit() + _SIGN_AHEAD_SHARE * distance)
+        misfits.append(item.misfit() + _AHEAD_SHARE * distance)
     return _best(left, misfits) if left else why or _NO_ROAD
 
 
 def _no_yield(item: Candidate, kind: str) -> str:
-    """Say why there can be no stop or give-way sign for a road's traffic."""
-    if item.way.highway == "motorway" or (kind == "stop" and item.way.highway in _NO_STOPS):
-        return f"the road that it stands at is a {item.way.highway}, whose traffic does not stop for others"
+    """Return why a stop or give-way sign cannot be for a road's traffic, empty if it can."""
+    if item.way.highway == "motorway" or (kind == "stop" and item.way.highway in _WITHOUT_STOP_SIGNS):
+        return f"the road where it stands is a {item.way.highway}, whose traffic does not stop for others"
     if kind == "stop" and item.way.roundabout:
-        return "the road that it stands at is the ring of a roundabout"
+        return "the road where it stands is the ring of a roundabout"
     if item.outside < -defaults.OBJECT_INSIDE:
-        return "it lies on the carriageway and on no street, so that it does not say which traffic it is for"
+        return "it lies on the carriageway but on no street, and does not say for which traffic"
     if not item.own_side:
-        return "it stands on the far side of the road that is nearest"
+        return "it stands on the far side of the nearest road"
     return ""
 
 
@@ -173,8 +165,8 @@ def _best(candidates: Sequence[Candidate], misfits: Sequence[float]) -> Spot | s
     """Return the place that fits best, unless a road of another level fits about as well."""
     least, best = min(zip(misfits, candidates, strict=True), key=lambda pair: pair[0])
     for item, misfit in zip(candidates, misfits, strict=True):
-        if item.way.layer != best.way.layer and misfit < least + _SIGN_AMBIGUOUS:
-            return "roads of several levels are near, and it does not say which of them it is for"
+        if item.way.layer != best.way.layer and misfit < least + _AMBIGUOUS:
+            return "roads on several levels are near, and it does not say for which of them"
     if best.way.structure is Structure.TUNNEL:
-        return "the road that is near runs in a tunnel, and it does not say that it stands there"
+        return "the nearest road runs in a tunnel, and it does not say that it stands there"
     return best.spot

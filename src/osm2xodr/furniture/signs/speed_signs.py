@@ -1,4 +1,4 @@
-"""Signs that follow from tags of ways: speed limits where they change, priority roads behind junctions."""
+"""Signs that follow from attributes of ways: speed limits where they change, priority roads behind junctions."""
 
 from __future__ import annotations
 
@@ -6,69 +6,63 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.conventions import priority_rank
+from osm2xodr.conventions import find_country, priority_rank
 from osm2xodr.curves import project
 from osm2xodr.defaults import PRIORITY_RANK_MINOR
-from osm2xodr.furniture import defaults
+from osm2xodr.furniture.signs.directions import UNITS_PER_MPS, same_limit
 from osm2xodr.furniture.signs.posts import Post
-from osm2xodr.furniture.signs.tags import IN_UNIT, SAME_LIMIT, SignFace, read_faces, speed_unit
 from osm2xodr.furniture.world import Approach, World, car_lanes
-from osm2xodr.model import StreetAttributes
+from osm2xodr.model import SignFace, StreetAttributes
 
-# Where a road begins at a junction its signs stand this far from it, m; a choice, about a car's length.
-_SIGN_BEYOND_JUNCTION: Final = 5.0
-
-# How far a limit in a unit may be from a whole number to have been meant in it.
-_WHOLE: Final = 0.02
+# Distance of signs from the junction behind which they stand, m; a choice, about a car's length.
+_BEHIND_JUNCTION: Final = 5.0
+# A sign that repeats another one within this distance before it, for the same direction, is left out, m; a choice:
+# VwV-StVO has limits repeated at larger distances only.
+_REPEATED: Final = 50.0
+# A limit has the unit in which it is a whole number, up to this; rounding.
+_WHOLE_NUMBER: Final = 0.02
+# Meanings whose value counts as the limit, whether that of a zone or not.
 _LIMITS: Final = frozenset({"maxspeed", "maxspeed_zone", "living_street", "restrictions_end"})
 
 
 @dataclass(frozen=True, slots=True)
 class _Pieces:
-    """What holds along a road: s from which on, ascending, the first at the start; and the tags there."""
+    """What holds along a road."""
 
-    s: tuple[float, ...]
+    s: tuple[float, ...]  # Where each piece begins, ascending from 0, m
     attributes: tuple[StreetAttributes, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """A place where traffic of a direction comes from what some tags say to what others do."""
+    """A place where other attributes begin to hold for traffic of a direction."""
 
     road: int
     s: float
-    along: bool
-    before: tuple[StreetAttributes, ...]
-    limits_before: tuple[float, ...]
+    along: bool  # The direction of the traffic, along s or against it
+    before: tuple[StreetAttributes, ...]  # Empty behind a junction
+    limits_before: tuple[float, ...]  # m/s
     after: StreetAttributes
     from_junction: bool
 
 
-def road_signs(world: World, approaches: Sequence[Approach], mapped: Sequence[Post]) -> list[Post]:
-    """Return the poles of signs that follow from tags of ways.
+def posts_of_ways(world: World, approaches: Sequence[Approach], others: Sequence[Post]) -> list[Post]:
+    """Return the posts of signs that follow from attributes of ways.
 
-    Where the limit that is signed for a direction changes along a road, or differs from that of an arm that leads to
-    it through a junction, there is a sign, unless one that is mapped says the same nearby.
-
-    Parameters
-    ----------
-    world, approaches
-        What is there.
-    mapped
-        Other signs.
+    A sign stands where the signed limit of a direction changes along a road, or differs from that of an arm that
+    leads to it through a junction, unless another post says the same nearby.
     """
     pieces = _road_pieces(world)
     said: dict[tuple[int, bool], list[tuple[float, SignFace, bool]]] = defaultdict(list)
-    for post in mapped:
+    for post in others:
         said[post.road, post.along] += [(post.s, face, True) for face in post.faces]
     out: list[Post] = []
     changes = [*_along_roads(world, pieces), *_behind_junctions(world, approaches, pieces)]
-    # In the direction of travel, so that the first of equal signs stays.
+    # In the direction of travel, so that the first of equal signs is kept.
     for change in sorted(changes, key=lambda item: (item.road, item.along, item.s if item.along else -item.s)):
         faces = [
             face
@@ -83,14 +77,14 @@ def road_signs(world: World, approaches: Sequence[Approach], mapped: Sequence[Po
 
 
 def _road_pieces(world: World) -> Mapping[int, _Pieces]:
-    """Return what the tags say along each road outside junctions."""
+    """Return the attributes along each road outside junctions, by its id."""
     places, streets = world.places, world.network.streets
     of_street = places.road_street.tolist()
     cut = [
         (k, piece, *streets[street].points[streets[street].pieces[piece][0]].tolist())
         for k, street in enumerate(of_street)
         for piece in range(1, len(streets[street].pieces))
-        if _differ(streets[street].pieces[piece - 1][1], streets[street].pieces[piece][1])
+        if _signed(streets[street].pieces[piece - 1][1]) != _signed(streets[street].pieces[piece][1])
     ]
     found: dict[int, list[tuple[float, int]]] = defaultdict(list)
     if cut:
@@ -109,14 +103,9 @@ def _road_pieces(world: World) -> Mapping[int, _Pieces]:
     return out
 
 
-def _differ(one: StreetAttributes, other: StreetAttributes) -> bool:
-    return (one.speed_forward, one.speed_backward, one.speed_signed, one.priority_road, one.traffic_sign) != (
-        other.speed_forward,
-        other.speed_backward,
-        other.speed_signed,
-        other.priority_road,
-        other.traffic_sign,
-    )
+def _signed(item: StreetAttributes) -> tuple[object, ...]:
+    """Return the attributes that signs can show."""
+    return item.speed_forward, item.speed_backward, item.speed_signed, item.priority_road, item.traffic_sign
 
 
 def _limit(attributes: StreetAttributes, along: bool) -> float | None:
@@ -145,7 +134,7 @@ def _behind_junctions(
     for item in approaches:
         there = pieces[item.road].attributes[-1 if item.at_end else 0]
         limit = _limit(there, item.at_end)
-        # Where the limit of an arm is not known, or it is no street of its own, no sign is behind it.
+        # Arms of unknown limit or of the lowest classes do not count.
         known = limit is not None and priority_rank(there.highway) > PRIORITY_RANK_MINOR
         for movement in item.movements:
             if movement.exit_road == item.road or movement.exit_road not in pieces:
@@ -158,67 +147,53 @@ def _behind_junctions(
                 limits.setdefault((movement.exit_road, movement.exit_at_start), set())
     for (road, at_start), found in sorted(limits.items()):
         length = world.lanes.length(road)
-        away = min(_SIGN_BEYOND_JUNCTION, 0.5 * length)
+        away = min(_BEHIND_JUNCTION, 0.5 * length)
         after = pieces[road].attributes[0 if at_start else -1]
         s = away if at_start else length - away
         yield _Change(road, s, at_start, (), tuple(sorted(found)), after, from_junction=True)
 
 
 def _faces(change: _Change, country: str) -> Iterator[SignFace]:
-    """Yield the signs that stand where the tags change so."""
+    """Yield the signs that stand at a change."""
     if change.after.priority_road and (change.from_junction or not all(item.priority_road for item in change.before)):
         yield SignFace("priority_road")
     limit = _limit(change.after, change.along)
     if limit is None or not change.after.speed_signed:
         return
-    others = [item for item in change.limits_before if item != limit and not abs(item - limit) < SAME_LIMIT]
-    if others:
-        face = _limit_face(change.after, limit, country)
-        if face is not None:
-            yield face
+    if not all(same_limit(item, limit) for item in change.limits_before):
+        yield _limit_face(change.after, limit, country)
 
 
-def _limit_face(attributes: StreetAttributes, limit: float, country: str) -> SignFace | None:
-    """Return the sign of a limit, m/s; of a zone where the way says that it is one."""
+def _limit_face(attributes: StreetAttributes, limit: float, country: str) -> SignFace:
+    """Return the sign of a limit, m/s; that of a zone where the way says so."""
     if math.isinf(limit):
         return SignFace("restrictions_end")
     if attributes.highway == "living_street":
         return SignFace("living_street")
     value, unit = shown_speed(limit, country)
-    return SignFace(
-        "maxspeed_zone" if _is_zone(attributes.traffic_sign, country) else "maxspeed", "", "", value, unit
-    )
-
-
-@lru_cache(maxsize=1024)
-def _is_zone(text: str, country: str) -> bool:
-    return bool(text) and any(face.meaning == "maxspeed_zone" for face in read_faces(text, {}, country))
+    return SignFace("maxspeed_zone" if attributes.speed_zone else "maxspeed", "", "", value, unit)
 
 
 def shown_speed(speed: float, country: str) -> tuple[float, str]:
-    """Return the number on a sign and its unit for a limit, m/s.
-
-    The unit is the country's if that makes a whole number, else the other one if that does.
-    """
-    own = speed_unit(country)
+    """Return the number on the sign of a limit, m/s, and its unit: the country's, unless only the other is whole."""
+    own = find_country(country).speed_unit
     for unit in (own, "mph" if own == "km/h" else "km/h"):
-        value = speed * IN_UNIT[unit]
-        if abs(value - round(value)) < _WHOLE:
+        value = speed * UNITS_PER_MPS[unit]
+        if abs(value - round(value)) < _WHOLE_NUMBER:
             return float(round(value)), unit
-    return float(round(speed * IN_UNIT[own])), own
+    return float(round(speed * UNITS_PER_MPS[own])), own
 
 
 def _is_said(face: SignFace, change: _Change, said: Sequence[tuple[float, SignFace, bool]]) -> bool:
-    """Whether another sign says the same: one shortly before, or a mapped one shortly behind as well."""
+    """Return whether another sign says the same: shortly before, or if it is mapped also shortly behind."""
     for s, other, mapped in said:
         ahead = change.s - s if change.along else s - change.s
-        near = abs(ahead) < defaults.SIGN_REPEATED if mapped else 0.0 <= ahead < defaults.SIGN_REPEATED
+        near = abs(ahead) < _REPEATED if mapped else 0.0 <= ahead < _REPEATED
         if near and _says(other) == _says(face):
             return True
     return False
 
 
 def _says(face: SignFace) -> tuple[str, float | None]:
-    # Of limits the number counts, not whether it is that of a zone.
     limit = face.meaning in _LIMITS and face.value is not None
     return ("limit" if limit else face.meaning), face.value

@@ -1,27 +1,23 @@
-"""Where the stop and give-way signs of OSM's nodes stand: ``highway=stop`` and ``highway=give_way``."""
+"""Stop and give-way signs: of ``highway=stop`` and ``highway=give_way``, and mapped signs with these meanings."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-import numpy as np
-
-from osm2xodr.conventions import priority_rank, signed_ends, stops_all
+from osm2xodr.conventions import meant_ends, priority_rank
 from osm2xodr.defaults import SIGN_REACH
 from osm2xodr.furniture import defaults
+from osm2xodr.furniture.signs.directions import cars_at_end
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.sign_roads import Spot
-from osm2xodr.furniture.signs.tags import SignFace
-from osm2xodr.furniture.world import Approach, Crossing, NodePlace, NodePlaces, Stop, World, car_lanes
-from osm2xodr.model import Direction, Intersection, Street
+from osm2xodr.furniture.world import Approach, Crossing, NodePlace, Stop, World, car_lanes
+from osm2xodr.model import Intersection, NodeControl, Sign, SignFace
 
-KINDS: Final = ("stop", "give_way")
-# Values of railway of nodes where tracks cross a street.
-_RAILWAYS: Final = frozenset({"level_crossing", "tram_level_crossing", "crossing", "tram_crossing"})
+KINDS: Final = (Sign.STOP.value, Sign.GIVE_WAY.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +35,7 @@ class YieldSign:
 
 
 class YieldSigns:
-    """Collects stop and give-way signs, one for each approach, and says what becomes of every node.
-
-    Parameters
-    ----------
-    world, approaches, crossings
-        What is there.
-    """
+    """Collects stop and give-way signs, one for each approach, and reports the nodes that give none."""
 
     def __init__(self, world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing] = ()) -> None:
         self._world = world
@@ -60,7 +50,7 @@ class YieldSigns:
 
     @cached_property
     def _minor_roads(self) -> Mapping[int, frozenset[int]]:
-        """Roads that yield to some at a junction and go before none, by junction."""
+        """Roads that only yield at a junction and never go first, by junction."""
         out: dict[int, frozenset[int]] = {}
         for junction in self._world.road_map.junctions:
             incoming = {item.connecting_road: item.incoming_road for item in junction.connections}
@@ -69,33 +59,29 @@ class YieldSigns:
             out[junction.id] = frozenset(low - high)
         return out
 
-    def add_nodes(self, places: NodePlaces) -> None:
-        """Find what the nodes on streets are for."""
-        tags = self._world.network.node_tags
-        nodes = [node for node, item in tags.items() if item.get("highway") in KINDS]
-        for node, found in sorted(places.on_streets(nodes).items()):
-            item = tags[node]
-            signs = self._signs(node, item, found)
+    def add_nodes(self) -> None:
+        """Add the signs of the nodes on streets."""
+        controls = self._world.network.node_facts.controls
+        nodes = [node for node, item in controls.items() if item.tagged in (Sign.STOP, Sign.GIVE_WAY)]
+        for node, found in sorted(self._world.nodes.on_streets(nodes).items()):
+            signs = self._signs(node, controls[node], found)
             if isinstance(signs, str):
                 self._leave_out(f"node/{node}", signs)
                 continue
-            self.add(signs)
+            for sign in signs:
+                self.add(sign)
 
-    def add(self, signs: Iterable[YieldSign]) -> None:
-        """Keep signs, of several for one approach the first; a stop sign goes before a give-way sign."""
-        for sign in signs:
-            key = (sign.road, sign.along, None if sign.approach else sign.s)
-            old = self._found.get(key)
-            if old is None:
-                self._found[key] = sign
-                continue
-            kept, lost = (sign, old) if (sign.kind, old.kind) == KINDS else (old, sign)
-            self._found[key] = kept
-            if lost.osm_id != kept.osm_id:
-                self._leave_out(lost.osm_id, f"{kept.osm_id} has the sign of that approach")
+    def add(self, sign: YieldSign) -> None:
+        """Add a sign; of several for one approach the first is kept, but a stop sign rather than a give-way sign."""
+        key = (sign.road, sign.along, None if sign.approach else sign.s)
+        old = self._found.get(key, sign)
+        kept, lost = (sign, old) if (sign.kind, old.kind) == KINDS else (old, sign)
+        self._found[key] = kept
+        if lost.osm_id != kept.osm_id:
+            self._leave_out(lost.osm_id, f"{kept.osm_id} has the sign of that approach")
 
     def nearest(self, road: int, s: float, along: bool, kind: str, osm_id: str) -> YieldSign:
-        """Return the sign that one beside a road at s, m, stands for: at the approach if that is near."""
+        """Return the sign for one that stands beside a road at s, m: that of the approach if it is near."""
         approach = self._at.get((road, along))
         length = self._world.lanes.length(road)
         if approach is not None and (length - s if along else s) <= SIGN_REACH:
@@ -104,9 +90,9 @@ class YieldSigns:
         return YieldSign(kind, road, min(max(s, margin), length - margin), along, osm_id)
 
     def ahead(self, spot: Spot, along: bool) -> float | None:
-        """Return how far it is from a sign beside a road to what its traffic has to stop or yield for, m.
+        """Return the distance from a sign beside a road to the junction, crossing or railway ahead of it, m.
 
-        That is a junction, a crossing or a railway within reach; None where there is none.
+        None where there is none within reach.
         """
         length = self._world.lanes.length(spot.road)
         found = [abs(at - spot.s) for at in self._crossed.get(spot.road, ()) if (at > spot.s) == along]
@@ -121,42 +107,41 @@ class YieldSigns:
         out: dict[int, list[float]] = defaultdict(list)
         for crossing in self._crossings:
             out[crossing.road].append(crossing.s)
-        places, tags = self._world.places, self._world.network.node_tags
+        places, tracks = self._world.places, self._world.network.node_facts.track_crossings
         for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
-            if road >= 0 and tags[node].get("railway") in _RAILWAYS:
+            if road >= 0 and node in tracks:
                 out[road].append(s)
         return out
 
     def _leave_out(self, osm_id: str, why: str) -> None:
         self._world.diagnostics.dropped("sign-left-out", osm_id, f"the sign is left out: {why}")
 
-    def _signs(self, node: int, tags: Mapping[str, str], found: Sequence[NodePlace]) -> list[YieldSign] | str:
+    def _signs(self, node: int, control: NodeControl, found: Sequence[NodePlace]) -> list[YieldSign] | str:
         """Return the signs of a node, or why there are none."""
         meeting = self._meeting.get(node)
         if meeting is not None and len(meeting.arms) > 1:
-            return self._at_intersection(meeting, tags)
+            return self._at_intersection(meeting, control)
         out: list[YieldSign] = []
         why = ""
         for place in found:
             street = self._world.network.streets[place.street]
-            index = int(np.flatnonzero(street.node_ids == node)[0])
-            for end in signed_ends(street, index, tags):
-                signs = self._inside(place, end, tags)
+            for end in meant_ends(street, street.place_of(node), control.facing):
+                signs = self._inside_street(place, end, control)
                 if isinstance(signs, str):
                     why = signs
                 else:
                     out += signs
         return out or why
 
-    def _inside(self, place: NodePlace, end: int, tags: Mapping[str, str]) -> list[YieldSign] | str:
+    def _inside_street(self, place: NodePlace, end: int, control: NodeControl) -> list[YieldSign] | str:
         """Return the signs of a node inside a street that are for those who come to one of its ends."""
         osm_id = f"node/{place.node}"
-        kind = tags["highway"]
+        kind = _kind(control)
         if place.road < 0:
             inner = self._world.network.streets[place.street]
             arms = self._leading_into(2 * place.street + end, inner.start if end else inner.end)
             if not arms:
-                return "it stands inside a junction, on a way that other ways are merged with"
+                return "it stands inside a junction, on a way that no single road leads into"
             return [self._of(arm, kind, osm_id) for arm in arms]
         sign = self.nearest(place.road, place.s, bool(end), kind, osm_id)
         lanes = car_lanes(self._world, sign.road, sign.s, sign.along)
@@ -170,28 +155,28 @@ class YieldSigns:
         for arm in arms:
             if arm not in self._by_end or arm == end ^ 1:
                 continue
-            onwards = [other for other in arms if other != arm and _leaves(streets[other // 2], other)]
+            onwards = [other for other in arms if other != arm and cars_at_end(streets[other // 2], other)[1]]
             if onwards == [end ^ 1]:
                 out.append(self._by_end[arm])
         return out
 
-    def _at_intersection(self, meeting: Intersection, tags: Mapping[str, str]) -> list[YieldSign] | str:
+    def _at_intersection(self, meeting: Intersection, control: NodeControl) -> list[YieldSign] | str:
         """Return the signs of a node where streets meet."""
         ends = [2 * street + (not start) for street, start in meeting.arms]
         junctions = {int(self._world.places.end_junction[end]) for end in ends} - {-1}
         here = [self._by_end[end] for end in ends if end in self._by_end]
         here = here or [item for item in self._by_end.values() if item.junction in junctions]
-        osm_id = f"node/{meeting.osm_node_id}"
         if not here:
             return "no road with lanes for cars comes to that junction"
-        all_way = stops_all(tags)
-        meant = here if all_way or len(here) == 1 else self._yielding(here, tags)
+        meant = here if control.all_way or len(here) == 1 else self._yielding(here, control)
         if not meant:
-            return "it stands on a junction of equal roads and does not say which of them it is for"
-        return [self._of(item, tags["highway"], osm_id, all_way=all_way) for item in meant]
+            return "it stands on a junction of equal roads and does not say for which of them"
+        return [
+            self._of(item, _kind(control), f"node/{meeting.osm_node_id}", all_way=control.all_way) for item in meant
+        ]
 
-    def _yielding(self, here: Sequence[Approach], tags: Mapping[str, str]) -> list[Approach]:
-        """Return the approaches that yield: by the junction's priorities, by class, by the node's direction."""
+    def _yielding(self, here: Sequence[Approach], control: NodeControl) -> list[Approach]:
+        """Return the approaches that yield: by the junction's priorities, class of road, or the node's direction."""
         minor = [item for item in here if item.road in self._minor_roads[item.junction]]
         if minor and len(minor) < len(here):
             return minor
@@ -199,16 +184,14 @@ class YieldSigns:
         lower = [item for item, rank in zip(here, ranks, strict=True) if rank < max(ranks)]
         if lower:
             return lower
-        streets = self._world.network.streets
-        return [
-            item
-            for item in here
-            if tags.get("direction") in ("forward", "backward")
-            and signed_ends(
-                street := streets[item.street_end // 2], (len(street.points) - 1) * (item.street_end % 2), tags
-            )
-            == (item.street_end % 2,)
-        ]
+        if control.facing.along is None:
+            return []
+        out = []
+        for item in here:
+            street, end = self._world.network.streets[item.street_end // 2], item.street_end % 2
+            if meant_ends(street, end * (len(street.points) - 1), control.facing) == (end,):
+                out.append(item)
+        return out
 
     def _rank(self, end: int) -> int:
         return priority_rank(self._world.network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway)
@@ -217,25 +200,18 @@ class YieldSigns:
         return YieldSign(kind, item.road, item.stop_s, item.at_end, osm_id, item, all_way)
 
     def posts(self) -> list[Post]:
-        """Return the poles of all signs."""
-        return [
-            Post(
-                sign.road,
-                _held(sign.s, self._world.lanes.length(sign.road)),
-                sign.along,
-                self._faces(sign),
-                sign.osm_id,
-            )
-            for sign in self._found.values()
-        ]
-
-    def _faces(self, sign: YieldSign) -> tuple[SignFace, ...]:
-        face = SignFace(sign.kind)
-        plate = sign.all_way and sign.kind == "stop" and self._world.network.country == "US"
-        return (face, SignFace("all_way", "US", "R1-3P", supplementary=True)) if plate else (face,)
+        """Return the posts of all signs."""
+        out = []
+        for sign in self._found.values():
+            faces = [SignFace(sign.kind)]
+            if sign.all_way and sign.kind == "stop" and self._world.network.country == "US":
+                faces.append(SignFace("all_way", "US", "R1-3P", supplementary=True))
+            s = min(max(sign.s, 0.0), self._world.lanes.length(sign.road))
+            out.append(Post(sign.road, s, sign.along, tuple(faces), sign.osm_id))
+        return out
 
     def stops(self, signalled: frozenset[tuple[int, bool]]) -> list[Stop]:
-        """Return where traffic stops or yields, but where it has lights."""
+        """Return where traffic stops or yields, except on the approaches with lights."""
         out: list[Stop] = []
         for sign in self._found.values():
             approach = sign.approach
@@ -246,13 +222,6 @@ class YieldSigns:
         return sorted(out, key=lambda stop: (stop.road, stop.s, stop.orientation))
 
 
-def _held(s: float, length: float) -> float:
-    """Return s within a road, m."""
-    return min(max(s, 0.0), length)
-
-
-def _leaves(street: Street, end: int) -> bool:
-    """Whether cars can drive from a street's end onto it."""
-    attributes = street.pieces[-1 if end % 2 else 0][1]
-    runs = attributes.car_directions()
-    return Direction.BOTH in runs or (Direction.BACKWARD if end % 2 else Direction.FORWARD) in runs
+def _kind(control: NodeControl) -> str:
+    assert control.tagged is not None
+    return control.tagged.value

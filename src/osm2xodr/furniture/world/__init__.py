@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from osm2xodr.furniture.world.approaches import car_lanes, find_approaches
-from osm2xodr.furniture.world.corners import outline
 from osm2xodr.furniture.world.lane_table import CAR_LANES, LaneAt, LaneTable, lane_ranges
 from osm2xodr.furniture.world.node_places import NodePlace, NodePlaces
 from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
-from osm2xodr.furniture.world.street_pieces import pieces_on_road, way_at
-from osm2xodr.furniture.world.tag_values import length_of
-from osm2xodr.furniture.world.world import Approach, Crossing, Movement, Stop, World
+from osm2xodr.furniture.world.world import (
+    Approach,
+    Crossing,
+    Movement,
+    Stop,
+    World,
+    nearest_segment,
+    outline,
+    pieces_on_road,
+    points_beside,
+    way_at,
+)
 
 __all__ = [
     "CAR_LANES",
@@ -27,8 +35,9 @@ __all__ = [
     "car_lanes",
     "find_approaches",
     "lane_ranges",
-    "length_of",
+    "nearest_segment",
     "outline",
     "pieces_on_road",
+    "points_beside",
     "way_at",
 ]

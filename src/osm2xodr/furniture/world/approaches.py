@@ -1,4 +1,4 @@
-"""The road ends at which cars come to junctions, and where they stop there."""
+"""Road ends at which cars come to junctions, and where they stop there."""
 
 from __future__ import annotations
 
@@ -17,19 +17,14 @@ from osm2xodr.model import LaneType
 def find_approaches(world: World, crossings: Sequence[Crossing]) -> tuple[Approach, ...]:
     """Find all road ends at which cars come to a junction, in the order of junctions and roads.
 
-    Parameters
-    ----------
-    world
-        What is there.
-    crossings
-        Traffic stops before those at the junction.
+    Traffic stops before the crossings at the junction.
     """
     at_ends: dict[tuple[int, bool], list[Crossing]] = defaultdict(list)
     for crossing in crossings:
         for at_end, there in ((False, crossing.at_start), (True, crossing.at_end)):
             if there:
                 at_ends[crossing.road, at_end].append(crossing)
-    nodes = _sign_nodes(world)
+    nodes = _control_nodes(world)
     street_end = {}
     for end, road in enumerate(world.places.end_road.tolist()):
         if road >= 0:
@@ -45,7 +40,7 @@ def find_approaches(world: World, crossings: Sequence[Crossing]) -> tuple[Approa
 
 
 def _movements(world: World) -> dict[tuple[int, int, bool], list[Movement]]:
-    """Return the ways that cars take through junctions, by junction, road and whether they come from its end."""
+    """Return the ways of cars through junctions, by junction, road and whether they come from its end."""
     road_map = world.road_map
     turns = _turns(world)
     out: dict[tuple[int, int, bool], list[Movement]] = defaultdict(list)
@@ -81,12 +76,13 @@ def _turns(world: World) -> list[float]:
     return out
 
 
-def _sign_nodes(world: World) -> Mapping[tuple[int, bool], list[float]]:
-    """Return s of the nodes that show where traffic stops before a road's start or end."""
+def _control_nodes(world: World) -> Mapping[tuple[int, bool], list[float]]:
+    """Return s of the nodes with signs or lights near a road's start or end, by road and whether it is its end, m."""
     places = world.places
     out: dict[tuple[int, bool], list[float]] = defaultdict(list)
     for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
-        if road < 0 or world.network.node_tags[node].get("highway") not in ("traffic_signals", "stop", "give_way"):
+        control = world.network.node_facts.controls.get(node)
+        if road < 0 or control is None or control.tagged is None:
             continue
         length = world.lanes.length(road)
         if 0.0 < s < length:
@@ -97,21 +93,21 @@ def _sign_nodes(world: World) -> Mapping[tuple[int, bool], list[float]]:
 
 
 def _stop(world: World, road: int, at_end: bool, crossings: Sequence[Crossing], nodes: Sequence[float]) -> float:
-    """Return where traffic stops: where a node says, but before crossings and off the junction, s, m."""
+    """Return s where traffic stops: at the farthest sign, but before crossings and outside the junction, m."""
     length = world.lanes.length(road)
-    # Counted from the junction.
+    # Distance from the junction
     away = defaults.STOP_LINE_SETBACK
     for s in nodes:
         away = max(away, length - s if at_end else s)
     for crossing in crossings:
-        middle = length - crossing.s if at_end else crossing.s
-        away = max(away, middle + 0.5 * crossing.width + defaults.STOP_LINE_BEFORE_CROSSING)
+        to_middle = length - crossing.s if at_end else crossing.s
+        away = max(away, to_middle + 0.5 * crossing.width + defaults.STOP_LINE_BEFORE_CROSSING)
     away = min(away, 0.5 * length)
     return length - away if at_end else away
 
 
 def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
-    """Return the ids of lanes for cars whose traffic runs along s (or against it), from the centre outwards."""
+    """Return the ids of the lanes for cars that run along s (or against it), from the centre outwards."""
     found = [
         lane.id
         for lane in world.lanes.at(road, s)

@@ -10,17 +10,18 @@ from typing import Final
 from osm2xodr.curves import lengths
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, Road, RoadMap, Rule
 
-# Lanes that lie beyond the kerb or the edge of the pavement; what lies inside of the innermost is crossed on foot.
+# Lanes beyond the kerb or the edge of the pavement; the carriageway lies between the innermost of them.
 OFF_CARRIAGEWAY: Final = frozenset({LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB})
 CAR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL, LaneType.BUS, LaneType.TAXI})
 
 
 @dataclass(frozen=True, slots=True)
 class LaneAt:
-    """A lane at one place: its id and type, and t of its edges, left > right, m."""
+    """A lane at one place."""
 
     id: int
     type: LaneType
+    # t of its edges, left > right, m
     left: float
     right: float
 
@@ -32,7 +33,7 @@ class LaneAt:
 
 @dataclass(frozen=True, slots=True)
 class _Sides:
-    """The lanes left and right of the centre, outwards, and how many of them lie between the kerbs."""
+    """The lanes left and right of the centre, outwards, and how many of them are part of the carriageway."""
 
     left: tuple[Lane, ...]
     right: tuple[Lane, ...]
@@ -48,7 +49,7 @@ class _Sides:
 
 
 def lane_ranges(lanes: Iterable[int]) -> tuple[tuple[int, int], ...]:
-    """Return lane ids as ascending (first, last) of ranges without gaps; the centre (0) parts the sides."""
+    """Return lane ids as ascending ranges (first, last) without gaps."""
     out: list[tuple[int, int]] = []
     for lane in sorted(set(lanes)):
         if out and lane - out[-1][1] == 1:
@@ -71,7 +72,7 @@ class LaneTable:
         self._length = lengths(road_map.plan_view).tolist()
         self._sides: dict[int, _Sides] = {}
         offset = road_map.lane_offset
-        # As lists: single values are asked for many times.
+        # As lists, which are faster than arrays for single values.
         self._first = offset.start.tolist()
         self._offset_s = offset.s.tolist()
         self._offsets = list(
@@ -91,7 +92,7 @@ class LaneTable:
         return float(self._length[self._index[road]])
 
     def runs_along(self, lane: int) -> bool:
-        """Say whether traffic on a lane runs along s, by the side of the centre that it lies on."""
+        """Return whether traffic on a lane runs along s, by the side of the centre on which it lies."""
         return (lane < 0) == (self._map.rule is Rule.RIGHT_HAND)
 
     def at(self, road: int, s: float) -> tuple[LaneAt, ...]:
@@ -110,10 +111,9 @@ class LaneTable:
         return tuple(out)
 
     def carriageway(self, road: int, s: float) -> tuple[float, float]:
-        """Return t of the left and right edge of what lies between the kerbs.
+        """Return t of the left and right edge of the carriageway, m.
 
-        These are all lanes up to the first of `OFF_CARRIAGEWAY` on either side; both are the centre where there is
-        none.
+        It ends at the first lane of `OFF_CARRIAGEWAY` on either side; without lanes both edges are the centre.
         """
         k = self._index[road]
         section, sides = self._section(k, s)
@@ -134,7 +134,7 @@ class LaneTable:
         section = sections[0]
         if len(sections) > 1:
             section = sections[max(bisect_right([item.s for item in sections], s) - 1, 0)]
-        # Roads share sections that are alike; the map keeps them, so that they can be told by their identity.
+        # Equal sections of roads are one object, which the map keeps alive: its identity is a safe key.
         sides = self._sides.get(id(section))
         if sides is None:
             sides = self._sides[id(section)] = _Sides.of(section)

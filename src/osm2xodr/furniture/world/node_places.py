@@ -10,12 +10,13 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.conventions import places_on_streets
 from osm2xodr.curves import pose, project
 from osm2xodr.furniture.world.lane_table import LaneTable
-from osm2xodr.model import FloatArray, IntArray, RoadMap, StreetNetwork, StreetPlaces
+from osm2xodr.model import FloatArray, RoadMap, StreetNetwork, StreetPlaces
 
-# Nodes that lie beyond a road's end by less count as on it, m.
-_ON_IT: Final = 1e-6
+# Nodes beyond a road's end by less lie on it, m: rounding.
+_END_TOLERANCE: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,23 +37,18 @@ class NodePlace:
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """A road's end at a junction: where, and the road's direction there."""
+    """A road's end at a junction."""
 
     road: int
     at_end: bool
+    # Local position, m, and the road's heading there, rad
     x: float
     y: float
     hdg: float
 
 
 class NodePlaces:
-    """Finds the places of nodes of streets.
-
-    Parameters
-    ----------
-    network, road_map, places, lanes
-        Streets, roads and their lanes.
-    """
+    """Finds the places of nodes of streets."""
 
     def __init__(self, network: StreetNetwork, road_map: RoadMap, places: StreetPlaces, lanes: LaneTable) -> None:
         self._network = network
@@ -95,32 +91,14 @@ class NodePlaces:
             out[junction].append(Arm(*arm))
         return {junction: tuple(found) for junction, found in out.items()}
 
-    @cached_property
-    def _street_nodes(self) -> tuple[IntArray, IntArray]:
-        streets = self._network.streets
-        start = np.concatenate([[0], np.cumsum([len(street.node_ids) for street in streets])])
-        return np.concatenate([street.node_ids for street in streets]), start.astype(np.int64)
-
     def on_streets(self, nodes: Iterable[int]) -> dict[int, list[NodePlace]]:
-        """Return all places on streets of those nodes that lie on one, in the order of streets.
-
-        Parameters
-        ----------
-        nodes
-            OSM ids.
-        """
-        wanted = np.array(sorted(set(nodes)), np.int64)
-        if not len(wanted):
-            return {}
-        every, start = self._street_nodes
-        rows = np.flatnonzero(np.isin(every, wanted))
-        owner = np.searchsorted(start, rows, side="right") - 1
+        """Return all places on streets of nodes, by OSM id, in the order of streets; nodes on none are left out."""
         seen: dict[tuple[int, int], int] = defaultdict(int)
         out: dict[int, list[NodePlace]] = defaultdict(list)
-        for node, street, row in zip(every[rows].tolist(), owner.tolist(), rows.tolist(), strict=True):
-            again = seen[node, street]
-            seen[node, street] += 1
-            out[node].append(self._place(node, street, row - int(start[street]), again))
+        for street, at in places_on_streets(self._network.streets, nodes):
+            key = int(street.node_ids[at]), street.id
+            out[key[0]].append(self._place(*key, at, seen[key]))
+            seen[key] += 1
         return out
 
     def _place(self, node: int, street: int, at: int, again: int) -> NodePlace:
@@ -128,7 +106,7 @@ class NodePlaces:
         x, y = points[at].tolist()
         along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
         if not along.any():
-            # The start and end of a loop: the way it begins.
+            # The start and end of a loop: the direction in which it begins.
             along = points[1] - points[0]
         hdg = float(np.arctan2(along[1], along[0]))
         rows = self._tagged.get((node, street), [])
@@ -142,7 +120,7 @@ class NodePlaces:
         return NodePlace(node, street, x, y, hdg, road, s, junction)
 
     def _find(self, street: int, point: FloatArray) -> tuple[int, float, int]:
-        """Return road, s and junction of a point of a street that has no tags."""
+        """Return road, s and junction, as in `NodePlace`, of a node that is not in `StreetPlaces`."""
         places = self._places
         roads = self._roads.get(street)
         if not roads:
@@ -156,8 +134,8 @@ class NodePlaces:
         beyond = float((point[0] - px[0]) * np.cos(hdg[0]) + (point[1] - py[0]) * np.sin(hdg[0]))
         road = road_map.roads[roads[best]].id
         at = float(s[best]) + beyond
-        if at < -_ON_IT:
+        if at < -_END_TOLERANCE:
             return road, at, int(places.end_junction[2 * street])
-        if at > self._lanes.length(road) + _ON_IT:
+        if at > self._lanes.length(road) + _END_TOLERANCE:
             return road, at, int(places.end_junction[2 * street + 1])
         return road, at, -1

@@ -1,4 +1,4 @@
-"""Where things beside roads lie: the road whose edge is nearest, s and t there. All at once, on flat arrays."""
+"""Where things beside roads lie: the road whose edge is nearest, and s and t there."""
 
 from __future__ import annotations
 
@@ -11,25 +11,23 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.curves import SAMPLE_SPACING, lengths, project, sample_curves
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world.street_pieces import pieces_on_road
-from osm2xodr.furniture.world.world import World
+from osm2xodr.furniture.world.world import World, pieces_on_road
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Structure
 
-# How many of the samples by which roads near a point are found are looked at: enough for the next road at a junction
-# of four.
+# Samples of curves that are looked at for each point: enough for the next road at a junction of four arms.
 _NEIGHBOURS: Final = 12
-# Half of the widest carriageway that things are sought beside, m; and of connecting roads, which have few lanes.
-_HALF: Final = 20.0
-_HALF_CONNECTING: Final = 6.0
-# A point whose distance from a curve differs from |t| by more lies before its start or beyond its end, m.
-_BESIDE: Final = 0.01
-# Distance of the places at which the edges of carriageways that change are looked up, m.
-_STATIONS: Final = 3.0
+# Half of the widest carriageway beside which things are found, m; and of connecting roads, which have few lanes.
+_HALF_WIDTH_MAX: Final = 20.0
+_HALF_WIDTH_MAX_CONNECTING: Final = 6.0
+# A point whose distance from a curve exceeds |t| by more lies before its start or beyond its end, m.
+_BESIDE_TOLERANCE: Final = 0.01
+# Distance of the stations at which the edges of carriageways that change are looked up, m.
+_STATION_SPACING: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoadsidePlaces:
-    """Places of points beside roads outside junctions, all (n,)."""
+    """Places of points beside roads outside junctions, all (n,); NaN without a road."""
 
     road: IntArray  # Index of the road, -1 where none is within reach
     # Where on it, m
@@ -41,26 +39,20 @@ class RoadsidePlaces:
 
     @property
     def beyond(self) -> FloatArray:
-        """How far outside of the carriageway each point lies, below 0 for those on it, m."""
+        """How far outside the carriageway each point lies, below 0 on it, m."""
         return np.maximum(self.t - self.left, self.right - self.t)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Samples:
-    """Points along curves: how they are found, and the curve of each."""
+    """Points along curves."""
 
     tree: cKDTree
-    curve: IntArray
+    curve: IntArray  # The curve of each point
 
 
 class RoadsideFinder:
-    """Finds places beside the roads outside junctions.
-
-    Parameters
-    ----------
-    world
-        Its roads.
-    """
+    """Finds places beside the roads outside junctions."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -79,24 +71,19 @@ class RoadsideFinder:
         return _sampled(self._plan, np.arange(len(self._world.places.road_street), len(self._length)))
 
     def places(self, x: FloatArray, y: FloatArray, reach: float = defaults.OBJECT_REACH) -> RoadsidePlaces:
-        """Return the places of points (n,): at the road whose carriageway is nearest; none for those in junctions.
+        """Return the places of points (n,), m, beside the nearest carriageway within reach of its edge.
 
-        Parameters
-        ----------
-        x, y : (n,)
-            Local position, m.
-        reach
-            How far from the carriageway's edge a point may lie, m.
+        Points in junctions have none.
         """
-        point, curve, s, t, left, right = self._beside(self._outside, x, y, reach + _HALF)
+        point, curve, s, t, left, right = self._beside(self._outside, x, y, reach + _HALF_WIDTH_MAX)
         beyond = np.maximum(t - left, right - t)
         near = (beyond <= reach) & ~self._covered(curve, s)
         order = np.flatnonzero(near)[np.lexsort((curve[near], beyond[near], point[near]))]
         order = order[np.unique(point[order], return_index=True)[1]]
         out = RoadsidePlaces(np.full(len(x), -1, np.int64), *(np.full(len(x), np.nan) for _ in range(4)))
         at = point[order]
-        # Junctions may be wider than their arms.
-        crossed, _, _, aside, one, other = self._beside(self._connecting, x[at], y[at], _HALF_CONNECTING)
+        # Points on connecting roads lie in a junction, even where it is wider than its arms.
+        crossed, _, _, aside, one, other = self._beside(self._connecting, x[at], y[at], _HALF_WIDTH_MAX_CONNECTING)
         free = np.ones(len(at), np.bool_)
         free[crossed[(aside < one) & (aside > other)]] = False
         at, order = at[free], order[free]
@@ -105,7 +92,7 @@ class RoadsideFinder:
         return out
 
     def _covered(self, curve: IntArray, s: FloatArray) -> BoolArray:
-        """Say which places on roads lie in tunnels: what OSM has there is above them."""
+        """Return which places on roads lie in tunnels: what OSM has there is above them."""
         out = np.zeros(len(curve), np.bool_)
         for road, parts in self._tunnels.items():
             rows = np.flatnonzero(curve == road)
@@ -115,22 +102,14 @@ class RoadsideFinder:
 
     @cached_property
     def _tunnels(self) -> dict[int, list[tuple[float, float]]]:
-        """From where to where roads run in tunnels, by the index of the road, m."""
-        world = self._world
-        inside = [
-            any(piece.structure is Structure.TUNNEL for _, piece in street.pieces) for street in world.network.streets
-        ]
-        return {
-            k: [
-                (begin, end)
-                for begin, end, piece in pieces_on_road(
-                    world, world.network.streets[street], world.road_map.roads[k].id
-                )
-                if piece.structure is Structure.TUNNEL
-            ]
-            for k, street in enumerate(world.places.road_street.tolist())
-            if inside[street]
-        }
+        """(start, end) of tunnels by the index of their road, m."""
+        world, out = self._world, {}
+        for k, index in enumerate(world.places.road_street.tolist()):
+            street = world.network.streets[index]
+            if any(piece.structure is Structure.TUNNEL for _, piece in street.pieces):
+                pieces = pieces_on_road(world, street, world.road_map.roads[k].id)
+                out[k] = [(begin, end) for begin, end, piece in pieces if piece.structure is Structure.TUNNEL]
+        return out
 
     def edges(self, curve: int, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return t of the left and right edge of a road's carriageway at s, (n,), m."""
@@ -140,10 +119,10 @@ class RoadsideFinder:
     def _beside(
         self, samples: _Samples, x: FloatArray, y: FloatArray, reach: float
     ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return points, curves that they lie beside, s, t, and t of the carriageway's edges there, all (m,)."""
+        """Return points, curves that they lie beside, s, t, and t of the carriageway's edges, all (m,)."""
         point, curve = _pairs(samples, x, y, reach + SAMPLE_SPACING)
         s, t, distance = project(self._plan, curve, x[point], y[point])
-        beside = (distance - np.abs(t) <= _BESIDE) & (distance <= reach)
+        beside = (distance - np.abs(t) <= _BESIDE_TOLERANCE) & (distance <= reach)
         point, curve, s, t = point[beside], curve[beside], s[beside], t[beside]
         left, right = self._edges_at(curve, s)
         return point, curve, s, t, left, right
@@ -158,13 +137,13 @@ class RoadsideFinder:
         return left, right
 
     def _table(self, curve: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return stations along a road and t of its carriageway's edges there."""
+        """Return stations along a road and t of its carriageway's left and right edge there, m."""
         found = self._edges.get(curve)
         if found is None:
             road = self._world.road_map.roads[curve]
             length = float(self._length[curve])
             if self._changes(curve):
-                count = max(int(np.ceil(length / _STATIONS)), 1) + 1
+                count = max(int(np.ceil(length / _STATION_SPACING)), 1) + 1
                 begins = [min(section.s, length) for section in road.lane_sections]
                 stations = np.unique(np.concatenate([np.linspace(0.0, length, count), begins]))
             else:
@@ -174,28 +153,28 @@ class RoadsideFinder:
         return found
 
     def _changes(self, curve: int) -> bool:
-        """Say whether the carriageway of a road is not the same everywhere."""
-        road, offset = self._world.road_map.roads[curve], self._world.road_map.lane_offset
+        """Return whether the edges of a road's carriageway change along it."""
+        sections, offset = self._world.road_map.roads[curve].lane_sections, self._world.road_map.lane_offset
         records = slice(int(offset.start[curve]), int(offset.start[curve + 1]))
         return (
-            len(road.lane_sections) > 1
+            len(sections) > 1
             or len(offset.s[records]) > 1
-            or bool(offset.b[records].any() or offset.c[records].any() or offset.d[records].any())
+            or any(bool(cubics[records].any()) for cubics in (offset.b, offset.c, offset.d))
             or any(
                 len(lane.widths) > 1 or any(width.b or width.c or width.d for width in lane.widths)
-                for lane in road.lane_sections[0].lanes
+                for lane in sections[0].lanes
             )
         )
 
 
 def _sampled(plan: PlanView, curves: IntArray) -> _Samples:
     curve, x, y = sample_curves(plan, curves)
-    # Few points are sought, so that a tree that is made fast serves best.
+    # There are few queries, so that a tree that is built fast is the best.
     return _Samples(cKDTree(np.column_stack([x, y]), balanced_tree=False, compact_nodes=False), curve)
 
 
 def _pairs(samples: _Samples, x: FloatArray, y: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
-    """Return points and curves near them, each pair once."""
+    """Return the pairs of points and curves near them, each once, ascending."""
     if not len(samples.curve) or not len(x):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     _, found = samples.tree.query(np.column_stack([x, y]), k=_NEIGHBOURS, distance_upper_bound=reach)

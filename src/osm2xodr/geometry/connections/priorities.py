@@ -18,13 +18,13 @@ from typing import Final
 import numpy as np
 
 from osm2xodr import defaults
-from osm2xodr.conventions import Sign, Signs, priority_rank, read_signs
+from osm2xodr.conventions import Signs, priority_rank, read_signs
 from osm2xodr.curves import curves_cross
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import BoolArray, IntArray, StreetNetwork
+from osm2xodr.model import BoolArray, IntArray, Sign, StreetNetwork
 
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 

@@ -19,6 +19,7 @@ from osm2xodr.osmParsing.roadside.tags import (
     thing_tags,
     way_values,
 )
+from osm2xodr.osmParsing.tags import read_thing_facts
 
 
 def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays:
@@ -47,6 +48,7 @@ def read_beside(
     samples: StreetSamples,
     carried: IntArray,
     extra: AbstractSet[str],
+    country: str,
 ) -> tuple[tuple[Footway, ...], tuple[RoadsideThing, ...]]:
     """Select the footways and things within reach of streets.
 
@@ -62,6 +64,8 @@ def read_beside(
         OSM ids of the nodes on streets, ascending.
     extra
         Kinds of things read on request.
+    country
+        Whose signs they are, ISO 3166-1 alpha-2.
 
     Returns
     -------
@@ -80,7 +84,7 @@ def read_beside(
     asked = np.unique(np.concatenate([row, single]))
     near = np.zeros(len(nodes.ids), np.bool_)
     near[asked] = near_streets(samples, points[asked])
-    things = [_node(int(index), nodes, points, extra) for index in single[near[single]].tolist()]
+    things = [_node(int(index), nodes, points, extra, country) for index in single[near[single]].tolist()]
     near[np.searchsorted(nodes.ids, carried)] = True
     reached = np.zeros(len(ways), np.bool_)
     reached[way[near[row]]] = True
@@ -112,7 +116,7 @@ def _single_things(nodes: RawNodes, carried: IntArray, extra: AbstractSet[str]) 
     return np.searchsorted(nodes.ids, ids)
 
 
-def _node(index: int, nodes: RawNodes, points: FloatArray, extra: AbstractSet[str]) -> RoadsideThing:
+def _node(index: int, nodes: RawNodes, points: FloatArray, extra: AbstractSet[str], country: str) -> RoadsideThing:
     number = int(nodes.ids[index])
     tags = nodes.tags[number]
     kind = kind_of_node(tags, extra)
@@ -122,7 +126,7 @@ def _node(index: int, nodes: RawNodes, points: FloatArray, extra: AbstractSet[st
         f"node/{number}",
         points[index : index + 1].copy(),
         nodes.ids[index : index + 1].copy(),
-        thing_tags(kind, tags),
+        read_thing_facts(kind, thing_tags(kind, tags), country),
     )
 
 
@@ -140,4 +144,6 @@ def _add_way(
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))[None, :]
         nearest = int(np.argmin(np.hypot(*(points - middle).T)))
         points, ids = middle, ids[nearest : nearest + 1]
-    things.append(RoadsideThing(kind, f"way/{way.id}", points, ids, thing_tags(kind, way.tags)))
+    things.append(
+        RoadsideThing(kind, f"way/{way.id}", points, ids, read_thing_facts(kind, thing_tags(kind, way.tags), ""))
+    )

@@ -27,6 +27,7 @@ _LENGTH_UNITS: Final = {
     **dict.fromkeys(("", "m", "metre", "metres", "meter", "meters"), 1.0),
     **dict.fromkeys(("ft", "feet", "foot"), _FOOT),
     "cm": 0.01,
+    "mm": 0.001,
     "km": 1000.0,
     "in": _INCH,
     "yd": 0.9144,
@@ -76,6 +77,12 @@ def parse_length(text: str) -> float | None:
     if not found or found[2] not in _LENGTH_UNITS:
         return None
     return _number(found[1]) * _LENGTH_UNITS[found[2]]
+
+
+def plausible_length(text: str, most: float) -> float | None:
+    """Read a length as `parse_length` does; None also where it is 0 or above the largest that is plausible, m."""
+    length = parse_length(text)
+    return length if length is not None and 0.0 < length <= most else None
 
 
 def first_width(

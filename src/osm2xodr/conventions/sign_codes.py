@@ -1,10 +1,9 @@
 """The numbers that countries give their traffic signs, and what they mean.
 
-What a sign means is said in this package's own words, the keys of ``codes.json``. Readers differ in which
-numbers they know. CARLA (``SignalType.cpp``) compares type alone with the numbers of the German StVO and takes the
-value of a speed limit from the subtype. esmini has a list for each country (``resources/traffic_signals``), of which
-only the German one has more than a few signs, and looks for type and subtype joined. So the German numbers, with the
-country that they are of, are what both know.
+Meanings are the keys of ``sign_codes.json``. Readers know different numbers: CARLA (``SignalType.cpp``) compares the
+type alone with the numbers of the German StVO and takes the value of a speed limit from the subtype. esmini has a
+list for each country (``resources/traffic_signals``), of which only the German one has more than a few signs, and
+looks up type and subtype joined. So both know the German numbers with the country ``DE``.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-# Whose numbers are written unless a reader wants those of the country itself.
+# The country whose numbers are written unless a reader wants those of the country where the sign stands.
 COMMON: Final = "DE"
 NO_SUBTYPE: Final = "-1"
 _VALUE: Final = r"(\d+(?:[.,]\d+)?)"
@@ -36,17 +35,17 @@ class SignCode:
 
 @dataclass(frozen=True, slots=True)
 class _Catalogue:
-    """The signs of a country: templates by meaning, meanings by code, templates with values, supplementary plates."""
+    """The signs of a country."""
 
-    templates: Mapping[str, str]
-    meanings: Mapping[str, str]
-    valued: tuple[tuple[re.Pattern[str], str, float], ...]
-    supplementary: re.Pattern[str] | None
+    templates: Mapping[str, str]  # Codes by meaning; ``{}`` stands for the value on the sign, ``{tens}`` for a tenth
+    meanings: Mapping[str, str]  # Meanings by code, of codes without a value
+    valued: tuple[tuple[re.Pattern[str], str, float], ...]  # (pattern of a code with a value, meaning, factor)
+    supplementary: re.Pattern[str] | None  # Codes of plates that add to the sign above them
 
 
 @cache
 def _catalogues() -> Mapping[str, _Catalogue]:
-    text = Path(__file__).with_name("codes.json").read_text(encoding="utf-8")
+    text = Path(__file__).with_name("sign_codes.json").read_text(encoding="utf-8")
     return {country: _catalogue(item) for country, item in json.loads(text)["countries"].items()}
 
 
@@ -69,29 +68,30 @@ def _catalogue(item: Mapping[str, Mapping[str, str]]) -> _Catalogue:
 
 
 def _plain(code: str) -> str:
-    """Return a code as all its spellings have it: ``A01``, ``A-1`` and ``a1`` are one."""
+    """Normalise the spelling of a code: ``A01``, ``A-1`` and ``a1`` are the same."""
     return re.sub(r"^([A-Z]+)[ -]?0*(?=\d)", r"\1", code.strip().upper())
 
 
-def countries() -> tuple[str, ...]:
+def sign_countries() -> tuple[str, ...]:
     """Return the countries whose signs are known, ISO 3166-1 alpha-2."""
     return tuple(_catalogues())
 
 
-def meanings() -> frozenset[str]:
-    """Return all that signs can mean."""
+@cache
+def sign_meanings() -> frozenset[str]:
+    """Return all meanings of signs."""
     return frozenset(meaning for item in _catalogues().values() for meaning in item.templates)
 
 
-def meaning_of(country: str, code: str) -> tuple[str, float | None]:
-    """Return what a country's code means, empty where that is not known, and the value that it names.
+def sign_meaning(country: str, code: str) -> tuple[str, float | None]:
+    """Return the meaning of a country's code, empty where it is not known, and the value that the code contains.
 
     Parameters
     ----------
     country
         ISO 3166-1 alpha-2.
     code
-        Without the country, without a value in brackets.
+        Without the country, and without a value in brackets.
     """
     catalogue = _catalogues().get(country)
     if catalogue is None:
@@ -102,26 +102,26 @@ def meaning_of(country: str, code: str) -> tuple[str, float | None]:
     for pattern, meaning, factor in catalogue.valued:
         found = pattern.fullmatch(plain)
         if found:
-            return meaning, _shown(country, float(found[1].replace(",", ".")), factor)
-    # A number behind the hyphen that the table does not have is a variant of the same sign, such as its mirror image.
+            return meaning, _value_shown(country, float(found[1].replace(",", ".")), factor)
+    # An unknown number behind the hyphen is a variant of the same sign, such as its mirror image.
     return catalogue.meanings.get(re.sub(r"(?<=\d)-\d+$", "", plain), ""), None
 
 
-def _shown(country: str, number: float, factor: float) -> float:
+def _value_shown(country: str, number: float, factor: float) -> float:
     if country == "DE" and number in _OLD_GERMAN_SPEEDS:
         return (number - 50.0) * 10.0
-    # Tens are also written out.
+    # Codes with tens are also found with the whole number.
     return number * factor if number * factor <= 200.0 else number
 
 
 def is_supplementary(country: str, code: str) -> bool:
-    """Whether a country's code is of a plate that only adds to the sign above it."""
+    """Return whether a country's code is that of a plate that only adds to the sign above it."""
     catalogue = _catalogues().get(country)
     pattern = catalogue.supplementary if catalogue else None
     return pattern is not None and pattern.fullmatch(code.strip().upper()) is not None
 
 
-def code_of(
+def sign_code(
     meaning: str, value: float | None, country: str, *, own_codes: bool, value_in_subtype: bool
 ) -> SignCode | None:
     """Return the code to write for a sign; None where the meaning has none.
@@ -129,13 +129,13 @@ def code_of(
     Parameters
     ----------
     meaning, value
-        What it means, and the number on it.
+        What the sign means, and the number on it.
     country
         Where it stands; empty where that is not known.
     own_codes
-        Whether the numbers of the country itself are wanted where they are known, else the common ones.
+        Whether to prefer the country's own numbers to the common ones.
     value_in_subtype
-        Whether the common numbers have the value of the sign as their subtype.
+        Whether the subtype of common numbers is the value on the sign.
     """
     owner = country if own_codes and meaning in _templates(country) else COMMON
     template = _templates(owner).get(meaning)

@@ -1,4 +1,4 @@
-"""The numbers of signs by country, held against catalogues by hand."""
+"""The numbers of signs by country, compared with catalogues by hand."""
 
 from __future__ import annotations
 
@@ -7,37 +7,37 @@ from pathlib import Path
 
 import pytest
 
-import osm2xodr.furniture.signs
-from osm2xodr.furniture.signs.codes import (
+import osm2xodr.conventions
+from osm2xodr.conventions.sign_codes import (
     COMMON,
     SignCode,
-    code_of,
-    countries,
     is_supplementary,
-    meaning_of,
-    meanings,
+    sign_code,
+    sign_countries,
+    sign_meaning,
+    sign_meanings,
 )
 
-TABLE = json.loads((Path(osm2xodr.furniture.signs.__file__).parent / "codes.json").read_text(encoding="utf-8"))
+TABLE = json.loads((Path(osm2xodr.conventions.__file__).parent / "sign_codes.json").read_text(encoding="utf-8"))
 
 
 def test_every_country_names_its_source() -> None:
-    assert len(TABLE["countries"]) == len(countries()) >= 20
+    assert len(TABLE["countries"]) == len(sign_countries()) >= 20
     for country, item in TABLE["countries"].items():
         assert len(country) == 2
         assert item["source"]
         assert "stop" in item["codes"]
 
 
-@pytest.mark.parametrize("country", countries())
+@pytest.mark.parametrize("country", sign_countries())
 def test_own_codes_read_back_as_what_they_mean(country: str) -> None:
     for meaning in TABLE["countries"][country]["codes"]:
         value = 30.0 if "speed" in meaning else None
-        code = code_of(meaning, value, country, own_codes=True, value_in_subtype=True)
+        code = sign_code(meaning, value, country, own_codes=True, value_in_subtype=True)
         assert code is not None
         assert code.country == country
         written = code.type if code.subtype == "-1" else f"{code.type}-{code.subtype}"
-        found, number = meaning_of(country, written)
+        found, number = sign_meaning(country, written)
         assert found == meaning
         assert number in (value, None)
 
@@ -64,9 +64,9 @@ COMMON_CODES = {
 @pytest.mark.parametrize("meaning", COMMON_CODES)
 def test_common_codes_are_the_same_everywhere(meaning: str, country: str) -> None:
     value = 50.0 if "speed" in meaning else None
-    found = code_of(meaning, value, country, own_codes=False, value_in_subtype=True)
+    found = sign_code(meaning, value, country, own_codes=False, value_in_subtype=True)
     assert found == SignCode(COMMON_CODES[meaning], "50" if value else "-1", COMMON)
-    bare = code_of(meaning, value, country, own_codes=False, value_in_subtype=False)
+    bare = sign_code(meaning, value, country, own_codes=False, value_in_subtype=False)
     assert bare == SignCode(COMMON_CODES[meaning], "-1", COMMON)
 
 
@@ -87,13 +87,13 @@ def test_common_codes_are_the_same_everywhere(meaning: str, country: str) -> Non
     ],
 )
 def test_own_codes(country: str, meaning: str, value: float | None, code: tuple[str, str, str]) -> None:
-    assert code_of(meaning, value, country, own_codes=True, value_in_subtype=True) == SignCode(*code)
+    assert sign_code(meaning, value, country, own_codes=True, value_in_subtype=True) == SignCode(*code)
 
 
 def test_what_no_common_catalogue_has() -> None:
-    assert code_of("all_way", None, "US", own_codes=False, value_in_subtype=True) is None
-    assert code_of("all_way", None, "US", own_codes=True, value_in_subtype=True) == SignCode("R1-3P", "-1", "US")
-    assert "all_way" in meanings()
+    assert sign_code("all_way", None, "US", own_codes=False, value_in_subtype=True) is None
+    assert sign_code("all_way", None, "US", own_codes=True, value_in_subtype=True) == SignCode("R1-3P", "-1", "US")
+    assert "all_way" in sign_meanings()
 
 
 @pytest.mark.parametrize(
@@ -123,7 +123,7 @@ def test_what_no_common_catalogue_has() -> None:
     ],
 )
 def test_meanings_of_codes(country: str, code: str, meaning: str, value: float | None) -> None:
-    assert meaning_of(country, code) == (meaning, value)
+    assert sign_meaning(country, code) == (meaning, value)
 
 
 def test_supplementary_plates() -> None:

@@ -1,16 +1,26 @@
-"""What the tags of a node say about the traffic signs there (OSM wiki, Key:traffic_sign)."""
+"""Traffic signs on nodes and ways (OSM wiki, Key:traffic_sign). Pure functions."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
 from typing import Final
 
-from osm2xodr.conventions import find_country
-from osm2xodr.furniture.signs.codes import is_supplementary, meaning_of, meanings
+from osm2xodr.conventions import find_country, is_supplementary, sign_meaning, sign_meanings
+from osm2xodr.model import Facing, FacingSigns, Sign, SignFace, SignPost, StreetAttributes
 
-# Words of OSM for which this package has another.
+SIGN_KEYS: Final = ("traffic_sign", "traffic_sign:forward", "traffic_sign:backward", "traffic_sign:both")
+_ALONG: Final = {"forward": True, "backward": False}
+_DEGREES: Final = re.compile(r"\d+(?:\.\d+)?")
+_COMPASS_POINTS: Final = (
+    *("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE"),
+    *("S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"),
+)
+_DEGREES_PER_POINT: Final = 22.5
+
+# OSM's words whose meaning has another name in the table of codes.
 _WORDS: Final = {
     "yield": "give_way",
     "giveway": "give_way",
@@ -52,9 +62,9 @@ _HAZARDS: Final = {
     "side_winds": "side_wind",
     "traffic_signals": "signals_ahead",
 }
-# Words that say that there is a sign, but not which, or that it is none that rules traffic.
+# Words that do not say which sign it is, or that it does not regulate traffic.
 _VAGUE: Final = frozenset({"", "yes", "no", "none", "variable", "information", "street_name_sign", "id", "unknown"})
-# Tags that hold the number on a sign, and its unit unless they say.
+# The tag with the number on a sign, and the unit of numbers without one, by meaning; empty for that of speed limits.
 _VALUE_TAGS: Final = {
     "maxspeed": ("maxspeed", ""),
     "maxspeed_zone": ("maxspeed", ""),
@@ -66,74 +76,66 @@ _VALUE_TAGS: Final = {
     "max_weight": ("maxweight", "t"),
     "max_axle_load": ("maxaxleload", "t"),
 }
-SPEEDS: Final = frozenset(
-    {
-        "maxspeed",
-        "maxspeed_end",
-        "maxspeed_zone",
-        "maxspeed_zone_end",
-        "minspeed",
-        "minspeed_end",
-        "advisory_speed",
-        "advisory_speed_end",
-    }
+# Meanings of signs with a speed.
+_SPEEDS: Final = frozenset(
+    f"{kind}{end}" for kind in ("maxspeed", "maxspeed_zone", "minspeed", "advisory_speed") for end in ("", "_end")
 )
 _ITEM: Final = re.compile(r"\s*(?:([A-Za-z]{2})(?:-[A-Za-z]{1,3})?\s*:)?\s*(.*?)\s*", re.DOTALL)
 _IN_BRACKETS: Final = re.compile(r"([^\[\]]*?)\s*\[(.*)\]")
 _NUMBER: Final = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mph|km/h|kmh|t|m)?")
 
 
-@dataclass(frozen=True, slots=True)
-class SignFace:
-    """One sign or plate."""
-
-    meaning: str  # In this package's words; empty where it is not known
-    # As tagged; empty where OSM says it in words
-    country: str = ""
-    code: str = ""
-    # What is written on it: a speed, a height …; None and empty where nothing is
-    value: float | None = None
-    unit: str = ""
-    text: str = ""  # Further words on it
-    supplementary: bool = False  # Whether it adds to the sign above it
-    osm_id: str = ""  # What it comes from, where that is not what its pole comes from
+def read_facing(text: str, *, compass_points: bool = False) -> Facing:
+    """Read a value of ``direction``: ``forward``, ``backward``, ``both``, degrees, or compass points if wanted."""
+    place = text.strip().upper() if compass_points else text
+    azimuth: float | None = None
+    if _DEGREES.fullmatch(place):
+        azimuth = float(place)
+    elif compass_points and place in _COMPASS_POINTS:
+        azimuth = _COMPASS_POINTS.index(place) * _DEGREES_PER_POINT
+    return Facing(_ALONG.get(text), text == "both", azimuth)
 
 
-# Units of speed limits, each per m/s.
-IN_UNIT: Final = {"km/h": 3.6, "mph": 1.0 / 0.44704}
-# Limits are one up to this, m/s: rounding of a unit.
-SAME_LIMIT: Final = 0.1
+def read_sign_post(tags: Mapping[str, str], country: str) -> SignPost:
+    """Read all signs of a node in a country (ISO 3166-1 alpha-2)."""
+    highway = tags.get("highway", "")
+    return SignPost(
+        tuple(
+            FacingSigns(read_facing(word, compass_points=True), read_faces(text, tags, country, word))
+            for word, text in directed_values(tags)
+        ),
+        read_facing(_direction(tags), compass_points=True),
+        Sign(highway) if highway in ("stop", "give_way") else None,
+        tags.get("city_limit", ""),
+    )
 
 
-def speed_unit(country: str) -> str:
-    """Return the unit of speed limits in a country."""
-    return find_country(country).speed_unit
+def with_speed_zones(attributes: Sequence[StreetAttributes], country: str) -> list[StreetAttributes]:
+    """Mark the ways whose traffic signs say that their limit is that of a zone."""
+    return [replace(item, speed_zone=True) if _is_zone(item.traffic_sign, country) else item for item in attributes]
+
+
+@lru_cache(maxsize=1024)
+def _is_zone(text: str, country: str) -> bool:
+    return bool(text) and any(face.meaning == "maxspeed_zone" for face in read_faces(text, {}, country))
+
+
+def _direction(tags: Mapping[str, str]) -> str:
+    return tags.get("traffic_sign:direction") or tags.get("direction", "")
 
 
 def directed_values(tags: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Yield what each of the tags about signs says: the direction it is for (empty for unknown), and its value."""
-    if "traffic_sign" in tags:
-        yield tags.get("traffic_sign:direction") or tags.get("direction", ""), tags["traffic_sign"]
-    for word in ("forward", "backward", "both"):
-        if f"traffic_sign:{word}" in tags:
-            yield word, tags[f"traffic_sign:{word}"]
+    """Yield (direction, empty where unknown, and value) of each tag that names signs."""
+    for key in SIGN_KEYS:
+        if key in tags:
+            yield _direction(tags) if key == "traffic_sign" else key.removeprefix("traffic_sign:"), tags[key]
 
 
 def read_faces(text: str, tags: Mapping[str, str], country: str, direction: str = "") -> tuple[SignFace, ...]:
     """Read a value of ``traffic_sign``; empty where it names no sign.
 
-    Signs on one pole are separated by commas, those that stand apart by semicolons; a country holds for what follows.
-
-    Parameters
-    ----------
-    text
-        The value.
-    tags
-        All tags of the node, for what is written on the signs.
-    country
-        Where it stands.
-    direction
-        The direction that the value is for, ``forward`` or ``backward``; tags for it go first.
+    Commas separate signs on one pole, semicolons those that stand apart; a country's prefix holds for what follows.
+    All tags of the node say what is written on the signs, those for the direction of the value first.
     """
     out: list[SignFace] = []
     owner = ""
@@ -168,11 +170,11 @@ def _face(text: str, owner: str, country: str, *, first: bool) -> SignFace:
     name, written = (bracket[1], bracket[2]) if bracket else (text, "")
     word = name.lower().replace(" ", "_")
     word = _WORDS.get(word, word)
-    if not owner and word in meanings():
+    if not owner and word in sign_meanings():
         value, unit, rest = _read_value(written)
         return SignFace(word, value=value, unit=unit, text=rest)
     of_whom = owner or country
-    meaning, value = meaning_of(of_whom, name)
+    meaning, value = sign_meaning(of_whom, name)
     if not owner and not meaning:
         return SignFace("", text=name, supplementary=not first)
     in_bracket, unit, rest = _read_value(written)
@@ -182,7 +184,7 @@ def _face(text: str, owner: str, country: str, *, first: bool) -> SignFace:
 
 
 def _read_value(text: str) -> tuple[float | None, str, str]:
-    """Read what is in brackets: a number, its unit, and what is no number."""
+    """Read what is in brackets: a number and its unit, or else text."""
     found = _NUMBER.fullmatch(text.strip().lower())
     if found is None:
         return None, "", text.strip().strip('"')
@@ -190,7 +192,7 @@ def _read_value(text: str) -> tuple[float | None, str, str]:
 
 
 def _completed(face: SignFace, tags: Mapping[str, str], country: str, direction: str) -> SignFace:
-    """Add what other tags say: the number on the sign, its unit, the town's name, which danger."""
+    """Add what other tags say: the number on the sign, its unit, the name of the town, the kind of hazard."""
     meaning, value, unit, text = face.meaning, face.value, face.unit, face.text
     if meaning == "hazard":
         meaning = _HAZARDS.get(tags.get("hazard", ""), meaning)
@@ -198,7 +200,7 @@ def _completed(face: SignFace, tags: Mapping[str, str], country: str, direction:
     if value is None and key:
         value, unit, _ = _read_value(tags.get(f"{key}:{direction}") or tags.get(key, ""))
     if value is not None and not unit:
-        unit = speed_unit(face.country or country) if meaning in SPEEDS else usual
+        unit = find_country(face.country or country).speed_unit if meaning in _SPEEDS else usual
     if meaning in ("city_limit", "city_limit_end"):
         text = text or tags.get("name", "")
     return SignFace(meaning, face.country, face.code, value, unit, text, face.supplementary)

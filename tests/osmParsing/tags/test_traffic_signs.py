@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from osm2xodr.furniture.signs.tags import SignFace, directed_values, read_faces
+from osm2xodr.model import Facing, Sign, SignFace
+from osm2xodr.osmParsing.tags.traffic_signs import directed_values, read_faces, read_facing, read_sign_post
 
 ONE = [
     # value, further tags, country, meaning, value, unit, text
@@ -91,3 +92,42 @@ def test_directions() -> None:
     tags = {"traffic_sign": "a", "direction": "90", "traffic_sign:direction": "backward", "traffic_sign:forward": "b"}
     assert list(directed_values(tags)) == [("backward", "a"), ("forward", "b")]
     assert list(directed_values({"highway": "stop"})) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "compass_points", "expected"),
+    [
+        ("forward", False, Facing(along=True)),
+        ("backward", True, Facing(along=False)),
+        ("both", False, Facing(both=True)),
+        ("90", False, Facing(azimuth_deg=90.0)),
+        ("22.5", True, Facing(azimuth_deg=22.5)),
+        ("sse", True, Facing(azimuth_deg=157.5)),
+        ("sse", False, Facing()),
+        (" NW ", True, Facing(azimuth_deg=315.0)),
+        ("-90", True, Facing()),
+        ("", True, Facing()),
+    ],
+)
+def test_which_traffic_a_sign_is_for(text: str, compass_points: bool, expected: Facing) -> None:
+    assert read_facing(text, compass_points=compass_points) == expected
+
+
+def test_a_post_has_the_signs_of_all_directions() -> None:
+    tags = {
+        "highway": "give_way",
+        "direction": "W",
+        "traffic_sign": "DE:205",
+        "traffic_sign:backward": "maxspeed",
+        "maxspeed:backward": "30",
+        "city_limit": "end",
+    }
+    post = read_sign_post(tags, "DE")
+    assert post.facing == Facing(azimuth_deg=270.0)
+    assert (post.control, post.city_limit) == (Sign.GIVE_WAY, "end")
+    assert [signs.facing for signs in post.signs] == [post.facing, Facing(along=False)]
+    assert [[(face.meaning, face.value) for face in signs.faces] for signs in post.signs] == [
+        [("give_way", None)],
+        [("maxspeed", 30.0)],
+    ]
+    assert read_sign_post({"highway": "stop"}, "DE").signs == ()

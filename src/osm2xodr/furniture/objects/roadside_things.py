@@ -1,0 +1,136 @@
+"""Barriers, walls, fences, hedges, kerbs, bollards, lamps and trees beside roads."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.diagnostics import Kind
+from osm2xodr.furniture import defaults
+from osm2xodr.furniture.objects.strips import object_along, strips_outside
+from osm2xodr.furniture.world import RoadsideFinder, World
+from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing
+
+# OpenDRIVE's type and subtype, and a name.
+_WORDS: Final = {
+    RoadsideKind.GUARD_RAIL: ("barrier", "guardRail", "guard rail"),
+    RoadsideKind.WALL: ("barrier", "wall", "wall"),
+    RoadsideKind.FENCE: ("railing", "fence", "fence"),
+    RoadsideKind.HEDGE: ("vegetation", "hedge", "hedge"),
+    RoadsideKind.BOLLARD: ("pole", "bollard", "bollard"),
+    RoadsideKind.KERB: ("none", "kerb", "kerb"),
+    RoadsideKind.STREET_LAMP: ("streetLamp", "", "street lamp"),
+    RoadsideKind.TREE: ("tree", "", "tree"),
+}
+# Width and height where tags give none, m: guard rails of steel (0.75 m) and kerbs (0.12 m) as in most of Germany
+# (RPS 2009, RASt 06); garden walls, fences and hedges, street lamps, young trees: choices.
+_SIZES: Final = {
+    RoadsideKind.GUARD_RAIL: (0.3, 0.75),
+    RoadsideKind.WALL: (0.3, 1.5),
+    RoadsideKind.FENCE: (0.1, 1.2),
+    RoadsideKind.HEDGE: (0.6, 1.2),
+    RoadsideKind.BOLLARD: (0.2, 0.9),
+    RoadsideKind.KERB: (0.15, 0.12),
+    RoadsideKind.STREET_LAMP: (0.2, 6.0),
+    RoadsideKind.TREE: (0.6, 8.0),
+}
+# Kinds that are placed on request only, and their names in the options.
+_ON_REQUEST: Final = {RoadsideKind.STREET_LAMP: "lamps", RoadsideKind.TREE: "trees"}
+_SINGLE: Final = (RoadsideKind.BOLLARD, RoadsideKind.GUARD_RAIL)
+# Spacing in rows that are mapped as a line, m: bollards, so that no car passes between them, and trees. Choices.
+_BOLLARD_SPACING: Final = 1.5
+_TREE_SPACING: Final = 10.0
+
+
+def line_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
+    """Make the objects of lines along roads, road by road as far as they run along it."""
+    lines = [
+        thing
+        for thing in world.network.roadside
+        if thing.kind in _WORDS and thing.kind not in _ON_REQUEST and len(thing.points) > 1
+    ]
+    if not lines:
+        return []
+    sizes = [_size(thing) for thing in lines]
+    strips = strips_outside(finder, [thing.points for thing in lines], [0.5 * width for width, _ in sizes])
+    left_out: defaultdict[str, list[str]] = defaultdict(list)
+    for k in sorted(set(range(len(lines))) - {strip.line for strip in strips}):
+        left_out[lines[k].kind.value.replace("_", " ")].append(lines[k].osm_id)
+    for name, ids in sorted(left_out.items()):
+        finding = f"with a {name} left out: no part runs beside a carriageway within {defaults.OBJECT_REACH:g} m"
+        world.diagnostics.count(Kind.DROPPED, "roadside-left-out", ids, "way", finding)
+    out = []
+    for strip in strips:
+        thing = lines[strip.line]
+        spacing = _BOLLARD_SPACING if thing.kind is RoadsideKind.BOLLARD else 0.0
+        edges = strip.t_start, strip.t_end
+        out.append(object_along(world, strip, _WORDS[thing.kind], edges, sizes[strip.line], spacing, thing.osm_id))
+    return out
+
+
+def point_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
+    """Make the objects of single things beside roads."""
+    chosen = [thing for thing in world.network.roadside if _is_wanted(world, thing)]
+    if not chosen:
+        return []
+    rows = [(thing, x, y) for thing in chosen for x, y in _points(thing)]
+    places = finder.places(np.array([x for _, x, _ in rows]), np.array([y for _, _, y in rows]))
+    leftwards = places.t - places.left > places.right - places.t
+    out: list[RoadObject] = []
+    left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
+    for k, (thing, _, _) in enumerate(rows):
+        if places.road[k] < 0:
+            why = f"no road lies within {defaults.OBJECT_REACH:g} m"
+            left_out[thing.kind.value, why].append(thing.osm_id)
+            continue
+        if places.beyond[k] < -defaults.OBJECT_INSIDE:
+            left_out[thing.kind.value, "on the carriageway"].append(thing.osm_id)
+            continue
+        width, height = _size(thing)
+        off = 0.5 * width + defaults.OBJECT_GAP
+        t, left, right = float(places.t[k]), float(places.left[k]), float(places.right[k])
+        kind, subtype, name = _WORDS[thing.kind]
+        out.append(
+            RoadObject(
+                id=world.ids.thing(),
+                road=world.road_map.roads[int(places.road[k])].id,
+                type=kind,
+                subtype=subtype,
+                name=name,
+                s=float(places.s[k]),
+                t=max(t, left + off) if leftwards[k] else min(t, right - off),
+                height=height,
+                radius=0.5 * width,
+                osm_id=thing.osm_id,
+            )
+        )
+    for (kind, why), names in sorted(left_out.items()):
+        noun = kind.replace("_", " ")
+        world.diagnostics.count(Kind.DROPPED, "roadside-left-out", names, noun, f"left out: {why}")
+    return out
+
+
+def _size(thing: RoadsideThing) -> tuple[float, float]:
+    """Return width and height, m: as tagged, else usual."""
+    width, height = _SIZES[thing.kind]
+    facts = thing.facts
+    return width if facts.width is None else facts.width, height if facts.height is None else facts.height
+
+
+def _is_wanted(world: World, thing: RoadsideThing) -> bool:
+    if thing.kind in _ON_REQUEST:
+        return _ON_REQUEST[thing.kind] in world.options.extra_objects
+    return thing.kind in _SINGLE and len(thing.points) == 1
+
+
+def _points(thing: RoadsideThing) -> list[tuple[float, float]]:
+    """Return where a thing stands, m, or each one of a row."""
+    points = thing.points
+    if len(points) == 1:
+        return [(float(points[0, 0]), float(points[0, 1]))]
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    at = np.linspace(0.0, along[-1], max(round(along[-1] / _TREE_SPACING), 1) + 1)
+    x, y = np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])
+    return list(zip(x.tolist(), y.tolist(), strict=True))

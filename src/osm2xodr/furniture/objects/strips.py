@@ -1,0 +1,183 @@
+"""Lines along roads become strips, over which t changes linearly with s, and objects along these."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.furniture import defaults
+from osm2xodr.furniture.world import RoadsideFinder, RoadsidePlaces, World
+from osm2xodr.model import BoolArray, FloatArray, IntArray, ObjectRepeat, RoadObject
+
+# Distance of the points of a line that are placed beside roads, m; a choice.
+POINT_SPACING: Final = 3.0
+# Shorter parts of lines are left out, m; a choice.
+SHORTEST_RUN: Final = 1.0
+# How far lines are moved at most to have fewer points, m; a choice.
+_TOLERANCE: Final = 0.1
+# Parts that turn away from the road by more do not run along it, m per m; a choice.
+_SLOPE_MAX: Final = 1.0
+# How far objects may reach onto the carriageway, m: rounding, and the tolerance of lines between their points.
+_ON_CARRIAGEWAY: Final = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """Part of a line that runs along a road."""
+
+    line: int  # Index of the line
+    road: int  # Index of the road
+    # Where it begins, and its length, m
+    s: float
+    length: float
+    # At its start and end, m
+    t_start: float
+    t_end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Consecutive points of a line that run along one road, in ascending s."""
+
+    line: int  # Index of the line
+    road: int  # Index of the road
+    # m
+    s: FloatArray
+    t: FloatArray
+
+
+def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_widths: Sequence[float]) -> list[Strip]:
+    """Cut lines to the roads that they run along, and move them off the carriageways.
+
+    Lines are local x, y of their points, (n, 2), m; half widths are those of what is built along each, m.
+    """
+    line, places = _sampled(finder, lines)
+    half = np.array(half_widths)[line]
+    off = defaults.OBJECT_GAP + half
+    kept = (places.road >= 0) & (places.beyond >= -defaults.OBJECT_INSIDE)
+    leftwards = places.t - places.left > places.right - places.t
+    t = np.where(leftwards, np.maximum(places.t, places.left + off), np.minimum(places.t, places.right - off))
+    return [
+        strip
+        for run in _runs(line, places, t, kept, leftwards)
+        for strip in simplified(run)
+        if _stays_off(finder, strip, half_widths[run.line])
+    ]
+
+
+def strips_on(finder: RoadsideFinder, lines: Sequence[FloatArray], half_width: float) -> list[Strip]:
+    """Cut lines (n, 2) to the carriageways on which they run with their half width, m."""
+    line, places = _sampled(finder, lines)
+    kept = (places.road >= 0) & (places.beyond <= -half_width)
+    one_side = np.zeros(len(line), np.bool_)
+    return [strip for run in _runs(line, places, places.t, kept, one_side) for strip in simplified(run)]
+
+
+def _sampled(finder: RoadsideFinder, lines: Sequence[FloatArray]) -> tuple[IntArray, RoadsidePlaces]:
+    """Return the places of points along lines, vertices included, and the index of each one's line."""
+    if not lines:
+        empty = np.zeros(0)
+        return np.zeros(0, np.int64), finder.places(empty, empty)
+    xs, ys, owner = [], [], []
+    for k, points in enumerate(lines):
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        count = max(int(np.ceil(along[-1] / POINT_SPACING)), 1) + 1
+        at = np.unique(np.concatenate([np.linspace(0.0, along[-1], count), along]))
+        xs.append(np.interp(at, along, points[:, 0]))
+        ys.append(np.interp(at, along, points[:, 1]))
+        owner.append(np.full(len(at), k, np.int64))
+    return np.concatenate(owner), finder.places(np.concatenate(xs), np.concatenate(ys))
+
+
+def _runs(line: IntArray, places: RoadsidePlaces, t: FloatArray, kept: BoolArray, side: BoolArray) -> Iterator[Run]:
+    """Split points where the line, the road, its side or the direction along it changes."""
+    if not len(line):
+        return
+    ds, dt = np.diff(places.s), np.diff(t)
+    linked = (
+        kept[1:]
+        & kept[:-1]
+        & (line[1:] == line[:-1])
+        & (places.road[1:] == places.road[:-1])
+        & (side[1:] == side[:-1])
+        & (ds != 0.0)
+        & (np.abs(dt) <= _SLOPE_MAX * np.abs(ds))
+    )
+    # Consecutive links in the same direction are one run.
+    turn = np.sign(ds)
+    begins = linked & ~np.concatenate([[False], linked[:-1] & (turn[1:] == turn[:-1])])
+    for first in np.flatnonzero(begins).tolist():
+        last = first
+        while last + 1 < len(linked) and linked[last + 1] and not begins[last + 1]:
+            last += 1
+        rows = slice(first, last + 2)
+        s, aside = places.s[rows], t[rows]
+        if s[-1] < s[0]:
+            s, aside = s[::-1], aside[::-1]
+        if s[-1] - s[0] >= SHORTEST_RUN:
+            yield Run(int(line[first]), int(places.road[first]), s, aside)
+
+
+def simplified(run: Run) -> Iterator[Strip]:
+    """Yield a run as few strips as the tolerance allows (Douglas and Peucker 1973, measured along t)."""
+    kept = {0, len(run.s) - 1}
+    todo = [(0, len(run.s) - 1)]
+    while todo:
+        first, last = todo.pop()
+        if last - first < 2:
+            continue
+        share = (run.s[first : last + 1] - run.s[first]) / (run.s[last] - run.s[first])
+        off = np.abs(run.t[first : last + 1] - (run.t[first] + share * (run.t[last] - run.t[first])))
+        worst = int(np.argmax(off))
+        if off[worst] > _TOLERANCE:
+            kept.add(first + worst)
+            todo += [(first, first + worst), (first + worst, last)]
+    for one, other in pairwise(sorted(kept)):
+        length, ends = float(run.s[other] - run.s[one]), (float(run.t[one]), float(run.t[other]))
+        yield Strip(run.line, run.road, float(run.s[one]), length, *ends)
+
+
+def _stays_off(finder: RoadsideFinder, strip: Strip, half: float) -> bool:
+    """Return whether a strip stays off the carriageway where that widens between its points, too."""
+    count = max(int(np.ceil(strip.length)), 1) + 1
+    share = np.linspace(0.0, 1.0, count)
+    left, right = finder.edges(strip.road, strip.s + share * strip.length)
+    t = strip.t_start + share * (strip.t_end - strip.t_start)
+    return bool((np.maximum(t - left, right - t) >= half - _ON_CARRIAGEWAY).all())
+
+
+def object_along(
+    world: World,
+    strip: Strip,
+    words: tuple[str, str, str],
+    edges: tuple[float, float],
+    size: tuple[float, float],
+    distance: float,
+    osm_id: str,
+) -> RoadObject:
+    """Make an object along a strip of road.
+
+    Words are its type, subtype and name; edges t of its middle at the start and the end, size its width and height,
+    distance that between round copies, 0 for one continuous object; all m.
+    """
+    kind, subtype, name = words
+    width, height = size
+    return RoadObject(
+        id=world.ids.thing(),
+        road=world.road_map.roads[strip.road].id,
+        type=kind,
+        subtype=subtype,
+        name=name,
+        s=strip.s,
+        t=edges[0],
+        length=0.0 if distance else strip.length,
+        width=0.0 if distance else width,
+        height=height,
+        radius=0.5 * width if distance else 0.0,
+        repeat=ObjectRepeat(strip.s, strip.length, distance, *edges, width, height),
+        osm_id=osm_id,
+    )

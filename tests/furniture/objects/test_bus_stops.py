@@ -1,0 +1,50 @@
+"""Bus stops on streets and beside them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from object_cases import ROAD, STREET, has_corners, placed, s_of, said, side, thing, with_things, world_of
+from street_cases import Case
+
+from osm2xodr.model import RoadsideKind, Rule
+
+EITHER = pytest.mark.parametrize("rule", list(Rule))
+NEAR = 0.02
+
+
+@EITHER
+def test_a_bus_stop_beside_the_road_stands_at_the_kerb(rule: Rule) -> None:
+    stop = thing(RoadsideKind.BUS_STOP, [(10.0, -6.0)], rule, name="Markt", bus_bay="yes")
+    bay, post = placed(world_of(ROAD, rule, network=with_things(stop)))
+    hand = side(rule)
+    assert (post.type, post.subtype, post.name, post.orientation) == ("pole", "busStop", "bus stop Markt", "+")
+    assert (post.s, post.t) == pytest.approx((s_of(10.0), -4.0 * hand), abs=NEAR)
+    assert (bay.type, bay.subtype, bay.length, bay.width) == ("patch", "busBay", 44.0, 3.0)
+    outer = [(bay.s - 22.0, -3.5), (bay.s - 10.0, -6.5), (bay.s + 10.0, -6.5), (bay.s + 22.0, -3.5)]
+    assert has_corners(replace(bay, outline=bay.outline[:4]), [(s, t * hand) for s, t in outer])
+    assert {round(bay.t + v, 3) for _, v, _, _ in bay.outline[4:]} == {-3.5 * hand}
+
+
+@EITHER
+@pytest.mark.parametrize(
+    ("tags", "way", "along", "guessed"),
+    [
+        ("direction=forward", "", True, False),
+        ("direction=backward", "", False, False),
+        ("", "oneway=yes", True, False),
+        ("", "", True, True),
+    ],
+)
+def test_a_bus_stop_on_the_street_stands_on_the_side_of_its_traffic(
+    rule: Rule, tags: str, way: str, along: bool, guessed: bool
+) -> None:
+    case = Case(STREET, {1: ("w a e", way)}, node_tags={"a": f"highway=bus_stop {tags}"})
+    world = world_of(case, rule)
+    (post,) = placed(world)
+    left, right = world.lanes.carriageway(post.road, post.s)
+    on_right = along == (rule is Rule.RIGHT_HAND)
+    assert post.t == pytest.approx(right - 0.5 if on_right else left + 0.5)
+    assert (post.orientation, post.osm_id) == ("+" if along else "-", "node/1002")
+    assert ("bus-stop-side" in said(world)) is guessed
