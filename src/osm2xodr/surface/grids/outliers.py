@@ -20,8 +20,8 @@ from osm2xodr.surface.grids.voids import rim_of
 _STEP: Final = 30.0
 _STEP_GRADE: Final = 2.5
 _STEP_SIGMAS: Final = 8.0
-# Patches are outliers if they also differ from the polynomial trend by this many standard deviations, or have one
-# value, and have the step along this share of their rim. Choices, checked likewise.
+# Patches are outliers if they also differ from the polynomial trend by this many standard deviations, or have a
+# single value, and have the step along this share of their rim. Choices, checked likewise.
 _TREND_SIGMAS: Final = 6.0
 _RIM_SHARE: Final = 0.9
 # Patches have at least this many cells; smaller blobs are only compared with the ring of cells around them.
