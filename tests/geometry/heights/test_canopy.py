@@ -41,6 +41,13 @@ def test_walls_far_from_a_run_and_on_other_roads_are_not_its_own() -> None:
     assert bare_runs(road, s, z, out).tolist() == [False, False, True, True, True, False, False, False]
 
 
+@pytest.mark.parametrize(("step", "rise", "bare"), [(2.5, 1.6, True), (2.5, 2.4, False), (7.0, 2.4, True)])
+def test_walls_are_two_metres_high_and_steeper_than_half(step: float, rise: float, bare: bool) -> None:
+    out = np.array([0, 1, 1, 0], bool)
+    z = np.array([0.0, rise, rise, 0.0])
+    assert bare_runs(ONE_ROAD[:4], step * np.arange(4), z, out).tolist() == (out & bare).tolist()
+
+
 def test_no_heights() -> None:
     none = np.zeros(0)
     assert bare_runs(np.zeros(0, np.int64), none, none, np.zeros(0, bool)).tolist() == []

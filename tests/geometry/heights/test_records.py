@@ -58,6 +58,14 @@ def test_records_have_few_digits_and_stay_continuous() -> None:
     assert cubic_value(profile, np.array([0]), s[2:]) == pytest.approx([-1.0], abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("height", "slope", "records"), [(0.012, 0.0, 1), (0.018, 0.0, 2), (0.0, 8e-4, 1), (0.0, 1.2e-3, 2)]
+)
+def test_records_may_miss_knots_by_the_tolerances(height: float, slope: float, records: int) -> None:
+    knots = Knots(np.array([0, 3]), np.array([0.0, 10.0, 20.0]), height * np.eye(3)[1], slope * np.eye(3)[1])
+    assert len(thin_records(knots).s) == records
+
+
 def test_no_curves() -> None:
     none = np.zeros(0)
     assert thin_records(Knots(np.array([0]), none, none, none)).start.tolist() == [0]
