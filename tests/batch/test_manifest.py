@@ -98,10 +98,10 @@ AREA = '[[area]]\nname = "a"\nosm = "m.osm"\n'
     ("text", "words"),
     [
         ("", "lists no areas; give at least one, with a name and an osm file"),
-        ("[[area]\n", "is no TOML: "),
+        ("[[area]\n", "is not TOML: "),
         ("[[areas]]\n", "'areas' is unknown; do you mean 'area'?; write [defaults] and [[area]]"),
-        ('[area]\nname = "a"\n', "area is no list of tables; write [[area]], with two brackets, before each"),
-        ("defaults = 3\n", "defaults is no table; write [defaults]"),
+        ('[area]\nname = "a"\n', "area is not a list of tables; write [[area]], with two brackets, before each"),
+        ("defaults = 3\n", "defaults is not a table; write [defaults]"),
         ('[defaults]\nname = "a"\n' + AREA, "[defaults]: name cannot be the same for all areas"),
         ('[defaults]\nway = "a"\n' + AREA, "[defaults]: 'way' is unknown; do you mean 'ways'?"),
         ("[[area]]\nosm = 'm'\n", 'area 1: it has no name; give one, such as name = "harbour"'),
@@ -111,7 +111,7 @@ AREA = '[[area]]\nname = "a"\nosm = "m.osm"\n'
         (AREA + "jobs = 2\n", "area 1 (a): 'jobs' is unknown"),
         (AREA + "left-hand = 'perhaps'\n", "left-hand is 'perhaps'; write true or false"),
         (AREA + "left-hand = 1\n", "left-hand is 1; write true or false"),
-        (AREA + "ways = true\n", "ways is no text and no number; write it as after --ways of convert"),
+        (AREA + "ways = true\n", "ways is neither text nor a number; write it as after --ways of convert"),
         (AREA + "ways = 'dirt'\n", "area 1 (a): --ways: "),
         (AREA + "xodr-version = '3'\n", "area 1 (a): Invalid value for '--xodr-version': '3' is not one of"),
         (AREA + "left-hand = true\nright-hand = true\n", "--left-hand and --right-hand exclude each other"),
@@ -120,17 +120,17 @@ AREA = '[[area]]\nname = "a"\nosm = "m.osm"\n'
         (AREA + "options = '--dem x'\n", "--dem cannot be given to areas of a batch; leave it out"),
         (AREA + "options = 'more.osm'\n", "Got unexpected extra argument (more.osm)"),
         (AREA + "options = '--wais all'\n", "convert has no option --wais; do you mean --ways?"),
-        (AREA + "options = '--help'\n", "--help is no option of areas; run osm2xodr convert --help"),
+        (AREA + "options = '--help'\n", "--help is not an option of areas; run osm2xodr convert --help"),
         (AREA + "options = 'a \"b'\n", "area 1 (a): options: no closing quotation; check the quotes"),
-        (AREA + "options = 3\n", 'options is no text; write options = "--ways major --left-hand"'),
-        (AREA + "dem = 3\n", "dem is no path and no list of paths"),
+        (AREA + "options = 3\n", 'options is not text; write options = "--ways major --left-hand"'),
+        (AREA + "dem = 3\n", "dem is neither a path nor a list of paths"),
         (AREA + "dem = '*.tif'\n", "area 1 (a): dem: no file is called like "),
         (AREA + "bbox = [1, 2, 3]\n", "area 1 (a): bbox is not [west, south, east, north] in degrees"),
         (AREA + "bbox = [3, 2, 1, 4]\n", "bbox is not [west, south, east, north] in degrees: 3, 2, 1, 4; put west"),
         (AREA + "bbox = [1, 2, 3, nan]\n", "bbox is not [west, south, east, north] in degrees"),
         (AREA + "bbox = [1,2,3,4]\npolygon = 'p'\n", "bbox and polygon exclude each other; give one of them"),
         (AREA + "polygon = [[1, 2], [3, 4]]\n", "polygon: a ring needs three corners or more"),
-        (AREA + "polygon = [[1, 2], [3, 99], [4, 5]]\n", "polygon: 3, 99 is no place"),
+        (AREA + "polygon = [[1, 2], [3, 99], [4, 5]]\n", "polygon: 3, 99 is not a place"),
         (AREA + "polygon = 'none.geojson'\n", "area 1 (a): polygon: "),
         (AREA + AREA, "two areas are called 'a'; give each a name of its own"),
         (AREA + AREA.replace('"a"', '"A"'), "two areas are called 'A'; give each a name of its own"),
@@ -156,7 +156,7 @@ def test_errors_of_toml_name_the_place_and_the_remedy(tmp_path: Path, text: str,
         ("name,osm\n", "lists no areas"),
         ("name,name\n", "line 1: there are two columns 'name'; leave one out"),
         ("name,osm\na,m.osm,x\n", "line 2: it has 3 cells, and line 1 has 2; put text with commas in quotes"),
-        ('name,osm\n"a,m.osm\n', "it is no CSV: "),
+        ('name,osm\n"a,m.osm\n', "it is not CSV: "),
         ("name,osm,colour\na,m.osm,red\n", "line 2: 'colour' is unknown"),
         ("name,osm,bbox\na,m.osm,1 2 3 4\n", "line 2: bbox '1 2 3 4' is not \"west,south,east,north\" in degrees"),
         ("name,osm,left-hand\na,m.osm,maybe\n", "line 2: left-hand is 'maybe'; write true or false"),
@@ -170,7 +170,7 @@ def test_errors_of_csv_name_the_line(tmp_path: Path, text: str, words: str) -> N
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"is no manifest; give a file that ends in \.toml or \.csv"):
+    with pytest.raises(InputError, match=r"is not a manifest; give a file that ends in \.toml or \.csv"):
         read(tmp_path, "", "areas.json")
     with pytest.raises(InputError, match="cannot be read: no such file or directory; check the path"):
         read_manifest(tmp_path / "none.toml", context())

@@ -343,7 +343,7 @@ def test_a_killed_conversion_says_so(tmp_path: Path, server: bool) -> None:
         (["areas.csv", "--tiles", "1km"], "--tiles needs a map to cut areas out of; give it with --from"),
         (["areas.csv", "--shared-frame"], "--shared-frame needs areas of one map; give it with --from"),
         (["areas.csv", "--workers", "2", "--scheduler", "tcp://a:1"], "--workers is for this machine"),
-        (["areas.csv", "--tiles", "much"], "'much' is no length; give one such as 5km or 800m"),
+        (["areas.csv", "--tiles", "much"], "'much' is not a length; give one such as 5km or 800m"),
         (["areas.csv", "--max-memory", "1M"], "less than the 200M that it takes to start"),
         (["areas.csv", "--options", "--wais all"], "--options: convert has no option --wais; do you mean --ways?"),
         (["areas.csv", "--options", "--ways dirt"], "--options: --ways: "),

@@ -168,7 +168,7 @@ def test_wrong_usage(path: Path, capsys: pytest.CaptureFixture[str], arguments: 
         (["--road", "17", "--s", "1", "--lane", "-4"], "has no lane -4 there; its lanes are 1, 0, -1"),
         (["--road", "17", "--s", "1", "--offset", "1"], "give lane, too"),
         (["--road", "17", "--s", "1", "--t", "1", "--lane", "1"], "two ways"),
-        (["--x", "nan", "--y", "0"], "x 'nan' is no number"),
+        (["--x", "nan", "--y", "0"], "x 'nan' is not a number"),
         (["--points", "none.csv"], "cannot read none.csv"),
     ],
 )
@@ -186,8 +186,8 @@ def test_what_cannot_be_found(
     [
         ("a,b\n1,2\n", "has no columns lat and lon"),
         ("", "has no columns"),
-        ("x,y\n1,2\n1,two\n", "line 3: y 'two' is no number"),
-        ("road,s,lane\n17,1,0.5\n", "line 2: lane '0.5' is no lane id"),
+        ("x,y\n1,2\n1,two\n", "line 3: y 'two' is not a number"),
+        ("road,s,lane\n17,1,0.5\n", "line 2: lane '0.5' is not a lane id"),
     ],
 )
 def test_tables_that_cannot_be_read(

@@ -64,7 +64,11 @@ def test_an_input_is_never_overwritten(xodr: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("{", "it is no JSON"), ("[]", "is no report of convert"), ('{"diagnostics": 1}', "is no report of convert")],
+    [
+        ("{", "it is not JSON"),
+        ("[]", "is not a report of convert"),
+        ('{"diagnostics": 1}', "is not a report of convert"),
+    ],
 )
 def test_another_json_is_refused(xodr: Path, capsys: pytest.CaptureFixture[str], text: str, words: str) -> None:
     log = xodr.with_suffix(".json")

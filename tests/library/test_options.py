@@ -46,17 +46,17 @@ def test_both_sides_of_the_road_are_one_option(given: dict[str, Any], left: bool
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"ways": 3}, "ways: 3 is no text"),
+        ({"ways": 3}, "ways: 3 is not text"),
         ({"surface": "cubic"}, "surface: 'cubic' is unknown; choose from nearest, bilinear, bicubic, polynomial"),
         ({"target": "godot"}, "target: 'godot' is unknown"),
         ({"xodr_version": "1.5"}, "xodr_version: '1.5' is unknown; choose from 1.4, 1.6, 1.7, 1.8"),
         ({"polynomial_order": 9}, "polynomial_order: 9 cannot be; give 2 to 5"),
-        ({"polynomial_order": 3.5}, "polynomial_order: 3.5 is no whole number"),
+        ({"polynomial_order": 3.5}, "polynomial_order: 3.5 is not a whole number"),
         ({"jobs": 0}, "jobs: 0 cannot be; give 1 or more"),
-        ({"smoothing": "much"}, "smoothing: 'much' is no number"),
+        ({"smoothing": "much"}, "smoothing: 'much' is not a number"),
         ({"smoothing": float("nan")}, "smoothing: nan is not above 0"),
         ({"turnarounds": "yes"}, "turnarounds: 'yes' is neither True nor False"),
-        ({"frame": 1}, "frame: 1 is no path"),
+        ({"frame": 1}, "frame: 1 is not a path"),
         ({"left_hand": True, "right_hand": True}, "left_hand and right_hand exclude each other"),
     ],
 )

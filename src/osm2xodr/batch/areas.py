@@ -100,11 +100,11 @@ def parse_length(text: str) -> float:
     Raises
     ------
     ValueError
-        The text is no length, or too short a one.
+        The text is not a length, or too short a one.
     """
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(km|m)\s*", text, re.IGNORECASE)
     if match is None:
-        raise ValueError(f"{text!r} is no length; give one such as 5km or 800m")
+        raise ValueError(f"{text!r} is not a length; give one such as 5km or 800m")
     length = float(match[1]) * (1000.0 if match[2].lower() == "km" else 1.0)
     if length < _TILE_SIDE_MIN:
         raise ValueError(f"tiles of {text} are too small; give at least {_TILE_SIDE_MIN:g}m")
@@ -196,7 +196,7 @@ def read_polygons(path: Path) -> list[tuple[str, tuple[RingDeg, ...]]]:
             f"{path} cannot be read: {(error.strerror or str(error)).lower()}; check the path"
         ) from error
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path} is no GeoJSON ({error}); give polygons in GeoJSON") from error
+        raise InputError(f"{path} is not GeoJSON ({error}); give polygons in GeoJSON") from error
     kind = document.get("type") if isinstance(document, dict) else None
     features = document.get("features") if kind == "FeatureCollection" else [document]
     if kind is None or not isinstance(features, list) or not features:
@@ -210,7 +210,7 @@ def _polygon(feature: Any, where: str) -> tuple[str, tuple[RingDeg, ...]]:
     geometry = geometry if isinstance(geometry, dict) else {}
     kind, coordinates = geometry.get("type"), geometry.get("coordinates")
     if kind not in ("Polygon", "MultiPolygon") or not isinstance(coordinates, list):
-        raise InputError(f"{where}: it is no Polygon or MultiPolygon, but {kind}; give areas as polygons")
+        raise InputError(f"{where}: it is not a Polygon or MultiPolygon, but {kind}; give areas as polygons")
     parts = [coordinates] if kind == "Polygon" else coordinates
     rings = tuple(check_ring(ring, where) for part in parts for ring in (part if isinstance(part, list) else [part]))
     if not rings:
@@ -232,10 +232,10 @@ def check_ring(corners: Any, where: str) -> RingDeg:
     for corner in corners if isinstance(corners, list) else []:
         numbers: list[Any] = corner if isinstance(corner, list) and len(corner) >= 2 else [None, None]
         if not all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in numbers[:2]):
-            raise InputError(f"{where}: {str(corner)[:60]} is no corner; give [longitude, latitude] in degrees")
+            raise InputError(f"{where}: {str(corner)[:60]} is not a corner; give [longitude, latitude] in degrees")
         lon, lat = float(numbers[0]), float(numbers[1])
         if not (abs(lon) <= 180.0 and abs(lat) < 90.0):
-            raise InputError(f"{where}: {lon:g}, {lat:g} is no place; give [longitude, latitude] in degrees")
+            raise InputError(f"{where}: {lon:g}, {lat:g} is not a place; give [longitude, latitude] in degrees")
         ring.append((lon, lat))
     if len(ring) > 1 and ring[0] == ring[-1]:
         ring.pop()

@@ -54,7 +54,7 @@ def read_manifest(path: Path, context: ManifestContext) -> list[Area]:
     kinds = {".toml": _read_toml, ".csv": _read_csv}
     read = kinds.get(path.suffix.lower())
     if read is None:
-        raise InputError(f"{path} is no manifest; give a file that ends in .toml or .csv")
+        raise InputError(f"{path} is not a manifest; give a file that ends in .toml or .csv")
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except OSError as error:
@@ -88,15 +88,15 @@ def _read_toml(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str
     try:
         document = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path} is no TOML: {error}; see https://toml.io") from error
+        raise InputError(f"{path} is not TOML: {error}; see https://toml.io") from error
     for key in document:
         if key not in ("defaults", "area"):
             raise InputError(f"{path}: {_unknown(key, ('defaults', 'area'))}; write [defaults] and [[area]]")
     common, tables = document.get("defaults", {}), document.get("area", [])
     if not isinstance(common, dict):
-        raise InputError(f"{path}: defaults is no table; write [defaults]")
+        raise InputError(f"{path}: defaults is not a table; write [defaults]")
     if not isinstance(tables, list) or not all(isinstance(item, dict) for item in tables):
-        raise InputError(f"{path}: area is no list of tables; write [[area]], with two brackets, before each")
+        raise InputError(f"{path}: area is not a list of tables; write [[area]], with two brackets, before each")
     found = []
     for place, keys in enumerate(tables, start=1):
         name = keys.get("name")
@@ -126,7 +126,7 @@ def _read_csv(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str,
             cells = {key: cell.strip() for key, cell in zip(header, row, strict=True)}
             found.append((where, {key: _cell(key, cell, where) for key, cell in cells.items() if cell}))
     except csv.Error as error:
-        raise InputError(f"{path}, line {rows.line_num}: it is no CSV: {error}; check commas and quotes") from error
+        raise InputError(f"{path}, line {rows.line_num}: it is not CSV: {error}; check commas and quotes") from error
     return (str(path), {}), found
 
 
@@ -191,7 +191,7 @@ class _Reader:
         listed = [dems] if isinstance(dems, str) else dems
         if not isinstance(listed, list) or not all(isinstance(item, str) and item for item in listed):
             raise InputError(
-                f'{where}: dem is no path and no list of paths; write dem = "dem.tif" or ["a.tif", "b.tif"]'
+                f'{where}: dem is neither a path nor a list of paths; write dem = "dem.tif" or ["a.tif", "b.tif"]'
             )
         try:
             return expand([str(self._folder / item) for item in listed])
@@ -204,7 +204,7 @@ class _Reader:
         if isinstance(options, list) and all(isinstance(item, str) for item in options):
             return tuple(options)
         if not isinstance(options, str):
-            raise InputError(f'{where}: options is no text; write options = "--ways major --left-hand"')
+            raise InputError(f'{where}: options is not text; write options = "--ways major --left-hand"')
         try:
             return tuple(shlex.split(options))
         except ValueError as error:
@@ -222,7 +222,7 @@ class _Reader:
                     raise InputError(f"{where}: {key} is {value!r}; write true or false")
                 words += [f"--{key}"] if chosen else []
             elif isinstance(value, bool) or not isinstance(value, (str, int, float)):
-                raise InputError(f"{where}: {key} is no text and no number; write it as after --{key} of convert")
+                raise InputError(f"{where}: {key} is neither text nor a number; write it as after --{key} of convert")
             else:
                 words += [f"--{key}", str(value)]
         return words

@@ -61,7 +61,7 @@ def read_partition(path: Path, own: str) -> Partition:
     Raises
     ------
     InputError
-        The file cannot be read, is no such file, or does not have the area.
+        The file cannot be read, is of another kind, or does not have the area.
     """
     try:
         text = path.read_text(encoding="utf-8")

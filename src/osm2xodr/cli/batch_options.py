@@ -92,7 +92,7 @@ def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
         # Checking options loads the stages, which takes a while.
         return ()
     if {"--help", "-h"} & set(words):
-        raise ValueError("--help is no option of areas; run osm2xodr convert --help")
+        raise ValueError("--help is not an option of areas; run osm2xodr convert --help")
     try:
         context = convert.make_context("convert", ["area.osm", "-o", "out.xodr", *words])
         _refuse(context)

@@ -133,7 +133,7 @@ def _point(way: tuple[str, ...], cells: dict[str, str], place: str) -> _Point:
         except ValueError:
             numbers[name] = math.nan
         if not math.isfinite(numbers[name]) or (name == "lane" and numbers[name] % 1):
-            raise InputError(f"{place}{name} {text!r} is no {'lane id' if name == 'lane' else 'number'}")
+            raise InputError(f"{place}{name} {text!r} is not a {'lane id' if name == 'lane' else 'number'}")
     if "lane" in numbers and "t" in numbers:
         raise InputError(f"{place}t and lane are two ways to say the same; give one of them, or lane and offset")
     if "offset" in numbers and "lane" not in numbers:

@@ -374,8 +374,8 @@ def _read_log(path: Path) -> dict[str, Any]:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no JSON"
+        reason = error.strerror if isinstance(error, OSError) else "it is not JSON"
         raise InputError(f"{path}: cannot read the report of convert ({reason}); write it anew") from error
     if not isinstance(found, dict) or not isinstance(found.get("diagnostics"), list):
-        raise InputError(f"{path} is no report of convert; give the file that convert --report-json wrote")
+        raise InputError(f"{path} is not a report of convert; give the file that convert --report-json wrote")
     return found

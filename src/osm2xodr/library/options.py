@@ -239,14 +239,14 @@ def _checked(name: str, value: Any, declaration: Declaration) -> Any:
             raise OptionError(f"{name}: {value!r} is neither True nor False", name)
     elif kind is Path:
         if not isinstance(value, (str, os.PathLike)):
-            raise OptionError(f"{name}: {value!r} is no path", name)
+            raise OptionError(f"{name}: {value!r} is not a path", name)
         value = str(Path(value))
     elif kind is str:
         value = _text(name, value)
         if declaration.choices and value not in declaration.choices:
             raise OptionError(f"{name}: {value!r} is unknown; choose from {', '.join(declaration.choices)}", name)
     elif isinstance(value, bool) or not isinstance(value, (int, float) if kind is float else int):
-        raise OptionError(f"{name}: {value!r} is no {'whole number' if kind is int else 'number'}", name)
+        raise OptionError(f"{name}: {value!r} is not a {'whole number' if kind is int else 'number'}", name)
     else:
         value = kind(value)
         least, most = declaration.least, declaration.most
@@ -265,4 +265,4 @@ def _text(name: str, value: Any) -> str:
         return ",".join(f"{key}={item}" for key, item in value.items())
     if lists == "LIST" and isinstance(value, Iterable):
         return ",".join(str(item) for item in (sorted(value) if isinstance(value, (set, frozenset)) else value))
-    raise OptionError(f"{name}: {value!r} is no text", name)
+    raise OptionError(f"{name}: {value!r} is not text", name)

@@ -32,11 +32,11 @@ def parse_memory(text: str) -> int:
     Raises
     ------
     ValueError
-        The text is no amount of memory, or too small a one to start with.
+        The text is not an amount of memory, or too small a one to start with.
     """
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmg]i?)?b?\s*", text, re.IGNORECASE)
     if match is None:
-        raise ValueError(f"{text!r} is no amount of memory; give one such as 2G or 1500M")
+        raise ValueError(f"{text!r} is not an amount of memory; give one such as 2G or 1500M")
     size = int(float(match[1]) * _UNITS[(match[2] or "").upper()])
     if size < LEAST_MEMORY:
         raise ValueError(f"{text} is less than the {LEAST_MEMORY // 10**6}M that it takes to start")
@@ -49,12 +49,12 @@ def parse_duration(text: str) -> float:
     Raises
     ------
     ValueError
-        The text is no duration, or one of 0.
+        The text is not a duration, or one of 0.
     """
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(s|min|m|h)?\s*", text)
     seconds = float(match[1]) * _SECONDS[match[2] or ""] if match else 0.0
     if seconds <= 0.0:
-        raise ValueError(f"{text!r} is no duration; give one such as 90s, 10min or 2h")
+        raise ValueError(f"{text!r} is not a duration; give one such as 90s, 10min or 2h")
     return seconds
 
 
