@@ -28,8 +28,9 @@ STIFF = 60.0
 # Forces at which limits give way, in those that turn a road by 1.
 GRADE_CAP = 1.5
 TILT_CAP = 3.0
-# Half of a lane, width of a carriageway of which nothing is known, and shortest way through a junction, m.
-HALF_LANE = 1.6
+# Distance of the middle of an outermost lane of usual width (3.2 m) from the carriageway's edge, width of a
+# carriageway of which nothing is known, and shortest way through a junction, m.
+OUTER_LANE_INSET = 1.6
 USUAL_WIDTH = 6.0
 SHORTEST_PATH = 0.4
 
@@ -147,7 +148,7 @@ def _close_ends(problem: ProfileProblem) -> tuple[IntArray, FloatArray]:
             best = np.minimum(best, np.hypot(dx - t * nx[q], dy - t * ny[q]))
         return best
 
-    lanes, gap = (np.minimum(reach(a, b, edge), reach(b, a, edge)) for edge in (HALF_LANE, 0.0))
+    lanes, gap = (np.minimum(reach(a, b, edge), reach(b, a, edge)) for edge in (OUTER_LANE_INSET, 0.0))
     allowed = defaults.JUNCTION_EDGE_STEP_MAX + defaults.JUNCTION_STEP_MAX * gap
     allowed = np.where(gap < defaults.JUNCTION_EDGES_NEAR, allowed, np.inf)
     distance = np.minimum(np.maximum(lanes, SHORTEST_PATH), allowed / defaults.JUNCTION_STEP_MAX)

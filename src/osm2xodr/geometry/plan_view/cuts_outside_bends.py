@@ -65,8 +65,8 @@ def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[Bool
     plan = ends.plan_view
     # Lanes left and right of the street's own direction.
     at_end = end % 2 == 1
-    left = np.where(at_end, -ends.right[end], ends.left[end]) - defaults.HALF_LANE
-    right = np.where(at_end, -ends.left[end], ends.right[end]) + defaults.HALF_LANE
+    left = np.where(at_end, -ends.right[end], ends.left[end]) - defaults.HALF_NARROW_LANE
+    right = np.where(at_end, -ends.left[end], ends.right[end]) + defaults.HALF_NARROW_LANE
     bent = np.zeros(len(end), bool)
     before = np.full(len(end), np.inf)
     beyond = trim.copy()
@@ -91,8 +91,8 @@ def _outer_excess(curvature: FloatArray, right: FloatArray, left: FloatArray) ->
 
 def outermost_lanes(pieces: Sequence[Piece]) -> tuple[float, float]:
     """Return t of about the middles of the outermost lanes of a street, right and left, m."""
-    right = min([section.right_edge for _, _, section in pieces]) + defaults.HALF_LANE
-    left = max([section.left_edge for _, _, section in pieces]) - defaults.HALF_LANE
+    right = min([section.right_edge for _, _, section in pieces]) + defaults.HALF_NARROW_LANE
+    left = max([section.left_edge for _, _, section in pieces]) - defaults.HALF_NARROW_LANE
     return right, max(left, right)
 
 
