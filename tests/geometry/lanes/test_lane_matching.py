@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, strategies as st
 
-from osm2xodr.geometry.lanes.cross_sections import CrossSection, cross_section
-from osm2xodr.geometry.lanes.lane_matching import lanes_of, match_lanes
+from osm2xodr.geometry.lanes.cross_sections import CrossSection, cross_section, lanes_of
+from osm2xodr.geometry.lanes.lane_matching import match_lanes
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule, StreetAttributes, Structure
 
 _DIRECTIONS = {"f": Direction.FORWARD, "b": Direction.BACKWARD, "m": Direction.BOTH}
@@ -72,12 +72,12 @@ def test_which_lanes_go_on_with_left_hand_traffic(before: str, after: str, expec
 
 def test_lanes_are_listed_as_their_drivers_see_them() -> None:
     right = section("b b m f f")
-    assert [lane for lane, _ in lanes_of(right, Direction.FORWARD)] == [-2, -3]
-    assert [lane for lane, _ in lanes_of(right, Direction.BACKWARD)] == [1, 2]
-    assert [lane for lane, _ in lanes_of(right, Direction.BOTH)] == [-1]
+    assert [lane.id for lane in lanes_of(right, Direction.FORWARD, True)] == [-2, -3]
+    assert [lane.id for lane in lanes_of(right, Direction.BACKWARD, False)] == [1, 2]
+    assert [lane.id for lane in lanes_of(right, Direction.BOTH, True)] == [-1]
     left = section("f f m b b", Rule.LEFT_HAND)
-    assert [lane for lane, _ in lanes_of(left, Direction.FORWARD)] == [3, 2]
-    assert [lane for lane, _ in lanes_of(left, Direction.BACKWARD)] == [-2, -1]
+    assert [lane.id for lane in lanes_of(left, Direction.FORWARD, True)] == [3, 2]
+    assert [lane.id for lane in lanes_of(left, Direction.BACKWARD, False)] == [-2, -1]
 
 
 _LANES = st.lists(st.sampled_from(["", "l", "t", "r", "ml", "mr", "l;t"]), max_size=5)

@@ -10,7 +10,8 @@ from street_cases import Case
 
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import cross_section
-from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_lanes, smooth_step, stretches, tapered
+from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_lanes, smooth_step, tapered
+from osm2xodr.geometry.lanes.stretches import stretches
 from osm2xodr.model import Direction, LaneSpec, LaneType, RoadMap, Rule, StreetAttributes, Structure
 
 
