@@ -13,12 +13,12 @@ from margin_cases import BOTH, PARKING, TRACK, VERGE, WALK, Strips, built
 from road_measures import assert_sound, lane_edges, width_at
 from street_cases import Case
 
+from osm2xodr.curves.cubics import part_of_cubics
 from osm2xodr.curves.plan_views import lengths
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_SPACING
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strip_columns import columns_of
-from osm2xodr.geometry.margins.strip_lanes import window
 from osm2xodr.geometry.margins.strips import MarginStretch, settled
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, MarginSpec, RoadMap, Rule
 
@@ -173,10 +173,10 @@ def test_strips_are_matched_by_kind_and_order() -> None:
     assert columns((WALK,), (low,)) == [(None, low), (WALK, None)]
 
 
-def test_a_window_says_what_the_whole_says() -> None:
+def test_a_part_of_cubics_has_the_values_of_the_whole() -> None:
     cubics = (Cubic(0.0, 1.0, 0.0, 0.03, -0.002), Cubic(10.0, 2.0), Cubic(40.0, 2.0, -0.1))
     for begin, end in ((0.0, 50.0), (3.0, 7.0), (5.0, 45.0), (10.0, 40.0), (12.0, 20.0), (41.0, 50.0)):
-        part = window(cubics, begin, end)
+        part = part_of_cubics(cubics, begin, end)
         assert part[0].s == 0.0
         for s in np.linspace(begin, end, 17)[:-1].tolist():
             assert width_at(part, s - begin) == pytest.approx(width_at(cubics, s), abs=1e-12)
