@@ -11,8 +11,8 @@ from elevation_helpers import Ground, Solved, make_problem, straight
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
-from osm2xodr.geometry.borders.borders import find_borders
 from osm2xodr.geometry.borders.defaults import BORDER_PIECE, BORDER_STUB
+from osm2xodr.geometry.borders.division import find_borders
 from osm2xodr.geometry.borders.heights import chosen_roads, with_border_heights
 from osm2xodr.geometry.heights.solve import ProfileProblem, solve_profiles
 from osm2xodr.model import Borders, FloatArray, LocalFrame, Outline, Partition, Surface
