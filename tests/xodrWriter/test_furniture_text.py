@@ -291,3 +291,16 @@ def test_bridges_and_tunnels_stand_behind_the_objects(version: str) -> None:
         "daylight": "0.5",
     }
     assert len(under) == 0
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_furniture_with_a_number_that_is_not_finite_is_refused(value: float) -> None:
+    square = ((0.0, 0.0, 0.0, 0.0), (1.0, 0.0, value, 0.0), (1.0, 1.0, 0.0, 0.0))
+    for item in (
+        RoadObject(1, 1, "tree", "", "", 10.0, value),
+        RoadObject(1, 1, "tree", "", "", 10.0, 0.0, height=value),
+        RoadObject(1, 1, "tree", "", "", 10.0, 0.0, hdg=value),
+        RoadObject(1, 1, "patch", "", "", 10.0, 0.0, outline=square),
+    ):
+        with pytest.raises(OutputError, match=r"not finite.*this is a defect of osm2xodr"):
+            written(with_object(item))

@@ -23,7 +23,7 @@ from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView, S
 # length over which a road bends (some 100 m on coarse elevation models, `ROAD_FLEXIBILITY`) hardly move them.
 _BORDER_HEIGHT_REACH: Final = 270.0
 # Roads are sampled this densely for their distance from areas, m.
-_SAMPLES_EVERY_FAR: Final = 20.0
+_REACH_SAMPLES_EVERY: Final = 20.0
 # Origin of the lattice of ground windows, the same for all areas of a partition: estimates depend on it.
 COMMON_ORIGIN: Final = (0.0, 0.0)
 
@@ -51,7 +51,7 @@ class _Points:
     @classmethod
     def along(cls, plan_view: PlanView) -> _Points:
         """Return samples along all roads."""
-        road, s = places_along(plan_view, _SAMPLES_EVERY_FAR)
+        road, s = places_along(plan_view, _REACH_SAMPLES_EVERY)
         x, y, _ = pose(plan_view, road, s)
         return cls(road, x, y)
 
