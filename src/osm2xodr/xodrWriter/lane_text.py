@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark
-from osm2xodr.xodrWriter.formatting import attribute, lane_speed_attributes, number, position, start_of_last
+from osm2xodr.xodrWriter.formatting import lane_speed_attributes, number, position, start_of_last
 from osm2xodr.xodrWriter.words import Words
 
 _Head: TypeAlias = tuple[int, LaneType, int | None, int | None]
@@ -95,9 +95,8 @@ class LaneWriter:
         """Return and remember the ``<roadMark>`` of a lane left (1) or right (-1) of the centre, or of that (0)."""
         kind, color = self._words.mark_type(mark.type), self._words.mark_color(mark.color)
         change = self._words.lane_change(mark.lane_change, side)
-        material = "" if mark.material == "standard" else f' material="{attribute(mark.material)}"'
         text = (
-            f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"{material}'
+            f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"'
             f' width="{number(mark.width)}" laneChange="{change}"/>\n'
         )
         self._marks[side][mark] = text

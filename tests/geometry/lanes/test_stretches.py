@@ -27,7 +27,9 @@ def test_pieces_are_cut_to_the_road() -> None:
     found = cut((0.0, ONE), (40.0, TWO), begin=45.0, end=60.0)
     assert (borders(found), lanes(found)) == ([0.0, 15.0], [2])
     found = cut((0.0, ONE), (40.0, TWO), begin=10.0, end=40.0)
-    assert (borders(found), lanes(found)) == ([0.0, 30.0], [1])
+    assert (borders(found), lanes(found), found[0].ways) == ([0.0, 30.0], [1], (1,))
+    found = cut((0.0, TWO), (40.0, ONE), (70.0, TWO), begin=40.0, end=70.0)
+    assert (borders(found), lanes(found), found[0].ways) == ([0.0, 30.0], [1], (1,))
     # A road of no length at a border has the lanes from there on.
     found = cut((0.0, ONE), (40.0, TWO), begin=40.0, end=40.0)
     assert (borders(found), lanes(found)) == ([0.0, 0.0], [2])

@@ -46,7 +46,7 @@ def stretches(pieces: Sequence[Piece], begin: float, end: float) -> list[Stretch
     for k, (s, attributes, section) in enumerate(pieces):
         lower = max(s, begin) if k else begin
         upper = min(pieces[k + 1][0], end) if k + 1 < len(pieces) else end
-        if upper <= lower and len(pieces) > 1:
+        if upper <= lower:
             continue
         last = found[-1] if found else None
         if last is not None and _same_lanes(last.section, section) and _same_rules(last.attributes, attributes):
