@@ -24,17 +24,7 @@ _Corners: TypeAlias = tuple[tuple[float, float, float, float], ...]
 
 
 class FurnitureWriter:
-    """Make the text of the furniture of a road, for any road without a search.
-
-    Parameters
-    ----------
-    road_map
-        Its furniture stands on roads that exist.
-    dialect, words
-        The features of the version to write, and its words.
-    crosswalks
-        Where the reader looks for their corners.
-    """
+    """Make the text of the furniture of any road; `crosswalks` is where the reader looks for their corners."""
 
     def __init__(self, road_map: RoadMap, dialect: Dialect, words: Words, crosswalks: Crosswalks) -> None:
         furniture = road_map.furniture

@@ -47,17 +47,10 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             # kerbs either, which are the border of the strip beyond.
             lane_types=MappingProxyType({"bus": "restricted", "taxi": "restricted", "curb": "border"}),
             road_types=MappingProxyType(
-                dict.fromkeys(
-                    (
-                        "townExpressway",
-                        "townCollector",
-                        "townArterial",
-                        "townPrivate",
-                        "townLocal",
-                        "townPlayStreet",
-                    ),
-                    "town",
-                )
+                {
+                    f"town{kind}": "town"
+                    for kind in ("Expressway", "Collector", "Arterial", "Private", "Local", "PlayStreet")
+                }
             ),
             mark_types=MappingProxyType({"edge": "none"}),
             mark_colors=MappingProxyType({"orange": "standard", "violet": "standard"}),

@@ -47,14 +47,8 @@ _COUNTRY: Final = re.compile("[A-Z]{2}|OpenDRIVE|")
 class Words:
     """Translate the model's words into those of one version, and record the replacements.
 
-    Parameters
-    ----------
-    dialect
-        The version of OpenDRIVE.
-    lane_types
-        Types of lanes that the reader misunderstands, and what to write instead.
-    changes_as_driven
-        Whether lane changes are named as drivers see them, see `osm2xodr.conventions.targets.Target`.
+    `lane_types` are types that the reader misunderstands, and their replacements; `changes_as_driven` names lane
+    changes as drivers see them. See `osm2xodr.conventions.Target` for both.
     """
 
     def __init__(

@@ -16,13 +16,7 @@ _ON_BORDER: Final = 1e-6
 
 
 def kept_furniture(furniture: Furniture, pieces: Pieces, diagnostics: Diagnostics) -> Furniture:
-    """Return the furniture on the pieces of roads that the own area keeps, with new ids.
-
-    Raises
-    ------
-    InputError
-        If there are more signals and objects than ids for them.
-    """
+    """Return the furniture on kept pieces of roads, with new ids; raise an InputError if these do not suffice."""
     signals, references = _signals(furniture, pieces, diagnostics)
     objects = [part for thing in furniture.objects for part in _objects(thing, pieces)]
     first = pieces.partition.first_ids[pieces.partition.own]

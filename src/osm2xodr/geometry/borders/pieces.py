@@ -30,19 +30,9 @@ class Piece:
 
 
 class Pieces:
-    """The pieces of all roads of a road map, and those of them that the own area keeps.
+    """The pieces of all roads of an area and its surroundings, and those of them that the own area keeps.
 
-    Parameters
-    ----------
-    road_map
-        An area and its surroundings.
-    borders
-        Which of its roads belong to which area.
-
-    Raises
-    ------
-    InputError
-        If the area has no road, or more than it has ids for.
+    Raises an InputError if the area has no road, or more than it has ids for.
     """
 
     def __init__(self, road_map: RoadMap, borders: Borders) -> None:

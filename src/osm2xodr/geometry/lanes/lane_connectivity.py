@@ -27,13 +27,7 @@ class StatedLanes:
     relations: tuple[int, ...]  # OSM ids
 
     def between(self, entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec]) -> tuple[LanePair, ...] | None:
-        """Return the links as indices of lanes, None where one names a lane that does not exist.
-
-        Parameters
-        ----------
-        entry, exit_
-            All lanes of the direction of travel, left to right.
-        """
+        """Return the links as indices of all lanes of the direction of travel; None if they name a missing lane."""
         ins, outs = _counted(entry), _counted(exit_)
         if any(not (0 < a <= len(ins) and 0 < b <= len(outs)) for a, b, _ in self.pairs):
             return None
@@ -71,12 +65,7 @@ class Connectivity:
     def along(self, ways: Sequence[int], nodes: Sequence[int]) -> StatedLanes | None:
         """Return what relations say about a path over ways; None unless they cover it from start to end.
 
-        Parameters
-        ----------
-        ways
-            OSM ways, no two in a row the same.
-        nodes
-            The nodes between them.
+        No two `ways` in a row are the same; `nodes` are the OSM nodes between them.
         """
         found: list[LaneConnectivity] = []
         k = 0

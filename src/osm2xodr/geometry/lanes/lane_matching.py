@@ -42,15 +42,6 @@ def match_lanes(
     or end follows from the first of these that says anything: a connectivity relation; ``turn:lanes`` (new turn
     lanes, ``merge_to_left``); the position of the lanes (``placement``); else it is the near side of traffic. A lane
     for both directions that ends where a turn lane opens in its place continues as that lane.
-
-    Parameters
-    ----------
-    before, after
-        The lanes on either side of the place.
-    rule
-        Side of the road that traffic drives on.
-    stated
-        What relations say about either direction.
     """
     found: dict[int, int] = {}
     for direction, counted in product((Direction.FORWARD, Direction.BOTH, Direction.BACKWARD), (True, False)):

@@ -49,8 +49,14 @@ def lay_out_all(
 
     Parameters
     ----------
-    roads, rule, known, country
-        As for `lay_out_lanes`.
+    roads
+        The stretches of each road, at least one.
+    rule
+        Side of the road that traffic drives on.
+    known
+        What relations say about lanes.
+    country
+        How roads are painted.
     """
     alike: dict[tuple[CrossSection, Hashable, float | None, float | None], LaneLayout] = {}
     out: list[LaneLayout] = []
@@ -74,17 +80,6 @@ def lay_out_lanes(
 
     A lane that opens does so from width 0 after the border of two sections, one that ends does so before it. Lane
     offset and widths follow the same cubic, and so does every edge between lanes.
-
-    Parameters
-    ----------
-    road
-        At least one stretch.
-    rule
-        Side of the road that traffic drives on.
-    known
-        What relations say about lanes.
-    country
-        How roads are painted.
     """
     links = [
         match_lanes(a.section, b.section, rule, known.at_border(a.ways[-1], b.ways[0]) if known else None)

@@ -83,19 +83,7 @@ class _Border:
 def road_marks(
     section: CrossSection, attributes: StreetAttributes, rule: Rule, country: Country = GENERIC
 ) -> dict[int, RoadMark]:
-    """Return the mark on the outer edge of every lane of a carriageway, and on its centre line (lane 0).
-
-    Parameters
-    ----------
-    section
-        The carriageway's lanes.
-    attributes
-        The tags there, in the direction of the section.
-    rule
-        Side of the road that traffic drives on.
-    country
-        How roads are painted.
-    """
+    """Return the mark on the outer edge of every lane of a carriageway, and on its centre line (lane 0)."""
     return _Painter(section, attributes, rule, country.marks).marks()
 
 

@@ -23,8 +23,7 @@ from osm2xodr.model import IntArray, LaneType, Rule
 # Share of its width that a sidewalk keeps before a corner that it does not get round otherwise. A choice.
 _NARROWED_SHARE: Final = 0.5
 
-_Place = tuple[int, int]
-"""(road end, side of the road: left 1, right -1)."""
+_Place = tuple[int, int]  # (road end, side of the road: left 1, right -1)
 _Change = Callable[[Strips], Strips]
 
 

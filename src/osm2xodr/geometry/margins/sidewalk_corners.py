@@ -54,23 +54,8 @@ def sidewalk_corners(
     leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for
     (ASAM OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars.
 
-    Parameters
-    ----------
-    parts, margins
-        The roads, and the strips beside them.
-    cars
-        The connecting roads for cars. Arms that none of them touches are no part of the junction.
-    rule
-        Side of the road that traffic drives on.
-    junctions
-        Only these; all if not given.
-
-    Returns
-    -------
-    ConnectingRoads
-        One for each corner, grouped by junction.
-    ConnectingRoads
-        The corners that have no room for a sidewalk.
+    Returns a road for each corner, grouped by junction, and those for which there is no room. Looks only at
+    `junctions`, if given. Arms that no connecting road for `cars` touches are no part of the junction.
     """
     corners = list(_corners(parts, margins, cars, rule, junctions))
     if not corners:

@@ -116,20 +116,20 @@ class _Side:
 
     def _is_kerb(self, neighbours: Sequence[int]) -> bool:
         heights = [self.columns[column].kind.height for column in neighbours]
-        return len(heights) == 2 and _kerb(*heights)
+        return len(heights) == 2 and _is_step(*heights)
 
 
-def _kerb(inner: float, outer: float) -> bool:
+def _is_step(inner: float, outer: float) -> bool:
     return abs(inner - outer) > defaults.SAME_HEIGHT
 
 
 def _with_kerbs(lanes: tuple[Lane, ...], left: Sequence[Lane], right: Sequence[Lane]) -> tuple[Lane, ...]:
-    """Mark a kerb at the carriageway's edges where the innermost lane beside it is higher and no line is drawn.
+    """Mark a kerb at the carriageway's edges where the innermost strip is higher and no line is drawn.
 
     The edge is that of the outermost lane, or the centre line where all lanes lie on the other side of it.
     """
     sides = ((lanes[0].id, left), (lanes[-1].id, right))
-    edges = {lane for lane, beside in sides if beside and _kerb(0.0, beside[0].height)}
+    edges = {lane for lane, beside in sides if beside and _is_step(0.0, beside[0].height)}
     return tuple(
         replace(lane, road_mark=_KERB_MARK)
         if lane.id in edges and (lane.road_mark is None or lane.road_mark.type == "none")
