@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, cross_section
 from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_lanes
-from osm2xodr.geometry.lanes.stretches import Stretch, stretches
+from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule, StreetAttributes, Structure
 
 KINDS = {"d": LaneType.DRIVING, "b": LaneType.BUS, "t": LaneType.TAXI, "c": LaneType.BIKING}

@@ -14,7 +14,7 @@ from osm2xodr.geometry.lanes.lane_connectivity import Connectivity, StatedLanes
 from osm2xodr.geometry.lanes.lane_matching import left_turns, right_turns
 from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all, smooth_step, tapered, without_repeats
 from osm2xodr.geometry.lanes.road_marks import NO_MARK
-from osm2xodr.geometry.lanes.stretches import Stretch, stretches
+from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
 
 __all__ = [
     "NO_MARK",

@@ -13,7 +13,7 @@ from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_matching import match_lanes
 from osm2xodr.geometry.lanes.road_marks import mark_kind, road_marks
-from osm2xodr.geometry.lanes.stretches import Stretch
+from osm2xodr.geometry.lanes.road_stretches import Stretch
 from osm2xodr.model import (
     Cubic,
     Direction,

@@ -6,7 +6,7 @@ import pytest
 from lane_cases import cut, in_a_row, section, street
 
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.lanes.stretches import Stretch, stretches
+from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
 from osm2xodr.model import Direction, LaneType, MarginSpec
 
 ONE, TWO, THREE = street("d< d>"), street("d< d> d>"), street("d< d> d> d>")
