@@ -45,7 +45,7 @@ class LaneLayout:
 def lay_out_all(
     roads: Sequence[Sequence[Stretch]], rule: Rule, known: Connectivity | None = None, country: Country = GENERIC
 ) -> list[LaneLayout]:
-    """Build the lane sections of many roads; roads of a single stretch share what is alike in kind.
+    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout.
 
     Parameters
     ----------

@@ -99,7 +99,7 @@ def mark_kind(attributes: StreetAttributes) -> Hashable:
 
 
 def change_kind(lane: LaneSpec) -> Hashable:
-    """Return what tags say about leaving a lane; None where they allow what is usual."""
+    """Return the lane changes that tags allow; None where those are the usual ones."""
     allowed = _CHANGES.get(lane.change)
     return None if allowed == (True, True) and lane.type in _ALL_CARS else allowed
 
