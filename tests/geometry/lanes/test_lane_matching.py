@@ -120,6 +120,7 @@ def test_lanes_keep_their_order_and_as_many_go_on_as_can(
         # Two lanes open, three claim to be them.
         ("f", "f:l f:l f:r", {-1: -2}, {1: 2}),
         ("f", "f:l f:r f:r", {-1: -1}, {1: 3}),
+        ("f f", "f:l f:l f:r f:r", {-1: -2, -2: -3}, {2: 3, 1: 2}),
         # Fewer claims than lanes that open: the rest opens at the near side.
         ("f", "f:l f f", {-1: -2}, {1: 1}),
         # Lanes that merge end, at either side and whatever the side of traffic.
@@ -181,6 +182,8 @@ def test_lanes_keep_to_their_kind() -> None:
 def test_a_centre_lane_becomes_a_pocket_only_along_the_street() -> None:
     centre = lane_section("d< d= d>")
     assert match_lanes(centre, lane_section("d< d> d>"), Rule.RIGHT_HAND) == {1: 1, -1: -1, -2: -2}
+    one, other = (lane_section(text, Rule.LEFT_HAND) for text in ("d> d= d<", "d> d> d<"))
+    assert match_lanes(one, other, Rule.LEFT_HAND) == {2: 2, 1: 1, -1: -1}
     # The pocket of those who come against it lies beyond the centre line.
     assert match_lanes(centre, lane_section("d< d< d>"), Rule.RIGHT_HAND) == {1: 2, -2: -1}
 
