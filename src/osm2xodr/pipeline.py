@@ -19,7 +19,7 @@ from osm2xodr.geometry import (
     RoadOptions,
     build_roads,
     ground_around,
-    keep_own,
+    keep_own_area,
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions, parse_osm
@@ -95,7 +95,7 @@ def convert(
     if partition is not None:
         on_stage("cutting roads at the border")
         _forget_others(options.area, partition, diagnostics)
-        road_map = keep_own(road_map, diagnostics)
+        road_map = keep_own_area(road_map, diagnostics)
     return Conversion(road_map, summarize(road_map, terrain.coverage), diagnostics, terrain.models)
 
 

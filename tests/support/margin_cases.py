@@ -9,7 +9,18 @@ from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import build_roads
-from osm2xodr.model import Direction, LaneType, MarginSpec, RoadMap, Rule, StreetAttributes, StreetNetwork, Surface
+from osm2xodr.model import (
+    Direction,
+    Lane,
+    LaneSection,
+    LaneType,
+    MarginSpec,
+    RoadMap,
+    Rule,
+    StreetAttributes,
+    StreetNetwork,
+    Surface,
+)
 from osm2xodr.surface import FlatSurface
 
 Strips = tuple[MarginSpec, ...]
@@ -54,3 +65,18 @@ def built(
 
     told = Diagnostics() if diagnostics is None else diagnostics
     return build_roads(with_margins(network, choose), surface or FlatSurface(), told)
+
+
+def row(*tags: str, length: float = 200.0) -> Case:
+    """Make ways 1, 2 … from west to east in a row, one for each set of tags."""
+    nodes = {f"p{k}": (k * length, 0.0) for k in range(len(tags) + 1)}
+    return Case(nodes, {k + 1: (f"p{k} p{k + 1}", text) for k, text in enumerate(tags)})
+
+
+def sections_of(roads: RoadMap) -> tuple[LaneSection, ...]:
+    """Return those of the first road, the only one in a row."""
+    return roads.roads[0].lane_sections
+
+
+def by_id(section: LaneSection) -> dict[int, Lane]:
+    return {lane.id: lane for lane in section.lanes}

@@ -186,9 +186,7 @@ def furnished_crossing() -> RoadMap:
     crosswalk lies on road 1 at s = 80, between its sidewalk and the other edge.
     """
     bare = crossing()
-    sidewalk = Lane(
-        -2, LaneType.SIDEWALK, (Cubic(0.0, 2.0),), road_mark=replace(SOLID, material="concrete"), height=0.12
-    )
+    sidewalk = Lane(-2, LaneType.SIDEWALK, (Cubic(0.0, 2.0),), road_mark=SOLID, height=0.12)
     first, second, third, fourth = bare.roads
     section = second.lane_sections[0]
     second = replace(

@@ -7,14 +7,17 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 from lxml import etree
-from sample_road_maps import FRAME, crossing, profile, straight_roads
+from sample_road_maps import FRAME, crossing, plan_view, profile, straight_roads
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
 from osm2xodr.model import RoadMap, RoadType, Rule
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
+from osm2xodr.xodrWriter.document import plan_view_bounds
 
 
 def written(road_map: RoadMap, options: WriteOptions | None = None, diagnostics: Diagnostics | None = None) -> bytes:
@@ -226,8 +229,8 @@ def test_what_is_not_finite_is_refused() -> None:
 @pytest.mark.parametrize("version", ["1.4", "1.7"])
 def test_several_processes_write_the_same_bytes(monkeypatch: pytest.MonkeyPatch, version: str) -> None:
     # Blocks of one road, so that a small map is dealt out to several processes in several rounds.
-    monkeypatch.setattr("osm2xodr.xodrWriter.document._BLOCK", 1)
-    monkeypatch.setattr("osm2xodr.xodrWriter.document._BLOCKS_EACH", 2)
+    monkeypatch.setattr("osm2xodr.xodrWriter.document._ROADS_PER_BLOCK", 1)
+    monkeypatch.setattr("osm2xodr.xodrWriter.document._BLOCKS_PER_PROCESS", 2)
     road_map = straight_roads(21)
     # A word that the first version lacks, where another process than this one writes it.
     roads = [replace(road, types=(RoadType(0.0, "townPrivate", None),) * (road.id == 4)) for road in road_map.roads]
@@ -240,3 +243,53 @@ def test_several_processes_write_the_same_bytes(monkeypatch: pytest.MonkeyPatch,
     assert found[1] == found[2] == found[0]
     assert found[0][0].count(b"</road>") == 21
     assert [item.code for item in found[0][1]] == ["word-lost"] * (version == "1.4")
+
+
+# ---------------------------------------------------------------- bounds
+
+
+def test_bounds_of_a_line() -> None:
+    plan = plan_view([[(0.0, 1.0, 2.0, math.pi / 6.0, 10.0, 0.0)]])
+    assert plan_view_bounds(plan) == pytest.approx((1.0, 2.0, 1.0 + 10.0 * math.sqrt(0.75), 7.0), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("hdg", "turn", "bounds"),
+    [
+        # A half circle of radius 5 m from the origin: what it reaches, by its start heading and sense.
+        (0.0, 1, (0.0, 0.0, 5.0, 10.0)),
+        (0.0, -1, (0.0, -10.0, 5.0, 0.0)),
+        (math.pi / 2.0, 1, (-10.0, 0.0, 0.0, 5.0)),
+        (math.pi, 1, (-5.0, -10.0, 0.0, 0.0)),
+        (-math.pi / 2.0, -1, (-10.0, -5.0, 0.0, 0.0)),
+        (5.0 * math.pi / 2.0, 1, (-10.0, 0.0, 0.0, 5.0)),
+    ],
+)
+def test_bounds_of_half_circles(hdg: float, turn: int, bounds: tuple[float, float, float, float]) -> None:
+    plan = plan_view([[(0.0, 0.0, 0.0, hdg, 5.0 * math.pi, turn / 5.0)]])
+    assert plan_view_bounds(plan) == pytest.approx(bounds, abs=1e-9)
+
+
+def test_bounds_of_a_whole_circle() -> None:
+    plan = plan_view([[(0.0, 3.0, 4.0, 1.0, 2.0 * math.pi * 7.0, -1.0 / 7.0)]])
+    x, y = 3.0 + 7.0 * math.sin(1.0), 4.0 - 7.0 * math.cos(1.0)
+    assert plan_view_bounds(plan) == pytest.approx((x - 7.0, y - 7.0, x + 7.0, y + 7.0), abs=1e-9)
+
+
+@given(
+    st.floats(min_value=-10.0, max_value=10.0),
+    st.one_of(st.floats(min_value=-0.3, max_value=0.3), st.floats(min_value=-1e-9, max_value=1e-9)),
+    st.floats(min_value=0.1, max_value=100.0),
+)
+def test_bounds_of_arcs_against_many_points_on_them(hdg: float, curvature: float, length: float) -> None:
+    west, south, east, north = plan_view_bounds(plan_view([[(0.0, 10.0, -20.0, hdg, length, curvature)]]))
+    ds = np.linspace(0.0, length, 20001)
+    half = 0.5 * curvature * ds
+    x = 10.0 + ds * np.sinc(half / np.pi) * np.cos(hdg + half)
+    y = -20.0 + ds * np.sinc(half / np.pi) * np.sin(hdg + half)
+    # Between two of the points an arc of these curvatures rises by less than this.
+    rise = abs(curvature) * (length / 20000.0) ** 2 + 1e-9
+    assert west == pytest.approx(x.min(), abs=rise)
+    assert south == pytest.approx(y.min(), abs=rise)
+    assert east == pytest.approx(x.max(), abs=rise)
+    assert north == pytest.approx(y.max(), abs=rise)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -8,7 +9,15 @@ from hypothesis import given, strategies as st
 from lxml import etree
 
 from osm2xodr.errors import OutputError
-from osm2xodr.xodrWriter.formatting import attribute, number, position, rounded, start_of_last
+from osm2xodr.xodrWriter.formatting import (
+    attribute,
+    lane_speed_attributes,
+    number,
+    position,
+    road_speed_attributes,
+    rounded,
+    start_of_last,
+)
 
 
 @pytest.mark.parametrize(
@@ -87,3 +96,34 @@ def test_no_last_lane_section_ends_beyond_its_road(length: float, share: float) 
     start = float(start_of_last(share * end, end))
     assert start + (end - start) <= end
     assert abs(start - share * end) < 1e-10 * end + 6e-8
+
+
+# ---------------------------------------------------------------- speed limits
+
+UNIT = {"km/h": 1.0 / 3.6, "mph": 0.44704}
+
+
+@pytest.mark.parametrize("kmh", [5, 7, 20, 30, 50, 80, 120, 130])
+def test_kilometres_per_hour(kmh: int) -> None:
+    assert road_speed_attributes(kmh / 3.6) == f'max="{kmh}" unit="km/h"'
+
+
+@pytest.mark.parametrize("mph", range(5, 86, 5))
+def test_miles_per_hour(mph: int) -> None:
+    assert road_speed_attributes(mph * 0.44704) == f'max="{mph}" unit="mph"'
+
+
+def test_odd_speeds() -> None:
+    assert road_speed_attributes(12.34) == 'max="44.424" unit="km/h"'
+
+
+def test_no_limit() -> None:
+    assert road_speed_attributes(math.inf) == 'max="no limit"'
+    assert lane_speed_attributes(math.inf) == 'max="400" unit="km/h"'
+
+
+@given(st.floats(min_value=0.5, max_value=90.0))
+def test_speeds_stay_what_they_are(speed: float) -> None:
+    found = re.fullmatch(r'max="([\d.]+)" unit="(.*)"', lane_speed_attributes(speed))
+    assert found is not None
+    assert float(found[1]) * UNIT[found[2]] == pytest.approx(speed, abs=0.003)

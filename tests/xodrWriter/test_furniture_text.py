@@ -198,14 +198,12 @@ def test_outlines_of_other_things_are_the_standards() -> None:
     ]
 
 
-def test_heights_and_materials_of_lanes() -> None:
+def test_heights_of_lanes() -> None:
     lanes = {item.get("type"): item for item in parsed(furnished_crossing()).findall("road")[1].iter("lane")}
     sidewalk = lanes["sidewalk"]
     assert [item.tag for item in sidewalk] == ["width", "roadMark", "height"]
     assert dict(sidewalk.find("height").attrib) == {"sOffset": "0", "inner": "0.12", "outer": "0.12"}
-    assert sidewalk.find("roadMark").get("material") == "concrete"
     assert lanes["driving"].find("height") is None
-    assert lanes["driving"].find("roadMark").get("material") is None
     assert "curb" in lanes
     old = parsed(furnished_crossing(), WriteOptions("1.4")).findall("road")[1]
     assert {item.get("type") for item in old.iter("lane")} == {"driving", "none", "sidewalk", "border"}
@@ -291,3 +289,16 @@ def test_bridges_and_tunnels_stand_behind_the_objects(version: str) -> None:
         "daylight": "0.5",
     }
     assert len(under) == 0
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_furniture_with_a_number_that_is_not_finite_is_refused(value: float) -> None:
+    square = ((0.0, 0.0, 0.0, 0.0), (1.0, 0.0, value, 0.0), (1.0, 1.0, 0.0, 0.0))
+    for item in (
+        RoadObject(1, 1, "tree", "", "", 10.0, value),
+        RoadObject(1, 1, "tree", "", "", 10.0, 0.0, height=value),
+        RoadObject(1, 1, "tree", "", "", 10.0, 0.0, hdg=value),
+        RoadObject(1, 1, "patch", "", "", 10.0, 0.0, outline=square),
+    ):
+        with pytest.raises(OutputError, match=r"not finite.*this is a defect of osm2xodr"):
+            written(with_object(item))

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from sample_road_maps import crossing, plan_view, profile
 
-from osm2xodr.curves.plan_views import lengths as curve_lengths
+from osm2xodr.curves.plan_views import lengths as lengths_of
 from osm2xodr.xodrWriter.formatting import position
-from osm2xodr.xodrWriter.tables import all_finite, cubic_texts, plan_view_texts, says_nothing
+from osm2xodr.xodrWriter.tables import are_zero, cubic_texts, plan_view_texts
 
 
 def read(text: str) -> list[dict[str, float]]:
@@ -56,10 +56,6 @@ def test_dust_is_swept() -> None:
 def test_the_slightest_arc_stays_an_arc() -> None:
     plan = plan_view([[(0.0, 0.0, 0.0, 0.0, 5.0, 1e-15)]])
     assert '<arc curvature="1e-15"/>' in plan_view_texts(plan, 0, 1)[0]
-
-
-def test_curve_lengths() -> None:
-    assert curve_lengths(crossing().plan_view) == pytest.approx([100.0, 80.0 + 10.0 * np.pi, 10.0, 10.0], abs=1e-12)
 
 
 coordinate = st.floats(min_value=-25_000.0, max_value=25_000.0)
@@ -106,10 +102,9 @@ def test_elevation_records_meet(z: float, grade: float, grade_end: float, rise: 
 def test_nothing_starts_beyond_the_end_of_its_road(lengths: list[float]) -> None:
     s = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
     plan = plan_view([[(at, 0.0, 0.0, 0.0, length, 0.0) for at, length in zip(s, lengths, strict=True)]])
-    whole = curve_lengths(plan)
-    total = float(position(whole[0]))
-    heights = profile([[(at, 0.0, 0.0, 0.0, 0.0) for at in (*s, whole[0])]])
-    starts = [record["s"] for record in read(cubic_texts(heights, whole, "elevation", 0, 1)[0])]
+    total = float(position(lengths_of(plan)[0]))
+    heights = profile([[(at, 0.0, 0.0, 0.0, 0.0) for at in (*s, lengths_of(plan)[0])]])
+    starts = [record["s"] for record in read(cubic_texts(heights, lengths_of(plan), "elevation", 0, 1)[0])]
     assert max(starts) <= total
     assert starts == sorted(starts)
     records = read(plan_view_texts(plan, 0, 1)[0])
@@ -117,15 +112,9 @@ def test_nothing_starts_beyond_the_end_of_its_road(lengths: list[float]) -> None
         assert one["s"] + one["length"] == pytest.approx(two["s"], abs=2e-7)
 
 
-def test_says_nothing() -> None:
+def test_profiles_that_are_zero_throughout() -> None:
     zero, late, dust = (0.0, 0.0, 0.0, 0.0, 0.0), (5.0, 0.0, 0.0, 1e-9, 0.0), (0.0, 1e-12, 0.0, 0.0, -1e-21)
     lengths = np.full(5, 100.0)
     table = profile([[], [zero], [zero, late], [dust], [(0.0, 3.0, 0.0, 0.0, 0.0)]])
-    assert says_nothing(table, lengths, 0, 5) == [True, True, False, True, False]
-    assert says_nothing(table, lengths, 2, 4) == [False, True]
-
-
-def test_all_finite() -> None:
-    road_map = crossing()
-    assert all_finite(road_map.plan_view, road_map.elevation)
-    assert not all_finite(road_map.plan_view, profile([[(0.0, np.inf, 0.0, 0.0, 0.0)]]))
+    assert are_zero(table, lengths, 0, 5) == [True, True, False, True, False]
+    assert are_zero(table, lengths, 2, 4) == [False, True]

@@ -1,6 +1,6 @@
 """Stage 3: streets and a surface become roads, junctions and connecting roads."""
 
-from osm2xodr.geometry.borders import COMMON_ORIGIN, Neighbourhood, keep_own
+from osm2xodr.geometry.borders import COMMON_ORIGIN, Neighbourhood, keep_own_area
 from osm2xodr.geometry.heights import ElevationOptions, Ground, ground_around, parse_grade_limits
 from osm2xodr.geometry.junctions import RoadOptions
 from osm2xodr.geometry.roads import build_roads
@@ -13,6 +13,6 @@ __all__ = [
     "RoadOptions",
     "build_roads",
     "ground_around",
-    "keep_own",
+    "keep_own_area",
     "parse_grade_limits",
 ]

@@ -62,9 +62,10 @@ SWING_OF_TURN: Final = 0.7
 SWING: Final = 0.35
 TURNING_ROOM: Final = 0.75
 TURNING_ROOM_STEPS: Final = 8
-# A bend is tight where the outermost lane is longer than the reference line by more than this share. Half a lane, m.
+# A bend is tight where the outermost lane is longer than the reference line by more than this share. Half of a narrow
+# lane (2.8 m), m: the middle of the outermost lane lies at least this far inside the carriageway's edge.
 TIGHT_BEND: Final = 0.08
-HALF_LANE: Final = 1.4
+HALF_NARROW_LANE: Final = 1.4
 
 # ---------------------------------------------------------------- streets side by side
 

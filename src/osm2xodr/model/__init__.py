@@ -1,9 +1,9 @@
-"""What the stages hand to each other, in the order of the pipeline. Read this first.
+"""The data that the stages hand on to each other. Read this first.
 
 Units are SI (m, rad, m/s, 1/m) unless a name says otherwise. Local x points east, y north; headings count
 counter-clockwise from east; s runs along a road, t to its left. Everything is frozen, arrays are read-only.
-Words of OpenStreetMap (node, way, street, intersection) belong to what is read, words of OpenDRIVE (road, lane
-section, junction, s, t, hdg) to what is written.
+Input is named in words of OpenStreetMap (node, way, street, intersection), output in words of OpenDRIVE (road, lane
+section, junction, s, t, hdg).
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from osm2xodr.model.shared import FloatArray, IntArray, LocalFrame, freeze_array
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """What an area covers."""
+    """The outline of an area."""
 
     # Corners (n, 2) of closed rings, local x, y, m, the first not repeated at the end. A point is inside if an odd
     # number of them goes round it, so that holes and parts are rings as well.
@@ -18,11 +18,11 @@ class Outline:
 
 @dataclass(frozen=True, slots=True)
 class Partition:
-    """Areas that are converted one by one and fit together."""
+    """Areas that are converted one by one, so that the results fit together."""
 
-    frame: LocalFrame  # Of all of them
+    frame: LocalFrame  # Common to all
     names: tuple[str, ...]  # Unique
-    outlines: tuple[Outline, ...]  # What each covers. Where several cover a place, it belongs to the first of them.
+    outlines: tuple[Outline, ...]  # A place that several cover belongs to the first of them
     # Id of each area's first road; those of its roads and junctions lie below the next greater one
     first_ids: tuple[int, ...]
     own: int  # Index of the area that is converted
@@ -30,16 +30,15 @@ class Partition:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Borders:
-    """Which area each piece of road belongs to: index into `Partition.names`, -1 outside of all."""
+    """The area of each piece of road: index into `Partition.names`, -1 outside of all."""
 
-    partition: Partition  # The areas
+    partition: Partition
     # (roads outside junctions + 1,) Index of each road's first piece; the last entry is the number of pieces. Every
     # road has at least one.
     piece_start: IntArray
     piece_s: FloatArray  # (pieces,) Where each piece begins along its road, m; 0 for the first one
-    piece_area: IntArray  # (pieces,) Its area; that of neighbouring pieces of a road differs
-    # (junctions,) The area of each junction of `RoadMap.junctions`. The pieces of roads that touch it are of the same
-    # area.
+    piece_area: IntArray  # (pieces,) Its area, different from that of the next piece of the road
+    # (junctions,) The area of each junction of `RoadMap.junctions`, the same as that of the pieces that touch it
     junction_area: IntArray
 
     def __post_init__(self) -> None:
@@ -48,11 +47,11 @@ class Borders:
 
 @dataclass(frozen=True, slots=True)
 class BorderEnd:
-    """The end of a road that goes on in a neighbouring area."""
+    """The end of a road that continues in a neighbouring area."""
 
     road: int  # Id of the road
     at_start: bool  # Whether it is the road's start
-    neighbour: str  # Name of the area that it goes on in; empty where there is none
+    neighbour: str  # Name of the area in which it continues; empty outside of all
     # The reference line there, local, m
     x: float
     y: float

@@ -1,4 +1,4 @@
-"""What furniture adds to a road map: signals, objects, and what switches the lights."""
+"""Signals, objects and controllers, which furniture adds to a road map."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ class Signal:
 
     id: int  # Unique among signals and objects, above 0
     road: int  # Id of the road that it stands on
-    # Where, m
+    # m
     s: float
     t: float
-    # OpenDRIVE's attributes; subtype ``-1`` where there is none
+    # OpenDRIVE's attributes; subtype ``-1`` for none
     name: str
     type: str
     subtype: str
     country: str
     dynamic: bool  # Whether it changes (lights)
-    orientation: str  # ``+`` or ``-``: it is for traffic along s or against it; ``none`` for both
-    # m; z_offset of its lower edge above the road
+    orientation: str  # ``+`` for traffic along s, ``-`` for traffic against it, ``none`` for both
+    # m; z_offset is the height of its lower edge above the road
     z_offset: float
     height: float
     width: float
-    h_offset: float = 0.0  # Turn against the direction that its orientation says, rad
-    # As of speed limits; None and empty where there is none
+    h_offset: float = 0.0  # Rotation from the direction of its orientation, rad
+    # Such as a speed limit; None and empty for none
     value: float | None = None
     unit: str = ""
-    text: str = ""  # Written on it
-    validity: tuple[tuple[int, int], ...] = ()  # (from lane, to lane) of the lanes that it is for; all where empty
-    osm_id: str = ""  # ``node/1`` …; empty where no single element is behind it
+    text: str = ""  # The text on it
+    validity: tuple[tuple[int, int], ...] = ()  # (from lane, to lane) of the lanes that it is for; empty for all
+    osm_id: str = ""  # ``node/1`` …; empty if it does not come from a single element
 
 
 @dataclass(frozen=True, slots=True)
 class SignalReference:
-    """A road that a signal of another road is for as well; fields as of `Signal`."""
+    """Another road that a signal applies to as well; fields as of `Signal`."""
 
     signal: int
     road: int
@@ -49,19 +49,19 @@ class SignalReference:
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """Signals that always show the same."""
+    """Signals that always show the same phase."""
 
     id: int  # Unique among controllers, above 0
     name: str  # For people
     signals: tuple[int, ...]  # Their ids, ascending
-    junction: int | None  # Id of the junction it belongs to; None apart from junctions
-    sequence: int  # Its place among the controllers of the junction, from 0
-    kind: str = "traffic"  # What it switches: ``traffic`` or ``pedestrian``
+    junction: int | None  # Id of its junction; None outside junctions
+    sequence: int  # Its number among the controllers of the junction, from 0
+    kind: str = "traffic"  # The lights that it switches: ``traffic`` or ``pedestrian``
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectRepeat:
-    """Copies of an object, or one that goes on, from s over a length; all in m. distance 0 means without a gap."""
+    """Copies of an object from s over a length, or one continuous object where distance is 0; all in m."""
 
     s: float
     length: float
@@ -79,16 +79,16 @@ class RoadObject:
 
     id: int  # Unique among signals and objects, above 0
     road: int  # Id of its road
-    # OpenDRIVE's attributes; the writer puts types into the words of its version
+    # OpenDRIVE's attributes; the writer translates types to its version
     type: str
     subtype: str
     name: str
-    # Its place on the road, m, and its heading against the road's, rad
+    # Its place on the road, m, and its heading relative to the road, rad
     s: float
     t: float
     z_offset: float = 0.0
     hdg: float = 0.0
-    # m; radius instead of the first two for round things, 0 where unknown
+    # m, 0 for unknown; round things have a radius instead of length and width
     length: float = 0.0
     width: float = 0.0
     height: float = 0.0
@@ -103,10 +103,10 @@ class RoadObject:
 
 @dataclass(frozen=True, slots=True)
 class RoadStructure:
-    """A bridge that a road leads over, or a tunnel that it leads through."""
+    """A bridge or tunnel on a road."""
 
     id: int  # Unique among signals, objects and these, above 0
-    # Id of the road, where it begins, and its extent, m
+    # Id of the road, s where it begins, and its length, m
     road: int
     s: float
     length: float
@@ -122,7 +122,7 @@ class RoadStructure:
 
 @dataclass(frozen=True, slots=True)
 class Furniture:
-    """All that stands on and beside roads, and what carries or covers them; each kind in ascending road and s."""
+    """All furniture of the roads, and their bridges and tunnels; each kind in ascending road and s."""
 
     signals: tuple[Signal, ...] = ()
     references: tuple[SignalReference, ...] = ()

@@ -1,4 +1,4 @@
-"""What geometry hands on: roads, junctions and the tables of their curves and heights."""
+"""The result of geometry: roads, junctions and the tables of their curves and heights."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class CubicProfile:
 
 @dataclass(frozen=True, slots=True)
 class Cubic:
-    """One record a + b ds + c ds² + d ds³ from s on (s local to what carries it)."""
+    """One record a + b ds + c ds² + d ds³ from s on, where s counts from the start of the road or lane section."""
 
     s: float
     a: float
@@ -59,7 +59,7 @@ class Cubic:
         return self.a + ds * (self.b + ds * (self.c + ds * self.d))
 
     def begun_later(self, ds: float, s: float) -> Cubic:
-        """Return the same curve as a record that begins ds farther on, where s is counted as given."""
+        """Return the same curve as a record that begins ds farther on, at a given s."""
         return Cubic(
             s,
             self.at(ds),
@@ -70,7 +70,7 @@ class Cubic:
 
     @property
     def is_flat(self) -> bool:
-        """Whether it is a constant."""
+        """Whether the record is a constant."""
         return self.b == self.c == self.d == 0.0
 
 
@@ -82,7 +82,6 @@ class RoadMark:
     color: str = "standard"
     width: float = 0.12
     lane_change: str = "none"
-    material: str = "standard"
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +89,14 @@ class Lane:
     """One lane of a lane section."""
 
     id: int  # OpenDRIVE's lane id: 0 centre, negative to its right, positive to its left
-    type: LaneType  # What it is for
+    type: LaneType
     widths: tuple[Cubic, ...]  # Width from the section's start on, s local to the section; empty for the centre lane
     # Lane id in the section or road before and after; None where there is none, or where the road's end lies at a
     # junction.
     predecessor: int | None = None
     successor: int | None = None
     road_mark: RoadMark | None = None  # The mark on its outer edge (for the centre lane: on the centre line)
-    speed: float | None = None  # m/s, only where it differs from the road's own
+    speed: float | None = None  # Speed limit, m/s, only where it differs from the road's
     height: float = 0.0  # Of its surface above the road's, m
 
 
@@ -120,7 +119,7 @@ class RoadType:
 
 @dataclass(frozen=True, slots=True)
 class RoadLink:
-    """What lies beyond a road's end."""
+    """The road or junction beyond a road's end."""
 
     to_junction: bool  # Whether `id` names a junction (else a road)
     id: int  # Id of the road or junction
@@ -129,19 +128,19 @@ class RoadLink:
 
 @dataclass(frozen=True, slots=True)
 class Road:
-    """A road, save for its curve and heights, which stand in the tables of `RoadMap` at the road's index."""
+    """A road, except for its curve and heights, which are in the tables of `RoadMap` at the road's index."""
 
     id: int  # OpenDRIVE id, unique among roads and junctions, above 0
     name: str  # For people; may be empty
     junction: int | None  # Id of the junction that a connecting road belongs to; None for all others
-    # What lies before s = 0 and beyond the end
+    # Before s = 0 and beyond the end
     predecessor: RoadLink | None
     successor: RoadLink | None
     # In ascending s; at least one lane section
     types: tuple[RoadType, ...]
     lane_sections: tuple[LaneSection, ...]
-    osm_way_ids: tuple[int, ...]  # Where it comes from
-    guesses: tuple[str, ...] = ()  # Codes of what had to be guessed about its ways, in ascending order
+    osm_way_ids: tuple[int, ...]  # The ways that it comes from
+    guesses: tuple[str, ...] = ()  # Codes of the guesses about its ways, in ascending order
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,13 +161,13 @@ class Junction:
     id: int  # OpenDRIVE id, unique among roads and junctions, above 0
     name: str  # For people; may be empty
     connections: tuple[Connection, ...]  # At least one
-    osm_node_ids: tuple[int, ...]  # Where it comes from
+    osm_node_ids: tuple[int, ...]  # The nodes that it comes from
     priorities: tuple[tuple[int, int], ...] = ()  # (id of the road with priority, id of the road that yields)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StreetPlaces:
-    """Where streets and their tagged nodes have gone in a `RoadMap`.
+    """Where streets and their tagged nodes are in a `RoadMap`.
 
     Roads outside junctions run in the direction of the street that they were cut from.
     """
@@ -199,7 +198,6 @@ class StreetPlaces:
 class RoadMap:
     """An OpenDRIVE road network."""
 
-    # Where it is, and on which side one drives
     frame: LocalFrame
     rule: Rule
     # In ascending id
@@ -212,12 +210,12 @@ class RoadMap:
     superelevation: CubicProfile
     lane_offset: CubicProfile
     statistics: Mapping[str, float] = field(default_factory=dict)
-    elevation_report: ElevationReport | None = None  # How the heights came out; None on a level world
-    country: str = ""  # ISO 3166-1 alpha-2 code; empty where it is in none
-    places: StreetPlaces | None = None  # Where streets have gone
-    furniture: Furniture = field(default_factory=Furniture)  # What stands on and beside the roads
-    # Which areas the roads belong to, where the area is one of several side by side; the road map then holds its
-    # surroundings as well, until they are cut off.
+    elevation_report: ElevationReport | None = None  # None on a level world
+    country: str = ""  # ISO 3166-1 alpha-2 code; empty outside of all countries
+    places: StreetPlaces | None = None
+    furniture: Furniture = field(default_factory=Furniture)
+    # The areas that the roads belong to, if the area is one of several side by side; the road map then includes the
+    # surroundings of the area, until they are cut off.
     borders: Borders | None = None
-    # Where roads were cut off that go on in a neighbouring area; None where no surroundings were cut off
+    # Where roads were cut off that continue in a neighbouring area; None if no surroundings were cut off
     border_ends: tuple[BorderEnd, ...] | None = None

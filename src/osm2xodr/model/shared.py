@@ -1,4 +1,4 @@
-"""What all stages share: arrays, sides, directions, words for lanes, the local frame."""
+"""Types that all stages share: arrays, sides, directions, types of lanes, the local frame."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 def freeze_arrays(record: object) -> None:
-    """Set every array of a dataclass read-only, so that stages can share it."""
+    """Make every array of a dataclass read-only, so that stages can share it."""
     for name in type(record).__dataclass_fields__:  # type: ignore[attr-defined]
         value = getattr(record, name)
         if isinstance(value, np.ndarray):
@@ -22,14 +22,14 @@ def freeze_arrays(record: object) -> None:
 
 
 class Rule(str, Enum):
-    """On which side of the road traffic drives, in OpenDRIVE's words."""
+    """The side of the road that traffic drives on, in OpenDRIVE's words."""
 
     RIGHT_HAND = "RHT"
     LEFT_HAND = "LHT"
 
 
 class Direction(int, Enum):
-    """Which way traffic on a lane runs, seen along its street."""
+    """The direction of traffic on a lane, seen along its street."""
 
     FORWARD = 1
     BACKWARD = -1
@@ -55,7 +55,7 @@ class LaneType(str, Enum):
 
 
 class Structure(int, Enum):
-    """What carries a piece of road."""
+    """What a piece of road lies on."""
 
     GROUND = 0
     BRIDGE = 1
@@ -64,7 +64,7 @@ class Structure(int, Enum):
 
 @dataclass(frozen=True, slots=True)
 class LocalFrame:
-    """Where local x and y are on Earth."""
+    """The position of local x and y on Earth."""
 
     proj: str  # PROJ text of the projection, also the georeference that is written
     # Origin of x and y, WGS 84

@@ -1,4 +1,4 @@
-"""What osmParsing hands on: streets, and what lies beside them."""
+"""The result of osmParsing: streets, and the things beside them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ from osm2xodr.model.street_nodes import NodeFacts, ThingFacts
 class LaneSpec:
     """One lane as OSM's tags describe it."""
 
-    # What may use it, and which way along the street
     type: LaneType
     direction: Direction
     width: float  # m
@@ -38,19 +37,19 @@ class LaneSpec:
 class MarginSpec:
     """A strip beside the carriageway as OSM's tags describe it."""
 
-    # ``PARKING``, ``SHOULDER``, ``BIKING`` or ``SIDEWALK``; ``BORDER`` for what lies between (verges, buffers)
+    # ``PARKING``, ``SHOULDER``, ``BIKING`` or ``SIDEWALK``; ``BORDER`` for verges and buffers between them
     type: LaneType
     width: float  # m
-    # Which way along the street traffic on it runs; ``BOTH`` for all but bicycles
+    # Of its traffic along the street; ``BOTH`` except for bicycles
     direction: Direction = Direction.BOTH
     height: float = 0.0  # Of its surface above the carriageway, m
 
 
 @dataclass(frozen=True, slots=True)
 class StructureTags:
-    """What OSM says about what a street leads over or through."""
+    """What OSM says about a bridge or tunnel."""
 
-    kind: str  # ``bridge``, or ``tunnel``, which galleries and passages through houses are as well
+    kind: str  # ``bridge`` or ``tunnel``, which includes galleries and passages through houses
     # Of a bridge, in OpenDRIVE's words: ``concrete``, ``steel``, ``brick``, ``wood``; empty where OSM does not say
     material: str = ""
     open_sides: bool = False  # Whether daylight comes in from a side, as in galleries
@@ -60,33 +59,33 @@ class StructureTags:
 
 @dataclass(frozen=True, slots=True)
 class StreetAttributes:
-    """What the tags of one way say, turned into the direction of the street that carries it."""
+    """What the tags of one way say, in the direction of its street."""
 
     osm_way_id: int  # The way
-    reversed: bool  # Whether the street runs against the way's order of nodes
+    reversed: bool  # Whether the street runs against the order of the way's nodes
     # OSM's own values; empty where absent
     highway: str
     name: str
     ref: str
     lanes_ltr: tuple[LaneSpec, ...]  # All lanes from left to right, seen along the street
-    # t of the middle of the lanes off the OSM line (left positive), m; 0 unless ``placement`` says otherwise, or cars
-    # park on a carriageway of known width on one side more than on the other.
+    # t of the middle of the lanes from the OSM line (left positive), m; 0 unless ``placement`` says otherwise, or
+    # cars park on one side of a carriageway of known width more than on the other.
     middle_offset: float
     # m/s; None where unknown, infinity where there is no limit
     speed_forward: float | None
     speed_backward: float | None
-    # What carries the street here, and OSM's ``layer`` (0 where absent; bridges default to 1, tunnels to -1)
+    # What the street lies on, and OSM's ``layer`` (0 where absent; bridges default to 1, tunnels to -1)
     structure: Structure
     layer: int
     grade: float | None  # Rise per metre along the street from ``incline``; None where OSM gives no number
     roundabout: bool  # Whether the way is part of a roundabout (``junction=roundabout`` or ``circular``)
-    # Whether the way has the right of way wherever nothing else is said (``priority_road=designated``)
+    # Whether the way has the right of way unless something else is tagged (``priority_road=designated``)
     priority_road: bool = False
-    # What lies beside the carriageway, from its edge outwards, left and right seen along the street. It is no part of
+    # Strips beside the carriageway, from its edge outwards, left and right seen along the street. They are no part of
     # `lanes_ltr`, of the carriageway's width or of its middle.
     margin_left: tuple[MarginSpec, ...] = ()
     margin_right: tuple[MarginSpec, ...] = ()
-    # Whether the limits stand in ``maxspeed`` itself; else they follow from the law or are unknown
+    # Whether the limits come from ``maxspeed`` itself; else they follow from the law or are unknown
     speed_signed: bool = False
     no_overtaking: frozenset[Direction] = frozenset()  # Directions along the street in which overtaking is forbidden
     marked: bool | None = None  # Whether lanes are marked (``lane_markings``); None where OSM does not say
@@ -95,14 +94,14 @@ class StreetAttributes:
     traffic_sign: str = ""  # OSM's value on the way; empty where absent
     speed_zone: bool = False  # Whether `traffic_sign` says that its limit is that of a zone
     tram: bool = False  # Whether tram tracks lie in the carriageway
-    # More about the bridge or tunnel; None where there is none. Galleries and passages through houses, which leave
-    # the street on the ground, have it too.
+    # More about the bridge or tunnel, if any. Galleries and passages through houses, where the street stays on the
+    # ground, have it too.
     structure_tags: StructureTags | None = None
 
     def car_directions(self) -> frozenset[Direction]:
-        """Return which ways cars run along the street; those of all lanes where none is for cars.
+        """Return the directions of cars along the street, those of all lanes if none is for cars.
 
-        Lanes for bicycles or buses alone may run against a one-way street; they do not make it a two-way one.
+        Lanes for bicycles or buses may run against a one-way street without making it a two-way street.
         """
         for_cars = [lane for lane in self.lanes_ltr if lane.type in (LaneType.DRIVING, LaneType.BIDIRECTIONAL)]
         return frozenset(lane.direction for lane in for_cars or self.lanes_ltr)
@@ -119,7 +118,7 @@ class Street:
     end: int
     points: FloatArray  # (n, 2) Local x, y of its nodes, m; no two in a row are closer than 1 mm; n >= 2
     node_ids: IntArray  # (n,) OSM ids of the nodes
-    # Attributes that hold from the node at an index on (the first index is 0, ascending)
+    # (index of a node, attributes that hold from there on), in ascending order; the first index is 0
     pieces: tuple[tuple[int, StreetAttributes], ...]
 
     def __post_init__(self) -> None:
@@ -130,7 +129,7 @@ class Street:
         return int(self.node_ids.tolist().index(node))
 
     def attributes_at(self, place: int) -> StreetAttributes:
-        """Return what holds from the node at an index on (at the last node: up to it)."""
+        """Return the attributes from the node at an index on (at the last node: up to it)."""
         return next(item for first, item in reversed(self.pieces) if first <= place)
 
 
@@ -149,7 +148,7 @@ class Intersection:
 
 @dataclass(frozen=True, slots=True)
 class TurnRestriction:
-    """A restriction relation that holds for cars at all times."""
+    """A restriction relation that applies to cars at all times."""
 
     osm_relation_id: int  # The relation
     only: bool  # True for ``only_*``, False for ``no_*``
@@ -180,7 +179,7 @@ class LaneConnectivity:
 
 
 class RoadsideKind(str, Enum):
-    """What a thing beside the road is."""
+    """Kinds of things beside the road."""
 
     TREE = "tree"
     STREET_LAMP = "street_lamp"
@@ -212,7 +211,7 @@ class RoadsideThing:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Footway:
-    """A way for people on foot (or bicycles) that OSM maps apart from the street."""
+    """A way for pedestrians (or bicycles) that OSM maps separately from the street."""
 
     osm_way_id: int  # The way
     crossing: bool  # Whether it crosses a street (``footway=crossing``, ``path=crossing``, ``cycleway=crossing``)
@@ -226,19 +225,18 @@ class Footway:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StreetNetwork:
-    """All streets of an area: what the OSM file says about what is to be driven on."""
+    """All streets of an area as the OSM file describes them."""
 
-    frame: LocalFrame  # Where x and y are
-    rule: Rule  # The side of the road that traffic drives on
-    country: str  # ISO 3166-1 alpha-2 code of the country of the frame's origin; empty where it is in none
-    # The network
+    frame: LocalFrame
+    rule: Rule
+    country: str  # ISO 3166-1 alpha-2 code of the country of the frame's origin; empty outside of all countries
     streets: tuple[Street, ...]
     intersections: tuple[Intersection, ...]
     restrictions: tuple[TurnRestriction, ...]
     # Tags of the tagged nodes on streets by OSM node id (signals, stop lines, crossings, turning circles …)
     node_tags: Mapping[int, Mapping[str, str]]
-    bounds_deg: tuple[float, float, float, float]  # West, south, east, north of the carried nodes, degrees, WGS 84
-    connectivities: tuple[LaneConnectivity, ...] = ()  # What connectivity relations say about lanes
+    bounds_deg: tuple[float, float, float, float]  # West, south, east, north of the streets' nodes, degrees, WGS 84
+    connectivities: tuple[LaneConnectivity, ...] = ()
     footways: tuple[Footway, ...] = ()  # Footways within reach of a street, in ascending id
     roadside: tuple[RoadsideThing, ...] = ()  # Things within reach of a street, in ascending kind and id
     node_facts: NodeFacts = field(default_factory=NodeFacts)  # What `node_tags` and `footways` mean

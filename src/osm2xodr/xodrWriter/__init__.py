@@ -1,4 +1,4 @@
-"""Stage 4: a `RoadMap` becomes an ASAM OpenDRIVE file. It computes but text and bounds."""
+"""Stage 5: write a `RoadMap` as an ASAM OpenDRIVE file. Nothing is computed here except text and bounds."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ def write_xodr(
     road_map
         What to write.
     stream
-        Takes the document, UTF-8.
+        Receives the document, UTF-8.
     options
-        Version of OpenDRIVE, and what the header says.
+        Version of OpenDRIVE, and the texts of the header.
     diagnostics
-        Takes what the chosen version cannot say.
+        Receives what the chosen version cannot express.
     jobs
-        How many processes make text, at least 1; the bytes are the same for any.
+        How many processes make text, at least 1; the bytes do not depend on it.
 
     Raises
     ------
     OutputError
-        If the road map has what no OpenDRIVE file may have: values that are not finite, roads without length,
-        ids used twice. The geometry stage never makes such a map.
+        If the road map cannot be written: values that are not finite, roads without length, ids used twice. The
+        geometry stage never makes such a map.
     OSError
         From the stream.
     """

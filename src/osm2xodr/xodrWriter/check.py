@@ -1,85 +1,114 @@
-"""What must hold of every road map before it is written."""
+"""Checks of a road map before it is written: that its tables fit together and nothing gets lost in the text.
+
+Ids of furniture and what refers to them are left to `osm2xodr.checking`, which sees them in the written file.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from osm2xodr.curves import lengths
 from osm2xodr.errors import OutputError
-from osm2xodr.model import FloatArray, IntArray, RoadMap
-from osm2xodr.xodrWriter.furniture_check import furniture_defect
-from osm2xodr.xodrWriter.tables import all_finite
+from osm2xodr.model import FloatArray, RoadMap, RoadObject, RoadStructure, Signal, SignalReference
 
-_DEFECT = "this is a defect of osm2xodr, please report it with the area"
+_Thing: TypeAlias = Signal | SignalReference | RoadObject | RoadStructure
+
+_TABLES: Final = ("plan_view", "elevation", "superelevation", "lane_offset")
+# Furniture may lie beyond a road's end by this, m: rounding. The writer puts it back onto the road.
+_ROUNDING: Final = 1e-3
 
 
 def check_road_map(road_map: RoadMap) -> FloatArray:
-    """Check what a file depends on as a whole, and return the lengths of the roads, m.
+    """Check that a road map can be written, and return the lengths of its roads, m.
 
     Raises
     ------
     OutputError
-        If tables and roads do not fit, numbers are not finite, roads have no length or no height, ids repeat, or
-        furniture stands where there is no road or refers to what is not there.
+        If tables and roads do not fit, numbers are not finite, roads have no length or no height, ids of roads and
+        junctions repeat, or furniture does not stand on a road.
     """
-    count = len(road_map.roads)
-    if count == 0:
-        msg = f"there is no road to write; {_DEFECT}"
-        raise OutputError(msg)
-    ids = [road.id for road in road_map.roads] + [junction.id for junction in road_map.junctions]
-    if len(set(ids)) != len(ids) or min(ids) <= 0:
-        msg = f"roads and junctions need ids of their own above 0; {_DEFECT}"
-        raise OutputError(msg)
-    profiles = (road_map.elevation, road_map.superelevation, road_map.lane_offset)
-    for start in (road_map.plan_view.start, *(profile.start for profile in profiles)):
-        _check_index(start, count)
-    if not all_finite(road_map.plan_view, *profiles):
-        msg = f"{_first_not_finite(road_map)}; {_DEFECT}"
-        raise OutputError(msg)
-    _check_not_empty(road_map.plan_view.start, "no geometry", road_map)
-    _check_not_empty(road_map.elevation.start, "no height", road_map)
+    # Later checks rely on earlier ones.
+    for defect in _table_defects(road_map):
+        raise _error(defect)
     length = lengths(road_map.plan_view)
-    if not (length > 0.0).all() or not (road_map.plan_view.length > 0.0).all():
-        msg = f"a road or a piece of one has no length; {_DEFECT}"
-        raise OutputError(msg)
-    defect = furniture_defect(road_map, length)
-    if defect:
-        raise OutputError(f"{defect}; {_DEFECT}")
+    for defect in _furniture_defects(road_map, length):
+        raise _error(defect)
     return length
 
 
-def _check_index(start: IntArray, count: int) -> None:
-    """One curve of every table for every road."""
-    if len(start) != count + 1 or start[0] != 0 or (np.diff(start) < 0).any():
-        msg = f"the tables of a road map do not fit its roads; {_DEFECT}"
-        raise OutputError(msg)
+def _error(defect: str) -> OutputError:
+    return OutputError(f"{defect}; this is a defect of osm2xodr, please report it with the area")
 
 
-def _check_not_empty(start: IntArray, what: str, road_map: RoadMap) -> None:
-    """Every road has a record."""
-    empty = np.flatnonzero(np.diff(start) == 0)
-    if len(empty):
-        msg = f"{_describe(road_map, int(empty[0]))} has {what}; {_DEFECT}"
-        raise OutputError(msg)
-
-
-def _first_not_finite(road_map: RoadMap) -> str:
-    """Name the first road with a number that is not finite."""
-    for name in ("plan_view", "elevation", "superelevation", "lane_offset"):
+def _table_defects(road_map: RoadMap) -> Iterator[str]:
+    """Yield what is wrong with roads and their tables."""
+    count = len(road_map.roads)
+    if count == 0:
+        yield "there is no road to write"
+    ids = [road.id for road in road_map.roads] + [junction.id for junction in road_map.junctions]
+    if len(set(ids)) != len(ids) or min(ids) <= 0:
+        yield "roads and junctions need ids of their own above 0"
+    for name in _TABLES:
+        start = getattr(road_map, name).start
+        if len(start) != count + 1 or start[0] != 0 or (np.diff(start) < 0).any():
+            yield "the tables of a road map do not fit its roads"
+    for name in _TABLES:
         table = getattr(road_map, name)
-        good = np.ones(int(table.start[-1]), dtype=np.bool_)
-        for column in type(table).__dataclass_fields__:
-            if column != "start":
-                good &= np.isfinite(getattr(table, column))
-        bad = np.flatnonzero(~good)
+        columns = [getattr(table, column) for column in type(table).__dataclass_fields__ if column != "start"]
+        bad = np.flatnonzero(~np.logical_and.reduce([np.isfinite(column) for column in columns]))
         if len(bad):
-            index = int(np.searchsorted(table.start, bad[0], side="right")) - 1
-            return f"{_describe(road_map, index)} has a number that is not finite in its {name.replace('_', ' ')}"
-    return "a number is not finite"
+            road = int(np.searchsorted(table.start, bad[0], side="right")) - 1
+            yield f"{_road(road_map, road)} has a number that is not finite in its {name.replace('_', ' ')}"
+    for table, what in ((road_map.plan_view, "geometry"), (road_map.elevation, "height")):
+        empty = np.flatnonzero(np.diff(table.start) == 0)
+        if len(empty):
+            yield f"{_road(road_map, int(empty[0]))} has no {what}"
+    if not (road_map.plan_view.length > 0.0).all() or not (lengths(road_map.plan_view) > 0.0).all():
+        yield "a road or a piece of one has no length"
 
 
-def _describe(road_map: RoadMap, index: int) -> str:
+def _furniture_defects(road_map: RoadMap, length: FloatArray) -> Iterator[str]:
+    """Yield what does not stand on a road, and controllers that the schema does not allow."""
+    furniture = road_map.furniture
+    things: tuple[_Thing, ...] = (
+        *furniture.signals,
+        *furniture.references,
+        *furniture.objects,
+        *furniture.structures,
+    )
+    length_of = dict(zip((road.id for road in road_map.roads), length.tolist(), strict=True)) if things else {}
+    for thing in things:
+        end = length_of.get(thing.road)
+        if end is None:
+            yield f"{_name(thing)} stands on road {thing.road}, which is not there"
+            return
+        places = [thing.s]
+        if isinstance(thing, RoadObject) and thing.repeat is not None:
+            places += [thing.repeat.s, thing.repeat.s + thing.repeat.length]
+        elif isinstance(thing, RoadStructure):
+            places.append(thing.s + thing.length)
+        if not all(-_ROUNDING <= s <= end + _ROUNDING for s in places):
+            yield f"{_name(thing)} does not stand within the {end:.3f} m of road {thing.road}: s {thing.s:.3f}"
+    for controller in furniture.controllers:
+        if not controller.signals:
+            yield f"controller {controller.id} has no signal"
+
+
+def _road(road_map: RoadMap, index: int) -> str:
     """Name a road so that its origin can be found."""
     road = road_map.roads[index]
     ways = ", ".join(f"way/{way}" for way in road.osm_way_ids[:3])
     return f"road {road.id} ({ways})" if ways else f"road {road.id}"
+
+
+def _name(thing: _Thing) -> str:
+    """Name a thing so that its origin can be found."""
+    if isinstance(thing, SignalReference):
+        return f"a reference to signal {thing.signal}"
+    if isinstance(thing, RoadStructure):
+        return f"{thing.kind} {thing.id}"
+    what = "signal" if isinstance(thing, Signal) else "object"
+    return f"{what} {thing.id} ({thing.osm_id})" if thing.osm_id else f"{what} {thing.id}"

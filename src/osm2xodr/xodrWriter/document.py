@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
+
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import CubicProfile, FloatArray, RoadMap, Rule
+from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
-from osm2xodr.xodrWriter.bounds import plan_view_bounds
 from osm2xodr.xodrWriter.check import check_road_map
-from osm2xodr.xodrWriter.crosswalk_offsets import crosswalk_offsets
-from osm2xodr.xodrWriter.elements import RoadTables, RoadWriter, junction_text
-from osm2xodr.xodrWriter.formatting import attribute, number
+from osm2xodr.xodrWriter.formatting import attribute, number, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, controllers_text, junction_controllers
 from osm2xodr.xodrWriter.options import WriteOptions
-from osm2xodr.xodrWriter.tables import cubic_texts, plan_view_texts, says_nothing
+from osm2xodr.xodrWriter.road_text import RoadTables, RoadWriter, junction_text
+from osm2xodr.xodrWriter.tables import are_zero, cubic_texts, plan_view_texts
 from osm2xodr.xodrWriter.words import Words
 
-# Roads (or junctions) whose text is made at a time, 1 to 3 MB, and how many times each process does it before what it
-# made is written: enough to be worth the copy of the process, and few enough to hold in memory.
-_BLOCK: Final = 1000
-_BLOCKS_EACH: Final = 5
+# Roads (or junctions) per block of text, 1 to 3 MB, and blocks that each process makes before they are written:
+# enough to be worth the copy of the process, and few enough to hold in memory.
+_ROADS_PER_BLOCK: Final = 1000
+_BLOCKS_PER_PROCESS: Final = 5
 
 _ATTRIBUTION: Final = "© OpenStreetMap contributors, Open Database License 1.0 (ODbL)"
+# Headings at which an arc reaches farthest.
+_CARDINAL: Final = (0.0, np.pi / 2.0, np.pi, -np.pi / 2.0)
 _LICENSE: Final = '  <license name="Open Data Commons Open Database License v1.0" spdxid="ODbL-1.0"/>\n'
 
 
@@ -34,10 +36,7 @@ def write_document(
     target = options.target
     words = Words(options.dialect, target.lane_types, changes_as_driven=target.changes_as_driven)
     rule = road_map.rule.value if options.dialect.has_rule else None
-    furniture = FurnitureWriter(
-        road_map.furniture, options.dialect, words, target.crosswalks, crosswalk_offsets(road_map)
-    )
-    writer = RoadWriter(rule, words, furniture)
+    writer = RoadWriter(rule, words, FurnitureWriter(road_map, options.dialect, words, target.crosswalks))
     stream.write(_header(road_map, options).encode())
     _write_roads(road_map, stream, _RoadBlocks(road_map, lengths, writer, words), words, jobs)
     _write_junctions(road_map, stream)
@@ -46,29 +45,63 @@ def write_document(
 
 
 def _header(road_map: RoadMap, options: WriteOptions) -> str:
-    """Everything before the first road."""
+    """Return everything before the first road."""
     dialect = options.dialect
     west, south, east, north = plan_view_bounds(road_map.plan_view)
     date = f' date="{attribute(options.date)}"' if options.date else ""
     # One line, and nothing before or after the text: readers split it at blanks.
     reference = f"  <geoReference><![CDATA[{road_map.frame.proj}]]></geoReference>\n"
     license_ = _LICENSE if options.osm_data and dialect.has_license else ""
-    user_data = f'  <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
+    origin = f'  <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
     if options.osm_data:
-        user_data += f'  <userData code="attribution" value="{_ATTRIBUTION}"/>\n'
+        origin += user_data("attribution", _ATTRIBUTION, "  ")
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         "<OpenDRIVE>\n"
         f' <header revMajor="1" revMinor="{dialect.rev_minor}" name="{attribute(options.name)}" version="1.00"{date}'
         f' north="{number(north)}" south="{number(south)}" east="{number(east)}" west="{number(west)}"'
         ' vendor="osm2xodr">\n'
-        f"{reference}{license_}{user_data}"
+        f"{reference}{license_}{origin}"
         " </header>\n"
     )
 
 
+def plan_view_bounds(plan: PlanView) -> tuple[float, float, float, float]:
+    """Return west, south, east, north of all reference lines (at least one record), m.
+
+    Where an arc runs parallel to an axis it may reach farther than its ends, so the points at which its heading is a
+    multiple of 90 degrees count as well.
+    """
+    x, y = _points_on(plan, slice(None), plan.length)
+    xs, ys = [plan.x, x], [plan.y, y]
+    arcs = np.flatnonzero(plan.curvature)
+    turn = plan.curvature[arcs] * plan.length[arcs]
+    for heading in _CARDINAL:
+        ahead, inside = _turn_to(heading, plan.hdg[arcs], turn)
+        records = arcs[inside]
+        x, y = _points_on(plan, records, ahead[inside] / plan.curvature[records])
+        xs.append(x)
+        ys.append(y)
+    all_x, all_y = np.concatenate(xs), np.concatenate(ys)
+    return float(all_x.min()), float(all_y.min()), float(all_x.max()), float(all_y.max())
+
+
+def _points_on(plan: PlanView, records: IntArray | slice, ds: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return local x, y at ds (n,) from the start of n records, by the chord, which is stable for any curvature."""
+    hdg = plan.hdg[records]
+    half = 0.5 * plan.curvature[records] * ds
+    chord = ds * np.sinc(half / np.pi)
+    return plan.x[records] + chord * np.cos(hdg + half), plan.y[records] + chord * np.sin(hdg + half)
+
+
+def _turn_to(heading: float, hdg: FloatArray, turn: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return the angle from each start heading to `heading` in the sense of the turn, and if the arc gets there."""
+    ahead = np.mod(np.where(turn >= 0.0, heading - hdg, hdg - heading), 2.0 * np.pi)
+    return np.copysign(ahead, turn), ahead <= np.abs(turn)
+
+
 class _RoadBlocks:
-    """Makes the text of a block of roads, in this process or a copy of it."""
+    """Make the text of a block of roads, in this process or a copy of it."""
 
     def __init__(self, road_map: RoadMap, lengths: FloatArray, writer: RoadWriter, words: Words) -> None:
         self._map = road_map
@@ -79,14 +112,14 @@ class _RoadBlocks:
     def __call__(self, first: int) -> tuple[bytes, frozenset[tuple[str, str]]]:
         """Return the text from road `first` on, and the words that have been replaced so far."""
         road_map, lengths = self._map, self._lengths
-        last = min(first + _BLOCK, len(road_map.roads))
+        last = min(first + _ROADS_PER_BLOCK, len(road_map.roads))
         tables = map(
             RoadTables,
             lengths[first:last].tolist(),
             plan_view_texts(road_map.plan_view, first, last),
             cubic_texts(road_map.elevation, lengths, "elevation", first, last),
-            _where_it_matters(road_map.superelevation, lengths, "superelevation", first, last),
-            _where_it_matters(road_map.lane_offset, lengths, "laneOffset", first, last),
+            _texts_if_not_zero(road_map.superelevation, lengths, "superelevation", first, last),
+            _texts_if_not_zero(road_map.lane_offset, lengths, "laneOffset", first, last),
         )
         roads = road_map.roads[first:last]
         texts = [self._writer.road(road, table) for road, table in zip(roads, tables, strict=True)]
@@ -94,15 +127,15 @@ class _RoadBlocks:
 
 
 def _write_roads(road_map: RoadMap, stream: ByteSink, blocks: _RoadBlocks, words: Words, jobs: int) -> None:
-    """Write all roads, in rounds, so that the text of few of them is held at a time."""
-    firsts = range(0, len(road_map.roads), _BLOCK)
+    """Write all roads, in rounds, so that only the text of some of them is held at a time."""
+    firsts = range(0, len(road_map.roads), _ROADS_PER_BLOCK)
     # Less than two rounds' work is done sooner than the process is copied.
-    jobs = min(jobs, len(firsts) // _BLOCKS_EACH)
-    each = jobs * _BLOCKS_EACH if jobs > 1 else 1
+    jobs = min(jobs, len(firsts) // _BLOCKS_PER_PROCESS)
+    each = jobs * _BLOCKS_PER_PROCESS if jobs > 1 else 1
     for at in range(0, len(firsts), each):
         for text, replaced in map_parallel(blocks, firsts[at : at + each], jobs):
             stream.write(text)
-            # What a copy of the process found out is unknown here.
+            # Copies of the process keep their own record.
             words.replaced |= replaced
 
 
@@ -111,21 +144,19 @@ def _write_junctions(road_map: RoadMap, stream: ByteSink) -> None:
     controllers = road_map.furniture.controllers
     stream.write(controllers_text(controllers).encode())
     inner = junction_controllers(controllers)
-    for first in range(0, len(road_map.junctions), _BLOCK):
-        block = road_map.junctions[first : first + _BLOCK]
+    for first in range(0, len(road_map.junctions), _ROADS_PER_BLOCK):
+        block = road_map.junctions[first : first + _ROADS_PER_BLOCK]
         stream.write("".join([junction_text(item, inner.get(item.id, "")) for item in block]).encode())
 
 
-def _where_it_matters(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
-    """Make the records of profiles that are 0 where there are none, and leave out those that are 0 throughout."""
+def _texts_if_not_zero(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
+    """Return the records of profiles, one text per curve, empty where a profile is 0 throughout."""
     texts = cubic_texts(profile, lengths, element, first, last)
-    return [
-        "" if zero else text for text, zero in zip(texts, says_nothing(profile, lengths, first, last), strict=True)
-    ]
+    return ["" if zero else text for text, zero in zip(texts, are_zero(profile, lengths, first, last), strict=True)]
 
 
 def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, diagnostics: Diagnostics) -> None:
-    """Say what the chosen version cannot express."""
+    """Note what the chosen version cannot express."""
     if road_map.rule is Rule.LEFT_HAND and not options.dialect.has_rule:
         diagnostics.note(
             "left-hand-lost",

@@ -1,4 +1,4 @@
-"""Numbers and words as XML text."""
+"""Numbers, texts and speed limits as XML."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from osm2xodr.errors import OutputError
 
-# At most 12 significant digits: 10 nm at 1 km, 0.1 um at 99 km. Whoever needs fewer rounds before.
+# At most 12 significant digits: 10 nm at 1 km, 0.1 um at 99 km. Numbers that need fewer are rounded first.
 NUMBER: Final = "%.12g"
 # Of curvatures: an arc of 1 km ends within 0.1 um.
 CURVATURE: Final = "%.10g"
@@ -24,6 +24,17 @@ POSITION_DECIMALS: Final = 7
 _ILLEGAL: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _SPACE: Final = re.compile(r"[\t\n\r]+")
 
+# Written as the limit of a lane that has none on a road that has one: ``lane/speed@max`` knows no "no limit".
+# A choice: beyond what road vehicles reach.
+_NO_LIMIT_KMH: Final = 400
+
+_KMH: Final = 3.6  # km/h per m/s
+_MPH: Final = 1.0 / 0.44704  # international miles per hour per m/s
+
+# How close to a whole number of a unit a speed must be to have been meant in it. 30 mph is 48.28 km/h; no usual limit
+# in mph lies this close to a whole number of km/h.
+_WHOLE_UNIT: Final = 0.005
+
 
 def number(value: float) -> str:
     """Write one number as the tables do; never as ``-0``.
@@ -34,7 +45,7 @@ def number(value: float) -> str:
         If it is not finite.
     """
     if not math.isfinite(value):
-        msg = "a lane or speed limit has a number that is not finite; this is a defect of osm2xodr, please report it"
+        msg = "a number to be written is not finite; this is a defect of osm2xodr, please report it"
         raise OutputError(msg)
     return NUMBER % (value + 0.0)
 
@@ -61,13 +72,38 @@ def start_of_last(s: float, length: float) -> str:
 
 @lru_cache(maxsize=10_000)
 def attribute(text: str) -> str:
-    """Make a text fit for an attribute in double quotes: escaped, and without what XML does not allow."""
+    """Make a text fit for an attribute in double quotes: escaped, without characters that XML does not allow."""
     clean = _SPACE.sub(" ", _ILLEGAL.sub("", text))
     return clean.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
 
 
+def user_data(code: str, value: str, indent: str) -> str:
+    """Return a ``<userData>`` element, empty if the value is."""
+    return f'{indent}<userData code="{code}" value="{attribute(value)}"/>\n' if value else ""
+
+
+def _speed(speed: float) -> str:
+    """Return ``max`` and ``unit`` of a finite speed (m/s): km/h or mph, whichever makes it whole, else km/h."""
+    kmh, mph = speed * _KMH, speed * _MPH
+    if abs(kmh - round(kmh)) <= _WHOLE_UNIT:
+        return f'max="{round(kmh)}" unit="km/h"'
+    if abs(mph - round(mph)) <= _WHOLE_UNIT:
+        return f'max="{round(mph)}" unit="mph"'
+    return f'max="{number(round(kmh, 3))}" unit="km/h"'
+
+
+def road_speed_attributes(speed: float) -> str:
+    """Return the attributes of ``type/speed`` for a speed in m/s; infinity is no limit."""
+    return 'max="no limit"' if math.isinf(speed) else _speed(speed)
+
+
+def lane_speed_attributes(speed: float) -> str:
+    """Return the attributes of ``lane/speed``, except ``sOffset``, for a speed in m/s; infinity is no limit."""
+    return f'max="{_NO_LIMIT_KMH}" unit="km/h"' if math.isinf(speed) else _speed(speed)
+
+
 def rounded(values: npt.NDArray[np.float64], decimals: int | npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return values with so many decimals, without negative zeros."""
+    """Return values rounded to a number of decimals, without negative zeros."""
     scale = np.power(10.0, decimals)
     nearest: npt.NDArray[np.float64] = np.rint(values * scale) / scale + 0.0
     return nearest

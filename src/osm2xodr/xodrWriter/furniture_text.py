@@ -4,48 +4,33 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Final, TypeAlias
 
+import numpy as np
+
 from osm2xodr.conventions import Crosswalks
-from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, RoadStructure, Signal, SignalReference
-from osm2xodr.xodrWriter.formatting import POSITION_DECIMALS, attribute, number, position
+from osm2xodr.curves import cubic_value
+from osm2xodr.model import Controller, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal, SignalReference
+from osm2xodr.xodrWriter.formatting import POSITION_DECIMALS, attribute, number, position, user_data
 from osm2xodr.xodrWriter.options import Dialect
 from osm2xodr.xodrWriter.words import Words
 
 # Of places and sizes of furniture, 1 mm, and of its headings, 1e-5 rad: 0.1 mm at the end of a crosswalk of 20 m.
-_DECIMALS: Final = 3
-_HEADING_DECIMALS: Final = 5
+_SIZE_DECIMALS: Final = 3
+_TURN_DECIMALS: Final = 5
 
 _Corners: TypeAlias = tuple[tuple[float, float, float, float], ...]
 
 
 class FurnitureWriter:
-    """Makes the text of what stands on and beside roads; finds that of a road without a search.
+    """Make the text of the furniture of any road; `crosswalks` is where the reader looks for their corners."""
 
-    Parameters
-    ----------
-    furniture
-        All of it.
-    dialect, words
-        What the version to write has, and its words.
-    crosswalks
-        Where the reader looks for their corners.
-    offsets
-        How far CARLA would misplace them, m, by the id of the object.
-    """
-
-    def __init__(
-        self,
-        furniture: Furniture,
-        dialect: Dialect,
-        words: Words,
-        crosswalks: Crosswalks,
-        offsets: Mapping[int, float],
-    ) -> None:
+    def __init__(self, road_map: RoadMap, dialect: Dialect, words: Words, crosswalks: Crosswalks) -> None:
+        furniture = road_map.furniture
         self._dialect = dialect
         self._crosswalks = crosswalks
-        self._offsets = offsets
+        self._offsets = _crosswalk_offsets(road_map)
         self._words = words
         self._signals: defaultdict[int, list[Signal]] = defaultdict(list)
         self._references: defaultdict[int, list[SignalReference]] = defaultdict(list)
@@ -75,7 +60,7 @@ class FurnitureWriter:
         )
 
     def _signal(self, item: Signal, length: float) -> str:
-        """Make a ``<signal>``."""
+        """Return a ``<signal>``."""
         words = self._words
         head = (
             f'   <signal{_text("name", item.name)} id="{item.id}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
@@ -84,20 +69,20 @@ class FurnitureWriter:
             f' type="{attribute(item.type)}" subtype="{attribute(item.subtype)}"'
         )
         if item.value is not None:
-            head += f' value="{number(round(item.value, _DECIMALS))}"{_text("unit", words.unit(item.unit))}'
+            head += f' value="{number(round(item.value, _SIZE_DECIMALS))}"{_text("unit", words.unit(item.unit))}'
         head += (
             f"{_positive('height', item.height)}{_positive('width', item.width)}"
             f"{_text('text', item.text)}{_heading('hOffset', item.h_offset)}"
         )
-        return _element("signal", head, _validity(item.validity) + _origin(item.osm_id))
+        return _element("signal", head, _validity(item.validity) + user_data("osm_id", item.osm_id, "    "))
 
     def _object(self, item: RoadObject, length: float) -> str:
-        """Make an ``<object>``, its parts in the order of the schema."""
+        """Return an ``<object>``, its parts in the order of the schema."""
         words = self._words
         kind = words.object_type(item.type)
         name, subtype = item.name, item.subtype
         if not self._dialect.has_subtype:
-            # Readers of such versions tell kinds by their names.
+            # Readers of such versions distinguish kinds by name.
             name, subtype = name or subtype, ""
         size = _positive("radius", item.radius)
         if not size:
@@ -112,14 +97,15 @@ class FurnitureWriter:
             ("" if item.repeat is None else _repeat(item.repeat, length))
             + self._outlines(item)
             + _validity(item.validity)
-            + _origin(item.osm_id)
+            + user_data("osm_id", item.osm_id, "    ")
         )
         return _element("object", head, inner)
 
     def _outlines(self, item: RoadObject) -> str:
-        """Make the ``<outlines>`` of an object, or the older ``<outline>``, or both.
+        """Return the ``<outlines>`` of an object, or the older ``<outline>``, or both.
 
-        CARLA tells crosswalks apart by their first corner, which therefore comes again at their end.
+        CARLA reads the corners of all crosswalks as one list, in which a crosswalk ends where its first corner
+        comes again.
         """
         corners = item.outline
         if not corners:
@@ -139,14 +125,14 @@ class FurnitureWriter:
         return text
 
     def _for_carla(self, item: RoadObject, corners: _Corners) -> _Corners:
-        """Move corners so that CARLA takes them for where they are."""
+        """Move corners so that they are at the right place in CARLA."""
         offset = self._offsets.get(item.id, 0.0)
         back_u, back_v = offset * math.sin(item.hdg), offset * math.cos(item.hdg)
         return tuple((u - back_u, v - back_v, z, height) for u, v, z, height in corners)
 
     @staticmethod
     def _outline(corners: _Corners, indent: str, attributes: str) -> str:
-        """Make one ``<outline>``."""
+        """Return one ``<outline>``."""
         texts = [
             f'{indent} <cornerLocal u="{_size(u)}" v="{_size(v)}" z="{_size(z)}" height="{_size(height)}"/>\n'
             for u, v, z, height in corners
@@ -180,19 +166,31 @@ def junction_controllers(controllers: Iterable[Controller]) -> dict[int, str]:
 
 def provenance_text(way_ids: tuple[int, ...], guesses: tuple[str, ...]) -> str:
     """Return the ``<userData>`` of a road: the OSM ways that it comes from, and what had to be guessed about them."""
-    text = _way_ids(way_ids, "  ")
-    if guesses:
-        text += f'  <userData code="guessed" value="{attribute(" ".join(guesses))}"/>\n'
-    return text
+    return _way_ids(way_ids, "  ") + user_data("guessed", " ".join(guesses), "  ")
+
+
+def _crosswalk_offsets(road_map: RoadMap) -> dict[int, float]:
+    """Return how far CARLA would misplace each crosswalk with an outline, m, by the id of its object.
+
+    The standard counts t from the reference line. CARLA 0.9.16 (measured) counts that of crosswalks, and of them
+    alone, from lane 0, which the lane offset puts beside it.
+    """
+    crosswalks = [item for item in road_map.furniture.objects if item.type == "crosswalk" and item.outline]
+    if not crosswalks:
+        return {}
+    index = {road.id: k for k, road in enumerate(road_map.roads)}
+    curve = np.array([index[item.road] for item in crosswalks], dtype=np.int64)
+    s = np.array([item.s for item in crosswalks])
+    offsets = cubic_value(road_map.lane_offset, curve, s).tolist()
+    return {item.id: offset for item, offset in zip(crosswalks, offsets, strict=True)}
 
 
 def _way_ids(way_ids: tuple[int, ...], indent: str) -> str:
-    """Say which OSM ways something comes from."""
-    return f'{indent}<userData code="osm_way_ids" value="{" ".join(map(str, way_ids))}"/>\n' if way_ids else ""
+    return user_data("osm_way_ids", " ".join(map(str, way_ids)), indent)
 
 
 def _reference(item: SignalReference, length: float) -> str:
-    """Make a ``<signalReference>``."""
+    """Return a ``<signalReference>``."""
     head = (
         f'   <signalReference id="{item.signal}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
         f' orientation="{attribute(item.orientation)}"'
@@ -201,7 +199,7 @@ def _reference(item: SignalReference, length: float) -> str:
 
 
 def _structure(item: RoadStructure, length: float) -> str:
-    """Make a ``<bridge>`` or ``<tunnel>``."""
+    """Return a ``<bridge>`` or ``<tunnel>``."""
     head = (
         f'   <{item.kind} id="{item.id}"{_text("name", item.name)} {_stretch(item.s, item.length, length)}'
         f' type="{attribute(item.type)}"'
@@ -212,7 +210,7 @@ def _structure(item: RoadStructure, length: float) -> str:
 
 
 def _repeat(item: ObjectRepeat, length: float) -> str:
-    """Make the ``<repeat>`` of an object."""
+    """Return the ``<repeat>`` of an object."""
     return (
         f"    <repeat {_stretch(item.s, item.length, length)}"
         f' distance="{_size(item.distance)}" tStart="{_size(item.t_start)}" tEnd="{_size(item.t_end)}"'
@@ -228,40 +226,35 @@ def _element(tag: str, head: str, inner: str) -> str:
 
 
 def _validity(lanes: tuple[tuple[int, int], ...]) -> str:
-    """Make ``<validity>`` elements."""
+    """Return ``<validity>`` elements."""
     return "".join([f'    <validity fromLane="{first}" toLane="{last}"/>\n' for first, last in lanes])
 
 
-def _origin(osm_id: str) -> str:
-    """Say which OSM element something comes from."""
-    return f'    <userData code="osm_id" value="{attribute(osm_id)}"/>\n' if osm_id else ""
-
-
 def _along(s: float, length: float) -> str:
-    """Write a place along a road, never beyond its end: esmini ends there."""
-    return position(max(min(round(s, _DECIMALS), length), 0.0))
+    """Write a place along a road, never beyond its end, where esmini would stop."""
+    return position(max(min(round(s, _SIZE_DECIMALS), length), 0.0))
 
 
 def _stretch(s: float, extent: float, length: float) -> str:
-    """Write a stretch of a road of a length, m, as its attributes; it ends where the road does."""
-    begin = max(min(round(s, _DECIMALS), length), 0.0)
-    extent = max(min(round(extent, _DECIMALS), round(length - begin, POSITION_DECIMALS)), 0.0)
+    """Write s and length of a stretch of a road of a length, m; it does not go beyond the road's end."""
+    begin = max(min(round(s, _SIZE_DECIMALS), length), 0.0)
+    extent = max(min(round(extent, _SIZE_DECIMALS), round(length - begin, POSITION_DECIMALS)), 0.0)
     return f's="{position(begin)}" length="{position(extent)}"'
 
 
 def _size(value: float) -> str:
     """Write a length or a place across a road."""
-    return number(round(value, _DECIMALS))
+    return number(round(value, _SIZE_DECIMALS))
 
 
 def _positive(name: str, value: float) -> str:
-    """Write a size as an attribute; 0 is unknown, and not allowed since 1.7."""
-    return f' {name}="{_size(value)}"' if round(value, _DECIMALS) > 0.0 else ""
+    """Write a size as an attribute, if it is known: 0 is unknown, and not allowed since 1.7."""
+    return "" if round(value, _SIZE_DECIMALS) <= 0.0 else f' {name}="{_size(value)}"'
 
 
 def _heading(name: str, value: float) -> str:
     """Write a heading as an attribute; the default is 0."""
-    rounded = round(value, _HEADING_DECIMALS)
+    rounded = round(value, _TURN_DECIMALS)
     return f' {name}="{number(rounded)}"' if rounded else ""
 
 

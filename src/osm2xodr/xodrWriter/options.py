@@ -1,6 +1,6 @@
-"""What the user may choose about the written file, and what the versions of OpenDRIVE differ in.
+"""The user's choices about the written file, and the differences between versions of OpenDRIVE.
 
-Imports nothing heavy: the command line reads it before it knows what to do.
+Imports nothing heavy: the command line needs it to start.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Target
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """What one version of OpenDRIVE has and has not, as far as it matters here."""
+    """The features of one version of OpenDRIVE, as far as they matter here."""
 
     rev_minor: int  # ``header@revMinor``
     # Whether roads have ``rule``, and the header ``<license>``
@@ -30,8 +30,7 @@ class Dialect:
     # Whether objects have ``subtype`` and ``<outlines>``
     has_subtype: bool = True
     has_outlines: bool = True
-    # Whether lanes have ``direction``. Where they have, ``bidirectional`` alone does not say that a lane is driven
-    # both ways.
+    # Whether lanes have ``direction``. If so, ``bidirectional`` alone does not say that a lane is driven both ways.
     has_direction: bool = False
 
 
@@ -44,21 +43,14 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
         "1.4": Dialect(
             rev_minor=4,
             has_rule=False,
-            # 1.4 has no lanes for buses and taxis; ``restricted`` is its word for lanes that are not for all.
-            # Nor has it kerbs, which are the border of what lies beyond.
+            # 1.4 has no lanes for buses and taxis; ``restricted`` is its word for lanes not open to all. It has no
+            # kerbs either, which are the border of the strip beyond.
             lane_types=MappingProxyType({"bus": "restricted", "taxi": "restricted", "curb": "border"}),
             road_types=MappingProxyType(
-                dict.fromkeys(
-                    (
-                        "townExpressway",
-                        "townCollector",
-                        "townArterial",
-                        "townPrivate",
-                        "townLocal",
-                        "townPlayStreet",
-                    ),
-                    "town",
-                )
+                {
+                    f"town{kind}": "town"
+                    for kind in ("Expressway", "Collector", "Arterial", "Private", "Local", "PlayStreet")
+                }
             ),
             mark_types=MappingProxyType({"edge": "none"}),
             mark_colors=MappingProxyType({"orange": "standard", "violet": "standard"}),
@@ -96,5 +88,5 @@ class WriteOptions:
 
     @property
     def dialect(self) -> Dialect:
-        """What the chosen version has."""
+        """The features of the chosen version."""
         return DIALECTS[self.version]

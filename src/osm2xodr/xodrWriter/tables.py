@@ -16,11 +16,11 @@ _GEOMETRY: Final = f'   <geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{N
 _ARC: Final = f'{_GEOMETRY}<arc curvature="{CURVATURE}"/></geometry>\n'
 _LINE: Final = f"{_GEOMETRY}<line/></geometry>\n"
 _CUBIC: Final = f'   <%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
-# Stands between curves while the text of many is made; no XML may hold it.
+# Separates the texts of curves while they are made together; not allowed in XML, so in none of them.
 _BETWEEN: Final = "\0"
 
-# Decimals of headings, and of what the terms of a cubic come to at their record's end (10 nm). What readers work out
-# from them is true to well below a micrometre, and no digit is written in vain.
+# Decimals of headings, and of the terms of a cubic at the end of its record (10 nm): readers compute positions from
+# them to well below a micrometre, and no digit is superfluous.
 _HEADING_DECIMALS: Final = 11
 _CUBIC_DECIMALS: Final = 8
 
@@ -53,7 +53,7 @@ def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
 def cubic_texts(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
     """Return the records of the curves from `first` up to `last` as `element`, one text per curve, maybe empty.
 
-    `lengths` (curves,), m, are those of all curves: they tell where last records end.
+    `lengths` (curves,), m, are those of all curves: where last records end.
     """
     values = np.column_stack(_cubic_columns(profile, lengths, first, last)).ravel()
     pattern = _CUBIC.replace("%s", element)
@@ -78,7 +78,7 @@ def _cubic_columns(profile: CubicProfile, lengths: FloatArray, first: int, last:
     ]
 
 
-def says_nothing(profile: CubicProfile, lengths: FloatArray, first: int, last: int) -> list[bool]:
+def are_zero(profile: CubicProfile, lengths: FloatArray, first: int, last: int) -> list[bool]:
     """Return for each curve from `first` up to `last` whether its profile is 0 everywhere, or has no records."""
     nonzero = np.any(_cubic_columns(profile, lengths, first, last)[1:], axis=0)
     before = np.concatenate([[0], np.cumsum(nonzero)])
@@ -89,10 +89,3 @@ def says_nothing(profile: CubicProfile, lengths: FloatArray, first: int, last: i
 def _per_curve(text: str, count: int) -> list[str]:
     """Cut the text of several curves."""
     return text.split(_BETWEEN) if count else []
-
-
-def all_finite(*tables: PlanView | CubicProfile) -> bool:
-    """Whether every number of the tables is finite."""
-    return all(
-        bool(np.isfinite(getattr(table, name)).all()) for table in tables for name in type(table).__dataclass_fields__
-    )

@@ -1,4 +1,4 @@
-"""The words of OpenDRIVE's enumerations, and what to write where a version lacks one."""
+"""The words of OpenDRIVE's enumerations, and their replacements where a version lacks one."""
 
 from __future__ import annotations
 
@@ -10,40 +10,20 @@ from osm2xodr.errors import OutputError
 from osm2xodr.xodrWriter.options import Dialect
 
 _ROAD_TYPES: Final = frozenset(
-    {
-        "unknown",
-        "rural",
-        "motorway",
-        "town",
-        "lowSpeed",
-        "pedestrian",
-        "bicycle",
-        "townExpressway",
-        "townCollector",
-        "townArterial",
-        "townPrivate",
-        "townLocal",
-        "townPlayStreet",
-    }
+    (
+        *("unknown", "rural", "motorway", "town", "lowSpeed", "pedestrian", "bicycle", "townExpressway"),
+        *("townCollector", "townArterial", "townPrivate", "townLocal", "townPlayStreet"),
+    )
 )
 _MARK_TYPES: Final = frozenset(
-    {
-        "none",
-        "solid",
-        "broken",
-        "solid solid",
-        "solid broken",
-        "broken solid",
-        "broken broken",
-        "botts dots",
-        "grass",
-        "curb",
-        "edge",
-    }
+    (
+        *("none", "solid", "broken", "solid solid", "solid broken", "broken solid", "broken broken"),
+        *("botts dots", "grass", "curb", "edge"),
+    )
 )
 _MARK_COLORS: Final = frozenset({"standard", "blue", "green", "red", "white", "yellow", "orange", "violet"})
 _LANE_CHANGES: Final = frozenset({"increase", "decrease", "both", "none"})
-# What to write, by word and side, for readers that take `increase` and `decrease` for changes to one side and the
+# Replacements, by word and side, for readers that take `increase` and `decrease` for changes to one side and the
 # other as drivers see them. They cannot be told that only one direction may cross the centre line.
 _AS_DRIVEN: Final = {
     ("increase", -1): "decrease",
@@ -51,50 +31,24 @@ _AS_DRIVEN: Final = {
     ("increase", 0): "none",
     ("decrease", 0): "none",
 }
-# Those of 1.6 to 1.8 that stand still; 1.4 leaves the choice to whoever writes.
+# Those of 1.6 to 1.8 that do not move; 1.4 leaves the choice to the writer.
 _OBJECT_TYPES: Final = frozenset(
-    {
-        "none",
-        "obstacle",
-        "pole",
-        "tree",
-        "vegetation",
-        "barrier",
-        "building",
-        "parkingSpace",
-        "patch",
-        "railing",
-        "trafficIsland",
-        "crosswalk",
-        "streetLamp",
-        "gantry",
-        "soundBarrier",
-        "roadMark",
-        "roadSurface",
-    }
+    (
+        *("none", "obstacle", "pole", "tree", "vegetation", "barrier", "building", "parkingSpace", "patch"),
+        *("railing", "trafficIsland", "crosswalk", "streetLamp", "gantry", "soundBarrier", "roadMark", "roadSurface"),
+    )
 )
 _ORIENTATIONS: Final = frozenset({"+", "-", "none"})
 _UNITS: Final = frozenset({"m", "km", "ft", "mile", "m/s", "mph", "km/h", "kg", "t", "%"})
-# ISO 3166-1 alpha-2, or the word of the codes that are no country's.
+# ISO 3166-1 alpha-2, or OpenDRIVE's own catalogue of signals.
 _COUNTRY: Final = re.compile("[A-Z]{2}|OpenDRIVE|")
 
 
 class Words:
-    """Puts the model's words into those of one version, and remembers which it had to replace.
+    """Translate the model's words into those of one version, and record the replacements.
 
-    Parameters
-    ----------
-    dialect
-        The version of OpenDRIVE.
-    lane_types
-        Types of lanes that the reader takes for something else, and what to write instead.
-    changes_as_driven
-        Whether lane changes are named as drivers see them, see `osm2xodr.conventions.targets.Target`.
-
-    Attributes
-    ----------
-    replaced
-        (word of the model, word that is written in its place).
+    `lane_types` are types that the reader misunderstands, and their replacements; `changes_as_driven` names lane
+    changes as drivers see them. See `osm2xodr.conventions.Target` for both.
     """
 
     def __init__(
@@ -103,14 +57,14 @@ class Words:
         self._dialect = dialect
         self._changes_as_driven = changes_as_driven
         self._lane_types = {**dialect.lane_types, **dict(lane_types)}
-        self.replaced: set[tuple[str, str]] = set()
+        self.replaced: set[tuple[str, str]] = set()  # (word of the model, word that is written in its place)
 
     def lane_type(self, word: str) -> str:
-        """Return the type of a lane; all that the model has are OpenDRIVE's."""
+        """Return the type of a lane; the model uses OpenDRIVE's."""
         return self._replaced_by(word, self._lane_types)
 
     def lane_direction(self, word: str) -> str:
-        """Return for which directions a lane of the model's type is; empty for that of its side of the road."""
+        """Return the direction of a lane of the model's type; empty for that of its side of the road."""
         return "both" if self._dialect.has_direction and word == "bidirectional" else ""
 
     def road_type(self, word: str) -> str:
@@ -129,15 +83,7 @@ class Words:
         return self._replaced_by(word, self._dialect.mark_colors)
 
     def lane_change(self, word: str, side: int = 0) -> str:
-        """Return what a road mark allows, the same in all versions.
-
-        Parameters
-        ----------
-        word
-            Of the model.
-        side
-            1 for a lane left of the centre line, -1 for one right of it, 0 for that line.
-        """
+        """Return the lane changes of a mark; `side` is 1 left of the centre line, -1 right of it, 0 for that line."""
         _require(word, _LANE_CHANGES, "lane change")
         return _AS_DRIVEN.get((word, side), word) if self._changes_as_driven else word
 
@@ -147,7 +93,7 @@ class Words:
         return self._replaced_by(word, self._dialect.object_types)
 
     def orientation(self, word: str) -> str:
-        """Return for which direction a thing is, the same in all versions."""
+        """Return the direction that a thing is for, the same in all versions."""
         _require(word, _ORIENTATIONS, "orientation")
         return word
 
@@ -164,7 +110,7 @@ class Words:
         return word
 
     def _replaced_by(self, word: str, others: Mapping[str, str]) -> str:
-        """Look a word up among those that the version lacks."""
+        """Return a word, or its replacement where the version lacks it."""
         other = others.get(word)
         if other is None:
             return word
@@ -173,7 +119,7 @@ class Words:
 
 
 def _require(word: str, known: frozenset[str], what: str) -> None:
-    """Refuse what no version knows: the file would be valid for no reader."""
+    """Raise an OutputError for a word that no version knows: no reader would accept the file."""
     if word not in known:
         msg = f"OpenDRIVE has no {what} {word!r}; this is a defect of osm2xodr, please report it"
         raise OutputError(msg)

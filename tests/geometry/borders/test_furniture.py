@@ -8,7 +8,7 @@ from border_cases import EAST, FIRST, WEST, halves_of
 from sample_road_maps import furnished_crossing
 
 from osm2xodr.diagnostics import Diagnostic, Diagnostics, Kind
-from osm2xodr.geometry.borders.own_part import keep_own
+from osm2xodr.geometry.borders.own_area import keep_own_area
 from osm2xodr.model import Furniture, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal
 
 # Lines through road 1 (from x = 0 to 100), of which one lies between the junction's light at 98 and the junction.
@@ -16,7 +16,7 @@ AMID, AT_LIGHT = 30.0, 99.5
 
 
 def split(road_map: RoadMap, x: float, own: int, diagnostics: Diagnostics | None = None) -> RoadMap:
-    return keep_own(halves_of(road_map, x, own), diagnostics or Diagnostics())
+    return keep_own_area(halves_of(road_map, x, own), diagnostics or Diagnostics())
 
 
 def about(value: float) -> Any:
@@ -84,7 +84,7 @@ def near_lights(road_map: RoadMap, own: int) -> RoadMap:
 
 def test_a_light_beyond_the_border_is_put_where_it_is_referred_to() -> None:
     told = Diagnostics()
-    east = keep_own(near_lights(furnished_crossing(), EAST), told).furniture
+    east = keep_own_area(near_lights(furnished_crossing(), EAST), told).furniture
     before = furnished_crossing().furniture.signals[0]
     assert [(item.road, item.osm_id) for item in east.signals] == [(50_001, ""), (50_002, "node/42")]
     assert east.signals[1] == replace(before, id=50_000, road=50_002, s=0.0, t=-4.5, validity=((-1, -1),))
@@ -95,13 +95,13 @@ def test_a_light_beyond_the_border_is_put_where_it_is_referred_to() -> None:
             Kind.REPAIRED,
             "border-signal",
             "node/42",
-            "it stands on a road of a neighbouring area, it is put where the junction of this area begins",
+            "it stands on a road of a neighbouring area and is moved to where the junction of this area begins",
         )
     ]
 
 
 def test_a_light_of_a_junction_beyond_the_border_belongs_to_none() -> None:
-    west = keep_own(near_lights(furnished_crossing(), WEST), Diagnostics()).furniture
+    west = keep_own_area(near_lights(furnished_crossing(), WEST), Diagnostics()).furniture
     assert [(item.signals, item.junction) for item in west.controllers] == [((1000,), None), ((1001,), None)]
     assert west.references == ()
     assert [item.type for item in west.signals] == ["274", "1000001"]
@@ -177,7 +177,7 @@ def test_copies_where_the_border_is_stand_behind_it() -> None:
         assert whole.borders is not None
         piece_s = whole.borders.piece_s.copy()
         piece_s[1] = 40.0
-        half = keep_own(replace(whole, borders=replace(whole.borders, piece_s=piece_s)), Diagnostics())
+        half = keep_own_area(replace(whole, borders=replace(whole.borders, piece_s=piece_s)), Diagnostics())
         found = [s for item in half.furniture.objects for s, _ in copies(item, 0.0)]
         assert found == pytest.approx([first, first + 10.0, first + 20.0] + ([30.0] if own == EAST else []))
         assert half.furniture.objects[0].id == FIRST[own]

@@ -67,7 +67,9 @@ def test_the_line_of_a_tight_loop_runs_along_its_outer_lane(rule: Rule) -> None:
     assert np.count_nonzero(moved.aside) == 1
     section = moved.pieces[street][0][2]
     assert (section.left_edge + aside, section.right_edge + aside) == pytest.approx((3.0, -3.0))
-    outer = section.right_edge + defaults.HALF_LANE if aside < 0 else section.left_edge - defaults.HALF_LANE
+    outer = (
+        section.right_edge + defaults.HALF_NARROW_LANE if aside < 0 else section.left_edge - defaults.HALF_NARROW_LANE
+    )
     for road in np.flatnonzero(parts.street == street).tolist():
         part = slice(int(parts.plan_view.start[road]), int(parts.plan_view.start[road + 1]))
         assert (1 - parts.plan_view.curvature[part] * outer).max() < 1 + defaults.TIGHT_BEND

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import given, strategies as st
+from lane_cases import section as lane_section
 
-from osm2xodr.geometry.lanes.cross_sections import CrossSection, cross_section
-from osm2xodr.geometry.lanes.lane_matching import lanes_of, match_lanes
+from osm2xodr.geometry.lanes.cross_sections import CrossSection, cross_section, lanes_of
+from osm2xodr.geometry.lanes.lane_connectivity import StatedLanes
+from osm2xodr.geometry.lanes.lane_matching import match_lanes
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule, StreetAttributes, Structure
 
 _DIRECTIONS = {"f": Direction.FORWARD, "b": Direction.BACKWARD, "m": Direction.BOTH}
-_TURNS = {"l": "left", "t": "through", "r": "right", "ml": "merge_to_left", "mr": "merge_to_right"}
+_TURNS = {"l": "left", "t": "through", "r": "right", "u": "reverse", "ml": "merge_to_left", "mr": "merge_to_right"}
 
 
 def section(text: str, rule: Rule = Rule.RIGHT_HAND) -> CrossSection:
@@ -72,12 +74,12 @@ def test_which_lanes_go_on_with_left_hand_traffic(before: str, after: str, expec
 
 def test_lanes_are_listed_as_their_drivers_see_them() -> None:
     right = section("b b m f f")
-    assert [lane for lane, _ in lanes_of(right, Direction.FORWARD)] == [-2, -3]
-    assert [lane for lane, _ in lanes_of(right, Direction.BACKWARD)] == [1, 2]
-    assert [lane for lane, _ in lanes_of(right, Direction.BOTH)] == [-1]
+    assert [lane.id for lane in lanes_of(right, Direction.FORWARD, True)] == [-2, -3]
+    assert [lane.id for lane in lanes_of(right, Direction.BACKWARD, False)] == [1, 2]
+    assert [lane.id for lane in lanes_of(right, Direction.BOTH, True)] == [-1]
     left = section("f f m b b", Rule.LEFT_HAND)
-    assert [lane for lane, _ in lanes_of(left, Direction.FORWARD)] == [3, 2]
-    assert [lane for lane, _ in lanes_of(left, Direction.BACKWARD)] == [-2, -1]
+    assert [lane.id for lane in lanes_of(left, Direction.FORWARD, True)] == [3, 2]
+    assert [lane.id for lane in lanes_of(left, Direction.BACKWARD, False)] == [-2, -1]
 
 
 _LANES = st.lists(st.sampled_from(["", "l", "t", "r", "ml", "mr", "l;t"]), max_size=5)
@@ -98,3 +100,117 @@ def test_lanes_keep_their_order_and_as_many_go_on_as_can(
     pairs = sorted(found.items())
     assert [to for _, to in pairs] == sorted(to for _, to in pairs)
     assert all((lane > 0) == (to > 0) for lane, to in pairs)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "right_hand", "left_hand"),
+    [
+        # Turning back leads across the oncoming traffic: left on the right, right on the left.
+        ("f", "f:u f:t", {-1: -2}, {1: 1}),
+        ("f", "f:t f:u", {-1: -1}, {1: 2}),
+        # Where all lanes turn, or one also leads on, their marks say nothing about an edge.
+        ("f", "f:l f:l", {-1: -1}, {1: 1}),
+        ("f", "f:l;t f:t", {-1: -1}, {1: 1}),
+        ("f", "f:l f", {-1: -2}, {1: 1}),
+        ("f", "f:r f:t", {-1: -1}, {1: 1}),
+        # One lane opens, two claim to be it: the near side of traffic decides.
+        ("f", "f:l f:r", {-1: -1}, {1: 2}),
+        ("f f", "f:l f:l f:t", {-1: -2, -2: -3}, {2: 2, 1: 1}),
+        ("f f", "f:t f:r f:r", {-1: -1, -2: -2}, {2: 3, 1: 2}),
+        # Two lanes open, three claim to be them.
+        ("f", "f:l f:l f:r", {-1: -2}, {1: 2}),
+        ("f", "f:l f:r f:r", {-1: -1}, {1: 3}),
+        ("f f", "f:l f:l f:r f:r", {-1: -2, -2: -3}, {2: 3, 1: 2}),
+        # Fewer claims than lanes that open: the rest opens at the near side.
+        ("f", "f:l f f", {-1: -2}, {1: 1}),
+        # Lanes that merge end, at either side and whatever the side of traffic.
+        ("f:mr f:mr f", "f", {-3: -1}, {1: 1}),
+        ("f f:ml f:ml", "f", {-1: -1}, {3: 1}),
+        ("f:mr f f:ml", "f", {-2: -1}, {2: 1}),
+        ("f:ml f", "f", {-1: -1}, {1: 1}),
+        ("f:t f:mr", "f", {-1: -1}, {1: 1}),
+        ("f:mr f f f", "f f", {-2: -1, -3: -2}, {2: 2, 1: 1}),
+    ],
+)
+def test_at_which_side_lanes_open_and_end(
+    before: str, after: str, right_hand: dict[int, int], left_hand: dict[int, int]
+) -> None:
+    for rule, expected in ((Rule.RIGHT_HAND, right_hand), (Rule.LEFT_HAND, left_hand)):
+        assert match_lanes(section(before, rule), section(after, rule), rule) == expected
+
+
+@pytest.mark.parametrize(
+    ("middle", "expected"),
+    [
+        # A second lane of 3 m opens; the other shifts by |middle + 1.5| or |middle - 1.5|: positions decide only
+        # where the smaller shift is smaller by more than half a metre.
+        (1.5, {-1: -2}),
+        (0.26, {-1: -2}),
+        (0.25, {-1: -1}),
+        (0.0, {-1: -1}),
+        (-0.25, {-1: -1}),
+        (-1.5, {-1: -1}),
+    ],
+)
+def test_lanes_continue_in_line_where_that_is_clear(middle: float, expected: dict[int, int]) -> None:
+    one, two = lane_section("d>"), lane_section("d> d>", middle=middle)
+    assert match_lanes(one, two, Rule.RIGHT_HAND) == expected
+    assert match_lanes(two, one, Rule.RIGHT_HAND) == {to: lane for lane, to in expected.items()}
+    # Of two lanes that continue the mean shift counts.
+    two, three = lane_section("d> d>"), lane_section("d> d> d>", middle=middle)
+    wanted = {-1: -2, -2: -3} if expected == {-1: -2} else {-1: -1, -2: -2}
+    assert match_lanes(two, three, Rule.RIGHT_HAND) == wanted
+    # Against the street left and right change places.
+    found = match_lanes(lane_section("d<"), lane_section("d< d<", middle=-middle), Rule.RIGHT_HAND)
+    assert found == dict.fromkeys([1], -expected[-1])
+
+
+def test_turn_lanes_count_for_more_than_positions() -> None:
+    one, two = lane_section("d>"), lane_section("d>/left d>/through", middle=-1.5)
+    assert match_lanes(one, two, Rule.RIGHT_HAND) == {-1: -2}
+
+
+def test_lanes_keep_to_their_kind() -> None:
+    """Lanes for bicycles are no part of the count of those for cars, buses and taxis."""
+    found = match_lanes(lane_section("d> c>"), lane_section("d> d> c>"), Rule.RIGHT_HAND)
+    assert found == {-1: -1, -2: -3}
+    found = match_lanes(lane_section("b> d> c>"), lane_section("d> t> c>"), Rule.RIGHT_HAND)
+    assert found == {-1: -1, -2: -2, -3: -3}
+    assert match_lanes(lane_section("c> d>"), lane_section("d> d>"), Rule.RIGHT_HAND) == {-2: -2}
+
+
+def test_a_centre_lane_becomes_a_pocket_only_along_the_street() -> None:
+    centre = lane_section("d< d= d>")
+    assert match_lanes(centre, lane_section("d< d> d>"), Rule.RIGHT_HAND) == {1: 1, -1: -1, -2: -2}
+    one, other = (lane_section(text, Rule.LEFT_HAND) for text in ("d> d= d<", "d> d> d<"))
+    assert match_lanes(one, other, Rule.LEFT_HAND) == {2: 2, 1: 1, -1: -1}
+    # The pocket of those who come against it lies beyond the centre line.
+    assert match_lanes(centre, lane_section("d< d< d>"), Rule.RIGHT_HAND) == {1: 2, -2: -1}
+
+
+@pytest.mark.parametrize(
+    ("pairs", "expected"),
+    [
+        (((1, 1, False), (2, 2, False)), {-1: -1, -2: -2}),
+        (((1, 2, False), (2, 3, False)), {-1: -2, -2: -3}),
+        # Of two lanes that one leads to, the far one runs on with traffic on the right.
+        (((1, 1, False), (1, 2, False), (2, 3, False)), {-1: -1, -2: -3}),
+        # Unless that is optional.
+        (((1, 1, True), (1, 2, False), (2, 3, False)), {-1: -2, -2: -3}),
+        # Lanes do not cross.
+        (((1, 2, False), (2, 1, False)), {-1: -2}),
+        # A relation about lanes that are not there says nothing.
+        (((1, 1, False), (2, 4, False)), {-1: -1, -2: -2}),
+    ],
+)
+def test_relations_say_which_lanes_continue(
+    pairs: tuple[tuple[int, int, bool], ...], expected: dict[int, int]
+) -> None:
+    stated = {Direction.FORWARD: StatedLanes(pairs, (1,))}
+    assert match_lanes(section("f f"), section("f f f"), Rule.RIGHT_HAND, stated) == expected
+
+
+def test_the_far_lane_runs_on_with_traffic_on_the_left() -> None:
+    stated = {Direction.FORWARD: StatedLanes(((1, 1, False), (1, 2, False), (2, 3, False)), (1,))}
+    one, other = section("f f", Rule.LEFT_HAND), section("f f f", Rule.LEFT_HAND)
+    assert match_lanes(one, other, Rule.LEFT_HAND, stated) == {2: 2, 1: 1}

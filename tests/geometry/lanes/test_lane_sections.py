@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import pytest
+from lane_cases import cut, layout, street
 from road_measures import assert_sound, lane_edges, profile_value, width_at
 from street_cases import Case
 
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.lanes.cross_sections import cross_section
-from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_lanes, smooth_step, stretches, tapered
-from osm2xodr.model import Direction, LaneSpec, LaneType, RoadMap, Rule, StreetAttributes, Structure
+from osm2xodr.geometry.lanes.lane_sections import lay_out_all, smooth_step, tapered, without_repeats
+from osm2xodr.model import Cubic, RoadMap, Rule, StreetAttributes
 
 
 def row(*tags: str, length: float = 200.0) -> Case:
@@ -142,31 +142,95 @@ def test_tapers_only_where_something_changes() -> None:
     assert [cubic.s for cubic in tapered(100.0, 30.0, 3.0, 3.0, 0.0)] == [0.0, 70.0]
     assert [cubic.s for cubic in tapered(100.0, 30.0, 0.0, 3.0, 0.0)] == [0.0, 30.0, 70.0]
     assert width_at(tapered(100.0, 30.0, 0.0, 3.0, 1.0), 100.0) == pytest.approx(1.0, abs=1e-12)
+    # Rounding is no change, a tenth of a millimetre is one.
+    assert [cubic.s for cubic in tapered(100.0, 30.0, 3.0 + 1e-12, 3.0, 3.0 - 1e-12)] == [0.0]
+    assert [cubic.s for cubic in tapered(100.0, 30.0, 3.0001, 3.0, 2.9999)] == [0.0, 30.0, 70.0]
 
 
-def attributes(lanes: int = 1, *, speed: float | None = None, highway: str = "secondary") -> StreetAttributes:
-    specs = (LaneSpec(LaneType.DRIVING, Direction.BACKWARD, 3.0),) + (
-        LaneSpec(LaneType.DRIVING, Direction.FORWARD, 3.0),
-    ) * lanes
-    return StreetAttributes(1, False, highway, "", "", specs, 0.0, speed, speed, Structure.GROUND, 0, None, False)
+def test_constants_are_written_once() -> None:
+    rise = Cubic(4.0, 1.0, 0.5)
+    found = without_repeats([Cubic(0.0, 1.0), Cubic(2.0, 1.0 + 1e-12), rise, Cubic(6.0, 2.0), Cubic(8.0, 2.1)])
+    assert found == (Cubic(0.0, 1.0), rise, Cubic(6.0, 2.0), Cubic(8.0, 2.1))
+    # What is no constant is never left out, whatever its value at the start.
+    assert without_repeats([rise, rise, Cubic(6.0, 1.0)]) == (rise, rise, Cubic(6.0, 1.0))
 
 
-def layout(*pieces: tuple[float, StreetAttributes], begin: float = 0.0, end: float = 100.0) -> LaneLayout:
-    rule = Rule.RIGHT_HAND
-    cut = stretches([(s, item, cross_section(item, rule)) for s, item in pieces], begin, end)
-    return lay_out_lanes(cut, rule)
+@pytest.mark.parametrize(
+    ("highway", "length", "expected"),
+    [
+        # 30 m in towns and on country roads, 100 m where roads are built for speed, at most 45 % of the section.
+        ("secondary", 400.0, 30.0),
+        ("residential", 70.0, 30.0),
+        ("secondary", 40.0, 18.0),
+        ("motorway", 400.0, 100.0),
+        ("trunk", 400.0, 100.0),
+        ("trunk_link", 400.0, 100.0),
+        ("motorway_link", 400.0, 100.0),
+        ("primary", 400.0, 30.0),
+        ("motorway", 200.0, 90.0),
+    ],
+)
+def test_length_of_tapers(highway: str, length: float, expected: float) -> None:
+    one, two = street("d>", highway), street("d> d>", highway)
+    opens = layout((0.0, one), (500.0, two), end=500.0 + length).sections[1].lanes[-1]
+    assert [cubic.s for cubic in opens.widths] == pytest.approx([0.0, expected])
+    ends = layout((0.0, two), (length, one), end=length + 500.0).sections[0].lanes[-1]
+    assert [cubic.s for cubic in ends.widths] == pytest.approx([0.0, length - expected])
+    assert width_at(ends.widths, length) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_pieces_are_cut_to_the_road() -> None:
-    found = layout((0.0, attributes(1)), (40.0, attributes(2)), (70.0, attributes(1)), begin=10.0, end=60.0)
-    assert [item.s for item in found.sections] == [0.0, 30.0]
-    found = layout((0.0, attributes(1)), (40.0, attributes(2)), begin=45.0, end=60.0)
-    assert [item.s for item in found.sections] == [0.0]
-    assert len(found.sections[0].lanes) == 4
+def offsets(*texts: str, **more: float) -> list[tuple[float, float]]:
+    """Return (s, lane offset) at the borders of pieces of 100 m, and at the road's ends."""
+    middles = [more.get(f"m{k}", 0.0) for k in range(len(texts))]
+    pieces = [(100.0 * k, street(text, width=3.0, middle_offset=middles[k])) for k, text in enumerate(texts)]
+    found = layout(*pieces, end=100.0 * len(texts)).offset
+    return [(s, width_at(found, s)) for s in (100.0 * k for k in range(len(texts) + 1))]
+
+
+def test_the_centre_moves_with_lanes_that_open_and_end() -> None:
+    """Lanes stay about the OSM line: its middle is t = 0 in both cross-sections."""
+    # One lane, then two: the centre is at the left edge, which moves from 1.5 to 3 m after the border.
+    assert offsets("d>", "d> d>") == [(0.0, 1.5), (100.0, 1.5), (200.0, 3.0)]
+    # Lanes that end do so before the border, where the others are led to their places beyond.
+    assert offsets("d> d>", "d>") == [(0.0, 3.0), (100.0, pytest.approx(1.5)), (200.0, 1.5)]
+    # The others come to where placement says that they continue.
+    assert offsets("d> d>", "d>", m1=1.0) == [(0.0, 3.0), (100.0, pytest.approx(2.5)), (200.0, 2.5)]
+    # Where one lane ends and another opens, what is left comes together about the middle: of 9 m, 3 m on either side.
+    assert offsets("d< d< d>", "d< d> d>") == [(0.0, -1.5), (100.0, pytest.approx(0.0)), (200.0, 1.5)]
+
+
+def test_lanes_have_speeds_of_their_own_only_where_they_differ_from_the_road() -> None:
+    (only,) = layout((0.0, street("d< d>", speed_forward=20.0, speed_backward=10.0))).sections
+    assert [lane.speed for lane in only.lanes] == [10.0, None, None]
+    found = layout((0.0, street("d< d>", speed_backward=10.0)))
+    assert [lane.speed for lane in found.sections[0].lanes] == [None, None, None]
+    assert [item.speed for item in found.types] == [10.0]
+
+
+def test_lanes_for_both_directions_are_bidirectional() -> None:
+    (only,) = layout((0.0, street("d< d= d>"))).sections
+    assert [(lane.id, lane.type.value) for lane in only.lanes] == [
+        (1, "driving"),
+        (0, "none"),
+        (-1, "bidirectional"),
+        (-2, "driving"),
+    ]
+
+
+def test_roads_that_are_alike_share_their_lanes() -> None:
+    items = [street("d< d>"), street("d< d>", osm_way_id=7), street("d< d>", "residential"), street("d> d>")]
+    items.append(street("d< d>", speed_forward=10.0))
+    first, same, *others = lay_out_all([cut((0.0, item)) for item in items], Rule.RIGHT_HAND)
+    assert first is same
+    assert all(first is not item for item in others)
+
+
+def limited(speed: float | None, highway: str = "secondary") -> StreetAttributes:
+    return street("d< d>", highway, speed_forward=speed, speed_backward=speed)
 
 
 def test_equal_lanes_with_another_speed_have_a_type_of_their_own() -> None:
-    found = layout((0.0, attributes(speed=10.0)), (50.0, attributes(speed=20.0)), (80.0, attributes(speed=20.0)))
+    found = layout((0.0, limited(10.0)), (50.0, limited(20.0)), (80.0, limited(20.0)))
     assert [(item.s, item.type, item.speed) for item in found.types] == [(0.0, "town", 10.0), (50.0, "rural", 20.0)]
     assert [item.s for item in found.offset] == [0.0]
 
@@ -179,6 +243,11 @@ def test_equal_lanes_with_another_speed_have_a_type_of_their_own() -> None:
         ("living_street", 2.0, "lowSpeed"),
         ("trunk", None, "rural"),
         ("trunk", 50 / 3.6, "townExpressway"),
+        ("trunk_link", 61 / 3.6, "rural"),
+        ("motorway", 50 / 3.6, "motorway"),
+        # Rural is what goes beyond the limits of towns, 60 km/h.
+        ("secondary", 60 / 3.6, "town"),
+        ("secondary", 61 / 3.6, "rural"),
         ("primary", 100 / 3.6, "rural"),
         ("primary", 50 / 3.6, "town"),
         ("residential", None, "town"),
@@ -186,46 +255,13 @@ def test_equal_lanes_with_another_speed_have_a_type_of_their_own() -> None:
     ],
 )
 def test_road_types(highway: str, speed: float | None, expected: str) -> None:
-    found = layout((0.0, attributes(speed=speed, highway=highway)))
+    found = layout((0.0, limited(speed, highway)))
     assert [(item.s, item.type, item.speed) for item in found.types] == [(0.0, expected, speed)]
 
 
 def test_marks_between_lanes_and_at_the_edges() -> None:
-    (item,) = layout((0.0, attributes(2))).sections
+    (item,) = layout((0.0, street("d< d> d>"))).sections
     marks = {lane.id: lane.road_mark.type for lane in item.lanes if lane.road_mark is not None}
     assert marks == {1: "solid", 0: "solid", -1: "broken", -2: "solid"}
-    (item,) = layout((0.0, attributes(1, highway="residential"))).sections
+    (item,) = layout((0.0, street("d< d>", "residential"))).sections
     assert {lane.road_mark.type for lane in item.lanes if lane.road_mark is not None} == {"none"}
-
-
-def test_what_a_junction_leaves_of_other_lanes_is_no_pocket() -> None:
-    before, after = attributes(1), attributes(2)
-    assert [item.s for item in layout((0.0, before), (20.5, after), begin=20.0).sections] == [0.0]
-    # A metre and more grows to the length of a taper.
-    longest = defaults.SHORTEST_LANE_SECTION
-    assert [item.s for item in layout((0.0, before), (25.0, after), begin=20.0).sections] == [0.0, longest]
-
-
-@pytest.mark.parametrize(
-    ("lengths", "expected"),
-    [
-        # Too little for two: the longer one stays alone.
-        ((10.0, 8.76), (1,)),
-        ((13.0, 8.0), (1,)),
-        ((8.0, 30.0), (1, 2)),
-        # In the middle, half of what there is can be spared: by the end that lacks less first.
-        ((4.0, 20.0, 8.0), (2, 3)),
-        ((8.0, 30.0, 8.0), (1, 2, 3)),
-    ],
-)
-def test_short_stretches_are_mended_alike_whichever_way_the_road_is_drawn(
-    lengths: tuple[float, ...], expected: tuple[int, ...]
-) -> None:
-    for order in (1, -1):
-        kinds = [cross_section(attributes(k), Rule.RIGHT_HAND) for k in range(1, len(lengths) + 1)][::order]
-        starts = [0.0]
-        for length in lengths[::order]:
-            starts.append(starts[-1] + length)
-        pieces = [(s, attributes(), section) for s, section in zip(starts, kinds, strict=False)]
-        found = [len(item.section.right) for item in stretches(pieces, 0.0, starts[-1])][::order]
-        assert found == list(expected)

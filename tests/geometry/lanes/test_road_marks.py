@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from lane_cases import street
 
 from osm2xodr.conventions.countries import GENERIC, Country, find_country
 from osm2xodr.diagnostics import Diagnostics
@@ -16,51 +17,18 @@ from osm2xodr.geometry.lanes.cross_sections import cross_section
 from osm2xodr.geometry.lanes.road_marks import NO_MARK, mark_kind, road_marks, same_marks
 from osm2xodr.model import (
     Direction,
-    LaneSpec,
     LaneType,
     MarginSpec,
     Road,
     RoadMark,
     Rule,
     StreetAttributes,
-    Structure,
 )
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.surface import FlatSurface
 
 F, B, BOTH = Direction.FORWARD, Direction.BACKWARD, Direction.BOTH
 RIGHT, LEFT = Rule.RIGHT_HAND, Rule.LEFT_HAND
-KINDS = {"d": LaneType.DRIVING, "b": LaneType.BUS, "c": LaneType.BIKING}
-RUNS = {"<": B, ">": F, "=": BOTH}
-
-
-def lanes(text: str, width: float = 3.5) -> tuple[LaneSpec, ...]:
-    """Read lanes from left to right, such as ``d< d> c>:not_left``."""
-    out = []
-    for item in text.split():
-        kind, _, change = item.partition(":")
-        own_width = 1.5 if kind[0] == "c" else width
-        out.append(LaneSpec(KINDS[kind[0]], RUNS[kind[1]], own_width, change=change))
-    return tuple(out)
-
-
-def street(text: str, highway: str = "primary", width: float = 3.5, **more: object) -> StreetAttributes:
-    plain = StreetAttributes(
-        osm_way_id=1,
-        reversed=False,
-        highway=highway,
-        name="",
-        ref="",
-        lanes_ltr=lanes(text, width),
-        middle_offset=0.0,
-        speed_forward=None,
-        speed_backward=None,
-        structure=Structure.GROUND,
-        layer=0,
-        grade=None,
-        roundabout=False,
-    )
-    return replace(plain, **more)  # type: ignore[arg-type]
 
 
 def marks_of(attributes: StreetAttributes, rule: Rule = RIGHT, country: Country = GENERIC) -> dict[int, RoadMark]:
@@ -158,6 +126,31 @@ def test_no_overtaking(forbidden: tuple[Direction, ...], expected: tuple[str, st
 )
 def test_lane_markings(marked: bool | None, highway: str, width: float, expected: list[tuple[str, str]]) -> None:
     assert kinds_of(street("d< d>", highway, width, marked=marked)) == expected
+
+
+@pytest.mark.parametrize(("width", "expected"), [(2.75, BROKEN), (2.749, OPEN)])
+def test_a_centre_line_needs_a_carriageway_of_5_5_m(width: float, expected: tuple[str, str]) -> None:
+    assert kinds_of(street("d< d>", width=width))[1] == expected
+    # Lanes for bicycles do not count.
+    assert kinds_of(street("c< d< d> c>", width=width))[2] == expected
+    assert kinds_of(street("d< d> d>", width=2 * width / 3))[1] == (SOLID if expected == BROKEN else OPEN)
+
+
+@pytest.mark.parametrize("highway", ["residential", "living_street", "service", "track", "pedestrian"])
+def test_streets_without_lines(highway: str) -> None:
+    assert kinds_of(street("d< d>", highway)) == [NONE, OPEN, NONE]
+    assert kinds_of(street("d< d>", highway, marked=True)) == [SOLID, BROKEN, SOLID]
+
+
+@pytest.mark.parametrize("highway", ["unclassified", "road", "busway"])
+def test_streets_without_edge_lines(highway: str) -> None:
+    assert kinds_of(street("d< d>", highway)) == [NONE, BROKEN, NONE]
+    assert kinds_of(street("d< d>", highway, marked=True)) == [SOLID, BROKEN, SOLID]
+
+
+@pytest.mark.parametrize("highway", ["primary", "secondary", "tertiary", "trunk", "motorway", "trunk_link"])
+def test_streets_with_all_lines(highway: str) -> None:
+    assert kinds_of(street("d< d>", highway)) == [SOLID, BROKEN, SOLID]
 
 
 def test_lanes_for_bicycles_are_marked_where_those_for_cars_are_not() -> None:

@@ -9,36 +9,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from junction_cases import CASES
-from margin_cases import BOTH, PARKING, TRACK, VERGE, WALK, Strips, built
+from margin_cases import BOTH, PARKING, TRACK, VERGE, WALK, Strips, built, by_id, row, sections_of
 from road_measures import assert_sound, lane_edges, width_at
-from street_cases import Case
 
+from osm2xodr.curves.cubics import part_of_cubics
 from osm2xodr.curves.plan_views import lengths
-from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import PARALLEL_SPACING
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.geometry.margins.strip_columns import columns_of
-from osm2xodr.geometry.margins.strip_lanes import window
-from osm2xodr.geometry.margins.strips import MarginStretch, settled
-from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, MarginSpec, RoadMap, Rule
+from osm2xodr.model import Cubic, LaneSection, LaneType, RoadMap, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 MARGINS = {LaneType.SIDEWALK, LaneType.BORDER, LaneType.PARKING, LaneType.SHOULDER}
-
-
-def row(*tags: str, length: float = 200.0) -> Case:
-    """Make ways 1, 2 … from west to east in a row, one for each set of tags."""
-    nodes = {f"p{k}": (k * length, 0.0) for k in range(len(tags) + 1)}
-    return Case(nodes, {k + 1: (f"p{k} p{k + 1}", text) for k, text in enumerate(tags)})
-
-
-def sections_of(roads: RoadMap) -> tuple[LaneSection, ...]:
-    """Return those of the first road, the only one in a row."""
-    return roads.roads[0].lane_sections
-
-
-def by_id(section: LaneSection) -> dict[int, Lane]:
-    return {lane.id: lane for lane in section.lanes}
 
 
 @EITHER
@@ -140,103 +120,13 @@ def test_strips_keep_their_links_where_the_carriageway_changes(rule: Rule) -> No
     assert [width_at(two[3 * side].widths, s) for s in (0.0, 15.0, 200.0)] == pytest.approx([2.0, 2.0, 2.0])
 
 
-def test_a_piece_too_short_for_a_section_joins_its_neighbour() -> None:
-    nodes = {"a": (0.0, 0.0), "b": (100.0, 0.0), "c": (105.0, 0.0), "d": (160.0, 0.0)}
-    case = Case(nodes, {1: ("a b", "lanes=2"), 2: ("b c", "lanes=2"), 3: ("c d", "lanes=2")})
-    roads = built(case, {1: BOTH, 3: BOTH})
-    (section,) = sections_of(roads)
-    assert [lane.id for lane in section.lanes] == [2, 1, 0, -1, -2]
-
-
-def test_a_border_near_that_of_the_carriageway_moves_there() -> None:
-    both, none = ((WALK,), (WALK,)), ((), ())
-    given = (MarginStretch(0.0, 95.0, *both, 1), MarginStretch(95.0, 200.0, *none, 2))
-    assert [item.end for item in settled(given, [100.0])] == [100.0, 200.0]
-    assert [item.end for item in settled(given, [120.0])] == [95.0, 200.0]
-
-
-def test_strips_are_matched_by_kind_and_order() -> None:
-    def columns(*strips: Strips) -> list[tuple[MarginSpec | None, ...]]:
-        pieces = tuple(MarginStretch(100.0 * k, 100.0 * (k + 1), (), item, k) for k, item in enumerate(strips))
-        return [column.strips for column in columns_of(pieces, -1)]
-
-    low = replace(WALK, height=0.0)
-    assert columns((PARKING, WALK), (VERGE, WALK)) == [(None, VERGE), (PARKING, None), (WALK, WALK)]
-    assert columns((VERGE, TRACK, VERGE, WALK), (VERGE, WALK)) == [
-        (VERGE, VERGE),
-        (TRACK, None),
-        (VERGE, None),
-        (WALK, WALK),
-    ]
-    assert columns((TRACK,), (WALK,)) == [(None, WALK), (TRACK, None)]
-    assert columns((WALK,), (), (WALK,)) == [(WALK, None, WALK)]
-    assert columns((WALK,), (low,)) == [(None, low), (WALK, None)]
-
-
-def test_a_window_says_what_the_whole_says() -> None:
+def test_a_part_of_cubics_has_the_values_of_the_whole() -> None:
     cubics = (Cubic(0.0, 1.0, 0.0, 0.03, -0.002), Cubic(10.0, 2.0), Cubic(40.0, 2.0, -0.1))
     for begin, end in ((0.0, 50.0), (3.0, 7.0), (5.0, 45.0), (10.0, 40.0), (12.0, 20.0), (41.0, 50.0)):
-        part = window(cubics, begin, end)
+        part = part_of_cubics(cubics, begin, end)
         assert part[0].s == 0.0
         for s in np.linspace(begin, end, 17)[:-1].tolist():
             assert width_at(part, s - begin) == pytest.approx(width_at(cubics, s), abs=1e-12)
-
-
-# ------------------------------------------------------------------- room
-
-
-def test_strips_end_beside_a_carriageway_that_runs_along() -> None:
-    """A service road runs 7 m off the middle of a street from x = 150 to 250 m: 0.25 m are left between them."""
-    nodes = {"w": (0.0, 0.0), "e": (400.0, 0.0), "a": (150.0, -7.0), "b": (250.0, -7.0)}
-    case = Case(nodes, {1: ("w e", "lanes=2 width=8"), 2: ("a b", "highway=service lanes=1 width=5")})
-    diagnostics = Diagnostics()
-    roads = built(case, {1: BOTH}, diagnostics=diagnostics)
-    assert_sound(roads)
-    (section,) = sections_of(roads)
-    lanes = by_id(section)
-    around = defaults.MARGIN_CLEARANCE + PARALLEL_SPACING
-    taper = defaults.MARGIN_TAPER_LENGTH
-    places = (100.0, 150.0 - around - taper, 150.0, 200.0, 250.0, 250.0 + around + taper, 300.0)
-    assert [width_at(lanes[-2].widths, s) for s in places] == [2.0, 2.0, 0.0, 0.0, 0.0, 2.0, 2.0]
-    assert [width_at(lanes[2].widths, s) for s in places] == [2.0] * len(places)
-    assert [(item.code, item.osm_id) for item in diagnostics if item.code == "margin-no-room"] == [
-        ("margin-no-room", "way/1")
-    ]
-
-
-def test_strips_become_narrower_where_half_of_them_has_room() -> None:
-    """1.3 m are left between the carriageways, with the gap that stays between them."""
-    nodes = {"w": (0.0, 0.0), "e": (400.0, 0.0), "a": (0.0, -8.0), "b": (400.0, -8.0)}
-    case = Case(nodes, {1: ("w e", "lanes=2 width=8"), 2: ("a b", "highway=service lanes=1 width=5")})
-    (section,) = sections_of(built(case, {1: BOTH}))
-    assert width_at(by_id(section)[-2].widths, 100.0) == pytest.approx(1.3, abs=0.011)
-    assert width_at(by_id(section)[2].widths, 100.0) == 2.0
-
-
-def test_a_street_on_another_level_leaves_room() -> None:
-    nodes = {"w": (0.0, 0.0), "e": (400.0, 0.0), "a": (100.0, -7.0), "b": (300.0, -7.0)}
-    case = Case(nodes, {1: ("w e", "lanes=2 width=8"), 2: ("a b", "bridge=yes layer=1 lanes=1 width=5")})
-    (section,) = sections_of(built(case, {1: BOTH}))
-    assert sorted(by_id(section)) == [-2, -1, 0, 1, 2]
-
-
-def test_strips_inside_of_tight_bends_do_not_fold() -> None:
-    """A bend of 90 degrees so tight that 2 m inside of the carriageway do not fit; outside they do."""
-    nodes = {"w": (-100.0, 0.0), "o": (0.0, 0.0), "n": (0.0, 100.0)}
-    roads = built(
-        Case(nodes, {1: ("w o n", "highway=service lanes=2 width=6")}), {1: (((VERGE, WALK, VERGE, WALK)), (WALK,))}
-    )
-    assert_sound(roads)
-    plan = roads.plan_view
-    (road,) = roads.roads
-    ends = [*[section.s for section in road.lane_sections[1:]], float(lengths(plan)[0])]
-    for s, length, curvature in zip(plan.s.tolist(), plan.length.tolist(), plan.curvature.tolist(), strict=True):
-        if curvature <= 0:
-            continue
-        for section, end in zip(road.lane_sections, ends, strict=True):
-            if section.s < s + length and end > s:
-                outer = max(edges[1] for edges in lane_edges(section, (end - section.s) / 2, 0.0).values())
-                assert outer <= 1 / curvature
 
 
 # ------------------------------------------------------------------- what must not change

@@ -1,9 +1,13 @@
-"""Roads cut where areas side by side meet."""
+"""Areas side by side that are converted one by one: the results fit together where their roads are cut.
+
+`find_borders` divides the roads of an area and its surroundings among the areas, `with_border_heights` fixes the
+heights where roads are cut, and after all other stages `keep_own_area` cuts off the surroundings.
+"""
 
 from __future__ import annotations
 
-from osm2xodr.geometry.borders.borders import find_borders
+from osm2xodr.geometry.borders.division import find_borders
 from osm2xodr.geometry.borders.heights import COMMON_ORIGIN, Neighbourhood, with_border_heights
-from osm2xodr.geometry.borders.own_part import keep_own
+from osm2xodr.geometry.borders.own_area import keep_own_area
 
-__all__ = ["COMMON_ORIGIN", "Neighbourhood", "find_borders", "keep_own", "with_border_heights"]
+__all__ = ["COMMON_ORIGIN", "Neighbourhood", "find_borders", "keep_own_area", "with_border_heights"]

@@ -1,4 +1,4 @@
-"""Default numbers of borders between areas: meaning, unit, source. SI units unless the name says otherwise."""
+"""Default numbers of borders between areas: meaning, unit, source. SI units unless a name says otherwise."""
 
 from __future__ import annotations
 
@@ -7,5 +7,5 @@ from typing import Final
 # The first metres of a junction's arms belong to the area of the junction, m: the arms have to be there for its
 # connecting roads, and their stop lines and lights stand on them.
 BORDER_STUB: Final = 25.0
-# What a road runs through an area for less than this stays with its neighbour, m: as long as two stubs.
+# Shorter pieces of road belong to the area of a neighbouring piece, m: as long as two stubs.
 BORDER_PIECE: Final = 50.0

@@ -1,43 +1,29 @@
-"""Signals and objects of an area, parted from those around it."""
+"""The signals and objects of an area, without those around it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
 from math import ceil, floor
+from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.borders.pieces import Piece, Pieces, check_ids
 from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, RoadStructure, Signal, SignalReference
 
-# Copies that lie this near to a border, as a share of their distance, lie on it.
-_ON_BORDER = 1e-6
+# Copies lie on a border if they are nearer to it than this share of their distance.
+_ON_BORDER: Final = 1e-6
 
 
 def kept_furniture(furniture: Furniture, pieces: Pieces, diagnostics: Diagnostics) -> Furniture:
-    """Return what stands on the pieces of roads that the own area keeps, with new ids.
-
-    Parameters
-    ----------
-    furniture
-        Of the area and its surroundings.
-    pieces
-        The pieces of roads.
-    diagnostics
-        Gets the lights that had to be moved.
-
-    Raises
-    ------
-    InputError
-        If there are more signals and objects than ids for them.
-    """
+    """Return the furniture on kept pieces of roads, with new ids; raise an InputError if these do not suffice."""
     signals, references = _signals(furniture, pieces, diagnostics)
     objects = [part for thing in furniture.objects for part in _objects(thing, pieces)]
     first = pieces.partition.first_ids[pieces.partition.own]
     structures = [part for item in furniture.structures for part in _structures(item, pieces)]
     count = len(signals) + len(objects) + len(structures)
     check_ids(pieces.partition, count, "signals, objects, bridges and tunnels")
-    # Parts of one object have one id so far. Signals and objects share one range.
+    # The parts of an object still share its id. Signals and objects share one range of ids.
     parts: list[RoadObject | RoadStructure] = [*objects, *structures]
     old = sorted([(item.id, -1, item.s) for item in signals] + [(item.id, item.road, item.s) for item in parts])
     number = {key: first + k for k, key in enumerate(old)}
@@ -64,10 +50,7 @@ def _place(item: Signal | RoadObject | RoadStructure) -> tuple[int, float, int]:
 def _signals(
     furniture: Furniture, pieces: Pieces, diagnostics: Diagnostics
 ) -> tuple[list[Signal], list[SignalReference]]:
-    """Return the signals and references that are left.
-
-    Where a reference is left whose signal is not, the signal stands in its place.
-    """
+    """Return the signals and references on kept pieces; a kept reference to a lost signal becomes that signal."""
     signals: dict[int, Signal] = {}
     for item in furniture.signals:
         piece = pieces.at(item.road, item.s)
@@ -95,7 +78,7 @@ def _signals(
             diagnostics.repaired(
                 "border-signal",
                 signal.osm_id,
-                "it stands on a road of a neighbouring area, it is put where the junction of this area begins",
+                "it stands on a road of a neighbouring area and is moved to where the junction of this area begins",
             )
     return list(signals.values()), references
 
@@ -103,7 +86,7 @@ def _signals(
 def _controllers(
     controllers: Iterable[Controller], signal_id: dict[int, int], pieces: Pieces, first: int
 ) -> tuple[Controller, ...]:
-    """Return the controllers that have any signal left; ids count up from `first` on."""
+    """Return the controllers that keep any signal; ids count up from `first`."""
     out: list[Controller] = []
     for item in controllers:
         signals = tuple(sorted(signal_id[signal] for signal in item.signals if signal in signal_id))
@@ -114,7 +97,7 @@ def _controllers(
 
 
 def _objects(thing: RoadObject, pieces: Pieces) -> list[RoadObject]:
-    """Return what is left of an object: nothing or all of it, or the parts of one that goes on along its road."""
+    """Return the parts of an object on kept pieces: all or nothing of it, unless it repeats along its road."""
     if thing.repeat is None:
         piece = pieces.at(thing.road, thing.s)
         return [replace(thing, road=piece.id, s=thing.s - piece.begin)] if piece.id else []
@@ -123,7 +106,7 @@ def _objects(thing: RoadObject, pieces: Pieces) -> list[RoadObject]:
 
 
 def _structures(item: RoadStructure, pieces: Pieces) -> list[RoadStructure]:
-    """Return what is left of a bridge or tunnel: its parts on pieces of its road."""
+    """Return the parts of a bridge or tunnel on kept pieces of its road."""
     found = []
     for piece in pieces.of(item.road):
         begin, end = max(item.s, piece.begin), min(item.s + item.length, piece.end)
@@ -133,7 +116,7 @@ def _structures(item: RoadStructure, pieces: Pieces) -> list[RoadStructure]:
 
 
 def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject | None:
-    """Return the part of an object that goes on along its road which lies on a piece of it."""
+    """Return the part on a piece of a road of an object that repeats along it; None if nothing of it lies there."""
     begin = 0.0 if piece.at_start else max(piece.begin - repeat.s, 0.0)
     ends_there = piece.at_end or piece.end > repeat.s + repeat.length
     end = repeat.length if ends_there else piece.end - repeat.s
@@ -141,7 +124,7 @@ def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject |
         s = repeat.s - piece.begin
         return replace(thing, road=piece.id, s=thing.s - piece.begin, repeat=replace(repeat, s=s))
     if repeat.distance > 0.0:
-        # From the first copy there to half-way beyond the last one, or to where it ends.
+        # From the first copy on the piece to half-way beyond the last one, or to the object's end.
         rank = ceil(begin / repeat.distance - _ON_BORDER)
         copies = ceil(end / repeat.distance - _ON_BORDER) - rank
         if ends_there:
@@ -165,8 +148,8 @@ def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject |
 def _statistics(
     furniture: Furniture, signals: list[Signal], controllers: tuple[Controller, ...], objects: list[RoadObject]
 ) -> dict[str, float]:
-    """Return the figures that there were before, counted again."""
-    # Those on either side of an island are one crossing.
+    """Return the figures of the whole, counted again."""
+    # The two crosswalks beside an island are one crossing.
     crossings = {(item.road, item.s, item.osm_id) for item in objects if item.type == "crosswalk"}
     counted = {
         "traffic_lights": sum(item.dynamic for item in signals),

@@ -1,8 +1,8 @@
 """Heights where roads are cut at the borders between areas, the same for both areas.
 
-What a solve finds at one place follows from all that it knows: another area, other noise, other neighbours, and
-heights that differ by decimetres. So both areas solve the same small problem first, that of the roads along their
-common border, and hold their roads to what it says where they are cut.
+The height that a solve finds at one place depends on all its data: two areas see different noise and different roads,
+and their heights would differ by decimetres. So both areas solve the same small problem first, the roads along their
+common border, and pin their roads to its heights where they are cut.
 """
 
 from __future__ import annotations
@@ -28,14 +28,13 @@ from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.heights import ElevationOptions, Pins, ProfileProblem, ground_around, solve_profiles
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView, Surface
 
-# Heights where roads are cut follow from the roads that come this near to both areas, m. Evidence farther off than
-# the length over which a road bends (some 100 m on coarse elevation models, `ROAD_FLEXIBILITY`) hardly moves them.
+# Heights where roads are cut follow from the roads that come this near to both areas, m. Data farther off than the
+# length over which a road bends (some 100 m on coarse elevation models, `ROAD_FLEXIBILITY`) hardly move them.
 _BORDER_HEIGHT_REACH: Final = 270.0
-
-# Where all areas of a partition let the lattices of ground windows begin: what is estimated hangs together with it.
+# Roads are sampled this densely for their distance from areas, m.
+_REACH_SAMPLES_EVERY: Final = 20.0
+# Origin of the lattice of ground windows, the same for all areas of a partition: estimates depend on it.
 COMMON_ORIGIN: Final = (0.0, 0.0)
-# Distance of the places at which roads are asked how far they are from areas, m.
-_STEP = 20.0
 
 SurfaceAround: TypeAlias = Callable[[FloatArray, FloatArray], Surface]
 _Column = TypeVar("_Column", FloatArray, IntArray)
@@ -43,10 +42,10 @@ _Column = TypeVar("_Column", FloatArray, IntArray)
 
 @dataclass(frozen=True, slots=True)
 class Neighbourhood:
-    """What is known of areas side by side."""
+    """Areas side by side, and their common ground."""
 
     partition: Partition  # The areas
-    # Makes the surface around points x, y, (n,), local, m, from nothing but what lies there
+    # Makes the surface around points x, y, (n,), local, m, from nothing but the data there
     surface_around: SurfaceAround
 
 
@@ -60,8 +59,8 @@ class _Points:
 
     @classmethod
     def along(cls, plan_view: PlanView) -> _Points:
-        """Return places that no road leaves out for longer than a few metres."""
-        road, s = places_along(plan_view, _STEP)
+        """Return samples along all roads."""
+        road, s = places_along(plan_view, _REACH_SAMPLES_EVERY)
         x, y, _ = pose(plan_view, road, s)
         return cls(road, x, y)
 
@@ -73,7 +72,7 @@ def with_border_heights(
     options: ElevationOptions | None,
     diagnostics: Diagnostics,
 ) -> ProfileProblem:
-    """Return the problem with roads held to common heights where the own area ends and a neighbour begins.
+    """Return the problem with roads pinned to common heights where the own area ends and a neighbour begins.
 
     Parameters
     ----------
@@ -86,7 +85,7 @@ def with_border_heights(
     options
         The user's choices about heights.
     diagnostics
-        Receives a note where no elevation model reaches a border.
+        Receives a note for each border that no elevation model reaches.
     """
     own = borders.partition.own
     road = np.repeat(np.arange(len(borders.piece_start) - 1), np.diff(borders.piece_start))
@@ -150,15 +149,7 @@ def _heights(
 
 
 def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
-    """Return the problem of some of the roads, as if there were no others.
-
-    Parameters
-    ----------
-    problem
-        All roads.
-    chosen : (n,)
-        Which of them; ascending, each once.
-    """
+    """Return the problem of some of the roads, as if there were no others; `chosen` (n,) ascends strictly."""
     plan_view = problem.plan_view
     number = np.full(len(problem.end_junction), -1, np.int64)
     number[chosen] = np.arange(len(chosen))
@@ -184,18 +175,18 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
         span_highway=tuple(problem.span_highway[k] for k in span.tolist()),
         span_grade=problem.span_grade[span],
         span_way=problem.span_way[span],
-        span_name=_of(problem.span_name, span),
-        span_oneway=_of(problem.span_oneway, span),
-        span_width=_of(problem.span_width, span),
-        span_middle=_of(problem.span_middle, span),
+        span_name=_rows(problem.span_name, span),
+        span_oneway=_rows(problem.span_oneway, span),
+        span_width=_rows(problem.span_width, span),
+        span_middle=_rows(problem.span_middle, span),
         ele_road=None if ele is None or problem.ele_road is None else number[problem.ele_road[ele]],
-        ele_s=_of(problem.ele_s, ele),
-        ele_z=_of(problem.ele_z, ele),
-        road_id=_of(problem.road_id, chosen),
+        ele_s=_rows(problem.ele_s, ele),
+        ele_z=_rows(problem.ele_z, ele),
+        road_id=_rows(problem.road_id, chosen),
         pins=None,
     )
 
 
-def _of(column: _Column | None, rows: IntArray | None) -> _Column | None:
-    """Return some rows of a column that may be missing."""
+def _rows(column: _Column | None, rows: IntArray | None) -> _Column | None:
+    """Return some rows of a column, None if it is missing."""
     return None if column is None or rows is None else column[rows]

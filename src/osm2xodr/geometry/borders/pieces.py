@@ -1,16 +1,17 @@
-"""Which pieces of roads an area keeps, and the ids that they get."""
+"""The pieces of roads that an area keeps, and their ids."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
+from typing import Final
 
 from osm2xodr.curves import lengths
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import Borders, Partition, RoadLink, RoadMap
 
-# Ids end here where no area comes after: CARLA reads them as signed numbers of 32 bits.
-_IDS_END = 2**31
+# Ids of the last area end here: CARLA reads them as signed numbers of 32 bits.
+_IDS_END: Final = 2**31
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,30 +19,20 @@ class Piece:
     """A piece of a road, from one border between areas to the next, or a road as a whole."""
 
     curve: int  # Index of the road
-    # From where to where along it, m
+    # s on the road, m
     begin: float
     end: float
-    # Whether it begins where the road does, and ends where it does
+    # Whether it begins with the road, and whether it ends with it
     at_start: bool
     at_end: bool
-    area: int  # The area that it belongs to
-    id: int  # Its id as a road of the own area; 0 where it belongs to another one
+    area: int  # Index of its area
+    id: int  # Its id as a road of the own area; 0 if it belongs to another one
 
 
 class Pieces:
-    """The pieces of all roads of a road map, and those of them that the own area keeps.
+    """The pieces of all roads of an area and its surroundings, and those of them that the own area keeps.
 
-    Parameters
-    ----------
-    road_map
-        An area and its surroundings.
-    borders
-        Which of its roads belong to which area.
-
-    Raises
-    ------
-    InputError
-        If the area has no road, or more than there are ids for it.
+    Raises an InputError if the area has no road, or more than it has ids for.
     """
 
     def __init__(self, road_map: RoadMap, borders: Borders) -> None:
@@ -91,14 +82,14 @@ class Pieces:
         return self._of[self._index[road]]
 
     def at(self, road: int, s: float) -> Piece:
-        """Return the piece of the road with an id that s lies on, one of the outermost if beyond the road's ends."""
+        """Return the piece of the road with an id that s lies on; the nearest one beyond the road's ends."""
         pieces = self.of(road)
         if len(pieces) == 1:
             return pieces[0]
         return pieces[max(bisect_right([piece.begin for piece in pieces], s) - 1, 0)]
 
     def beside(self, piece: Piece, *, at_start: bool) -> Piece | None:
-        """Return the piece that a piece ends at within its road, None at the road's own end."""
+        """Return the piece before (or after) another one of the same road, None at the road's end."""
         pieces = self._of[piece.curve]
         k = pieces.index(piece) + (-1 if at_start else 1)
         return pieces[k] if 0 <= k < len(pieces) else None
@@ -108,20 +99,14 @@ class Pieces:
         return self.of(link.id)[0 if link.at_start else -1]
 
     def junction(self, junction: int) -> int | None:
-        """Return the new id of the junction with an id; None where another area has it."""
+        """Return the new id of the junction with an id; None if it belongs to another area."""
         return self._junction.get(junction)
 
 
 def check_ids(partition: Partition, count: int, what: str) -> None:
-    """Refuse more of something than there are ids for the own area.
-
-    Raises
-    ------
-    InputError
-        If there are.
-    """
+    """Raise an InputError if the own area has more things of a kind than ids for them."""
     first = partition.first_ids[partition.own]
     end = min((other for other in partition.first_ids if other > first), default=_IDS_END)
     if count > min(end, _IDS_END) - first:
         name = partition.names[partition.own]
-        raise InputError(f"area {name!r} has {count} {what}, more than there are ids for it; use smaller tiles")
+        raise InputError(f"area {name!r} has {count} {what}, more than it has ids for; use smaller tiles")

@@ -1,9 +1,10 @@
-"""What is worth saying about an area, without the area's surroundings."""
+"""The elevation report and the statistics of an area without its surroundings."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -26,63 +27,58 @@ from osm2xodr.model import (
     StructureRecord,
 )
 
-# Distance of the places at which roads that pass over one another are compared, m.
-_STEP = 2.0
+# Roads that cross on two levels are sampled this densely to find the crossing, m.
+_CROSSING_SAMPLES_EVERY: Final = 2.0
+# Grades exceed a limit only beyond this, rise per metre: rounding of cubics.
+_GRADE_TOLERANCE: Final = 0.002
 
 
 def kept_report(road_map: RoadMap, pieces: Pieces) -> ElevationReport | None:
-    """Return how the heights of the own area came out.
+    """Return the elevation report of the own area.
 
-    How far roads are from the elevation model on average is that of the surroundings as well: it follows from all
-    heights that were found together. A structure is there if any piece of its roads is.
+    Its average distances from the elevation model include the surroundings, whose heights were found together with
+    the area's. A structure is kept if any piece of its roads is.
     """
-    told = road_map.elevation_report
-    if told is None:
+    report = road_map.elevation_report
+    if report is None:
         return None
     return replace(
-        told,
-        farthest=_places(told.farthest, pieces),
-        steep=_places(told.steep, pieces),
-        structures=tuple(item for item in (_structure(one, pieces) for one in told.structures) if item.roads),
-        tight=tuple(item for item in (_crossing(one, road_map, pieces) for one in told.tight) if item is not None),
+        report,
+        farthest=_places(report.farthest, pieces),
+        steep=_places(report.steep, pieces),
+        structures=tuple(item for item in (_structure(one, pieces) for one in report.structures) if item.roads),
+        tight=tuple(item for item in (_crossing(one, road_map, pieces) for one in report.tight) if item is not None),
     )
 
 
 def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, float]:
-    """Return the figures of a road map that is cut off, in the order of those with its surroundings.
+    """Return the statistics of an area from those of the area and its surroundings (`whole`), in the same order.
 
-    Those that cannot be told from the road map are left out; so are none that describe how heights came out on the
-    whole.
-
-    Parameters
-    ----------
-    road_map
-        Cut off, with its elevation report.
-    whole
-        The figures with its surroundings.
+    What `road_map`, which is cut off already, lets count is counted again. Of the rest only the figures about heights
+    as a whole are kept.
     """
     length = lengths(road_map.plan_view)
     inside = np.array([road.junction is not None for road in road_map.roads], np.bool_)
     walked = np.array([road.junction is not None and _is_for_people(road) for road in road_map.roads], np.bool_)
-    told = road_map.elevation_report
+    report = road_map.elevation_report
     counted: dict[str, float] = {
         "road_km": float(length[~inside].sum()) / 1000,
         "connecting_road_km": float(length[inside & ~walked].sum()) / 1000,
         "grade_max": _steepest(road_map.elevation, length, ~inside),
         "priorities": float(sum(len(junction.priorities) for junction in road_map.junctions)),
     }
-    if told is not None:
-        counted["layer_crossings_too_close"] = float(len(told.tight))
-        counted["structures"] = float(len(told.structures))
+    if report is not None:
+        counted["layer_crossings_too_close"] = float(len(report.tight))
+        counted["structures"] = float(len(report.structures))
         counted["structures_too_steep"] = float(
-            sum(item.grade > tolerated_grade(item.grade_limit) for item in told.structures)
+            sum(item.grade > tolerated_grade(item.grade_limit) for item in report.structures)
         )
     kept = [name for name in whole if name in counted or name.startswith("height_")]
     return {name: counted.get(name, whole[name]) for name in kept}
 
 
 def _is_for_people(road: Road) -> bool:
-    """Say whether a connecting road is for people on foot; what it is for is its outermost lane."""
+    """Say whether a connecting road is for people on foot: whether its outermost lane is a sidewalk."""
     return max(road.lane_sections[0].lanes, key=lambda lane: abs(lane.id)).type is LaneType.SIDEWALK
 
 
@@ -118,11 +114,11 @@ def _crossing(item: LayerCrossing, road_map: RoadMap, pieces: Pieces) -> LayerCr
 
 
 def _nearest(plan: PlanView, one: int, other: int) -> tuple[float, float]:
-    """Return where two curves are nearest to each other, s on both, m."""
+    """Return where two curves are closest to each other, s on both, m."""
     length = lengths(plan)
     places: list[tuple[FloatArray, FloatArray]] = []
     for curve in (one, other):
-        s = np.linspace(0.0, length[curve], int(length[curve] / _STEP) + 2)
+        s = np.linspace(0.0, length[curve], int(length[curve] / _CROSSING_SAMPLES_EVERY) + 2)
         which: IntArray = np.full(len(s), curve, np.int64)
         x, y, _ = pose(plan, which, s)
         places.append((s, np.column_stack([x, y])))

@@ -1,32 +1,27 @@
-"""Roads and junctions of an area, cut off from those around it."""
+"""The roads and junctions of an area, cut off from those around it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import takewhile
+from typing import Final
 
 from osm2xodr.curves import part_of_cubics
 from osm2xodr.geometry.borders.pieces import Piece, Pieces
 from osm2xodr.model import Connection, Junction, Lane, LaneSection, Road, RoadLink, RoadMap, RoadType
 
-# What of a lane section or type reaches beyond a cut by less goes to the one beside it, m.
-_SLIVER = 0.01
+# A lane section or type that reaches beyond a cut by less is left out there, m.
+_SHORTEST_REST: Final = 0.01
 
 
 def kept_roads(road_map: RoadMap, pieces: Pieces) -> tuple[Road, ...]:
-    """Return the roads that the pieces of the own area become, in their order."""
+    """Return the pieces of the own area as roads, in their order."""
     return tuple(_road(road_map.roads[piece.curve], piece, pieces) for piece in pieces.kept)
 
 
 def kept_junctions(road_map: RoadMap, pieces: Pieces) -> tuple[Junction, ...]:
-    """Return the junctions of the own area, in their order.
-
-    Raises
-    ------
-    ValueError
-        If the roads that touch one belong to another area, which `Borders` rules out.
-    """
+    """Return the junctions of the own area, in their order; `Borders` keeps the roads that touch them with them."""
     out: list[Junction] = []
     for junction in road_map.junctions:
         number = pieces.junction(junction.id)
@@ -39,19 +34,7 @@ def kept_junctions(road_map: RoadMap, pieces: Pieces) -> tuple[Junction, ...]:
 
 
 def link_beyond(road: Road, piece: Piece, pieces: Pieces, *, at_start: bool) -> RoadLink | None:
-    """Return what a piece is linked to at one of its ends, with new ids; None at a cut.
-
-    Parameters
-    ----------
-    road
-        The whole road.
-    piece
-        A piece of it that is kept.
-    pieces
-        All pieces.
-    at_start
-        At which end.
-    """
+    """Return the link of a kept piece of a road at one of its ends, with new ids; None at a cut."""
     if not (piece.at_start if at_start else piece.at_end):
         return None
     link = road.predecessor if at_start else road.successor
@@ -100,9 +83,9 @@ def _road(road: Road, piece: Piece, pieces: Pieces) -> Road:
 
 
 def _overlapping(starts: Sequence[float], piece: Piece) -> range:
-    """Return the indices of what lies on a piece, of things that begin at places along its road."""
-    last = max((k for k, s in enumerate(starts) if piece.at_end or s < piece.end - _SLIVER), default=0)
-    first = max((k for k, s in enumerate(starts[: last + 1]) if s <= piece.begin + _SLIVER), default=0)
+    """Return the indices of the records that lie on a piece, given where along its road each begins, m."""
+    last = max((k for k, s in enumerate(starts) if piece.at_end or s < piece.end - _SHORTEST_REST), default=0)
+    first = max((k for k, s in enumerate(starts[: last + 1]) if s <= piece.begin + _SHORTEST_REST), default=0)
     return range(0 if piece.at_start else first, last + 1)
 
 
@@ -133,16 +116,15 @@ def _sections(sections: tuple[LaneSection, ...], piece: Piece) -> tuple[LaneSect
 
 
 def _unlinked(section: LaneSection, *, at_start: bool) -> LaneSection:
-    """Return a section at a cut: without links beyond, and without outermost lanes that have no width left."""
-    if at_start:
-        lanes = tuple(lane if lane.predecessor is None else replace(lane, predecessor=None) for lane in section.lanes)
-    else:
-        lanes = tuple(lane if lane.successor is None else replace(lane, successor=None) for lane in section.lanes)
+    """Return a section at a cut: without links beyond it, and without outermost lanes that have no width left."""
+    lanes = tuple(
+        replace(lane, predecessor=None) if at_start else replace(lane, successor=None) for lane in section.lanes
+    )
     gone = {lane.id for order in (lanes, lanes[::-1]) for lane in takewhile(_is_nothing, order)}
     return LaneSection(section.s, tuple(lane for lane in lanes if lane.id not in gone))
 
 
 def _is_nothing(lane: Lane) -> bool:
-    """Say whether a lane has no width anywhere, and goes on as no other."""
+    """Say whether a lane has no width anywhere, and no link."""
     wide = any(item.a or item.b or item.c or item.d for item in lane.widths)
     return lane.id != 0 and not wide and lane.predecessor is None and lane.successor is None

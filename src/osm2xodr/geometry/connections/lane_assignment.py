@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from osm2xodr.geometry.lanes import to_left, to_right
+from osm2xodr.geometry.lanes import left_turns, right_turns
 from osm2xodr.model import LaneSpec, LaneType
 
 # The turn that each value of turn:lanes stands for, by the pictures on the OSM wiki page Key:turn.
@@ -184,7 +184,7 @@ def _meant(value: str, turns: Sequence[float], straight: int, near_side_left: bo
     """Return the movement that a value of turn:lanes means; one turns back across the far side."""
     if value == "through":
         return straight
-    left = value in to_left(near_side_left)
+    left = value in left_turns(near_side_left)
     sign = 1.0 if left else -1.0
     target = sign * abs(math.radians(_ANGLE[value]))
     beyond_straight = sign * turns[straight] > _SIDEWAYS
@@ -349,7 +349,7 @@ def _side(spec: LaneSpec, near_side_left: bool) -> int:
     own = spec.turns & _ANGLE.keys()
     if not own:
         return 0
-    return 1 if own <= to_left(near_side_left) else -1 if own <= to_right(near_side_left) else 0
+    return 1 if own <= left_turns(near_side_left) else -1 if own <= right_turns(near_side_left) else 0
 
 
 def _mean(values: Sequence[float]) -> float:

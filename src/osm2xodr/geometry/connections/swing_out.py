@@ -112,5 +112,7 @@ def _runs_onto(
     cos, sin = np.cos(hdg), np.sin(hdg)
     ds = dx * cos + dy * sin
     dt = dy * cos - dx * sin
-    beside = (dt < section.left_edge + defaults.HALF_LANE) & (dt > section.right_edge - defaults.HALF_LANE)
+    beside = (dt < section.left_edge + defaults.HALF_NARROW_LANE) & (
+        dt > section.right_edge - defaults.HALF_NARROW_LANE
+    )
     return bool((beside & (np.abs(ds) <= _STEP / 2)).any())

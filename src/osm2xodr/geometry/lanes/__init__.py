@@ -11,17 +11,10 @@ from osm2xodr.geometry.lanes.cross_sections import (
     end_lanes,
 )
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity, StatedLanes
-from osm2xodr.geometry.lanes.lane_sections import (
-    LaneLayout,
-    Stretch,
-    lay_out_all,
-    smooth_step,
-    stretches,
-    tapered,
-    without_repeats,
-)
+from osm2xodr.geometry.lanes.lane_matching import left_turns, right_turns
+from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all, smooth_step, tapered, without_repeats
 from osm2xodr.geometry.lanes.road_marks import NO_MARK
-from osm2xodr.geometry.lanes.turn_marks import to_left, to_right
+from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
 
 __all__ = [
     "NO_MARK",
@@ -36,10 +29,10 @@ __all__ = [
     "cross_section",
     "end_lanes",
     "lay_out_all",
+    "left_turns",
+    "right_turns",
     "smooth_step",
     "stretches",
     "tapered",
-    "to_left",
-    "to_right",
     "without_repeats",
 ]

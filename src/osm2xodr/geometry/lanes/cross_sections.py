@@ -1,4 +1,4 @@
-"""Lanes from left to right become OpenDRIVE's lanes, counted outwards from a centre."""
+"""The lanes of a street at one place: from OSM's left-to-right order to OpenDRIVE's count outwards from a centre."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Piece = tuple[float, StreetAttributes, CrossSection]
 
 @dataclass(frozen=True, slots=True)
 class EndLane:
-    """One lane where its street ends."""
+    """One lane of a cross-section, usually where its street ends."""
 
     id: int  # OpenDRIVE's lane id
     t: float  # Position of its middle off the street's reference line, left of the street's own direction, m
@@ -37,7 +37,7 @@ def cross_section(attributes: StreetAttributes, rule: Rule) -> CrossSection:
     """Lay out a street's lanes about the OSM line.
 
     Lanes that run along the street lie right of the centre with right-hand traffic and left of it with left-hand
-    traffic; lanes for both directions go with them, next to the centre.
+    traffic; lanes for both directions lie on the same side as they, next to the centre.
     """
     lanes = attributes.lanes_ltr
     total = sum(lane.width for lane in lanes)
@@ -55,21 +55,21 @@ def end_lanes(section: CrossSection, rule: Rule, along: bool) -> tuple[EndLane, 
 
     Lanes for both directions are left out: see `centre_lanes`.
     """
-    return _lanes_that_run(section, Direction.FORWARD if along else Direction.BACKWARD, along)
+    return lanes_of(section, Direction.FORWARD if along else Direction.BACKWARD, along)
 
 
 def centre_lanes(section: CrossSection, along: bool) -> tuple[EndLane, ...]:
     """Return the lanes for both directions, left to right as drivers along the street (or against it) see them."""
-    return _lanes_that_run(section, Direction.BOTH, along)
+    return lanes_of(section, Direction.BOTH, along)
 
 
-def _lanes_that_run(section: CrossSection, wanted: Direction, along: bool) -> tuple[EndLane, ...]:
+def lanes_of(section: CrossSection, direction: Direction, along: bool) -> tuple[EndLane, ...]:
+    """Return the lanes of one direction, left to right as seen along the street or against it."""
     found: list[EndLane] = []
     for side, lanes in ((1, section.left), (-1, section.right)):
         t = section.centre
         for number, lane in enumerate(lanes, start=1):
-            if lane.direction is wanted:
+            if lane.direction is direction:
                 found.append(EndLane(side * number, t + side * lane.width / 2, lane))
             t += side * lane.width
-    found.sort(key=lambda lane: -lane.t if along else lane.t)
-    return tuple(found)
+    return tuple(sorted(found, key=lambda lane: -lane.t if along else lane.t))

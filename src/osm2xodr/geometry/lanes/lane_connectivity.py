@@ -1,7 +1,7 @@
 """Which lane leads to which where ``connectivity`` relations say so, at junctions and along roads.
 
-Their lanes count from 1 at the left, those of the direction of travel only; lanes for bicycles, which OSM tags as
-``cycleway``, are no part of the count.
+They count lanes from 1 at the left, those of the direction of travel only; lanes for bicycles, which OSM tags as
+``cycleway``, are not counted.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from osm2xodr.model import Direction, LaneConnectivity, LaneSpec, LaneType
 
-FOR_CARS = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
+COUNTED_LANES = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 """The types of lanes that relations count."""
 
 LanePair = tuple[int, int]
@@ -27,22 +27,16 @@ class StatedLanes:
     relations: tuple[int, ...]  # OSM ids
 
     def between(self, entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec]) -> tuple[LanePair, ...] | None:
-        """Return the links as indices of lanes, None where one names a lane that is not there.
-
-        Parameters
-        ----------
-        entry, exit_
-            All lanes of the direction of travel, left to right.
-        """
-        ins, outs = lanes_for_cars(entry), lanes_for_cars(exit_)
+        """Return the links as indices of all lanes of the direction of travel; None if they name a missing lane."""
+        ins, outs = _counted(entry), _counted(exit_)
         if any(not (0 < a <= len(ins) and 0 < b <= len(outs)) for a, b, _ in self.pairs):
             return None
         return tuple((ins[a - 1], outs[b - 1]) for a, b, _ in self.pairs)
 
 
-def lanes_for_cars(specs: Sequence[LaneSpec]) -> list[int]:
+def _counted(specs: Sequence[LaneSpec]) -> list[int]:
     """Return the indices of the lanes that relations count."""
-    return [k for k, spec in enumerate(specs) if spec.type in FOR_CARS]
+    return [k for k, spec in enumerate(specs) if spec.type in COUNTED_LANES]
 
 
 @dataclass(slots=True)
@@ -55,7 +49,7 @@ class Connectivity:
 
     @classmethod
     def of(cls, items: Iterable[LaneConnectivity]) -> Connectivity:
-        """Sort relations by what they are looked up by."""
+        """Index relations by the ways and nodes that they are looked up by."""
         out = cls()
         for item in items:
             if item.via_node is None:
@@ -69,14 +63,9 @@ class Connectivity:
         return bool(self._over_node or self._over_ways)
 
     def along(self, ways: Sequence[int], nodes: Sequence[int]) -> StatedLanes | None:
-        """Return what relations say about a path over ways; None unless they say it from its start to its end.
+        """Return what relations say about a path over ways; None unless they cover it from start to end.
 
-        Parameters
-        ----------
-        ways
-            OSM ways, no two in a row the same.
-        nodes
-            The nodes between them.
+        No two `ways` in a row are the same; `nodes` are the OSM nodes between them.
         """
         found: list[LaneConnectivity] = []
         k = 0
@@ -104,7 +93,7 @@ class Connectivity:
         return self._over_node.get((ways[k], nodes[k], ways[k + 1]))
 
     def at_border(self, before: int, after: int) -> dict[Direction, StatedLanes]:
-        """Return what relations say of either direction where one way goes on as another within a road."""
+        """Return what relations say about either direction where one way continues as another within a road."""
         out: dict[Direction, StatedLanes] = {}
         for direction, pair in ((Direction.FORWARD, (before, after)), (Direction.BACKWARD, (after, before))):
             if pair in self._between:

@@ -1,4 +1,4 @@
-"""Which lane goes on as which where the number of lanes changes along a street."""
+"""Which lane continues as which where the lanes of a street change."""
 
 from __future__ import annotations
 
@@ -6,148 +6,133 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Final
 
-from osm2xodr.geometry.lanes.cross_sections import CrossSection
-from osm2xodr.geometry.lanes.lane_connectivity import FOR_CARS, StatedLanes
-from osm2xodr.geometry.lanes.turn_marks import to_left, to_right
+from osm2xodr.geometry.lanes.cross_sections import CrossSection, EndLane, lanes_of
+from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES, StatedLanes
 from osm2xodr.model import Direction, LaneSpec, Rule
 
-# Lanes run on in line where another pairing of them would shift each by this much more, m.
-_IN_LINE: Final = 0.5
+# Positions decide which lanes continue only where every other pairing shifts the lanes by this much more on average,
+# m. A choice: ``placement`` moves lanes by half a lane or more, other widths by less than this.
+_CLEARLY_IN_LINE: Final = 0.5
+
+_LEFT: Final = frozenset({"left", "slight_left", "sharp_left"})
+_RIGHT: Final = frozenset({"right", "slight_right", "sharp_right"})
+# A driver turns back across the oncoming traffic, so away from the kerb.
+_BACK: Final = frozenset({"reverse"})
+
+# Pairs (lane upstream, lane downstream), counted from 0 at the left as their drivers see them.
+_Pairs = list[tuple[int, int]]
+
+
+def left_turns(left_hand: bool) -> frozenset[str]:
+    """Return the values of ``turn:lanes`` that lead to the left, with traffic on the left or not."""
+    return _LEFT if left_hand else _LEFT | _BACK
+
+
+def right_turns(left_hand: bool) -> frozenset[str]:
+    """Return the values of ``turn:lanes`` that lead to the right, with traffic on the left or not."""
+    return _RIGHT | _BACK if left_hand else _RIGHT
 
 
 def match_lanes(
     before: CrossSection, after: CrossSection, rule: Rule, stated: Mapping[Direction, StatedLanes] | None = None
 ) -> dict[int, int]:
-    """Map lane ids before a place to those after it, for the lanes that go on.
+    """Map lane ids before a place to those after it, for the lanes that continue.
 
-    Lanes keep their direction, their kind (for cars or not) and their order. Which side a lane opens or ends on is
-    read from a connectivity relation, else from ``turn:lanes`` (new turn lanes, ``merge_to_left``), else from where
-    the others run on straight (``placement``), else it is the near side of traffic. A lane for both directions that
-    ends where a lane for turns opens in its place goes on as that lane.
-
-    Parameters
-    ----------
-    before, after
-        The lanes on either side of the place.
-    rule
-        Side of the road that one drives on.
-    stated
-        What relations say of either direction.
+    Lanes keep their direction, their kind (counted by relations or not) and their order. The side on which lanes open
+    or end follows from the first of these that says anything: a connectivity relation; ``turn:lanes`` (new turn
+    lanes, ``merge_to_left``); the position of the lanes (``placement``); else it is the near side of traffic. A lane
+    for both directions that ends where a turn lane opens in its place continues as that lane.
     """
     found: dict[int, int] = {}
-    for direction, for_cars in product((Direction.FORWARD, Direction.BOTH, Direction.BACKWARD), (True, False)):
-        first = [item for item in lanes_of(before, direction) if (item[1].type in FOR_CARS) == for_cars]
-        second = [item for item in lanes_of(after, direction) if (item[1].type in FOR_CARS) == for_cars]
-        upstream, downstream = (second, first) if direction is Direction.BACKWARD else (first, second)
-        sections = (after, before) if direction is Direction.BACKWARD else (before, after)
-        sign = -1.0 if direction is Direction.BACKWARD else 1.0
-        places = [
-            [sign * lane_middle(section, lane) for lane, _ in lanes]
-            for section, lanes in zip(sections, (upstream, downstream), strict=True)
-        ]
-        up_specs, down_specs = [spec for _, spec in upstream], [spec for _, spec in downstream]
-        pairs = _stated(stated.get(direction), up_specs, down_specs, rule) if stated and for_cars else None
+    for direction, counted in product((Direction.FORWARD, Direction.BOTH, Direction.BACKWARD), (True, False)):
+        along = direction is not Direction.BACKWARD
+        upstream, downstream = (
+            [lane for lane in lanes_of(section, direction, along) if (lane.spec.type in COUNTED_LANES) == counted]
+            for section in ((before, after) if along else (after, before))
+        )
+        pairs = _stated_pairs(stated.get(direction), upstream, downstream, rule) if stated and counted else None
         if pairs is None:
-            pairs = _pairs(up_specs, down_specs, places[0], places[1], rule)
+            pairs = _pairs(upstream, downstream, rule, along)
         for up, down in pairs:
-            if direction is Direction.BACKWARD:
-                found[first[down][0]] = second[up][0]
-            else:
-                found[first[up][0]] = second[down][0]
+            one, other = upstream[up].id, downstream[down].id
+            found.update({one: other} if along else {other: one})
     return found | _centre_to_pocket(before, after, found)
 
 
 def _centre_to_pocket(before: CrossSection, after: CrossSection, found: Mapping[int, int]) -> dict[int, int]:
     """Return the link from an ending lane for both directions to the lane that opens in its place.
 
-    Only along the street: the ids of two lanes on either side of the centre cannot be linked.
+    Only along the street: two lanes on different sides of the centre cannot be linked, as their ids say.
     """
-    ending = [lane for lane, _ in lanes_of(before, Direction.BOTH) if lane not in found]
-    opening = [lane for lane, _ in lanes_of(after, Direction.FORWARD) if lane not in found.values()]
-    between = [(one, other) for one in ending for other in opening if abs(one) == 1 and one == other]
-    return dict(between)
+    ending = {lane.id for lane in lanes_of(before, Direction.BOTH, True) if lane.id not in found}
+    opening = {lane.id for lane in lanes_of(after, Direction.FORWARD, True) if lane.id not in found.values()}
+    return {lane: lane for lane in (1, -1) if lane in ending & opening}
 
 
-def _stated(
-    stated: StatedLanes | None, upstream: Sequence[LaneSpec], downstream: Sequence[LaneSpec], rule: Rule
-) -> list[tuple[int, int]] | None:
+def _stated_pairs(
+    stated: StatedLanes | None, upstream: Sequence[EndLane], downstream: Sequence[EndLane], rule: Rule
+) -> _Pairs | None:
     """Return the pairs of lanes that relations name, in order and each lane once; None where they do not fit.
 
     Links that are not optional go first; of a lane that leads to several, the one away from the near side of traffic
-    runs on, the others open beside it.
+    continues, the others open beside it.
     """
-    pairs = None if stated is None else stated.between(upstream, downstream)
+    pairs = None if stated is None else stated.between(_specs(upstream), _specs(downstream))
     if stated is None or pairs is None:
         return None
     far_first = 1 if rule is Rule.RIGHT_HAND else -1
     ranked = sorted(
         zip(pairs, stated.pairs, strict=True), key=lambda item: (item[1][2], *(far_first * k for k in item[0]))
     )
-    chosen: list[tuple[int, int]] = []
+    chosen: _Pairs = []
     for (up, down), _ in ranked:
         if all((up < a and down < b) or (up > a and down > b) for a, b in chosen):
             chosen.append((up, down))
     return sorted(chosen)
 
 
-def lanes_of(section: CrossSection, direction: Direction) -> list[tuple[int, LaneSpec]]:
-    """Return (lane id, lane) of one direction, left to right as its drivers see them."""
-    lanes = [
-        *((number, lane) for number, lane in enumerate(section.left, start=1)),
-        *((-number, lane) for number, lane in enumerate(section.right, start=1)),
-    ]
-    chosen = [item for item in lanes if item[1].direction is direction]
-    # Ids grow to the left of the street, which is the drivers' right against it.
-    return sorted(chosen, key=lambda item: item[0] if direction is Direction.BACKWARD else -item[0])
+def _specs(lanes: Sequence[EndLane]) -> list[LaneSpec]:
+    return [lane.spec for lane in lanes]
 
 
-def lane_middle(section: CrossSection, lane: int) -> float:
-    """Return t of the middle of a lane, m."""
-    lanes, side = (section.left, 1.0) if lane > 0 else (section.right, -1.0)
-    inner = sum(spec.width for spec in lanes[: abs(lane) - 1])
-    return section.centre + side * (inner + lanes[abs(lane) - 1].width / 2)
-
-
-def _pairs(
-    upstream: Sequence[LaneSpec],
-    downstream: Sequence[LaneSpec],
-    t_upstream: Sequence[float],
-    t_downstream: Sequence[float],
-    rule: Rule,
-) -> list[tuple[int, int]]:
-    """Pair lanes, left to right as drivers see them, where the count may change; t is left positive to them."""
+def _pairs(upstream: Sequence[EndLane], downstream: Sequence[EndLane], rule: Rule, along: bool) -> _Pairs:
+    """Pair lanes, left to right as drivers see them, where their number may change."""
     gain = len(downstream) - len(upstream)
     fewer = min(len(upstream), len(downstream))
     if not gain or not fewer:
         return [(k, k) for k in range(fewer)]
     if gain > 0:
-        left_hand = rule is Rule.LEFT_HAND
-        marks = _marked(downstream, to_left(left_hand)), _marked(downstream, to_right(left_hand), right=True)
+        left_hand, specs = rule is Rule.LEFT_HAND, _specs(downstream)
+        marked = _turn_lanes(specs, left_turns(left_hand)), _turn_lanes(specs[::-1], right_turns(left_hand))
     else:
-        marks = _leading(upstream, "merge_to_right"), _leading(upstream[::-1], "merge_to_left")
-    in_line = None if any(marks) else _in_line(abs(gain), fewer, t_upstream, t_downstream, gain > 0)
-    left = _at_left(abs(gain), *marks, rule) if in_line is None else in_line
-    return [(k, k + left) if gain > 0 else (k + left, k) for k in range(fewer)]
+        specs = _specs(upstream)
+        marked = _merging_lanes(specs, "merge_to_right"), _merging_lanes(specs[::-1], "merge_to_left")
+    # t is left positive as drivers see it.
+    sign = 1.0 if along else -1.0
+    places = [[sign * lane.t for lane in lanes] for lanes in (upstream, downstream)]
+    in_line = None if any(marked) else _in_line(abs(gain), fewer, places[0], places[1], gain > 0)
+    at_left = _at_left(abs(gain), *marked, rule) if in_line is None else in_line
+    return [(k, k + at_left) if gain > 0 else (k + at_left, k) for k in range(fewer)]
 
 
 def _in_line(
     change: int, fewer: int, t_upstream: Sequence[float], t_downstream: Sequence[float], gains: bool
 ) -> int | None:
-    """Return how many lanes come or go at the left if that keeps the others in line, None where nothing tells.
+    """Return how many lanes open or end at the left if that clearly keeps the others in line, else None.
 
-    ``placement`` tells: it says where the OSM line runs, and with it which lanes run on straight.
+    ``placement`` is what moves lanes apart: it says where the OSM line runs, so which lanes continue straight.
     """
     shifts = []
-    for left in range(change + 1):
-        pairs = ((k, k + left) if gains else (k + left, k) for k in range(fewer))
+    for at_left in range(change + 1):
+        pairs = ((k, k + at_left) if gains else (k + at_left, k) for k in range(fewer))
         shifts.append(sum(abs(t_upstream[up] - t_downstream[down]) for up, down in pairs) / fewer)
-    best = min(range(change + 1), key=lambda left: shifts[left])
-    others = [shift for left, shift in enumerate(shifts) if left != best]
-    return best if min(others) - shifts[best] > _IN_LINE else None
+    best = min(range(change + 1), key=lambda at_left: shifts[at_left])
+    others = [shift for at_left, shift in enumerate(shifts) if at_left != best]
+    return best if min(others) - shifts[best] > _CLEARLY_IN_LINE else None
 
 
 def _at_left(change: int, left: int, right: int, rule: Rule) -> int:
-    """Return how many of `change` lanes come or go at the left edge, given the lanes marked so at either edge."""
+    """Return how many of `change` lanes open or end at the left edge, given how many are marked so at either edge."""
     if left + right == 0:
         return change if rule is Rule.LEFT_HAND else 0
     if left + right <= change:
@@ -155,20 +140,12 @@ def _at_left(change: int, left: int, right: int, rule: Rule) -> int:
     return min(left, change) if not right else max(change - right, min(left, change) // 2)
 
 
-def _marked(lanes: Sequence[LaneSpec], turns: frozenset[str], right: bool = False) -> int:
-    """Count the lanes at the left (or right) edge that lead nowhere but to `turns`; 0 where all do."""
-    count = 0
-    for lane in lanes[::-1] if right else lanes:
-        if not lane.turns or not lane.turns <= turns:
-            break
-        count += 1
+def _turn_lanes(lanes: Sequence[LaneSpec], turns: frozenset[str]) -> int:
+    """Count the first lanes that lead nowhere but to `turns`; 0 where all do, which says nothing about an edge."""
+    count = next((k for k, lane in enumerate(lanes) if not lane.turns or not lane.turns <= turns), len(lanes))
     return 0 if count == len(lanes) else count
 
 
-def _leading(lanes: Sequence[LaneSpec], value: str) -> int:
-    count = 0
-    for lane in lanes:
-        if value not in lane.turns:
-            break
-        count += 1
-    return count
+def _merging_lanes(lanes: Sequence[LaneSpec], value: str) -> int:
+    """Count the first lanes whose ``turn:lanes`` say that they merge."""
+    return next((k for k, lane in enumerate(lanes) if value not in lane.turns), len(lanes))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -12,7 +12,8 @@ from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_matching import match_lanes
-from osm2xodr.geometry.lanes.road_marks import change_kind, mark_kind, road_marks, same_marks
+from osm2xodr.geometry.lanes.road_marks import mark_kind, road_marks
+from osm2xodr.geometry.lanes.road_stretches import Stretch
 from osm2xodr.model import (
     Cubic,
     Direction,
@@ -28,19 +29,8 @@ from osm2xodr.model import (
 
 # Speed above which a road without a better sign is taken for a rural one, m/s (60 km/h: beyond urban limits).
 _RURAL_SPEED: Final = 60.0 / 3.6
-
-
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """Part of a road on which the cross-section stays the same."""
-
-    # s on the road, m
-    start: float
-    end: float
-    # What holds there
-    attributes: StreetAttributes
-    section: CrossSection
-    ways: tuple[int, ...]  # The OSM ways that it is made of, in their order
+# Values that differ by less are the same: widths and offsets, m.
+_SAME_VALUE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,124 +42,21 @@ class LaneLayout:
     types: tuple[RoadType, ...]  # Road type and speed
 
 
-def stretches(
-    pieces: Sequence[tuple[float, StreetAttributes, CrossSection]], begin: float, end: float
-) -> list[Stretch]:
-    """Cut the pieces of a street to the part from s = begin to s = end, which becomes a road.
-
-    Pieces whose lanes are the same become one stretch; a stretch that is too short for a lane section of its own
-    joins the longer of its neighbours.
-
-    Parameters
-    ----------
-    pieces
-        (s on the street from which it holds, attributes, cross-section), in ascending s.
-    """
-    if len(pieces) == 1:
-        _, attributes, section = pieces[0]
-        return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
-    found: list[Stretch] = []
-    for k, (s, attributes, section) in enumerate(pieces):
-        lower = max(s, begin) if k else begin
-        upper = min(pieces[k + 1][0] if k + 1 < len(pieces) else end, end)
-        if upper <= lower:
-            continue
-        last = found[-1] if found else None
-        if last is not None and _same_lanes(last.section, section) and _same_rules(last.attributes, attributes):
-            # The later attributes hold the turns that count at the end, the lanes are the same.
-            ways = (*last.ways, attributes.osm_way_id)
-            found[-1] = Stretch(last.start, upper - begin, attributes, section, ways)
-        else:
-            found.append(Stretch(lower - begin, upper - begin, attributes, section, (attributes.osm_way_id,)))
-    if not found:
-        s, attributes, section = max((p for p in pieces if p[0] <= begin), default=pieces[0], key=lambda p: p[0])
-        return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
-    return _without_short(found)
-
-
-def _without_short(found: list[Stretch]) -> list[Stretch]:
-    """Mend stretches that are too short for tapers.
-
-    At a road's end, where pockets for turning lanes are, they grow; elsewhere a neighbour takes them over, unless
-    traffic runs otherwise there.
-    """
-    found = _grown_at_ends(found)
-    kept: set[float] = set()
-    while len(found) > 1:
-        k = min(
-            (i for i in range(len(found)) if found[i].start not in kept),
-            key=lambda i: found[i].end - found[i].start,
-            default=-1,
-        )
-        if k < 0 or found[k].end - found[k].start >= defaults.SHORTEST_LANE_SECTION:
-            break
-        item = found[k]
-        tiny = item.end - item.start < defaults.SHORTEST_ROAD
-        heirs = [
-            i
-            for i in (k - 1, k + 1)
-            if 0 <= i < len(found) and (tiny or _directions(found[i].section) == _directions(item.section))
-        ]
-        if not heirs:
-            kept.add(item.start)
-            continue
-        heir = found[max(heirs, key=lambda i: found[i].end - found[i].start)]
-        lo = min(k, found.index(heir))
-        ways = (*found[lo].ways, *found[lo + 1].ways)
-        merged = Stretch(found[lo].start, found[lo + 1].end, heir.attributes, heir.section, ways)
-        found[lo : lo + 2] = [merged]
-    return found
-
-
-def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
-    """Lengthen the stretches at a road's ends, whichever way it is drawn, by what their neighbours can spare."""
-    if len(found) < 2:
-        return found
-    out, lacking = list(found), [defaults.SHORTEST_LANE_SECTION - (item.end - item.start) for item in found]
-    for k, beside in sorted(((0, 1), (-1, -2)), key=lambda pair: lacking[pair[0]]):
-        missing, room = lacking[k], out[beside].end - out[beside].start
-        # Of two stretches neither grows at the cost of the other, which is at an end as well.
-        spare = room / 2 if len(out) > 2 else room - defaults.SHORTEST_LANE_SECTION
-        if 0 < missing < spare and not _leftover(out[k]):
-            border = out[k].start - missing if k else out[k].end + missing
-            one, other = min(k, beside), max(k, beside)
-            out[one], out[other] = replace(out[one], end=border), replace(out[other], start=border)
-    return out
-
-
-def _leftover(item: Stretch) -> bool:
-    """Say whether a junction has left next to nothing of a stretch, and no lane that turns depends on it."""
-    tiny = item.end - item.start < defaults.SHORTEST_ROAD
-    return tiny and not any(lane.turns for lane in (*item.section.left, *item.section.right))
-
-
-def _directions(section: CrossSection) -> set[Direction]:
-    return {lane.direction for lane in (*section.left, *section.right)}
-
-
-def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
-    def shape(lanes: tuple[LaneSpec, ...]) -> list[tuple[LaneType, Direction, float, Hashable]]:
-        return [(lane.type, lane.direction, lane.width, len(lanes) > 1 and change_kind(lane)) for lane in lanes]
-
-    return (
-        one.centre == other.centre and shape(one.left) == shape(other.left) and shape(one.right) == shape(other.right)
-    )
-
-
-def _same_rules(one: StreetAttributes, other: StreetAttributes) -> bool:
-    speeds = (one.speed_forward, one.speed_backward) == (other.speed_forward, other.speed_backward)
-    return speeds and same_marks(one, other)
-
-
 def lay_out_all(
     roads: Sequence[Sequence[Stretch]], rule: Rule, known: Connectivity | None = None, country: Country = GENERIC
 ) -> list[LaneLayout]:
-    """Build the lane sections of many roads; those of one stretch share what is alike in kind.
+    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout.
 
     Parameters
     ----------
-    roads, rule, known, country
-        As for `lay_out_lanes`.
+    roads
+        The stretches of each road, at least one.
+    rule
+        Side of the road that traffic drives on.
+    known
+        What relations say about lanes.
+    country
+        How roads are painted.
     """
     alike: dict[tuple[CrossSection, Hashable, float | None, float | None], LaneLayout] = {}
     out: list[LaneLayout] = []
@@ -191,19 +78,8 @@ def lay_out_lanes(
 ) -> LaneLayout:
     """Build the lane sections of a road from its stretches.
 
-    A lane that opens does so from width 0 after the border of two sections, one that ends does so before it; lane
-    offset and widths follow the same cubic, so that every edge between them does too.
-
-    Parameters
-    ----------
-    road
-        At least one stretch.
-    rule
-        Side of the road that one drives on.
-    known
-        What relations say about lanes.
-    country
-        How roads are painted.
+    A lane that opens does so from width 0 after the border of two sections, one that ends does so before it. Lane
+    offset and widths follow the same cubic, and so does every edge between lanes.
     """
     links = [
         match_lanes(a.section, b.section, rule, known.at_border(a.ways[-1], b.ways[0]) if known else None)
@@ -211,65 +87,90 @@ def lay_out_lanes(
     ]
     sections: list[LaneSection] = []
     offset: list[Cubic] = []
-    types: list[RoadType] = []
-    at_border: dict[int, float] = dict(_widths(road[0].section))
-    offset_at_border = road[0].section.centre
+    start_widths, start_offset = _widths(road[0].section), road[0].section.centre
     for k, stretch in enumerate(road):
-        ahead = links[k] if k + 1 < len(road) else None
-        widths = _widths(stretch.section)
-        length = stretch.end - stretch.start
-        most = (
-            defaults.TAPER_LENGTH_MOTORWAY
-            if stretch.attributes.highway in defaults.FAST_HIGHWAYS
-            else defaults.TAPER_LENGTH
-        )
-        taper = min(most, defaults.TAPER_SHARE * length)
-        ending = set() if ahead is None else {lane for lane in widths if lane not in ahead}
-        following = road[k + 1].section if ahead is not None else None
-        offset_after = _offset_at_border(stretch.section, ending, following, ahead)
-        begins = {lane: at_border.get(lane, 0.0) for lane in widths}
+        ahead = links[k] if k < len(links) else None
         behind = {to: lane for lane, to in links[k - 1].items()} if k else None
-        marks = road_marks(stretch.section, stretch.attributes, rule, country)
-        lanes = _lanes(_Course(stretch, length, taper, begins, ending, behind, ahead, marks))
-        sections.append(LaneSection(stretch.start, lanes))
+        run = _Run(stretch, _taper_length(stretch), start_widths, behind, ahead)
+        sections.append(
+            LaneSection(stretch.start, run.lanes(road_marks(stretch.section, stretch.attributes, rule, country)))
+        )
+        end_offset = run.end_offset(None if ahead is None else road[k + 1].section)
         offset += [
             Cubic(stretch.start + c.s, c.a, c.b, c.c, c.d)
-            for c in tapered(length, taper, offset_at_border, stretch.section.centre, offset_after)
+            for c in tapered(stretch.length, run.taper, start_offset, stretch.section.centre, end_offset)
         ]
-        types.append(RoadType(stretch.start, _road_type(stretch.attributes), _road_speed(stretch.attributes)))
-        if ahead is not None:
-            at_border = {to: widths[lane] for lane, to in ahead.items()}
-            offset_at_border = offset_after
+        widths = _widths(stretch.section)
+        start_widths = {} if ahead is None else {to: widths[lane] for lane, to in ahead.items()}
+        start_offset = end_offset
+    types = [RoadType(item.start, _road_type(item.attributes), _road_speed(item.attributes)) for item in road]
     return LaneLayout(tuple(sections), without_repeats(offset), _without_equal_types(types))
 
 
 def _widths(section: CrossSection) -> dict[int, float]:
-    """Return width by lane id, leftmost first."""
+    """Return width by lane id, leftmost first, m."""
     left = {number: lane.width for number, lane in enumerate(section.left, start=1)}
     right = {-number: lane.width for number, lane in enumerate(section.right, start=1)}
     return {**dict(reversed(left.items())), **right}
 
 
-def _offset_at_border(
-    section: CrossSection, ending: set[int], following: CrossSection | None, ahead: dict[int, int] | None
-) -> float:
-    """Return the centre's t at the end of a section.
-
-    Where lanes end and none opens, the others are led to where they go on; where some open as well, to the middle.
-    """
-    if ending and following is not None and ahead is not None and len(ahead) == len(_widths(following)):
-        return following.centre
-    return _offset_without(section, ending)
+def _taper_length(stretch: Stretch) -> float:
+    """Return the length over which lanes open and end, m."""
+    fast = stretch.attributes.highway in defaults.FAST_HIGHWAYS
+    longest = defaults.TAPER_LENGTH_MOTORWAY if fast else defaults.TAPER_LENGTH
+    return min(longest, defaults.TAPER_SHARE * stretch.length)
 
 
-def _offset_without(section: CrossSection, ending: set[int]) -> float:
-    """Return the centre's t once the lanes that end are gone and the rest lies about the same middle."""
-    if not ending:
-        return section.centre
-    widths = {lane: 0.0 if lane in ending else width for lane, width in _widths(section).items()}
-    left = sum(width for lane, width in widths.items() if lane > 0)
-    middle = (section.left_edge + section.right_edge) / 2
-    return middle + sum(widths.values()) / 2 - left
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """A stretch, and how its lanes begin and end."""
+
+    stretch: Stretch
+    taper: float  # Length of its tapers, m
+    start_widths: dict[int, float]  # Width at the start of the lanes that continue others, m
+    # The lane that each continues, and the one that continues it; None at the road's ends
+    behind: dict[int, int] | None
+    ahead: dict[int, int] | None
+
+    def ends(self, lane: int) -> bool:
+        """Say whether a lane ends with the stretch."""
+        return self.ahead is not None and lane not in self.ahead
+
+    def end_offset(self, following: CrossSection | None) -> float:
+        """Return the lane offset at the end of the stretch, m.
+
+        Where lanes end and none opens, the others are led to where they continue; where some open as well, or nothing
+        follows, they come together about the middle of the carriageway.
+        """
+        section, widths = self.stretch.section, _widths(self.stretch.section)
+        if not any(self.ends(lane) for lane in widths):
+            return section.centre
+        if following is not None and self.ahead is not None and len(self.ahead) == len(_widths(following)):
+            return following.centre
+        remaining = {lane: 0.0 if self.ends(lane) else width for lane, width in widths.items()}
+        middle = (section.left_edge + section.right_edge) / 2
+        return middle + sum(remaining.values()) / 2 - sum(width for lane, width in remaining.items() if lane > 0)
+
+    def lanes(self, marks: dict[int, RoadMark]) -> tuple[Lane, ...]:
+        """Return all lanes, leftmost first, with the centre lane among them."""
+        section = self.stretch.section
+        left = [self._lane(number, spec, marks[number]) for number, spec in enumerate(section.left, start=1)]
+        right = [self._lane(-number, spec, marks[-number]) for number, spec in enumerate(section.right, start=1)]
+        return (*reversed(left), Lane(0, LaneType.NONE, (), road_mark=marks[0]), *right)
+
+    def _lane(self, lane_id: int, spec: LaneSpec, mark: RoadMark) -> Lane:
+        attributes = self.stretch.attributes
+        own_speed = attributes.speed_backward if spec.direction is Direction.BACKWARD else attributes.speed_forward
+        start, end = self.start_widths.get(lane_id, 0.0), 0.0 if self.ends(lane_id) else spec.width
+        return Lane(
+            id=lane_id,
+            type=LaneType.BIDIRECTIONAL if spec.direction is Direction.BOTH else spec.type,
+            widths=tapered(self.stretch.length, self.taper, start, spec.width, end),
+            predecessor=None if self.behind is None else self.behind.get(lane_id),
+            successor=None if self.ahead is None else self.ahead.get(lane_id),
+            road_mark=mark,
+            speed=own_speed if own_speed != _road_speed(attributes) else None,
+        )
 
 
 def smooth_step(s: float, length: float, start: float, end: float) -> Cubic:
@@ -282,56 +183,23 @@ def tapered(length: float, taper: float, start: float, middle: float, end: float
     """Return cubics that go from `start` to `middle` in a taper, stay, and go to `end` in another."""
     out: list[Cubic] = []
     stays_from = 0.0
-    if abs(middle - start) > 1e-9:
+    if abs(middle - start) > _SAME_VALUE:
         out.append(smooth_step(0.0, taper, start, middle))
         stays_from = taper
     out.append(Cubic(stays_from, middle))
-    if abs(end - middle) > 1e-9:
+    if abs(end - middle) > _SAME_VALUE:
         out.append(smooth_step(length - taper, taper, middle, end))
     return tuple(out)
 
 
-@dataclass(frozen=True, slots=True)
-class _Course:
-    """How the lanes of a stretch come, run and go."""
-
-    # The stretch, its length and that of tapers, m
-    stretch: Stretch
-    length: float
-    taper: float
-    begins: dict[int, float]  # Width of each lane at the start, m
-    ending: set[int]  # Lanes that end with the stretch
-    # The lane that each continues, and the one that continues it; None at the road's ends
-    behind: dict[int, int] | None
-    ahead: dict[int, int] | None
-    marks: dict[int, RoadMark]  # The mark of each lane and of the centre line
-
-
-def _lanes(course: _Course) -> tuple[Lane, ...]:
-    """Return all lanes of a section, leftmost first, with the centre lane among them."""
-    section = course.stretch.section
-    left = [_lane(course, number, spec) for number, spec in enumerate(section.left, start=1)]
-    right = [_lane(course, -number, spec) for number, spec in enumerate(section.right, start=1)]
-    return (
-        *reversed(left),
-        Lane(0, LaneType.NONE, (), road_mark=course.marks[0]),
-        *right,
-    )
-
-
-def _lane(course: _Course, lane_id: int, spec: LaneSpec) -> Lane:
-    attributes = course.stretch.attributes
-    own_speed = attributes.speed_backward if spec.direction is Direction.BACKWARD else attributes.speed_forward
-    last_width = 0.0 if lane_id in course.ending else spec.width
-    return Lane(
-        id=lane_id,
-        type=LaneType.BIDIRECTIONAL if spec.direction is Direction.BOTH else spec.type,
-        widths=tapered(course.length, course.taper, course.begins[lane_id], spec.width, last_width),
-        predecessor=None if course.behind is None else course.behind.get(lane_id),
-        successor=None if course.ahead is None else course.ahead.get(lane_id),
-        road_mark=course.marks[lane_id],
-        speed=own_speed if own_speed != _road_speed(attributes) else None,
-    )
+def without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:
+    """Leave out records that say what the one before says: neighbouring constants of the same value."""
+    out: list[Cubic] = []
+    for item in cubics:
+        if out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < _SAME_VALUE:
+            continue
+        out.append(item)
+    return tuple(out)
 
 
 def _road_speed(attributes: StreetAttributes) -> float | None:
@@ -359,13 +227,3 @@ def _without_equal_types(types: list[RoadType]) -> tuple[RoadType, ...]:
         for k, item in enumerate(types)
         if k == 0 or (item.type, item.speed) != (types[k - 1].type, types[k - 1].speed)
     )
-
-
-def without_repeats(cubics: list[Cubic]) -> tuple[Cubic, ...]:
-    """Leave out records that say what the one before says: neighbouring constants of the same value."""
-    out: list[Cubic] = []
-    for item in cubics:
-        if out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < 1e-9:
-            continue
-        out.append(item)
-    return tuple(out)

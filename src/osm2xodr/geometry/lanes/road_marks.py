@@ -1,10 +1,10 @@
 """Marks between lanes, on centre lines and at the edges of carriageways, as the country paints them.
 
-What tags say comes first (``change:lanes``, ``overtaking``, ``lane_markings``, ``divider``), then the road's class.
+Tags decide first (``change:lanes``, ``overtaking``, ``lane_markings``, ``divider``), then the road's class.
 
 A double mark names its lines from the inside outwards, that on the centre line from left to right, both seen along
-the road. ``laneChange`` says towards which lane ids one may cross: ``increase`` leftwards, ``decrease`` rightwards
-(ASAM OpenDRIVE 1.8, road markings).
+the road. ``laneChange`` names the direction in which drivers may cross, by lane ids: ``increase`` leftwards,
+``decrease`` rightwards (ASAM OpenDRIVE 1.8, road markings).
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, RoadMark, 
 
 NO_MARK: Final = RoadMark("none", width=0.0)
 _UNMARKED: Final = RoadMark("none", width=0.0, lane_change="both")
-_FOR_CARS: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL})
-_MOTOR: Final = frozenset({*_FOR_CARS, LaneType.BUS, LaneType.TAXI})
+_ALL_CARS: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL})
+_ALL_MOTOR: Final = frozenset({*_ALL_CARS, LaneType.BUS, LaneType.TAXI})
 # Whether drivers may leave their lane to the left and to the right (OSM wiki, Key:change).
 _CHANGES: Final[Mapping[str, tuple[bool, bool]]] = MappingProxyType(
     {
@@ -35,8 +35,8 @@ _CHANGES: Final[Mapping[str, tuple[bool, bool]]] = MappingProxyType(
         "only_left": (True, False),
     }
 )
-# Whether the line left and right on the centre is solid, by ``divider`` (OSM wiki, Proposal:Divider): lines, and what
-# stands there and cannot be crossed.
+# Whether the line left and right on the centre is solid, by ``divider`` (OSM wiki, Proposal:Divider): lines, and
+# things that cannot be crossed.
 _DIVIDERS: Final[Mapping[str, tuple[bool, bool]]] = MappingProxyType(
     {
         "dashed_line": (False, False),
@@ -50,26 +50,26 @@ _DIVIDERS: Final[Mapping[str, tuple[bool, bool]]] = MappingProxyType(
     }
 )
 _NO_DIVIDER: Final = frozenset({"no", "none"})
-# What is beside a lane's edge makes a line there needless.
+# Strips that make a line at the carriageway's edge needless.
 _KERBSIDE: Final = frozenset({LaneType.SIDEWALK, LaneType.PARKING, LaneType.BORDER})
 
 
 @dataclass(frozen=True, slots=True)
 class _Border:
-    """What is between two lanes, seen along the road: whether one may cross it, and how it is painted."""
+    """The border of two lanes, seen along the road: who may cross it, and how it is painted."""
 
-    # Whether drivers left of it may cross to the right, and those right of it to the left: a line is solid at the
-    # side from where they may not.
+    # Whether drivers left of it may cross to the right, and those right of it to the left: a line is solid on the
+    # side of drivers who may not.
     to_right: bool
     to_left: bool
     # Of its lines
     color: str
     width: float
     double: bool = False  # Whether two lines of the same kind are painted
-    open: bool = False  # Whether both may cross whatever is painted: lanes for turning left in the middle of the road
+    open: bool = False  # Whether all may cross whatever is painted: centre lanes for turning
 
     def mark(self, leftwards: bool) -> RoadMark:
-        """Return the mark in OpenDRIVE's words; `leftwards` is where its inside is on the right."""
+        """Return the mark in OpenDRIVE's words; `leftwards` says that its inner side is on the right."""
         left, right = ("broken" if free else "solid" for free in (self.to_right, self.to_left))
         words = (right, left) if leftwards else (left, right)
         kind = words[0] if words[0] == words[1] and not self.double else " ".join(words)
@@ -83,24 +83,12 @@ class _Border:
 def road_marks(
     section: CrossSection, attributes: StreetAttributes, rule: Rule, country: Country = GENERIC
 ) -> dict[int, RoadMark]:
-    """Return the mark on the outer edge of every lane of a carriageway, and on its centre line (lane 0).
-
-    Parameters
-    ----------
-    section
-        The carriageway's lanes.
-    attributes
-        What the tags say there; its direction is that of the section.
-    rule
-        Side of the road that one drives on.
-    country
-        How roads are painted.
-    """
+    """Return the mark on the outer edge of every lane of a carriageway, and on its centre line (lane 0)."""
     return _Painter(section, attributes, rule, country.marks).marks()
 
 
 def mark_kind(attributes: StreetAttributes) -> Hashable:
-    """Return what of the tags the marks depend on, beside the lanes."""
+    """Return the tags that marks depend on, apart from the lanes."""
     return (
         attributes.highway,
         attributes.no_overtaking,
@@ -111,9 +99,9 @@ def mark_kind(attributes: StreetAttributes) -> Hashable:
 
 
 def change_kind(lane: LaneSpec) -> Hashable:
-    """Return what tags say about leaving a lane; None where that is as usual."""
+    """Return the lane changes that tags allow; None where those are the usual ones."""
     allowed = _CHANGES.get(lane.change)
-    return None if allowed == (True, True) and lane.type in _FOR_CARS else allowed
+    return None if allowed == (True, True) and lane.type in _ALL_CARS else allowed
 
 
 def same_marks(one: StreetAttributes, other: StreetAttributes) -> bool:
@@ -134,8 +122,8 @@ class _Painter:
         self._width = style.width_fast if fast else style.width
         self._edge_width = style.edge_width_fast if fast else style.edge_width
         self._special_width = style.special_width_fast if fast else style.special_width
-        # Lines in streets without any: only where somebody says so.
-        self._plain = attributes.highway in defaults.UNMARKED_HIGHWAYS and not attributes.marked
+        # Streets of these classes have lines only where a tag says so.
+        self._unlined = attributes.highway in defaults.UNMARKED_HIGHWAYS and not attributes.marked
 
     def marks(self) -> dict[int, RoadMark]:
         """Return all marks by lane id."""
@@ -145,7 +133,7 @@ class _Painter:
             -len(self._section.right): self._edge(False, self._attributes.margin_right),
         }
         for k in range(1, len(self._lanes)):
-            # Left of the border lies lane `on_left - k + 1` of those on the left, right of it the next one.
+            # A mark belongs to the lane on its inner side: `on_left - k` left and right of the centre alike.
             out[on_left - k] = self._between(k, leftwards=k < on_left)
         return out
 
@@ -154,7 +142,7 @@ class _Painter:
     def _edge(self, left: bool, margin: Sequence[MarginSpec]) -> RoadMark:
         """Return the line at an edge of the carriageway."""
         highway = self._attributes.highway
-        if self._attributes.marked is False or self._plain:
+        if self._attributes.marked is False or self._unlined:
             return NO_MARK
         beside = margin[0].type if margin else LaneType.NONE
         edgeless = highway in defaults.EDGELESS_HIGHWAYS and not self._attributes.marked
@@ -164,7 +152,7 @@ class _Painter:
         return RoadMark("solid", color, self._edge_width)
 
     def _is_median(self, left: bool) -> bool:
-        """Say whether oncoming traffic would be beyond an edge: where all cars run one way, at their inner side."""
+        """Say whether an edge faces oncoming traffic: the inner edge, where all cars run one way."""
         runs = self._attributes.car_directions()
         if len(runs) != 1 or Direction.BOTH in runs:
             return False
@@ -176,7 +164,7 @@ class _Painter:
     def _between(self, k: int, leftwards: bool) -> RoadMark:
         """Return the mark between the k-th lane and the one left of it, counted from the left."""
         left, right = self._lanes[k - 1], self._lanes[k]
-        for_motors = left.type in _MOTOR and right.type in _MOTOR
+        for_motors = left.type in _ALL_MOTOR and right.type in _ALL_MOTOR
         if self._attributes.marked is False and for_motors:
             return _UNMARKED
         if left.direction is right.direction:
@@ -184,7 +172,7 @@ class _Painter:
         if not for_motors:
             return _Border(False, False, self._style.centre_solid, self._special_width).mark(leftwards)
         if Direction.BOTH in (left.direction, right.direction):
-            # A lane for turning from both directions: broken lines at its own side.
+            # A centre lane for turning, used by both directions: the broken line is on its own side.
             own_left = left.direction is Direction.BOTH
             border = _Border(own_left, not own_left, self._style.centre, self._width, open=True)
             return border.mark(leftwards)
@@ -192,11 +180,11 @@ class _Painter:
 
     def _of_one_direction(self, k: int, left: LaneSpec, right: LaneSpec) -> _Border:
         kinds = {left.type, right.type}
-        special = len(kinds - _FOR_CARS) > 0 and len(kinds) > 1
-        # Cars cross a bicycle lane that lies between their own lanes (before a lane for turning).
+        special = len(kinds - _ALL_CARS) > 0 and len(kinds) > 1
+        # Cars may cross a bicycle lane that lies between their own lanes (before a turn lane).
         free = not special or self._is_between_car_lanes(k if right.type is LaneType.BIKING else k - 1)
         backward = left.direction is Direction.BACKWARD
-        # Right as the drivers see it is left along the road where they run against it.
+        # Drivers against the road see its right as their left.
         to_right = _may_leave(left, to_left=backward, otherwise=free)
         to_left = _may_leave(right, to_left=not backward, otherwise=free)
         color = "standard" if special or (to_right and to_left) else self._style.no_change
@@ -207,19 +195,19 @@ class _Painter:
         if lanes[place].type is not LaneType.BIKING or not 0 < place < len(lanes) - 1:
             return False
         return all(
-            beside.type in _MOTOR and beside.direction is lanes[place].direction
+            beside.type in _ALL_MOTOR and beside.direction is lanes[place].direction
             for beside in (lanes[place - 1], lanes[place + 1])
         )
 
     def _between_directions(self, leftwards: bool) -> RoadMark:
         attributes, style = self._attributes, self._style
-        motor_lanes = [lane for lane in self._lanes if lane.type in _MOTOR]
+        motor_lanes = [lane for lane in self._lanes if lane.type in _ALL_MOTOR]
         forbidden = attributes.no_overtaking
         divider = _DIVIDERS.get(attributes.divider)
         wide = len(motor_lanes) > 2
         if divider is None:
             narrow = sum(lane.width for lane in motor_lanes) < defaults.CENTRE_LINE_FROM
-            unmarked = self._plain or (narrow and not attributes.marked)
+            unmarked = self._unlined or (narrow and not attributes.marked)
             if attributes.divider in _NO_DIVIDER or (unmarked and not forbidden):
                 return _UNMARKED
         if divider is not None:
@@ -245,6 +233,6 @@ class _Painter:
 
 
 def _may_leave(lane: LaneSpec, *, to_left: bool, otherwise: bool) -> bool:
-    """Say whether drivers may leave their lane at a side as they see it."""
+    """Say whether drivers may leave their lane on a side as they see it."""
     allowed = _CHANGES.get(lane.change)
     return otherwise if allowed is None else allowed[0 if to_left else 1]

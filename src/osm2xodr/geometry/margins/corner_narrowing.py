@@ -1,8 +1,8 @@
-"""Sidewalks come up to the kerb, or grow narrower, before corners that they would otherwise not get round.
+"""Sidewalks move to the kerb, or become narrower, before corners that they otherwise would not get round.
 
-Parking lanes end some metres before a junction anyway, and where wide strips lie between the carriageway and the
-sidewalks of two arms, these lie across each other before they meet. Where nobody turns from one arm into the other,
-their roads end so close to each other that even sidewalks at the kerb have no room for a bend.
+Parking lanes end some metres before a junction anyway; and behind wide strips, the sidewalks of two arms cross each
+other before they meet. Where no car turns from one arm into the other, their roads end so close to each other that
+even sidewalks at the kerb have no room for a bend.
 """
 
 from __future__ import annotations
@@ -20,60 +20,59 @@ from osm2xodr.geometry.margins.sidewalk_corners import sidewalk_corners
 from osm2xodr.geometry.margins.strips import Margins, Strips
 from osm2xodr.model import IntArray, LaneType, Rule
 
-# Share of its width that a sidewalk keeps there if it gets round so only. A choice.
-_CORNER_NARROW: Final = 0.5
+# Share of its width that a sidewalk keeps before a corner that it does not get round otherwise. A choice.
+_NARROWED_SHARE: Final = 0.5
 
-_Place = tuple[int, int]
-"""(road end, side of the road: left 1, right -1)."""
+_Place = tuple[int, int]  # (road end, side of the road: left 1, right -1)
 _Change = Callable[[Strips], Strips]
 
 
 def lay_out_corners(
     parts: RoadParts, margins: tuple[Margins, ...], cars: ConnectingRoads, rule: Rule
 ) -> tuple[tuple[Margins, ...], ConnectingRoads, IntArray]:
-    """Connect the sidewalks of neighbouring arms, with what lies inside of them left out before corners if need be.
+    """Connect the sidewalks of neighbouring arms; where necessary, leave out the strips inside them before corners.
 
     Parameters
     ----------
     parts, margins
-        The roads, and what lies beside them.
+        The roads, and the strips beside them.
     cars
         The connecting roads for cars.
     rule
-        Side of the road that one drives on.
+        Side of the road that traffic drives on.
 
     Returns
     -------
     tuple
-        What lies beside the roads then.
+        The strips beside the roads afterwards.
     ConnectingRoads
         One for each corner, grouped by junction.
     (k,)
-        The junctions of corners that could not be drawn, once for each.
+        The junctions of corners that could not be drawn, one for each.
     """
     corners, failed = sidewalk_corners(parts, margins, cars, rule)
     for change in (_sidewalk_alone, _narrow_sidewalk):
         places, junctions = _places(failed), np.unique(failed.junction)
-        nearer = _changed(parts, margins, places, change)
-        if nearer is margins:
+        tried = _changed(parts, margins, places, change)
+        if tried is margins:
             continue
-        _, still = sidewalk_corners(parts, nearer, cars, rule, junctions)
-        hopeless = set(_places(still))
+        _, still_failed = sidewalk_corners(parts, tried, cars, rule, junctions)
+        hopeless = set(_places(still_failed))
         # Each side of an end faces one corner: it stays as it was where nothing is gained.
-        nearer = _changed(parts, margins, [place for place in places if place not in hopeless], change)
-        if nearer is margins:
+        changed = _changed(parts, margins, [place for place in places if place not in hopeless], change)
+        if changed is margins:
             continue
-        # Lanes may have other ids at the far ends of these roads, too.
-        other = [k for k, (one, two) in enumerate(zip(margins, nearer, strict=True)) if one is not two]
-        junctions = np.union1d(junctions, parts.end_junction[np.array(other, np.int64)])
-        margins = nearer
+        # Lanes may get other ids at the far ends of these roads, too.
+        roads = [k for k, (one, other) in enumerate(zip(margins, changed, strict=True)) if one is not other]
+        junctions = np.union1d(junctions, parts.end_junction[np.array(roads, np.int64)])
+        margins = changed
         again, failed = sidewalk_corners(parts, margins, cars, rule, junctions)
         corners = corners.chosen(~np.isin(corners.junction, junctions)).joined(again)
     return margins, corners, failed.junction
 
 
 def _places(rows: ConnectingRoads) -> list[_Place]:
-    """Return where the sidewalks of corners lie."""
+    """Return the places of the sidewalks that corners connect."""
     found = [
         *zip(rows.entry.tolist(), np.sign(rows.entry_lane).tolist(), strict=True),
         *zip(rows.exit.tolist(), np.sign(rows.exit_lane).tolist(), strict=True),
@@ -86,13 +85,13 @@ def _sidewalk_alone(strips: Strips) -> Strips:
 
 
 def _narrow_sidewalk(strips: Strips) -> Strips:
-    return tuple(replace(strip, width=_CORNER_NARROW * strip.width) for strip in _sidewalk_alone(strips))
+    return tuple(replace(strip, width=_NARROWED_SHARE * strip.width) for strip in _sidewalk_alone(strips))
 
 
 def _changed(
     parts: RoadParts, margins: tuple[Margins, ...], places: Iterable[_Place], change: _Change
 ) -> tuple[Margins, ...]:
-    """Return margins with other strips at some places; the same ones where they are no others."""
+    """Return margins with changed strips at some places; the very same margins where nothing changes."""
     out = list(margins)
     changed = False
     for end, side in places:
@@ -104,6 +103,7 @@ def _changed(
 
 
 def _changed_end(beside: Margins, at_end: bool, side: int, borders: Sequence[float], change: _Change) -> Margins:
+    """Change the strips at one side over a road's last metres, or over its last stretch where that is short."""
     piece = beside[-1 if at_end else 0]
     strips = change(piece.strips(side))
     if strips == piece.strips(side):
@@ -111,13 +111,11 @@ def _changed_end(beside: Margins, at_end: bool, side: int, borders: Sequence[flo
     inner = replace(piece, left=strips) if side > 0 else replace(piece, right=strips)
     least = defaults.CORNER_KERBSIDE
     cut = piece.end - least if at_end else piece.start + least
-    # No lane section is to begin so near another.
+    # No lane section may begin so near another.
     near = [border for border in borders if abs(border - cut) < least and piece.start < border < piece.end]
     cut = near[0] if near else cut
-    if not piece.start + 2 * least < cut < piece.end - least / 2 and at_end:
-        return (*beside[:-1], inner)
-    if not piece.start + least / 2 < cut < piece.end - 2 * least and not at_end:
-        return (inner, *beside[1:])
     if at_end:
-        return (*beside[:-1], replace(piece, end=cut), replace(inner, start=cut))
-    return (replace(inner, end=cut), replace(piece, start=cut), *beside[1:])
+        splits = piece.start + 2 * least < cut < piece.end - least / 2
+        return (*beside[:-1], *((replace(piece, end=cut), replace(inner, start=cut)) if splits else (inner,)))
+    splits = piece.start + least / 2 < cut < piece.end - 2 * least
+    return (*((replace(inner, end=cut), replace(piece, start=cut)) if splits else (inner,)), *beside[1:])

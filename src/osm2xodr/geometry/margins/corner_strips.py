@@ -1,4 +1,4 @@
-"""What lies between the sidewalk of a corner and the carriageway: strips that go on round it, and what fills it."""
+"""Lanes between the sidewalk of a corner and the carriageway: strips that continue round it, a border as filling."""
 
 from __future__ import annotations
 
@@ -13,20 +13,19 @@ from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.model import BoolArray, FloatArray, LaneType, MarginSpec, Rule
 
-# Gaps between a corner's sidewalk and the carriageway that are narrower stay, m. A choice.
-_CORNER_FILLED: Final = 0.05
-
-# Strips that go on beside the sidewalk where both arms have them.
-_GO_ON = frozenset({LaneType.BIKING, LaneType.BORDER})
-# Heights that differ by less are one, m.
-_LEVEL = 0.005
+# Narrower gaps between a corner's sidewalk and the carriageway stay open, m. A choice.
+_NARROWEST_FILLING: Final = 0.05
+# Strips that continue beside the sidewalk where both arms have them.
+_CONTINUING: Final = frozenset({LaneType.BIKING, LaneType.BORDER})
+# Shares of the innermost lane, from its inner edge, at which it must not lie on lanes for cars.
+_EDGE_AND_MIDDLE: Final = (0.0, 0.5)
 
 
 @dataclass(frozen=True, slots=True)
 class Sidewalk:
     """A sidewalk at a road end."""
 
-    lane: int  # Its id
+    lane: int  # Its lane id
     t: float  # Of its middle, m
     # m
     width: float
@@ -38,16 +37,16 @@ class Sidewalk:
 def between(one: Sidewalk, other: Sidewalk) -> tuple[InnerLane, ...]:
     """Return the lanes between a corner's sidewalk and the carriageway, from the sidewalk inwards.
 
-    What both arms have next to the sidewalk goes on round the corner; the rest is a border as high as the sidewalk.
+    Strips that both arms have next to the sidewalk continue round the corner; the rest is a border as high as it.
     """
     out: list[InnerLane] = []
     for (lane, strip), (lane_beyond, beyond) in zip(one.inner, other.inner, strict=False):
-        alike = strip.type is beyond.type and abs(strip.height - beyond.height) < _LEVEL
-        if not alike or strip.type not in _GO_ON:
+        alike = strip.type is beyond.type and abs(strip.height - beyond.height) < defaults.SAME_HEIGHT
+        if not alike or strip.type not in _CONTINUING:
             break
         out.append(InnerLane(strip.type, strip.width, beyond.width, strip.height, lane, lane_beyond))
     rest = [sum(strip.width for _, strip in walk.inner[len(out) :]) for walk in (one, other)]
-    if max(rest) >= _CORNER_FILLED:
+    if max(rest) >= _NARROWEST_FILLING:
         out.append(InnerLane(LaneType.BORDER, rest[0], rest[1], one.height))
     return tuple(out)
 
@@ -55,26 +54,18 @@ def between(one: Sidewalk, other: Sidewalk) -> tuple[InnerLane, ...]:
 def with_inner_lanes(
     rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, parts: RoadParts, rule: Rule
 ) -> ConnectingRoads:
-    """Leave out of corners the innermost lanes beside the sidewalk as far as they lie on lanes for cars.
+    """Leave out innermost lanes of corners (`rows`) until none lies on lanes for cars.
 
-    Parameters
-    ----------
-    rows
-        Corners, with all that lies between their sidewalks and the carriageway.
-    own
-        Which of them go their own way, (rows,); the others run beside cars.
-    cars, parts, rule
-        The lanes for cars, the roads, and the side that one drives on.
+    `own` (rows,) says which corners have a curve of their own; the others run beside a turn of cars.
     """
     inner = list(rows.inner)
-    asked = np.array([bool(lanes) for lanes in inner], bool)
-    while asked.any():
-        here = replace(rows, inner=tuple(inner)).chosen(asked)
-        bad = _lies_badly(here, own[asked], cars, parts, rule)
-        asked[asked] = bad
-        for k in np.flatnonzero(asked).tolist():
+    unchecked = np.array([bool(lanes) for lanes in inner], bool)
+    while unchecked.any():
+        here = replace(rows, inner=tuple(inner)).chosen(unchecked)
+        unchecked[unchecked] = _lies_badly(here, own[unchecked], cars, parts, rule)
+        for k in np.flatnonzero(unchecked).tolist():
             inner[k] = inner[k][:-1]
-            asked[k] = bool(inner[k])
+            unchecked[k] = bool(inner[k])
     return replace(rows, inner=tuple(inner))
 
 
@@ -82,7 +73,7 @@ def _lies_badly(
     rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, parts: RoadParts, rule: Rule
 ) -> BoolArray:
     """Say for which corners the innermost lane lies on lanes for cars, or folds, (rows,)."""
-    # Towards the carriageway: left of a lane that traffic keeping right goes along.
+    # Towards the carriageway: with right-hand traffic it lies left of the sidewalk's direction.
     inwards = 1.0 if rule is Rule.RIGHT_HAND else -1.0
     start, end = inner_width(rows)
     start, end = start + rows.entry_width / 2, end + rows.exit_width / 2
@@ -96,7 +87,7 @@ def _lies_badly(
     last = [lanes[-1] for lanes in rows.inner]
     width = np.array([lane.entry_width for lane in last]), np.array([lane.exit_width for lane in last])
     nothing = np.zeros(len(own))
-    for share in (0.0, 0.5):
+    for share in _EDGE_AND_MIDDLE:
         # Beside a turn a lane that swings wider may cover its edge, but no more.
         back = [np.maximum(share * whole, np.minimum(defaults.CORNER_ONTO_LANE, whole / 2)) for whole in width]
         t0, t1 = rows.entry_aside + inwards * (start - back[0]), rows.exit_aside + inwards * (end - back[1])
@@ -107,7 +98,7 @@ def _lies_badly(
 
 
 def inner_width(rows: ConnectingRoads) -> tuple[FloatArray, FloatArray]:
-    """Return how wide all lanes between sidewalk and carriageway are together at both ends, (rows,), m."""
+    """Return the width of all lanes between sidewalk and carriageway together, at both ends, (rows,), m."""
     start, end = np.zeros(len(rows.inner)), np.zeros(len(rows.inner))
     for k, lanes in enumerate(rows.inner):
         if lanes:

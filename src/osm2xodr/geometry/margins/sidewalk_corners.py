@@ -1,9 +1,10 @@
-"""Sidewalks go on round the corners of junctions, from each arm to its neighbour."""
+"""Sidewalks continue round the corners of junctions, from each arm to its neighbour."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -26,22 +27,27 @@ from osm2xodr.geometry.margins.strip_columns import columns_of, present
 from osm2xodr.geometry.margins.strips import Margins
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec, PlanView, Rule
 
-# The sidewalk leaves the direction of the curve that it runs beside by this slope at most.
-_STEEPEST = 0.5
+# Greatest slope of a sidewalk against the direction of the curve that it runs beside. A choice.
+_STEEPEST: Final = 0.5
+# Greatest slope of a smooth step, in multiples of its mean slope.
+_STEP_SLOPE: Final = 1.5
+# Factor on a smallest radius that is asked for, so that rounding does not fall below it.
+_RADIUS_MARGIN: Final = 1.001
 
 
 @dataclass(frozen=True, slots=True)
 class _Corner:
-    """Two neighbouring arms whose sidewalks face each other, in the direction of the road that is to connect them.
+    """Two neighbouring arms whose sidewalks face each other, in the direction of the road that connects them.
 
-    By its lane's id, the sidewalk of the first arm leads into the junction, that of the second out of it.
+    By their lane ids, the first sidewalk leads into the junction, the second one out of it.
     """
 
     junction: int
+    # Road ends of the first and the second arm
     entry: int
     exit: int
-    one: Sidewalk
-    other: Sidewalk
+    first: Sidewalk
+    second: Sidewalk
 
 
 def sidewalk_corners(
@@ -53,35 +59,20 @@ def sidewalk_corners(
 ) -> tuple[ConnectingRoads, ConnectingRoads]:
     """Connect the sidewalks of neighbouring arms.
 
-    A sidewalk runs beside the turn of cars from one arm to the other, on that turn's own reference line, where the
-    turn leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for
-    (ASAM OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), against cars where need be.
+    A sidewalk runs beside the turn of cars from one arm to the other, on that turn's own reference line, if the turn
+    leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for
+    (ASAM OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars.
 
-    Parameters
-    ----------
-    parts, margins
-        The roads, and what lies beside them.
-    cars
-        The connecting roads for cars. Arms that none of them touches have no part in the junction.
-    rule
-        Side of the road that one drives on.
-    junctions
-        Look only at these; at all if not given.
-
-    Returns
-    -------
-    ConnectingRoads
-        One for each corner, grouped by junction.
-    ConnectingRoads
-        Those that no sidewalk can take.
+    Returns a road for each corner, grouped by junction, and those for which there is no room. Looks only at
+    `junctions`, if given. Arms that no connecting road for `cars` touches are no part of the junction.
     """
     corners = list(_corners(parts, margins, cars, rule, junctions))
     if not corners:
         none = cars.chosen(np.zeros(len(cars.length), bool))
         return none, none
-    beside = [_turn_beside(corner, cars, by_arms) for corner, by_arms in _with_turns(corners, cars, rule)]
+    beside = [_turn_beside(corner, cars, turns) for corner, turns in zip(corners, _turns(corners, cars), strict=True)]
     plan, own = _paths(corners, beside, parts, cars)
-    rows = _as_rows(corners, beside, plan, own, cars, rule)
+    rows = _as_rows(corners, beside, plan, own, cars)
     good = _passable(rows, own, cars, parts)
     return with_inner_lanes(rows.chosen(good), own[good], cars, parts, rule), rows.chosen(~good)
 
@@ -93,7 +84,7 @@ def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewa
     section = stretch.section
     lanes, t = (len(section.left), section.left_edge) if side > 0 else (len(section.right), section.right_edge)
     columns = columns_of(margins, side)
-    # What is a lane of the section elsewhere counts here, though it has no width.
+    # Columns of the section count as lanes even where they have no width.
     here = present(columns, margins, stretch.start, stretch.end)
     inner: list[tuple[int, MarginSpec]] = []
     for number, column in enumerate(here, start=lanes + 1):
@@ -124,30 +115,29 @@ def _corners(
     }
     if not walks:
         return
-    concerned = np.unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
-    arms = np.flatnonzero(np.isin(end_junction, concerned) & (end_junction >= 0))
-    # Left of the outward direction with right-hand traffic, right of it with left-hand traffic: traffic comes in.
-    coming = 1 if rule is Rule.RIGHT_HAND else -1
-    connected = np.isin(arms, touched)
-    for junction, round_ in _round_junctions(parts, end_junction, arms, coming):
-        for k, end in enumerate(round_):
-            following = round_[(k + 1) % len(round_)]
-            if following == end or not (connected[np.searchsorted(arms, [end, following])]).all():
+    with_walks = np.unique(end_junction[np.array(sorted({end for end, _ in walks}), np.int64)])
+    arms = np.flatnonzero(np.isin(end_junction, with_walks) & (end_junction >= 0))
+    # Side on which traffic comes in, seen outwards: left with right-hand traffic, right with left-hand traffic.
+    incoming = 1 if rule is Rule.RIGHT_HAND else -1
+    connected = set(touched.tolist())
+    for junction, around in _arms_in_order(parts, end_junction, arms, incoming):
+        for end, following in zip(around, (*around[1:], around[0]), strict=True):
+            if following == end or end not in connected or following not in connected:
                 continue
             # Road ends run inwards, starts outwards.
-            one = walks.get((end, coming if end % 2 == 0 else -coming))
-            other = walks.get((following, -coming if following % 2 == 0 else coming))
-            if one is not None and other is not None:
-                yield _Corner(junction, end, following, one, other)
+            first = walks.get((end, incoming if end % 2 == 0 else -incoming))
+            second = walks.get((following, -incoming if following % 2 == 0 else incoming))
+            if first is not None and second is not None:
+                yield _Corner(junction, end, following, first, second)
 
 
-def _round_junctions(
+def _arms_in_order(
     parts: RoadParts, end_junction: IntArray, arms: IntArray, sense: int
 ) -> Iterator[tuple[int, list[int]]]:
-    """Return the arms of each junction in the order in which they lie around its middle.
+    """Yield each junction with its arms in order around its middle, from the arm of the least number on.
 
-    They are in the order in which one meets them who keeps to the near side: counter-clockwise with right-hand
-    traffic (sense 1), else clockwise (-1).
+    A pedestrian who keeps to the near side meets them in this order: counter-clockwise with right-hand traffic
+    (sense 1), else clockwise (-1).
     """
     along = np.where(arms % 2 == 1, parts.length[arms // 2], 0.0)
     x, y, hdg = pose(parts.plan_view, arms // 2, along)
@@ -162,46 +152,42 @@ def _round_junctions(
     first = np.searchsorted(junction[order], np.unique(junction))
     for rows in np.split(order, first[1:]):
         listed = arms[rows].tolist()
-        # From the arm of the least number on, so that rounding at half a turn does not matter.
+        # A fixed start, so that rounding at half a turn does not matter.
         start = listed.index(min(listed))
         yield int(junction[rows[0]]), listed[start:] + listed[:start]
 
 
-def _with_turns(
-    corners: Sequence[_Corner], cars: ConnectingRoads, rule: Rule
-) -> Iterator[tuple[_Corner, tuple[list[int], list[int]]]]:
-    """Return each corner with the connecting roads for cars between its arms: from one to the other, and back."""
+def _turns(corners: Sequence[_Corner], cars: ConnectingRoads) -> Iterator[tuple[list[int], list[int]]]:
+    """Yield the connecting roads for cars between the arms of each corner: from the first to the second, and back."""
     wanted = {pair for corner in corners for pair in ((corner.entry, corner.exit), (corner.exit, corner.entry))}
     between: dict[tuple[int, int], list[int]] = {}
     for k, pair in enumerate(zip(cars.entry.tolist(), cars.exit.tolist(), strict=True)):
         if pair in wanted:
             between.setdefault(pair, []).append(k)
     for corner in corners:
-        yield (
-            corner,
-            (between.get((corner.entry, corner.exit), []), between.get((corner.exit, corner.entry), [])),
-        )
+        yield between.get((corner.entry, corner.exit), []), between.get((corner.exit, corner.entry), [])
 
 
 @dataclass(frozen=True, slots=True)
 class _Beside:
-    """The connecting road for cars that a sidewalk runs beside, whether against it, and how far left of it."""
+    """How a sidewalk runs beside a connecting road for cars."""
 
-    row: int
-    back: bool
+    row: int  # Index of the connecting road
+    back: bool  # Whether the sidewalk's direction is against it
+    # How far left of the connecting road's direction the sidewalk lies at that road's start and end, m
     start: float
     end: float
 
     def asides(self) -> tuple[float, float]:
-        """Return how far left of the sidewalk's own direction it lies at its start and end, m."""
+        """Return how far left of the reference line, in its own direction, the sidewalk starts and ends, m."""
         return (-self.end, -self.start) if self.back else (self.start, self.end)
 
 
-def _turn_beside(corner: _Corner, cars: ConnectingRoads, between: tuple[list[int], list[int]]) -> _Beside | None:
+def _turn_beside(corner: _Corner, cars: ConnectingRoads, turns: tuple[list[int], list[int]]) -> _Beside | None:
     """Return the turn that a corner's sidewalk can run beside: the nearest that leaves it room."""
     found: list[tuple[float, int, _Beside]] = []
-    for back, rows in enumerate(between):
-        first, last = (corner.other, corner.one) if back else (corner.one, corner.other)
+    for back, rows in enumerate(turns):
+        first, last = (corner.second, corner.first) if back else (corner.first, corner.second)
         for row in rows:
             start = _left_of_travel(int(cars.entry[row]) % 2 == 1, first.t - float(cars.entry_t[row]))
             end = _left_of_travel(int(cars.exit[row]) % 2 == 0, last.t - float(cars.exit_t[row]))
@@ -220,9 +206,9 @@ def _left_of_travel(along: bool, t: float) -> float:
 
 
 def _leaves_room(item: _Beside, cars: ConnectingRoads, half_first: float, half_last: float) -> bool:
-    """Say whether a strip beside a curve neither folds nor lies on its lane nor leaves its direction too much."""
+    """Say whether a sidewalk beside a turn neither folds, nor lies on its lane, nor leaves its direction too much."""
     row, length = item.row, float(cars.length[item.row])
-    if item.start * item.end <= 0.0 or 1.5 * abs(item.end - item.start) > _STEEPEST * length:
+    if item.start * item.end <= 0.0 or _STEP_SLOPE * abs(item.end - item.start) > _STEEPEST * length:
         return False
     inner = min(
         abs(item.start) - half_first - float(cars.entry_width[row]) / 2,
@@ -239,13 +225,13 @@ def _leaves_room(item: _Beside, cars: ConnectingRoads, half_first: float, half_l
 def _paths(
     corners: Sequence[_Corner], beside: Sequence[_Beside | None], parts: RoadParts, cars: ConnectingRoads
 ) -> tuple[PlanView, BoolArray]:
-    """Return the reference line of each corner, and which are curves of their own, along the sidewalk's middle."""
+    """Return the reference line of each corner, and which of them have a curve of their own, in their middle."""
     own = np.array([item is None for item in beside], bool)
     source = np.array([0 if item is None else item.row for item in beside], np.int64)
     poses = []
     for ends, walks, inwards in (
-        ([item.entry for item in corners], [item.one for item in corners], 1),
-        ([item.exit for item in corners], [item.other for item in corners], 0),
+        ([item.entry for item in corners], [item.first for item in corners], 1),
+        ([item.exit for item in corners], [item.second for item in corners], 0),
     ):
         end = np.array(ends, np.int64)
         t = np.array([walk.t for walk in walks])
@@ -255,21 +241,20 @@ def _paths(
     plan = reverse_curves(plan, _against_cars(beside))
     alone = np.flatnonzero(own)
     if len(alone):
-        half = np.array([max(item.one.width, item.other.width) / 2 for item in corners])[alone]
+        half = np.array([max(item.first.width, item.second.width) / 2 for item in corners])[alone]
         curves = _unfolded([column[alone] for column in poses], half)
         plan = replace_curves(plan, alone, curves, np.arange(len(alone)))
     return plan, own
 
 
 def _unfolded(poses: Sequence[FloatArray], half: FloatArray) -> PlanView:
-    """Return curves between poses; where a strip that reaches `half` to either side would fold, wider ones."""
+    """Return curves between poses; wider ones where a strip of half the width `half` (n,), m, would fold."""
     plan = connect(*poses)
     least = half + defaults.CORNER_EDGE_RADIUS
     tight = np.flatnonzero(smallest_radius(plan) < least)
     if not len(tight):
         return plan
-    # A little more than asked for, which rounding must not take.
-    wide = dubins_without_slivers(*(column[tight] for column in poses), radius=least[tight] * 1.001)
+    wide = dubins_without_slivers(*(column[tight] for column in poses), radius=least[tight] * _RADIUS_MARGIN)
     found = np.flatnonzero(lengths(wide) > 0)
     return replace_curves(plan, tight[found], wide, found)
 
@@ -280,10 +265,10 @@ def _as_rows(
     plan: PlanView,
     own: BoolArray,
     cars: ConnectingRoads,
-    rule: Rule,
 ) -> ConnectingRoads:
+    """Return the corners as connecting roads whose lane is the sidewalk."""
     back = _against_cars(beside)
-    first, last = [item.one for item in corners], [item.other for item in corners]
+    first, last = [item.first for item in corners], [item.second for item in corners]
     source = np.array([0 if item is None else item.row for item in beside], np.int64)
     cars_first = np.where(back, cars.exit_t[source], cars.entry_t[source])
     cars_last = np.where(back, cars.entry_t[source], cars.exit_t[source])
@@ -308,12 +293,12 @@ def _as_rows(
         exit_aside=np.array([0.0 if item is None else item.asides()[1] for item in beside]),
         height=of_walks("height", first),
         set_apart=(LaneType.SIDEWALK,) * len(corners),
-        inner=tuple(between(one, other) for one, other in zip(first, last, strict=True)),
+        inner=tuple(between(*walks) for walks in zip(first, last, strict=True)),
     )
 
 
-def _turning_in_vain(plan: PlanView) -> FloatArray:
-    """Return how much each curve turns beyond the turn that it makes, (curves,), rad."""
+def _wasted_turn(plan: PlanView) -> FloatArray:
+    """Return how much each curve turns back and forth, beyond the turn that it makes, (curves,), rad."""
     owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
     turn = plan.curvature * plan.length
     whole = np.bincount(owner, np.abs(turn), len(plan.start) - 1).astype(np.float64)
@@ -323,14 +308,14 @@ def _turning_in_vain(plan: PlanView) -> FloatArray:
 
 
 def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, parts: RoadParts) -> BoolArray:
-    """Say which sidewalks keep off carriageways, and if they go their own way, are no detours and do not fold."""
+    """Say which sidewalks keep off carriageways and, on curves of their own, make no detours and do not fold."""
     plan, every = rows.plan_view, np.arange(len(rows.length))
     x0, y0, _ = pose(plan, every, np.zeros(len(every)))
     x1, y1, _ = pose(plan, every, rows.length)
     half = np.maximum(rows.entry_width, rows.exit_width) / 2
     good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
     good &= smallest_radius(plan) >= half + defaults.CORNER_EDGE_RADIUS
-    good &= _turning_in_vain(plan) <= defaults.CORNER_SWING
+    good &= _wasted_turn(plan) <= defaults.CORNER_SWING
     good |= ~own
     x, y = probes(rows, rows.entry_aside, rows.exit_aside)
     # Beside a turn a lane that swings wider may cover its edge, but no more.

@@ -1,4 +1,4 @@
-"""Strips beside carriageways give way where they have no room: beside other carriageways and inside of bends."""
+"""Strips are narrowed or left out where they have no room: beside other carriageways and inside bends."""
 
 from __future__ import annotations
 
@@ -18,46 +18,48 @@ from osm2xodr.geometry.margins.strips import Margins, MarginStretch, Strips, set
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType
 
 # Share of its width that a strip keeps at least; narrower, it is left out. A choice.
-_MARGIN_NARROWEST: Final = 0.5
-
+_NARROWEST_SHARE: Final = 0.5
 # Bends of larger radii have room inside for any strips, m.
-_GENTLE = 60.0
-# Obstacles that leave rooms that differ by less are one, m.
-_ALIKE = 0.3
-# Strips need so much more than there is before they give way, m.
-_TOO_LITTLE = 0.01
+_GENTLE_RADIUS: Final = 60.0
+# Obstacles beside each other that leave rooms that differ by less are one, m: fewer, longer stretches. A choice.
+_SAME_ROOM: Final = 0.3
+# Strips may be wider than their room by this, m: the step in which widths are cut.
+_ROOM_TOLERANCE: Final = 0.01
+# Two samples lie abreast if they are no farther apart along the road than half a step and this, m.
+_ABREAST_SLACK: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class _Obstacle:
-    """Where a road has little room beside its carriageway: from s to s, on which side, how much there is, m."""
+    """Something that leaves a road little room beside its carriageway."""
 
+    # s on the road, m
     start: float
     end: float
-    side: int
-    room: float
+    side: int  # 1 left, -1 right
+    room: float  # Between the carriageway's edge and the obstacle, m
 
 
 def margins_with_room(parts: RoadParts, margins: Sequence[Margins], diagnostics: Diagnostics) -> tuple[Margins, ...]:
-    """Narrow or leave out what has no room beside its carriageway, and settle the rest.
+    """Narrow or leave out strips that have no room beside their carriageway, and join stretches that are too short.
 
     Parameters
     ----------
     parts
         The roads.
     margins
-        Beside each of them.
+        Of each of them.
     diagnostics
-        Gets the ways that lose something.
+        Receives the ways that lose strips.
     """
     with_any = np.array([bool(beside) for beside in margins], bool)
     if not with_any.any():
         return tuple(margins)
-    across = _Across.of(parts)
+    edges = _Edges.of(parts)
     obstacles: dict[int, list[_Obstacle]] = {}
-    for road, obstacle in (*_bends(parts, across, with_any), *_beside_others(parts, across, margins, with_any)):
+    for road, obstacle in (*_bends(parts, edges, with_any), *_parallel_roads(parts, edges, margins, with_any)):
         obstacles.setdefault(road, []).append(obstacle)
-    told: set[int] = set()
+    changed_ways: set[int] = set()
     out: list[Margins] = []
     for k, beside in enumerate(margins):
         if not beside:
@@ -66,30 +68,31 @@ def margins_with_room(parts: RoadParts, margins: Sequence[Margins], diagnostics:
         borders = [stretch.start for stretch in parts.stretches[k][1:]]
         fitting = list(beside)
         for obstacle in obstacles.get(k, ()):
-            fitting = _past(fitting, obstacle, borders, told)
+            fitting = _cut_to_room(fitting, obstacle, borders, changed_ways)
         out.append(settled(fitting, borders))
-    for way in sorted(told):
+    for way in sorted(changed_ways):
         diagnostics.repaired(
             "margin-no-room",
             f"way/{way}",
-            "what lies beside its carriageway has no room, and is narrowed or left out",
+            "strips beside its carriageway have no room and are narrowed or left out",
         )
     return tuple(out)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Across:
-    """The carriageways of all roads: edges and layer by stretch, (stretches,), from `first` (roads + 1,) on."""
+class _Edges:
+    """The carriageways of all roads, stretch by stretch."""
 
-    first: IntArray
+    first: IntArray  # (roads + 1,) Index of each road's first stretch
+    # (stretches,) s where it begins, t of the carriageway's edges, m, and OSM's layer
     s: FloatArray
     left: FloatArray
     right: FloatArray
     layer: IntArray
 
     @classmethod
-    def of(cls, parts: RoadParts) -> _Across:
-        """Collect them."""
+    def of(cls, parts: RoadParts) -> _Edges:
+        """Collect the edges of all stretches."""
         flat = [item for stretches in parts.stretches for item in stretches]
         return cls(
             np.concatenate([[0], np.cumsum([len(stretches) for stretches in parts.stretches])]).astype(np.int64),
@@ -100,15 +103,15 @@ class _Across:
         )
 
 
-def _bends(parts: RoadParts, across: _Across, with_any: BoolArray) -> list[tuple[int, _Obstacle]]:
-    """Return the bends in which the inner strips would fold over themselves."""
+def _bends(parts: RoadParts, edges: _Edges, with_any: BoolArray) -> list[tuple[int, _Obstacle]]:
+    """Return the bends inside which strips would fold over themselves, with their roads."""
     plan = parts.plan_view
     owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
-    bent = np.flatnonzero((np.abs(plan.curvature) > 1.0 / _GENTLE) & with_any[owner])
+    bent = np.flatnonzero((np.abs(plan.curvature) > 1.0 / _GENTLE_RADIUS) & with_any[owner])
     inside = np.sign(plan.curvature[bent])
     # Lanes of neighbouring stretches reach into a bend with their tapers.
-    every = [across.first[owner[bent]], across.first[owner[bent] + 1]]
-    left, right = _widest(across.left, *every), _widest(-across.right, *every)
+    every = [edges.first[owner[bent]], edges.first[owner[bent] + 1]]
+    left, right = _widest(edges.left, *every), _widest(-edges.right, *every)
     edge = np.where(inside > 0, left, right)
     room = 1.0 / np.abs(plan.curvature[bent]) - defaults.CORNER_EDGE_RADIUS - edge
     end = plan.s[bent] + plan.length[bent]
@@ -117,47 +120,47 @@ def _bends(parts: RoadParts, across: _Across, with_any: BoolArray) -> list[tuple
 
 
 def _widest(edge: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
-    """Return the largest of the edges from each first one up to the last, (n,)."""
+    """Return the largest of the edges from each index `first` up to `last`, excluded, (n,)."""
     if not len(first):
         return np.zeros(0)
     out: FloatArray = np.maximum.reduceat(np.append(edge, -np.inf), np.column_stack([first, last]).ravel())[0::2]
     return out
 
 
-def _beside_others(
-    parts: RoadParts,
-    across: _Across,
-    margins: Sequence[Margins],
-    with_any: BoolArray,
+def _parallel_roads(
+    parts: RoadParts, edges: _Edges, margins: Sequence[Margins], with_any: BoolArray
 ) -> list[tuple[int, _Obstacle]]:
-    """Return where the carriageways of other roads of the same layer run along, (road, obstacle) in their order."""
+    """Return where the carriageways of other roads of the same layer leave too little room, with their roads.
+
+    Roads are sampled; sample a of a road with strips is compared with samples b of others that lie abreast of it.
+    """
     count = np.maximum((parts.length / PARALLEL_SPACING).astype(np.int64), 1)
     road = np.repeat(np.arange(len(count)), count)
-    number = ranks(count)
     step = (parts.length / count)[road]
-    s = (number + 0.5) * step
+    s = (ranks(count) + 0.5) * step
     x, y, hdg = pose(parts.plan_view, road, s)
     own = np.flatnonzero(with_any[road])
     places = np.column_stack([x, y])
     pairs = cKDTree(places[own]).sparse_distance_matrix(cKDTree(places), defaults.MARGIN_REACH, output_type="ndarray")
     a, b = own[pairs["i"]], pairs["j"]
-    stretch = find_record(across.first, across.s, road, s)
-    chosen = (road[a] != road[b]) & (across.layer[stretch[a]] == across.layer[stretch[b]])
+    stretch = find_record(edges.first, edges.s, road, s)
+    chosen = (road[a] != road[b]) & (edges.layer[stretch[a]] == edges.layer[stretch[b]])
     a, b = a[chosen], b[chosen]
+    # b in the frame of a, m, rad.
     turn = hdg[b] - hdg[a]
     dx, dy = x[b] - x[a], y[b] - y[a]
     ds = dx * np.cos(hdg[a]) + dy * np.sin(hdg[a])
     dt = dy * np.cos(hdg[a]) - dx * np.sin(hdg[a])
-    along = np.abs(np.sin(turn)) < defaults.MARGIN_ALONG_SINE
-    # Abreast, as far as samples tell.
-    along &= np.abs(ds) <= 0.5 * np.maximum(step[a], step[b]) + 0.1
-    a, b, ds, dt, turn = a[along], b[along], ds[along], dt[along], turn[along]
+    abreast = np.abs(np.sin(turn)) < defaults.MARGIN_ALONG_SINE
+    abreast &= np.abs(ds) <= 0.5 * np.maximum(step[a], step[b]) + _ABREAST_SLACK
+    a, b, ds, dt, turn = a[abreast], b[abreast], ds[abreast], dt[abreast], turn[abreast]
+    # Where the line of b crosses the perpendicular to a.
     dt = dt - ds * np.tan(turn)
     same_way = np.cos(turn) > 0
     at_left = dt > 0
-    edge = np.where(at_left, across.left[stretch[a]], -across.right[stretch[a]])
-    facing = np.where(at_left == same_way, -across.right[stretch[b]], across.left[stretch[b]])
-    room = np.abs(dt) - facing / np.maximum(np.abs(np.cos(turn)), 0.5) - PARALLEL_GAP - edge
+    edge = np.where(at_left, edges.left[stretch[a]], -edges.right[stretch[a]])
+    facing = np.where(at_left == same_way, -edges.right[stretch[b]], edges.left[stretch[b]])
+    room = np.abs(dt) - facing / np.abs(np.cos(turn)) - PARALLEL_GAP - edge
     widest = np.zeros(len(margins))
     for k in np.flatnonzero(with_any).tolist():
         widest[k] = max(max(item.width(1), item.width(-1)) for item in margins[k])
@@ -165,16 +168,16 @@ def _beside_others(
     order = tight[np.lexsort((room[tight], b[tight], a[tight]))]
     columns = (road[a], (s - 0.5 * step)[a], (s + 0.5 * step)[a], np.where(at_left, 1, -1), room)
     rows = zip(*(column[order].tolist() for column in columns), strict=True)
-    return _in_one((row[0], _Obstacle(*row[1:])) for row in rows)
+    return _joined((row[0], _Obstacle(*row[1:])) for row in rows)
 
 
-def _in_one(found: Iterable[tuple[int, _Obstacle]]) -> list[tuple[int, _Obstacle]]:
-    """Join the obstacles that follow on each other and leave about the same room, by road."""
+def _joined(found: Iterable[tuple[int, _Obstacle]]) -> list[tuple[int, _Obstacle]]:
+    """Join obstacles of a road that follow each other and leave about the same room."""
     open_: dict[tuple[int, int], _Obstacle] = {}
     out: list[tuple[int, _Obstacle]] = []
     for road, item in found:
         last = open_.get((road, item.side))
-        if last is not None and item.start <= last.end + _TOO_LITTLE and abs(item.room - last.room) < _ALIKE:
+        if last is not None and item.start <= last.end + _ROOM_TOLERANCE and abs(item.room - last.room) < _SAME_ROOM:
             item = replace(item, start=last.start, end=max(last.end, item.end), room=min(last.room, item.room))
         elif last is not None:
             out.append((road, last))
@@ -183,21 +186,21 @@ def _in_one(found: Iterable[tuple[int, _Obstacle]]) -> list[tuple[int, _Obstacle
     return sorted(out, key=lambda entry: (entry[0], entry[1].start, entry[1].side))
 
 
-def _past(
-    margins: Sequence[MarginStretch], obstacle: _Obstacle, borders: Iterable[float], told: set[int]
+def _cut_to_room(
+    margins: Sequence[MarginStretch], obstacle: _Obstacle, borders: Iterable[float], changed_ways: set[int]
 ) -> list[MarginStretch]:
-    """Cut the strips on one side to the room there is beside an obstacle."""
+    """Cut the strips beside an obstacle to the room that it leaves; `changed_ways` gets the ways that lose some."""
     lo, hi = obstacle.start, obstacle.end
     touched = [item for item in margins if item.start < hi and item.end > lo]
-    if all(item.width(obstacle.side) <= obstacle.room + _TOO_LITTLE for item in touched):
+    if all(item.width(obstacle.side) <= obstacle.room + _ROOM_TOLERANCE for item in touched):
         return list(margins)
     lo, hi = _clear_of_borders(lo, hi, borders, margins[-1].end)
     out: list[MarginStretch] = []
     for item in margins:
-        if item.end <= lo or item.start >= hi or item.width(obstacle.side) <= obstacle.room + _TOO_LITTLE:
+        if item.end <= lo or item.start >= hi or item.width(obstacle.side) <= obstacle.room + _ROOM_TOLERANCE:
             out.append(item)
             continue
-        told.add(item.way)
+        changed_ways.add(item.way)
         strips = _fitted(item.strips(obstacle.side), obstacle.room)
         inner = replace(item, start=max(item.start, lo), end=min(item.end, hi), tight=True)
         inner = replace(inner, left=strips) if obstacle.side > 0 else replace(inner, right=strips)
@@ -210,7 +213,7 @@ def _past(
 
 
 def _clear_of_borders(lo: float, hi: float, borders: Iterable[float], length: float) -> tuple[float, float]:
-    """Widen an interval by its clearance, and on to borders of lane sections and ends of roads that are too near."""
+    """Widen an interval by its clearance, and further to borders of lane sections and road ends that are too near."""
     least = SHORTEST_LANE_SECTION
     lo, hi = lo - defaults.MARGIN_CLEARANCE, hi + defaults.MARGIN_CLEARANCE
     for border in sorted(borders):
@@ -226,11 +229,11 @@ def _clear_of_borders(lo: float, hi: float, borders: Iterable[float], length: fl
 
 
 def _fitted(strips: Strips, room: float) -> Strips:
-    """Return the strips that have room, from the carriageway outwards; the last may be narrower."""
+    """Return the strips that have room, from the carriageway outwards; the last may be narrowed, in whole cm."""
     out = []
     for strip in strips:
         width = min(strip.width, float(np.floor(100.0 * room) / 100.0))
-        if width < _MARGIN_NARROWEST * strip.width:
+        if width < _NARROWEST_SHARE * strip.width:
             break
         out.append(replace(strip, width=width))
         room -= width

@@ -1,7 +1,7 @@
-"""Strips beside a road that go on as one another: what becomes one lane, however its width changes along the road.
+"""Strips beside a road that continue each other: each such column becomes one lane, however its width changes.
 
-A strip that begins or ends within a lane section is a lane of that section all the same, of width 0 where it is not:
-so what lies beside the carriageway never cuts the sections in which cars change lanes.
+A strip that begins or ends within a lane section is a lane of the whole section, of width 0 where it is missing: so
+strips never cut the lane sections in which cars change lanes.
 """
 
 from __future__ import annotations
@@ -14,9 +14,6 @@ from osm2xodr.geometry.lanes import tapered, without_repeats
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins
 from osm2xodr.model import Cubic, MarginSpec
-
-# Stretches that reach into a section by less are not in it, m.
-_SAME_PLACE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +55,20 @@ def _same_kind(column: Sequence[MarginSpec | None], strip: MarginSpec) -> bool:
 
 
 def present(columns: Sequence[Column], margins: Margins, begin: float, end: float) -> list[int]:
-    """Return which columns have a strip anywhere between two places on the road, s, m."""
-    here = [k for k, item in enumerate(margins) if item.start < end - _SAME_PLACE and item.end > begin + _SAME_PLACE]
+    """Return the indices of the columns with a strip anywhere between two places on the road, s, m."""
+    here = [
+        k
+        for k, item in enumerate(margins)
+        if item.start < end - defaults.SAME_PLACE and item.end > begin + defaults.SAME_PLACE
+    ]
     return [i for i, column in enumerate(columns) if any(column.strips[k] is not None for k in here)]
 
 
 def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
     """Return the width of a column along the whole road.
 
-    A strip that begins or ends at a border of stretches does so in a taper of its own stretch; one that goes on with
-    another width is led to it beyond the border.
+    A strip that begins or ends at a border of stretches does so in a taper within its own stretch; one that continues
+    with another width reaches it beyond the border.
     """
     out: list[Cubic] = []
     for k, (item, strip) in enumerate(zip(margins, column.strips, strict=True)):

@@ -1,19 +1,17 @@
-"""What lies beside the carriageways of roads: where it begins, changes and ends along them."""
+"""Strips beside the carriageways of roads: where they begin, change and end along them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from osm2xodr.geometry import defaults
+from osm2xodr.geometry.defaults import SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import Piece
+from osm2xodr.geometry.margins import defaults
 from osm2xodr.model import MarginSpec
 
 Strips = tuple[MarginSpec, ...]
-
-# Borders that are closer are one, m.
-_SAME_PLACE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +25,7 @@ class MarginStretch:
     left: Strips
     right: Strips
     way: int  # The OSM way (the first, where it is made of several)
-    tight: bool = False  # Whether there is no room for more than is there
+    tight: bool = False  # Whether there is no room for wider or more strips
 
     def strips(self, side: int) -> Strips:
         """Return the strips at the left (1) or right (-1)."""
@@ -55,7 +53,7 @@ def find_margins(parts: RoadParts) -> tuple[Margins, ...]:
 
 
 def _along(pieces: Sequence[Piece], begin: float, end: float, length: float) -> Margins:
-    """Return the margins from s = begin to s = end of a street, which became a road of a length."""
+    """Return the margins from s = begin to s = end of a street, which became a road of a given length, m."""
     found: list[MarginStretch] = []
     for k, (s, attributes, _) in enumerate(pieces):
         lower = max(s, begin) if k else begin
@@ -70,44 +68,37 @@ def _along(pieces: Sequence[Piece], begin: float, end: float, length: float) -> 
 
 
 def settled(margins: Sequence[MarginStretch], borders: Sequence[float]) -> Margins:
-    """Return margins with none too short for a lane section of its own.
+    """Return the margins of a road with no stretch too short for a lane section of its own.
 
-    Equal neighbours become one; what is too short joins the longer neighbour; borders close to those of the
-    carriageway's own lane sections move there. The carriageway's sections stay as they are.
-
-    Parameters
-    ----------
-    margins
-        Along a road.
-    borders
-        Where lane sections of the carriageway begin, s, m.
+    Equal neighbours become one; a short stretch joins a neighbour; borders close to where lane sections of the
+    carriageway begin (`borders`, s, m) move there. The carriageway's sections stay as they are.
     """
     if len(margins) < 2:
         return tuple(margins)
     found = _joined(margins)
     while len(found) > 1:
         k = min(range(len(found)), key=lambda i: found[i].end - found[i].start)
-        if found[k].end - found[k].start >= defaults.SHORTEST_LANE_SECTION:
+        if found[k].end - found[k].start >= SHORTEST_LANE_SECTION:
             break
-        heirs = [_taken_over(found[k], found[i]) for i in (k - 1, k + 1) if 0 <= i < len(found)]
-        heir, _ = min(heirs, key=lambda item: item[1])
-        lo = k - 1 if heir.start < found[k].start else k
-        found[lo : lo + 2] = [heir]
+        merged = [_merged(found[k], found[i]) for i in (k - 1, k + 1) if 0 <= i < len(found)]
+        best, _ = min(merged, key=lambda item: item[1])
+        lower = k - 1 if best.start < found[k].start else k
+        found[lower : lower + 2] = [best]
         found = _joined(found)
     return _joined_at(found, borders)
 
 
-def _taken_over(short: MarginStretch, heir: MarginStretch) -> tuple[MarginStretch, tuple[float, float]]:
-    """Return a stretch that takes over a short one beside it, and what speaks against it.
+def _merged(short: MarginStretch, neighbour: MarginStretch) -> tuple[MarginStretch, tuple[float, float]]:
+    """Return a stretch merged with a short one beside it, and the cost: area that the neighbour loses, then length.
 
-    Where there is no room for more, the least of both remains; the heir loses as little as possible, and is long.
+    Where the short one has no room for more, the narrower strips of both remain.
     """
-    length = heir.end - heir.start
-    out = replace(heir, start=min(short.start, heir.start), end=max(short.end, heir.end))
+    length = neighbour.end - neighbour.start
+    out = replace(neighbour, start=min(short.start, neighbour.start), end=max(short.end, neighbour.end))
     if not short.tight:
         return out, (0.0, -length)
-    left, right = (min(short.strips(side), heir.strips(side), key=_width) for side in (1, -1))
-    lost = heir.width(1) + heir.width(-1) - _width(left) - _width(right)
+    left, right = (min(short.strips(side), neighbour.strips(side), key=_width) for side in (1, -1))
+    lost = neighbour.width(1) + neighbour.width(-1) - _width(left) - _width(right)
     return replace(out, left=left, right=right, tight=True), (lost * length, -length)
 
 
@@ -126,16 +117,16 @@ def _joined(margins: Sequence[MarginStretch]) -> list[MarginStretch]:
 
 
 def _joined_at(found: Sequence[MarginStretch], borders: Sequence[float]) -> Margins:
-    """Move borders onto those of the carriageway's sections that are too close for a section between."""
+    """Move borders onto those of the carriageway's sections that are too close for a section in between."""
     out: list[MarginStretch] = []
     start = found[0].start
     for item in found:
         end = item.end
         if item is not found[-1] and borders:
             nearest = min(borders, key=lambda border: (abs(border - item.end), border))
-            if 0.0 < abs(nearest - end) < defaults.SHORTEST_LANE_SECTION and 0.0 < nearest < found[-1].end:
+            if 0.0 < abs(nearest - end) < SHORTEST_LANE_SECTION and 0.0 < nearest < found[-1].end:
                 end = nearest
-        if end - start > _SAME_PLACE:
+        if end - start > defaults.SAME_PLACE:
             out.append(replace(item, start=start, end=end))
             start = end
     return tuple(_joined(out))

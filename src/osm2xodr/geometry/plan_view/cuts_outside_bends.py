@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import find_record, owners
-from osm2xodr.geometry.defaults import HALF_LANE, SHORTEST_STREET_BETWEEN_JUNCTIONS, TIGHT_BEND, TURNING_ROOM
+from osm2xodr.geometry.defaults import HALF_NARROW_LANE, SHORTEST_STREET_BETWEEN_JUNCTIONS, TIGHT_BEND, TURNING_ROOM
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.ends import StreetEnds
@@ -71,8 +71,8 @@ def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[Bool
     plan = ends.plan_view
     # Lanes left and right of the street's own direction.
     at_end = end % 2 == 1
-    left = np.where(at_end, -ends.right[end], ends.left[end]) - HALF_LANE
-    right = np.where(at_end, -ends.left[end], ends.right[end]) + HALF_LANE
+    left = np.where(at_end, -ends.right[end], ends.left[end]) - HALF_NARROW_LANE
+    right = np.where(at_end, -ends.left[end], ends.right[end]) + HALF_NARROW_LANE
     bent = np.zeros(len(end), bool)
     before = np.full(len(end), np.inf)
     beyond = trim.copy()
@@ -97,8 +97,8 @@ def _outer_excess(curvature: FloatArray, right: FloatArray, left: FloatArray) ->
 
 def outermost_lanes(pieces: Sequence[Piece]) -> tuple[float, float]:
     """Return t of about the middles of the outermost lanes of a street, right and left, m."""
-    right = min([section.right_edge for _, _, section in pieces]) + HALF_LANE
-    left = max([section.left_edge for _, _, section in pieces]) - HALF_LANE
+    right = min([section.right_edge for _, _, section in pieces]) + HALF_NARROW_LANE
+    left = max([section.left_edge for _, _, section in pieces]) - HALF_NARROW_LANE
     return right, max(left, right)
 
 

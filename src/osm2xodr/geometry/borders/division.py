@@ -1,11 +1,13 @@
-"""Where roads cross the borders between areas that are converted one by one.
+"""Which area each piece of road belongs to, and so where roads are cut.
 
-Both areas lay a road out alike, since both see all that shapes it; so both find the same place on it.
+Two neighbouring areas lay out a road between them alike, since each sees everything that shapes it; so both cut it at
+the same place.
 """
 
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
@@ -13,11 +15,13 @@ from osm2xodr.curves import area_at, area_bounds, lengths, places_along, pose, s
 from osm2xodr.geometry.borders import defaults
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView
 
-# Distance of the places at which a road is asked for its area, and how exactly borders are found between them, m, by
-# dividing what is between into so many parts again and again.
-_STEP = 5.0
-_EXACT = 1e-6
-_PARTS = 200
+# Roads are sampled for their areas this densely, m; between two samples a border is found to this accuracy, m, by
+# dividing the interval into this many parts again and again.
+_SAMPLES_EVERY: Final = 5.0
+_ACCURACY: Final = 1e-6
+_PARTS: Final = 200
+# Stand for the area of a road end without a junction, where the road's own course decides.
+_NO_JUNCTION: Final = -2
 
 
 def find_borders(
@@ -26,8 +30,7 @@ def find_borders(
     """Divide roads among areas.
 
     A junction belongs to the area that its origin lies in, and with it the first metres of its arms
-    (`defaults.BORDER_STUB`). What a road runs through an area for less than `defaults.BORDER_PIECE` stays with its
-    neighbour.
+    (`defaults.BORDER_STUB`). A piece of road shorter than `defaults.BORDER_PIECE` belongs to its neighbour's area.
 
     Parameters
     ----------
@@ -41,18 +44,17 @@ def find_borders(
         Origin of each junction, local x, y, m. Their areas come in the same order.
     """
     length = lengths(plan_view)
-    road, s = places_along(plan_view, _STEP)
+    road, s = places_along(plan_view, _SAMPLES_EVERY)
     count = np.bincount(road, minlength=len(length))
     x, y, _ = pose(plan_view, road, s)
     box = area_bounds(partition)
     area = area_at(partition, x, y, box)
     junction_area = area_at(partition, junction_xy[:, 0], junction_xy[:, 1], box)
-    at_end = np.where(end_junction >= 0, np.append(junction_area, -1)[end_junction], -2)
+    at_end = np.where(end_junction >= 0, np.append(junction_area, -1)[end_junction], _NO_JUNCTION)
     first = np.cumsum(count) - count
-    lowest, highest = (
-        np.minimum(np.minimum.reduceat(area, first), np.where(at_end == -2, area[first, None], at_end).min(axis=1)),
-        np.maximum(np.maximum.reduceat(area, first), at_end.max(axis=1)),
-    )
+    known = np.where(at_end == _NO_JUNCTION, area[first, None], at_end)
+    lowest = np.minimum(np.minimum.reduceat(area, first), known.min(axis=1))
+    highest = np.maximum(np.maximum.reduceat(area, first), known.max(axis=1))
     found = [np.array([0.0])] * len(length)
     areas = [area[k : k + 1] for k in first.tolist()]
     for k in np.flatnonzero(lowest != highest).tolist():
@@ -66,7 +68,7 @@ def find_borders(
 
 
 class _Line:
-    """One road that more than one area has a part in."""
+    """A road that belongs to several areas."""
 
     def __init__(
         self,
@@ -85,12 +87,11 @@ class _Line:
         self._length = length
         self._ends = start_area, end_area
         stub = min(defaults.BORDER_STUB, length / 2)
-        # -2 stands for no junction.
-        self._start_stub = stub if start_area != -2 else 0.0
-        self._end_stub = length - stub if end_area != -2 else length
+        self._start_stub = stub if start_area != _NO_JUNCTION else 0.0
+        self._end_stub = length - stub if end_area != _NO_JUNCTION else length
 
     def pieces(self, s: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return where pieces begin, m, and their areas; given places along the road that miss none of them."""
+        """Return where pieces begin, m, and their areas, from samples s (n,) along the road that miss no piece."""
         s = np.union1d(s, [self._start_stub, self._end_stub])
         at = self._areas(s).tolist()
         runs: list[tuple[int, float]] = [(at[0], 0.0)]
@@ -101,7 +102,7 @@ class _Line:
         return np.array([begin for _, begin in runs]), np.array([number for number, _ in runs], np.int64)
 
     def _areas(self, s: FloatArray) -> IntArray:
-        """Return the areas of places, (n,), as the junctions at the ends have them."""
+        """Return the areas of places, (n,), near junctions those of the junctions."""
         x, y, _ = pose(self._plan_view, np.full(len(s), self._road), s)
         out = area_at(self._partition, x, y, self._box)
         out[s < self._start_stub] = self._ends[0]
@@ -109,22 +110,21 @@ class _Line:
         return out
 
     def _between(self, area: int, low: float, high: float) -> float:
-        """Return where an area ends between two places."""
-        while high - low > _EXACT:
+        """Return where an area ends between two places, s, m."""
+        while high - low > _ACCURACY:
             places = np.linspace(low, high, _PARTS)
             beyond = int(np.argmax(self._areas(places)[1:] != area)) + 1
             low, high = float(places[beyond - 1]), float(places[beyond])
         return high
 
     def _without_short(self, runs: list[tuple[int, float]]) -> list[tuple[int, float]]:
-        """Give short pieces to the longer one of their neighbours, the shortest first."""
+        """Give short pieces, the shortest first, to the longer of their neighbours."""
         runs = _joined(runs)
         while len(runs) > 1:
             ends = [begin for _, begin in runs[1:]] + [self._length]
             size = [end - begin for (_, begin), end in zip(runs, ends, strict=True)]
-            kept = {0} if self._ends[0] != -2 else set[int]()
-            kept |= {len(runs) - 1} if self._ends[1] != -2 else set()
-            short = [k for k in range(len(runs)) if k not in kept and size[k] < defaults.BORDER_PIECE]
+            at_junction = {k for k, area in zip((0, len(runs) - 1), self._ends, strict=True) if area != _NO_JUNCTION}
+            short = [k for k in range(len(runs)) if k not in at_junction and size[k] < defaults.BORDER_PIECE]
             if not short:
                 break
             k = min(short, key=lambda item: (size[item], item))

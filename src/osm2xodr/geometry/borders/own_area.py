@@ -1,4 +1,4 @@
-"""Cuts an area off its surroundings, so that it fits to the areas beside it."""
+"""Cut off the surroundings of an area, so that it fits together with the areas beside it."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from osm2xodr.geometry.borders.roads import kept_junctions, kept_roads, link_bey
 from osm2xodr.model import BorderEnd, CubicProfile, RoadMap
 
 
-def keep_own(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
+def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
     """Return the area that a conversion is for, without its surroundings.
 
-    Each piece of a road that belongs to it becomes a road; where it was cut it has no link. Lines, arcs and cubics
-    say the same as before, so that the halves of a road that is cut between two areas meet but for rounding. Roads,
-    connecting roads and junctions get ids from the area's first id on, in this order; signals and objects, and
-    controllers, do so as well.
+    Each piece of a road that belongs to it becomes a road, without a link where it was cut. Lines, arcs and cubics
+    keep their values, so the halves of a road that is cut between two areas meet, up to rounding. Roads, connecting
+    roads and junctions get ids from the area's first id on, in this order; so do signals and objects; so do
+    controllers.
 
     Parameters
     ----------
     road_map
         An area and its surroundings, with `RoadMap.borders` and all furniture. One without borders is returned as is.
     diagnostics
-        Gets what had to be changed.
+        Receives what had to be changed.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def keep_own(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
 
 
 def _border_ends(road_map: RoadMap, cut: RoadMap, pieces: Pieces) -> tuple[BorderEnd, ...]:
-    """Return where the roads of the own area go on in others, in the order of roads."""
+    """Return where the roads of the own area continue in others, in the order of roads."""
     found: list[tuple[int, bool, int]] = []
     for k, piece in enumerate(pieces.kept):
         for at_start in (True, False):
@@ -93,7 +93,7 @@ def _border_ends(road_map: RoadMap, cut: RoadMap, pieces: Pieces) -> tuple[Borde
 
 
 def _beyond(road_map: RoadMap, piece: Piece, pieces: Pieces, *, at_start: bool) -> int | None:
-    """Return the area that a piece goes on in at one of its ends, None where it does not leave the own one."""
+    """Return the area in which a piece continues at one of its ends, None where it does not leave the own one."""
     other = pieces.beside(piece, at_start=at_start)
     if other is not None:
         return other.area

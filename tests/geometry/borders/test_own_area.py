@@ -20,7 +20,7 @@ from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import curvature_at, lengths, pose, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
-from osm2xodr.geometry.borders.own_part import keep_own
+from osm2xodr.geometry.borders.own_area import keep_own_area
 from osm2xodr.model import BorderEnd, Borders, Cubic, LaneSection, Road, RoadLink, RoadMap, RoadType, Rule
 from osm2xodr.model.elevation_report import ElevationReport, LayerCrossing, RoadPlace, StructureRecord
 from osm2xodr.opendrive.reader import read_xodr
@@ -47,7 +47,7 @@ def about(value: float) -> Any:
 
 
 def split(road_map: RoadMap) -> RoadMap:
-    return keep_own(road_map, Diagnostics())
+    return keep_own_area(road_map, Diagnostics())
 
 
 def both(road_map: RoadMap, x: float) -> tuple[RoadMap, RoadMap]:
@@ -332,9 +332,7 @@ def test_too_many_roads_for_the_ids() -> None:
     east = halves_of(crossing(), BEFORE_SECTION, EAST, (20, 16))
     with pytest.raises(InputError) as error:
         split(east)
-    assert str(error.value) == (
-        "area 'east' has 5 roads and junctions, more than there are ids for it; use smaller tiles"
-    )
+    assert str(error.value) == ("area 'east' has 5 roads and junctions, more than it has ids for; use smaller tiles")
     assert [road.id for road in split(halves_of(crossing(), BEFORE_SECTION, EAST, (21, 16))).roads] == [
         16,
         17,

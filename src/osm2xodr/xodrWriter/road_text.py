@@ -1,23 +1,22 @@
-"""Roads and junctions as XML, but for the numbers of their tables and for their lanes."""
+"""Roads and junctions as XML; the numbers of their tables, lanes and furniture come from elsewhere."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from osm2xodr.model import Junction, Road, RoadLink, RoadType
-from osm2xodr.xodrWriter.formatting import attribute, position
+from osm2xodr.xodrWriter.formatting import attribute, position, road_speed_attributes
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
-from osm2xodr.xodrWriter.lane_elements import LaneWriter
-from osm2xodr.xodrWriter.speeds import road_speed_attributes
+from osm2xodr.xodrWriter.lane_text import LaneWriter
 from osm2xodr.xodrWriter.words import Words
 
 
 @dataclass(frozen=True, slots=True)
 class RoadTables:
-    """What the tables of a road map hold for one road."""
+    """The records of one road in the tables of a road map, as text."""
 
     length: float  # m
-    # Records as text; only the last two may be empty
+    # Only the last two may be empty
     geometry: str
     elevation: str
     superelevation: str
@@ -25,17 +24,7 @@ class RoadTables:
 
 
 class RoadWriter:
-    """Makes the text of roads.
-
-    Parameters
-    ----------
-    rule
-        ``RHT`` or ``LHT``; None where the version has no such attribute.
-    words
-        Those of the version to write.
-    furniture
-        Makes the text of what stands on roads.
-    """
+    """Make the text of roads; `rule` is ``RHT`` or ``LHT``, None where the version has no such attribute."""
 
     def __init__(self, rule: str | None, words: Words, furniture: FurnitureWriter) -> None:
         self._furniture = furniture
@@ -67,7 +56,7 @@ class RoadWriter:
         )
 
     def _type(self, item: RoadType) -> str:
-        """Make and remember a ``<type>`` with its speed limit."""
+        """Return and remember a ``<type>`` with its speed limit."""
         text = f'  <type s="{position(item.s)}" type="{self._words.road_type(item.type)}"'
         if item.speed is None:
             text += "/>\n"
@@ -78,14 +67,14 @@ class RoadWriter:
 
 
 def _links(road: Road) -> str:
-    """Make the ``<link>`` of a road, there even if it is empty: some readers look into it unasked."""
+    """Return the ``<link>`` of a road, which must exist even if empty: some readers use it unchecked."""
     if road.predecessor is None and road.successor is None:
         return "  <link/>\n"
     return f"  <link>\n{_link('predecessor', road.predecessor)}{_link('successor', road.successor)}  </link>\n"
 
 
 def _link(element: str, link: RoadLink | None) -> str:
-    """One end of a road."""
+    """Return the link of one end of a road."""
     if link is None:
         return ""
     if link.to_junction:
@@ -95,7 +84,7 @@ def _link(element: str, link: RoadLink | None) -> str:
 
 
 def junction_text(junction: Junction, controllers: str = "") -> str:
-    """Return a ``<junction>``: its connections, then who yields to whom, then the text of its controllers."""
+    """Return a ``<junction>``: its connections, then priorities, then the text of its controllers."""
     connections = [
         f'  <connection id="{item.id}" incomingRoad="{item.incoming_road}"'
         f' connectingRoad="{item.connecting_road}" contactPoint="start">\n'

@@ -5,34 +5,27 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, RoadMark
-from osm2xodr.xodrWriter.formatting import attribute, number, position, start_of_last
-from osm2xodr.xodrWriter.speeds import lane_speed_attributes
+from osm2xodr.xodrWriter.formatting import lane_speed_attributes, number, position, start_of_last
 from osm2xodr.xodrWriter.words import Words
 
 _Head: TypeAlias = tuple[int, LaneType, int | None, int | None]
 
 
 class LaneWriter:
-    """Makes the text of lane sections; remembers the parts of lanes, of which whole cities have but a few.
-
-    Parameters
-    ----------
-    words
-        Those of the version to write.
-    """
+    """Make the text of lane sections; remember the parts of lanes, since even whole cities have only a few kinds."""
 
     def __init__(self, words: Words) -> None:
         self._words = words
         self._sections: dict[int, str] = {}
         self._heads: dict[_Head, str] = {}
         self._widths: dict[tuple[Cubic, ...], str] = {}
-        # By side of the centre line, from where the same mark may need other words.
+        # By side of the centre line, on which the words for a mark may depend.
         self._marks: tuple[dict[RoadMark, str], ...] = ({}, {}, {})
 
     def sections(self, sections: tuple[LaneSection, ...], length: float) -> str:
         """Return the ``<laneSection>`` elements of a road of a length, m."""
         if len(sections) == 1 and sections[0].s == 0.0:
-            # Roads share sections that are alike; the map keeps them, so that they can be told by their identity.
+            # Roads share sections that are alike, so identity is enough (the map keeps them alive).
             known = self._sections.get(id(sections[0]))
             if known is None:
                 known = self._sections[id(sections[0])] = self._section(sections[0], "0")
@@ -42,7 +35,7 @@ class LaneWriter:
         return "".join([self._section(*pair) for pair in zip(sections, starts, strict=True)])
 
     def _section(self, section: LaneSection, start: str) -> str:
-        """Make one section: left lanes, centre, right lanes, each from left to right."""
+        """Return one section: left lanes, centre, right lanes, each from left to right."""
         texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
         for lane in section.lanes:
             texts[(lane.id > 0) - (lane.id < 0)].append(self._lane(lane))
@@ -56,7 +49,7 @@ class LaneWriter:
         )
 
     def _lane(self, lane: Lane) -> str:
-        """Make one lane, its parts in the order of the schema."""
+        """Return one lane, its parts in the order of the schema."""
         key = (lane.id, lane.type, lane.predecessor, lane.successor)
         head = self._heads.get(key) or self._head(key)
         widths = self._widths.get(lane.widths)
@@ -76,7 +69,7 @@ class LaneWriter:
         return f"{head}{widths}{mark}{speed}{height}     </lane>\n"
 
     def _head(self, key: _Head) -> str:
-        """Make and remember the start of a lane and its links."""
+        """Return and remember the start of a lane and its links."""
         number_, kind, predecessor, successor = key
         runs = self._words.lane_direction(kind.value)
         direction = f' direction="{runs}"' if runs else ""
@@ -89,7 +82,7 @@ class LaneWriter:
         return text
 
     def _width(self, widths: tuple[Cubic, ...]) -> str:
-        """Make and remember the ``<width>`` elements of a lane."""
+        """Return and remember the ``<width>`` elements of a lane."""
         text = "".join(
             f'      <width sOffset="{position(w.s)}" a="{position(w.a)}" b="{number(w.b)}"'
             f' c="{number(w.c)}" d="{number(w.d)}"/>\n'
@@ -99,12 +92,11 @@ class LaneWriter:
         return text
 
     def _mark(self, mark: RoadMark, side: int) -> str:
-        """Make and remember a ``<roadMark>`` of a lane left (1) or right (-1) of the centre line, or of that (0)."""
+        """Return and remember the ``<roadMark>`` of a lane left (1) or right (-1) of the centre, or of that (0)."""
         kind, color = self._words.mark_type(mark.type), self._words.mark_color(mark.color)
         change = self._words.lane_change(mark.lane_change, side)
-        material = "" if mark.material == "standard" else f' material="{attribute(mark.material)}"'
         text = (
-            f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"{material}'
+            f'      <roadMark sOffset="0" type="{kind}" weight="standard" color="{color}"'
             f' width="{number(mark.width)}" laneChange="{change}"/>\n'
         )
         self._marks[side][mark] = text

@@ -1,0 +1,130 @@
+"""The stretches of a road: where along it the lanes stay the same, none too short for the tapers that it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+
+from osm2xodr.geometry import defaults
+from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece
+from osm2xodr.geometry.lanes.road_marks import change_kind, same_marks
+from osm2xodr.model import Direction, LaneSpec, LaneType, StreetAttributes
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Part of a road on which the cross-section stays the same."""
+
+    # s on the road, m
+    start: float
+    end: float
+    # What holds there
+    attributes: StreetAttributes
+    section: CrossSection
+    ways: tuple[int, ...]  # The OSM ways that it consists of, in their order
+
+    @property
+    def length(self) -> float:
+        """Length, m."""
+        return self.end - self.start
+
+
+def stretches(pieces: Sequence[Piece], begin: float, end: float) -> list[Stretch]:
+    """Cut the pieces of a street to the part from s = begin to s = end, which becomes a road.
+
+    Pieces whose lanes are the same become one stretch; a stretch that is too short for a lane section of its own
+    joins the longer of its neighbours.
+
+    Parameters
+    ----------
+    pieces
+        In ascending s.
+    begin, end
+        s on the street, m.
+    """
+    found: list[Stretch] = []
+    for k, (s, attributes, section) in enumerate(pieces):
+        lower = max(s, begin) if k else begin
+        upper = min(pieces[k + 1][0], end) if k + 1 < len(pieces) else end
+        if upper <= lower:
+            continue
+        last = found[-1] if found else None
+        if last is not None and _same_lanes(last.section, section) and _same_rules(last.attributes, attributes):
+            # The lanes are the same; of the attributes, the later ones hold the turns, which count at the end.
+            ways = (*last.ways, attributes.osm_way_id)
+            found[-1] = Stretch(last.start, upper - begin, attributes, section, ways)
+        else:
+            found.append(Stretch(lower - begin, upper - begin, attributes, section, (attributes.osm_way_id,)))
+    if not found:
+        _, attributes, section = max((p for p in pieces if p[0] <= begin), default=pieces[0], key=lambda p: p[0])
+        return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
+    return _without_short(_grown_at_ends(found))
+
+
+def _without_short(found: list[Stretch]) -> list[Stretch]:
+    """Let a neighbour take over each stretch that is too short for tapers, unless traffic runs differently there."""
+    kept: set[float] = set()
+    while len(found) > 1:
+        open_ = [k for k in range(len(found)) if found[k].start not in kept]
+        k = min(open_, key=lambda k: found[k].length, default=-1)
+        if k < 0 or found[k].length >= defaults.SHORTEST_LANE_SECTION:
+            break
+        neighbours = [
+            i
+            for i in (k - 1, k + 1)
+            if 0 <= i < len(found) and (_is_tiny(found[k]) or _directions(found[i]) == _directions(found[k]))
+        ]
+        if not neighbours:
+            kept.add(found[k].start)
+            continue
+        taker = max(neighbours, key=lambda i: found[i].length)
+        first, last = found[min(k, taker)], found[max(k, taker)]
+        merged = replace(found[taker], start=first.start, end=last.end, ways=(*first.ways, *last.ways))
+        found[min(k, taker) : max(k, taker) + 1] = [merged]
+    return found
+
+
+def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
+    """Lengthen short stretches at a road's ends, where turn lanes are, by what their neighbours can spare.
+
+    The result does not depend on the direction in which the road is drawn.
+    """
+    if len(found) < 2:
+        return found
+    out, lacking = list(found), [defaults.SHORTEST_LANE_SECTION - item.length for item in found]
+    for k, beside in sorted(((0, 1), (-1, -2)), key=lambda pair: lacking[pair[0]]):
+        missing, room = lacking[k], out[beside].length
+        # Of two stretches neither grows at the cost of the other, which is at an end as well.
+        spare = room / 2 if len(out) > 2 else room - defaults.SHORTEST_LANE_SECTION
+        if 0 < missing < spare and not _is_leftover(out[k]):
+            border = out[k].start - missing if k else out[k].end + missing
+            one, other = min(k, beside), max(k, beside)
+            out[one], out[other] = replace(out[one], end=border), replace(out[other], start=border)
+    return out
+
+
+def _is_tiny(item: Stretch) -> bool:
+    return item.length < defaults.SHORTEST_ROAD
+
+
+def _is_leftover(item: Stretch) -> bool:
+    """Say whether a junction has left next to nothing of a stretch, and no turn lane depends on it."""
+    return _is_tiny(item) and not any(lane.turns for lane in (*item.section.left, *item.section.right))
+
+
+def _directions(item: Stretch) -> set[Direction]:
+    return {lane.direction for lane in (*item.section.left, *item.section.right)}
+
+
+def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
+    def shape(lanes: tuple[LaneSpec, ...]) -> list[tuple[LaneType, Direction, float, Hashable]]:
+        return [(lane.type, lane.direction, lane.width, len(lanes) > 1 and change_kind(lane)) for lane in lanes]
+
+    return (
+        one.centre == other.centre and shape(one.left) == shape(other.left) and shape(one.right) == shape(other.right)
+    )
+
+
+def _same_rules(one: StreetAttributes, other: StreetAttributes) -> bool:
+    speeds = (one.speed_forward, one.speed_backward) == (other.speed_forward, other.speed_backward)
+    return speeds and same_marks(one, other)

@@ -1,0 +1,161 @@
+"""Where along a road lanes may change: pieces cut to the road, none too short for the tapers of its lanes."""
+
+from __future__ import annotations
+
+import pytest
+from lane_cases import cut, in_a_row, section, street
+
+from osm2xodr.geometry import defaults
+from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
+from osm2xodr.model import Direction, LaneType, MarginSpec
+
+ONE, TWO, THREE = street("d< d>"), street("d< d> d>"), street("d< d> d> d>")
+
+
+def borders(found: list[Stretch]) -> list[float]:
+    """Return where stretches begin, and the end."""
+    return [*(item.start for item in found), found[-1].end]
+
+
+def lanes(found: list[Stretch]) -> list[int]:
+    return [len(item.section.right) for item in found]
+
+
+def test_pieces_are_cut_to_the_road() -> None:
+    found = cut((0.0, ONE), (40.0, TWO), (70.0, ONE), begin=10.0, end=60.0)
+    assert (borders(found), lanes(found)) == ([0.0, 30.0, 50.0], [1, 2])
+    found = cut((0.0, ONE), (40.0, TWO), begin=45.0, end=60.0)
+    assert (borders(found), lanes(found)) == ([0.0, 15.0], [2])
+    found = cut((0.0, ONE), (40.0, TWO), begin=10.0, end=40.0)
+    assert (borders(found), lanes(found), found[0].ways) == ([0.0, 30.0], [1], (1,))
+    found = cut((0.0, TWO), (40.0, ONE), (70.0, TWO), begin=40.0, end=70.0)
+    assert (borders(found), lanes(found), found[0].ways) == ([0.0, 30.0], [1], (1,))
+    # A road of no length at a border has the lanes from there on.
+    found = cut((0.0, ONE), (40.0, TWO), begin=40.0, end=40.0)
+    assert (borders(found), lanes(found)) == ([0.0, 0.0], [2])
+    assert borders(cut((0.0, ONE), begin=10.0, end=60.0)) == [0.0, 50.0]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        street("d< d>", speed_forward=10.0),
+        street("d< d>", speed_backward=10.0),
+        street("d< d>", no_overtaking=frozenset({Direction.FORWARD})),
+        street("d< d>", marked=True),
+        street("d< d>", divider="solid_line"),
+        street("d< d>", width=3.0),
+        street("d> d>"),
+        street("b< d>"),
+        street("d< d>", middle_offset=1.0),
+        street("d< d<"),
+    ],
+)
+def test_what_lanes_share_a_stretch(other: object) -> None:
+    assert len(in_a_row((50.0, ONE), (50.0, other))) == 2  # type: ignore[arg-type]
+
+
+def test_equal_lanes_are_one_stretch() -> None:
+    again = street("d< d>/left", osm_way_id=2, surface="asphalt", margin_left=(MarginSpec(LaneType.SIDEWALK, 2.0),))
+    (found,) = in_a_row((50.0, ONE), (50.0, again), (50.0, street("d< d>", osm_way_id=3)))
+    assert (found.start, found.end, found.length) == (0.0, 150.0, 150.0)
+    assert found.ways == (1, 2, 3)
+    # Turns count at the road's end, those of the last piece.
+    assert found.attributes.osm_way_id == 3
+
+
+def test_tags_about_lane_changes_matter_where_there_are_lanes_to_change_to() -> None:
+    assert len(in_a_row((50.0, street("d< d>")), (50.0, street("d< d>:no")))) == 1
+    assert len(in_a_row((50.0, street("d< d> d>")), (50.0, street("d< d>:no d>:no")))) == 2
+    assert len(in_a_row((50.0, street("d< d> d>")), (50.0, street("d< d>:yes d>")))) == 1
+
+
+@pytest.mark.parametrize(
+    ("middle", "expected"),
+    [
+        (12.0, [1, 2, 3]),
+        (11.999, [1, 3]),
+        (0.5, [1, 3]),
+    ],
+)
+def test_the_longer_neighbour_takes_over_what_is_too_short(middle: float, expected: list[int]) -> None:
+    assert defaults.SHORTEST_LANE_SECTION == 12.0
+    found = in_a_row((50.0, ONE), (middle, TWO), (60.0, THREE))
+    assert lanes(found) == expected
+    if len(expected) == 2:
+        assert borders(found) == pytest.approx([0.0, 50.0, 110.0 + middle])
+        assert [len(item.ways) for item in found] == [1, 2]
+    found = in_a_row((60.0, THREE), (middle, TWO), (50.0, ONE))
+    assert lanes(found) == expected[::-1]
+
+
+def test_traffic_is_never_turned_round_for_the_sake_of_tapers() -> None:
+    """A short piece of a one-way street stays, unless it is shorter than any road."""
+    one_way = street("d> d>")
+    assert lanes(in_a_row((50.0, ONE), (5.0, one_way), (60.0, THREE))) == [1, 2, 3]
+    assert defaults.SHORTEST_ROAD == 1.0
+    assert lanes(in_a_row((50.0, ONE), (1.0, one_way), (60.0, THREE))) == [1, 2, 3]
+    assert lanes(in_a_row((50.0, ONE), (0.999, one_way), (60.0, THREE))) == [1, 3]
+    # The one neighbour whose traffic runs alike takes over, however short.
+    found = in_a_row((60.0, one_way), (5.0, ONE), (20.0, TWO), (60.0, one_way))
+    assert lanes(found) == [2, 2, 2]
+    assert borders(found) == [0.0, 60.0, 85.0, 145.0]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "expected"),
+    [
+        # At the end of a road a stretch grows to 12 m if its neighbour, which is an end too, keeps more than that.
+        ((8.0, 16.1), [0.0, 12.0, 24.1]),
+        ((8.0, 16.0), [0.0, 24.0]),
+        # Of a neighbour in the middle it takes less than half, though the rest may be too short then.
+        ((1.0, 22.1, 60.0), [0.0, 12.0, 83.1]),
+        ((1.0, 22.0, 60.0), [0.0, 23.0, 83.0]),
+        # What a junction leaves of a stretch, less than a metre, does not grow.
+        ((0.999, 50.0, 60.0), [0.0, 50.999, 110.999]),
+        ((1.0, 50.0, 60.0), [0.0, 12.0, 51.0, 111.0]),
+        ((12.0, 50.0, 60.0), [0.0, 12.0, 62.0, 122.0]),
+    ],
+)
+def test_short_stretches_at_the_ends_of_roads_grow(lengths: tuple[float, ...], expected: list[float]) -> None:
+    kinds = (ONE, TWO, THREE)
+    assert borders(in_a_row(*zip(lengths, kinds, strict=False))) == pytest.approx(expected)
+    back = [expected[-1] - s for s in reversed(expected)]
+    turned = zip(reversed(lengths), reversed(kinds[: len(lengths)]), strict=True)
+    assert borders(in_a_row(*turned)) == pytest.approx(back)
+
+
+@pytest.mark.parametrize("text", ["d< d>/left d>", "d</left d> d>"])
+def test_the_last_bit_of_a_turn_lane_grows(text: str) -> None:
+    assert borders(in_a_row((50.0, ONE), (0.5, street(text)))) == pytest.approx([0.0, 38.5, 50.5])
+
+
+def test_what_a_junction_leaves_of_other_lanes_is_no_pocket() -> None:
+    assert borders(cut((0.0, ONE), (20.5, TWO), begin=20.0)) == [0.0, 80.0]
+    # A metre and more grows to the length of a taper.
+    longest = defaults.SHORTEST_LANE_SECTION
+    assert borders(cut((0.0, ONE), (25.0, TWO), begin=20.0)) == [0.0, longest, 80.0]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "expected"),
+    [
+        # Too little for two: the longer one stays alone.
+        ((10.0, 8.76), (1,)),
+        ((13.0, 8.0), (1,)),
+        ((8.0, 30.0), (1, 2)),
+        # In the middle, half of what there is can be spared: by the end that lacks less first.
+        ((4.0, 20.0, 8.0), (2, 3)),
+        ((8.0, 30.0, 8.0), (1, 2, 3)),
+    ],
+)
+def test_short_stretches_are_mended_alike_whichever_way_the_road_is_drawn(
+    lengths: tuple[float, ...], expected: tuple[int, ...]
+) -> None:
+    for order in (1, -1):
+        kinds = [section(" ".join(["d<", *["d>"] * k])) for k in range(1, len(lengths) + 1)][::order]
+        starts = [0.0]
+        for length in lengths[::order]:
+            starts.append(starts[-1] + length)
+        pieces = [(s, ONE, kind) for s, kind in zip(starts, kinds, strict=False)]
+        assert lanes(stretches(pieces, 0.0, starts[-1]))[::order] == list(expected)
