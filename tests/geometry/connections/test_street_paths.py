@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr.geometry.connections.street_paths import StreetPaths, street_paths
+from osm2xodr.geometry.connections.street_paths import StreetPaths, lay_out_paths
 
 
 def paths_of(stages: Stages) -> tuple[StreetPaths, dict[tuple[int, int], int]]:
@@ -16,7 +16,7 @@ def paths_of(stages: Stages) -> tuple[StreetPaths, dict[tuple[int, int], int]]:
     numbers = {
         (stages.way(item.entry), stages.way(item.exit)): number for number, item in enumerate(stages.movements)
     }
-    return street_paths(
+    return lay_out_paths(
         stages.movements, stages.ends, stages.layout.trim, lambda street, along: (-1.5, -1.5)
     ), numbers
 

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY
-from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.lanes import Connectivity, StatedLanes
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import Street, StreetNetwork, TurnRestriction
 
-# A way through a junction over more inner streets than this is a detour.
-_MOST_INNER_STREETS = 8
+# A way through a junction over more inner streets than this is a detour. A choice.
+_MOST_INNER_STREETS: Final = 8
+# Nobody turns on the spot from one fast road into another within the angle of this cosine (20 degrees). A choice.
+_NO_TURN_COSINE: Final = 0.94
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +112,7 @@ def find_movements(
 def _turns_on_the_spot(item: Movement, layout: JunctionLayout, ends: StreetEnds) -> bool:
     """Say whether a movement turns back where one of two fast roads is cut off and its ramp is not."""
     fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= ARM_REACH_MOTORWAY
-    back = np.cos(ends.hdg[item.entry] - ends.hdg[item.exit]) > defaults.NO_TURN_COSINE
+    back = np.cos(ends.hdg[item.entry] - ends.hdg[item.exit]) > _NO_TURN_COSINE
     return bool(fast and back and len(layout.arms[item.junction]) == 2)
 
 

@@ -29,7 +29,7 @@ _LEAST_SHARE = 0.4
 _NEVER = 1e9
 
 
-def lines_outside_bends(
+def shift_lines_out_of_bends(
     fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts
 ) -> tuple[FittedStreets, JunctionLayout]:
     """Move the reference lines of streets whose roads end, or whose lanes change, in a tight bend.

@@ -5,20 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import cut_curves, lengths, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
 from osm2xodr.geometry.lanes import Piece, Stretch, stretches
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, out_of_bends, outermost_lanes
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
 
+# Dead ends at one node lie on each other within the angle of this cosine (45 degrees). A choice.
+_ACUTE_COSINE: Final = 0.7
 # Rings close to this, m and rad.
-_CLOSED = 1e-3
+_CLOSED: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +53,7 @@ def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) ->
     return replace(layout, junction=np.where(idle, -1, layout.junction), trim=np.where(idle, 0.0, layout.trim))
 
 
-def dead_ends_apart(
+def cut_back_dead_ends(
     network: StreetNetwork, ends: StreetEnds, before: JunctionLayout, layout: JunctionLayout, diagnostics: Diagnostics
 ) -> JunctionLayout:
     """Cut back dead ends that lie on another that ends at the same node.
@@ -74,7 +76,7 @@ def dead_ends_apart(
         # The first of those that are equally wide stays.
         widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
         for end in arms:
-            if end == widest or np.cos(ends.hdg[end] - ends.hdg[widest]) < defaults.ACUTE_COSINE:
+            if end == widest or np.cos(ends.hdg[end] - ends.hdg[widest]) < _ACUTE_COSINE:
                 continue
             trim[end] = before.trim[end]
             way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id

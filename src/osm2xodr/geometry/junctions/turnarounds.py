@@ -243,7 +243,7 @@ def _distance(place: FloatArray, start: FloatArray, end: FloatArray) -> FloatArr
     return out
 
 
-def with_loops(
+def draw_loops(
     plan: PlanView, row: IntArray, movement: IntArray, loop: Sequence[Loop], half: FloatArray, left: bool
 ) -> PlanView:
     """Return curves some of which are replaced by loops that start in the same poses.

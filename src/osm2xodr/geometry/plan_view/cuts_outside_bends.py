@@ -44,7 +44,7 @@ def beyond_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray, least: 
     candidates = np.flatnonzero(junction >= 0)
     for _ in range(3):
         bent, before, beyond = _first_bend(ends, candidates, trim[candidates])
-        back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * defaults.TURNING_ROOM)
+        back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * defaults.ARM_SETBACK_STEP)
         trim[candidates[back]] = before[back]
         candidates, bent, beyond = candidates[~back], bent[~back], beyond[~back]
         left = ends.length[candidates] - beyond - trim[candidates ^ 1]

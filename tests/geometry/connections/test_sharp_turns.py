@@ -1,4 +1,4 @@
-"""Turns back between lanes that lie close together swing out where there is room for it."""
+"""Turns that are sharper than a car drives swing out where there is room for it."""
 
 from __future__ import annotations
 
