@@ -58,6 +58,7 @@ from osm2xodr.model.streets import (
     StreetAttributes,
     StreetNetwork,
     StructureTags,
+    TurningPlace,
     TurnRestriction,
 )
 
@@ -112,5 +113,6 @@ __all__ = [
     "Surface",
     "SurfaceQuality",
     "TurnRestriction",
+    "TurningPlace",
     "freeze_arrays",
 ]

@@ -31,7 +31,14 @@ from osm2xodr.osmParsing.network import (
 from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.roadside import attach_footways, is_thing, node_keys, read_beside, sample_streets
 from osm2xodr.osmParsing.selection import nothing_to_drive_on, read_chosen_ways, tell_unused_nodes
-from osm2xodr.osmParsing.tags import is_transition, oneway, way_attributes, with_urban_speeds, without_margins
+from osm2xodr.osmParsing.tags import (
+    is_transition,
+    oneway,
+    turning_places,
+    way_attributes,
+    with_urban_speeds,
+    without_margins,
+)
 
 # How far from the origin the local frame is true to 1 part in 8 000, m: (x / 6371 km)² / 2 of a transverse Mercator.
 _FRAME_REACH: Final = 100e3
@@ -89,6 +96,7 @@ def parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Street
         connectivities=read_connectivities(relations, carried, same_node, diagnostics),
         footways=footways,
         roadside=roadside,
+        turning_places=turning_places(node_tags),
     )
 
 

@@ -10,17 +10,16 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import pose, wrapped
-from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
 
-# A change of heading above this is a turn back, rad (165 degrees).
+# A change of heading above this is a turn back, rad (165 degrees). A choice.
 _TURN_BACK: Final = 2.88
-
 # Poses of road ends that differ by less are the same, m and rad.
-_SAME = 1e-9
+_SAME: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +63,11 @@ def find_lane_links(
 
     Parameters
     ----------
-    parts
-        The roads outside junctions.
-    movements
-        Grouped by junction.
-    rule
-        Side of the road that one drives on.
+    parts, movements, rule
+        The roads outside junctions, the ways through these, grouped by junction, and the side that one drives on.
     before
-        What was found for the same movements on other parts; junctions whose arms have not moved since keep it.
+        What was found for the same movements before roads were cut again; junctions whose arms have not moved since
+        keep it.
     """
     roads = len(parts.length)
     s = np.column_stack([np.zeros(roads), parts.length]).ravel()
@@ -87,7 +83,7 @@ def find_lane_links(
     # As drivers see it: headings into and out of the junction, and where entries lie as seen from exits.
     hdg_in, hdg_out = hdg[entry] + np.where(entry % 2, 0.0, np.pi), hdg[exit_] + np.where(exit_ % 2, np.pi, 0.0)
     dx, dy = x[entry] - x[exit_], y[entry] - y[exit_]
-    view = _View(
+    view = _DriversView(
         entry.tolist(),
         exit_.tolist(),
         _turns(hdg_in, hdg_out, dx, dy).tolist(),
@@ -116,7 +112,7 @@ def _kept(before: LaneLinks, movements: list[Movement], still: BoolArray) -> dic
 
 
 def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
-    """Return the changes of heading, left positive; of a turn back, the side that the exit lies on tells its sign."""
+    """Return the changes of heading, left positive; that of a turn back has the sign of the side of its exit."""
     turn = wrapped(hdg_out - hdg_in)
     back = np.abs(turn) >= _TURN_BACK
     side = dx * np.sin(hdg_in) - dy * np.cos(hdg_in)
@@ -125,8 +121,8 @@ def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArr
 
 
 @dataclass(frozen=True, slots=True)
-class _View:
-    """Of each movement: road ends, turn, and a and b of a + b t, where an entry lane at t lies seen from the exit."""
+class _DriversView:
+    """Each movement's road ends, turn, and offset + scale t, where an entry lane at t lies as seen from the exit."""
 
     entry: list[int]
     exit: list[int]
@@ -136,31 +132,23 @@ class _View:
 
 
 class _Arms:
-    """Lanes at road ends by direction of travel, worked out once for each cross-section: streets share them."""
+    """Lanes at road ends by direction of travel, found once for each cross-section: streets share them."""
 
     def __init__(self, parts: RoadParts, rule: Rule) -> None:
         self._parts = parts
         self._rule = rule
         self._known: dict[tuple[int, bool, float], tuple[tuple[EndLane, ...], ArmLanes]] = {}
-        self._into: dict[int, tuple[tuple[EndLane, ...], ArmLanes]] = {}
-        self._out: dict[int, tuple[tuple[EndLane, ...], ArmLanes]] = {}
         self._centre: dict[tuple[int, bool], tuple[EndLane, ...]] = {}
 
     def into_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        found = self._into.get(end)
-        if found is None:
-            found = self._into[end] = self._at(end, end % 2 == 1, 1.0)
-        return found
+        return self._at(end, end % 2 == 1, 1.0)
 
     def out_of_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        found = self._out.get(end)
-        if found is None:
-            found = self._out[end] = self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
-        return found
+        return self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
 
     def centre(self, end: int, along: bool) -> tuple[EndLane, ...]:
         """Return the lanes for both directions, as drivers along the road or against it see them."""
-        # The parts keep their cross-sections, so that these can be told by their identity.
+        # The parts keep their cross-sections, so that these can be known by their identity.
         section = self._parts.at_end(end).section
         key = id(section), along
         found = self._centre.get(key)
@@ -180,7 +168,7 @@ class _Arms:
 
 
 def _junction_rows(
-    junction: int, group: list[int], movements: list[Movement], view: _View, arms: _Arms, rule: Rule
+    junction: int, group: list[int], movements: list[Movement], view: _DriversView, arms: _Arms, rule: Rule
 ) -> list[LaneRow]:
     """Return every lane link of one junction."""
     numbers: list[int] = []
@@ -215,7 +203,7 @@ def _as_lanes_see_it(
     number: int,
     into: tuple[EndLane, ...],
     movements: list[Movement],
-    view: _View,
+    view: _DriversView,
     entries: dict[int, ArmLanes],
     exits: dict[int, ArmLanes],
 ) -> LaneMovement:
@@ -227,7 +215,7 @@ def _as_lanes_see_it(
     return LaneMovement(entry, exit_, view.turn[number], lateral, pairs)
 
 
-def _centre_rows(junction: int, numbers: list[int], view: _View, arms: _Arms) -> list[LaneRow]:
+def _centre_rows(junction: int, numbers: list[int], view: _DriversView, arms: _Arms) -> list[LaneRow]:
     """Return the links between lanes for both directions that face each other.
 
     Ids make readers take such a lane for one along its road (or, on the left of its centre, against it), so only
@@ -236,7 +224,7 @@ def _centre_rows(junction: int, numbers: list[int], view: _View, arms: _Arms) ->
     rows: list[LaneRow] = []
     for number in numbers:
         entry, exit_ = view.entry[number], view.exit[number]
-        if abs(view.turn[number]) >= defaults.SMOOTH_CORNER or entry % 2 == exit_ % 2:
+        if abs(view.turn[number]) >= SMOOTH_CORNER or entry % 2 == exit_ % 2:
             continue
         along = entry % 2 == 1
         here, there = arms.centre(entry, along), arms.centre(exit_, along)

@@ -8,6 +8,7 @@ from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.sidewalks import kerb_height
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
+from osm2xodr.osmParsing.tags.turning_circles import turning_places
 from osm2xodr.osmParsing.tags.values import parse_length
 from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
 
@@ -25,6 +26,7 @@ __all__ = [
     "sides_of",
     "structure_of",
     "turned_round",
+    "turning_places",
     "way_attributes",
     "with_urban_speeds",
     "without_margins",
