@@ -134,8 +134,8 @@ class _Clusters:
 def _with_short_reach_at_turns(ends: StreetEnds, degree: IntArray) -> StreetEnds:
     """Let arms reach less far where a street turns on the spot: there are two of them, and they lie on each other.
 
-    Two arms are an intersection only where the street could not simply run on. Where nobody can turn, or will at
-    speed, they keep their reach, so that their roads end apart.
+    Two arms are an intersection only where the street could not simply run on. Where nobody can turn, or nobody would
+    at speed, they keep their reach, so that their roads end apart.
     """
     on_the_spot = (ends.node >= 0) & (np.append(degree, 0)[ends.node] == 2)
     on_the_spot &= ~_without_a_turn(ends) & (ends.reach < ARM_REACH_MOTORWAY)
