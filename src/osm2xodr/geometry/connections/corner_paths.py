@@ -30,7 +30,7 @@ _CORNER_LEAD: Final = 4.0
 _STATION_SPACING: Final = 1.0
 _STATIONS_AROUND: Final = 2
 # Where curves and ways are compared, as shares of their lengths.
-_STRAY_SHARES: Final = np.linspace(0.04, 0.96, 24)
+_COMPARED_SHARES: Final = np.linspace(0.04, 0.96, 24)
 # As many rows as the processor's cache holds.
 _ROWS_AT_ONCE: Final = 256
 
@@ -93,8 +93,8 @@ def _has_several_corners(paths: StreetPaths, streets: PlanView) -> BoolArray:
 
 def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArray, FloatArray]:
     """Return places along curves, and along the lanes' ways over the streets at the same share, (2, n, m)."""
-    n, m = len(row), len(_STRAY_SHARES)
-    share = np.tile(_STRAY_SHARES, n)
+    n, m = len(row), len(_COMPARED_SHARES)
+    share = np.tile(_COMPARED_SHARES, n)
     each = np.repeat(np.arange(n), m)
     x, y, _ = pose(plan, row[each], share * lengths(plan)[row[each]])
     px, py, _ = lanes.at_share(each, share)

@@ -19,7 +19,7 @@ from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType,
 # A change of heading above this is a turn back, rad (165 degrees). A choice.
 _TURN_BACK: Final = 2.88
 # Poses of road ends that differ by less are the same, m and rad.
-_SAME: Final = 1e-9
+_SAME_POSE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,11 @@ def find_lane_links(
     sections = tuple(stretches[k].section for stretches in parts.stretches for k in (0, -1))
     known: dict[int, list[LaneRow]] = {}
     if before is not None and np.array_equal(before.road_end, parts.road_end):
-        still = (np.abs(before.x - x) < _SAME) & (np.abs(before.y - y) < _SAME) & (np.abs(before.hdg - hdg) < _SAME)
+        still = (
+            (np.abs(before.x - x) < _SAME_POSE)
+            & (np.abs(before.y - y) < _SAME_POSE)
+            & (np.abs(before.hdg - hdg) < _SAME_POSE)
+        )
         still &= [one is other for one, other in zip(before.sections, sections, strict=True)]
         known = _kept(before, movements, still[entry] & still[exit_])
     # As drivers see it: headings into and out of the junction, and where entries lie as seen from exits.

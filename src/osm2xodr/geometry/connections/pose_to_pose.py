@@ -15,7 +15,7 @@ from osm2xodr.model import BoolArray, FloatArray, PlanView
 _SHORTEST_TANGENT: Final = 0.05
 _LEAST_TURN: Final = 1e-3
 _MOST_TURN: Final = np.deg2rad(150.0)
-_SHORTEST_LINE: Final = 0.01
+_SHORTEST_LINE_BEFORE_ARC: Final = 0.01
 _NO_LINE_BELOW: Final = 1e-9
 # An arc that turns less than this, rad, is written as its chord: readers with single precision cannot place its far
 # centre.
@@ -36,7 +36,7 @@ _DETOUR_MORE: Final = 60.0
 # Two arcs that turn by more than this in all, rad (40 degrees), swing out if they turn forth and back by more than
 # this, rad (20 degrees).
 _TURN_THAT_MAY_SWING: Final = 0.7
-_SWING: Final = 0.35
+_SWING_BACK_AND_FORTH: Final = 0.35
 
 # Turns below this, rad, are none.
 _NO_ANGLE: Final = 1e-9
@@ -123,7 +123,7 @@ def swings_out(plan: PlanView) -> BoolArray:
     """Say which pairs of arcs turn to the other side before they turn or after it, (curves,)."""
     net, whole = _turns(plan)
     # Curves of more records keep to streets.
-    out: BoolArray = (np.diff(plan.start) == 2) & (net > _TURN_THAT_MAY_SWING) & (whole - net > _SWING)
+    out: BoolArray = (np.diff(plan.start) == 2) & (net > _TURN_THAT_MAY_SWING) & (whole - net > _SWING_BACK_AND_FORTH)
     return out
 
 
@@ -155,7 +155,7 @@ def _line_and_arc(
     size = np.abs(turn)
     unequal = np.abs(before - after)
     found = (shorter > _SHORTEST_TANGENT) & (size > _LEAST_TURN) & (size < _MOST_TURN)
-    found &= (unequal > _SHORTEST_LINE) | (unequal < _NO_LINE_BELOW)
+    found &= (unequal > _SHORTEST_LINE_BEFORE_ARC) | (unequal < _NO_LINE_BELOW)
     radius = np.maximum(shorter, 1e-9) / np.tan(np.clip(size, 1e-6, 3.1) / 2)
     length = np.stack([np.maximum(before - shorter, 0), radius * size, np.maximum(after - shorter, 0)], axis=1)
     curvature = np.zeros_like(length)

@@ -27,7 +27,7 @@ _ARM_SETBACK_STEPS: Final = 8
 # Turns that swing out must not run onto the first stretch of the junction's roads, of this length, m; places on both
 # are compared at this spacing, m.
 _CLEAR_ARM: Final = 25.0
-_SPACING: Final = 1.0
+_PLACE_SPACING: Final = 1.0
 # Where the inner edge of a lane has no room for its full radius, one of these shares of it does.
 _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
 
@@ -147,7 +147,8 @@ def _keep_off_roads(plan: PlanView, curve: IntArray, junction: IntArray, parts: 
     near = [ends_at[number] for number in junction.tolist()]
     arms = _places_on_arms(sorted({end for ends in near for end in ends}), parts)
     stations = [
-        np.linspace(0.0, length, max(int(length / (_SPACING / 2)), 2)) for length in lengths(plan)[curve].tolist()
+        np.linspace(0.0, length, max(int(length / (_PLACE_SPACING / 2)), 2))
+        for length in lengths(plan)[curve].tolist()
     ]
     x, y, _ = _places(plan, curve, stations)
     free = [
@@ -162,7 +163,7 @@ def _places_on_arms(ends: list[int], parts: RoadParts) -> dict[int, tuple[FloatA
     stations = []
     for end in ends:
         length = float(parts.length[end // 2])
-        along = np.arange(_SPACING, min(length, _CLEAR_ARM), _SPACING)
+        along = np.arange(_PLACE_SPACING, min(length, _CLEAR_ARM), _PLACE_SPACING)
         stations.append(length - along if end % 2 else along)
     found = _places(parts.plan_view, np.array(ends, np.int64) // 2, stations)
     return dict(zip(ends, zip(*found, strict=True), strict=True))
@@ -187,4 +188,4 @@ def _runs_onto(
     ds = dx * cos + dy * sin
     dt = dy * cos - dx * sin
     beside = (dt < section.left_edge + HALF_LANE) & (dt > section.right_edge - HALF_LANE)
-    return bool((beside & (np.abs(ds) <= _SPACING / 2)).any())
+    return bool((beside & (np.abs(ds) <= _PLACE_SPACING / 2)).any())

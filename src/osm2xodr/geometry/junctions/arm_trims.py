@@ -14,8 +14,10 @@ from osm2xodr.model import FloatArray, IntArray
 
 # Stations along an arm at which its edges are tested, m: close where arms cross squarely, wider where they part
 # at acute angles.
-_NEAR: Final = np.arange(0.0, 16.1, 0.5)
-_FAR: Final = np.concatenate([np.arange(0.0, 16.0, 0.5), np.arange(16.0, 40.0, 1.0), np.arange(40.0, 101.0, 2.0)])
+_NEAR_STATIONS: Final = np.arange(0.0, 16.1, 0.5)
+_FAR_STATIONS: Final = np.concatenate(
+    [np.arange(0.0, 16.0, 0.5), np.arange(16.0, 40.0, 1.0), np.arange(40.0, 101.0, 2.0)]
+)
 # Edges that end this near to the last station, m, or farther out, are looked at again along the farther ones.
 _NEAR_THE_LAST: Final = 1.0
 # Numbers of stations after which pairs that need no more are left out.
@@ -43,10 +45,10 @@ def footprints(ends: StreetEnds, arms: list[list[int]]) -> tuple[FloatArray, Flo
     if not len(pairs):
         return bare, wished
     i, j = pairs.T
-    cover, across = _covered(ends, i, j, _NEAR)
-    long = np.maximum(cover, across) >= _NEAR[-1] - _NEAR_THE_LAST
+    cover, across = _covered(ends, i, j, _NEAR_STATIONS)
+    long = np.maximum(cover, across) >= _NEAR_STATIONS[-1] - _NEAR_THE_LAST
     if long.any():
-        cover[long], across[long] = _covered(ends, i[long], j[long], _FAR)
+        cover[long], across[long] = _covered(ends, i[long], j[long], _FAR_STATIONS)
     # Two arms of one junction on different layers pass over each other: neither ends for the other.
     apart = (ends.layer[i] != ends.layer[j]) & (ends.node[i] != ends.node[j])
     kerb = np.where(apart, 0.0, _kerb(ends, i, j))

@@ -33,7 +33,7 @@ _MOST_ROUNDS: Final = 8
 # What both ends of a road may lose together when they are moved onto borders of its lines and arcs, m.
 _SNAPPED: Final = 0.02
 # A road gets at least this share of a street that is shorter than twice that.
-_LEAST_SHARE: Final = 0.5
+_LEAST_ROAD_SHARE: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -239,7 +239,7 @@ def _share_streets(
 
     Of a street that is too short, kerbs are cut first, so that at least `least` of it is left, (streets,), m.
     """
-    room = np.maximum(length - SHORTEST_ROAD - _SNAPPED, _LEAST_SHARE * length)
+    room = np.maximum(length - SHORTEST_ROAD - _SNAPPED, _LEAST_ROAD_SHARE * length)
     need, wish = bare.sum(1), wished.sum(1)
     spare = length - least - need
     extra = np.clip(spare / np.maximum(wish - need, 1e-9), 0.0, 1.0)

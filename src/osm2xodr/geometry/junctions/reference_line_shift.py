@@ -25,14 +25,14 @@ _PROBES: Final = np.arange(0.0, 3.01, 0.25)
 # Ends of roads often lie where a bend ends: this far within the road, m, it is certain which side of that is meant.
 _WITHIN: Final = 1e-6
 # Shares of the way from the line of OSM to the outer lane that lines are moved by; the smallest that does is taken.
-_SHIFTS: Final = np.linspace(0.25, 1.0, 4)
+_SHIFT_SHARES: Final = np.linspace(0.25, 1.0, 4)
 # A curve may shrink to this share of itself where its line moves towards the inside. A choice.
-_LEAST_SHARE: Final = 0.4
+_SMALLEST_SCALE: Final = 0.4
 # A lane is never longer than its line by this factor.
 _TOO_LONG: Final = 1e9
 # Shifts are rounded to so many decimals of a metre; ratios of lengths that differ by less than this are equal.
 _SHIFT_DECIMALS: Final = 2
-_ALIKE: Final = 1e-6
+_SAME_RATIO: Final = 1e-6
 
 
 def shift_lines_out_of_bends(
@@ -160,16 +160,16 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     def moved_by(aside: FloatArray) -> FloatArray:
         shrunk = np.ones(len(out))
         np.minimum.at(shrunk, owner, 1.0 - plan.curvature * aside[owner])
-        return np.where(shrunk > _LEAST_SHARE, lengthened(aside), _TOO_LONG)
+        return np.where(shrunk > _SMALLEST_SCALE, lengthened(aside), _TOO_LONG)
 
-    for share in _SHIFTS:
+    for share in _SHIFT_SHARES:
         # The better of both sides, so that the direction in which the street is drawn does not matter.
         to_right, to_left = np.round(right * share, _SHIFT_DECIMALS), np.round(left * share, _SHIFT_DECIMALS)
         by_right, by_left = moved_by(to_right), moved_by(to_left)
-        even = np.abs(by_right - by_left) < _ALIKE
+        even = np.abs(by_right - by_left) < _SAME_RATIO
         rightwards = np.where(even, np.abs(to_right) < np.abs(to_left), by_right < by_left)
         aside, worst = np.where(rightwards, to_right, to_left), np.where(rightwards, by_right, by_left)
-        better = candidates & (best > 1.0 + defaults.TIGHT_BEND) & (worst < best - _ALIKE)
+        better = candidates & (best > 1.0 + defaults.TIGHT_BEND) & (worst < best - _SAME_RATIO)
         out = np.where(better, aside, out)
         best = np.where(better, worst, best)
     return out
