@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from street_cases import Case, Stages
 
@@ -110,3 +112,25 @@ def test_movements_come_by_junction_and_each_once() -> None:
     stages = _OFFSET.stages()
     keys = [(item.junction, item.entry, item.exit) for item in stages.movements]
     assert keys == sorted(set(keys))
+
+
+@pytest.mark.parametrize(("nodes", "through"), [(9, True), (10, False)])
+def test_a_way_over_more_than_eight_inner_streets_is_a_detour(nodes: int, through: bool) -> None:
+    places = {"w": (-80.0, 0.0), "e": (2.0 * nodes + 80.0, 0.0)}
+    ways = {1: ("w p0", ""), 2: (f"p{nodes - 1} e", "")}
+    for k in range(nodes):
+        places |= {f"p{k}": (2.0 * k, 0.0), f"s{k}": (2.0 * k, -80.0 if k % 2 else 80.0)}
+        ways[10 + k] = (f"p{k} s{k}", "")
+        if k:
+            ways[50 + k] = (f"p{k - 1} p{k}", "")
+    stages = Case(places, ways).stages()
+    assert len(stages.layout.arms) == 1
+    assert ((1, 2) in pairs(stages)) == through
+
+
+@pytest.mark.parametrize(("degrees", "turns"), [(17.0, False), (23.0, True)])
+def test_nobody_turns_back_into_a_fast_ramp_within_20_degrees(degrees: float, turns: bool) -> None:
+    x, y = 300 * math.cos(math.radians(degrees)), 300 * math.sin(math.radians(degrees))
+    nodes = {"o": (0.0, 0.0), "e": (300.0, 0.0), "n": (x, y)}
+    stages = Case(nodes, {1: ("o e", "highway=trunk"), 2: ("o n", "highway=trunk_link oneway=yes")}).stages()
+    assert ((1, 2) in pairs(stages)) == turns

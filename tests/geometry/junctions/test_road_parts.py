@@ -98,3 +98,9 @@ def test_halves_of_a_street_that_comes_back_have_the_same_lanes_where_they_meet(
     assert all(before[lane] == pytest.approx(after[lane], abs=1e-9) for lane in before)
     # The short one is part of a longer stretch, and still known.
     assert {way for road in (one, other) for way in road.osm_way_ids} == {2, 3, 4}
+
+
+@EITHER
+@pytest.mark.parametrize(("degrees", "cut"), [(41.0, True), (50.0, False)])
+def test_dead_ends_lie_on_each_other_within_45_degrees(degrees: float, cut: bool, rule: Rule) -> None:
+    assert (lengths(parting(degrees), rule)[2] < 299.0) == cut
