@@ -199,8 +199,7 @@ def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
     """Return the id of each connecting road's lane, (n,); others lie between a sidewalk and the carriageway."""
     usual = -1 if rule is Rule.RIGHT_HAND else 1
     side: IntArray = np.where(connecting.against, -usual, usual)
-    out: IntArray = side * np.array([len(lanes) + 1 for lanes in connecting.inner], np.int64)
-    return out
+    return side * np.array([len(lanes) + 1 for lanes in connecting.inner], np.int64)
 
 
 def _lanes_through(own: int, across: tuple[InnerLane, ...], length: float) -> tuple[LaneSection, ...]:

@@ -17,8 +17,6 @@ from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
 
-_NO_CURVES = PlanView(np.zeros(1, np.int64), *(np.zeros(0) for _ in range(6)))
-
 
 @dataclass(frozen=True, slots=True)
 class InnerLane:
@@ -68,7 +66,7 @@ class ConnectingRoads:
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""
         rows = np.flatnonzero(keep)
-        plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows) if len(rows) else _NO_CURVES
+        plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows)
         columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
         columns |= {name: tuple(getattr(self, name)[k] for k in rows.tolist()) for name in _TUPLES}
         return ConnectingRoads(plan, **columns)

@@ -71,8 +71,7 @@ def _any_above(limit: float, value: FloatArray, lanes: LanePaths) -> BoolArray:
     """Say which connecting roads belong to a path with a value above the limit, (n,)."""
     most = np.full(len(lanes.paths.length), -np.inf)
     np.maximum.at(most, lanes.path, value)
-    out: BoolArray = most[lanes.path] > limit
-    return out
+    return most[lanes.path] > limit
 
 
 def _has_several_corners(paths: StreetPaths, streets: PlanView) -> BoolArray:

@@ -120,8 +120,7 @@ def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArr
     turn = wrapped(hdg_out - hdg_in)
     back = np.abs(turn) >= _TURN_BACK
     side = dx * np.sin(hdg_in) - dy * np.cos(hdg_in)
-    out: FloatArray = np.where(back, np.copysign(turn, side), turn)
-    return out
+    return np.where(back, np.copysign(turn, side), turn)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +135,10 @@ class _DriversView:
 
 
 class _Arms:
-    """Lanes at road ends by direction of travel, found once for each cross-section: streets share them."""
+    """Lanes at road ends by direction of travel, found once for each cross-section: streets share them.
+
+    The parts keep their cross-sections, so that these can be known by their identity.
+    """
 
     def __init__(self, parts: RoadParts, rule: Rule) -> None:
         self._parts = parts
@@ -150,16 +152,6 @@ class _Arms:
     def out_of_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
         return self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
 
-    def centre(self, end: int, along: bool) -> tuple[EndLane, ...]:
-        """Return the lanes for both directions, as drivers along the road or against it see them."""
-        # The parts keep their cross-sections, so that these can be known by their identity.
-        section = self._parts.at_end(end).section
-        key = id(section), along
-        found = self._centre.get(key)
-        if found is None:
-            found = self._centre[key] = centre_lanes(section, along)
-        return found
-
     def _at(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
         section = self._parts.at_end(end).section
         key = id(section), along, sign
@@ -170,35 +162,37 @@ class _Arms:
             self._known[key] = found
         return found
 
+    def centre(self, end: int, along: bool) -> tuple[EndLane, ...]:
+        """Return the lanes for both directions, as drivers along the road or against it see them."""
+        section = self._parts.at_end(end).section
+        key = id(section), along
+        if key not in self._centre:
+            self._centre[key] = centre_lanes(section, along)
+        return self._centre[key]
+
 
 def _junction_rows(
     junction: int, group: list[int], movements: list[Movement], view: _DriversView, arms: _Arms, rule: Rule
 ) -> list[LaneRow]:
     """Return every lane link of one junction."""
-    numbers: list[int] = []
-    lanes: list[tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = []
+    lanes: dict[int, tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = {}
     entries: dict[int, ArmLanes] = {}
     exits: dict[int, ArmLanes] = {}
     for number in group:
-        entry, exit_ = view.entry[number], view.exit[number]
-        into, entries_lanes = arms.into_junction(entry)
-        out, exit_lanes = arms.out_of_junction(exit_)
-        if not into or not out:
-            continue
-        entries[entry], exits[exit_] = entries_lanes, exit_lanes
-        numbers.append(number)
-        lanes.append((into, out))
+        into, entry_lanes = arms.into_junction(view.entry[number])
+        out, exit_lanes = arms.out_of_junction(view.exit[number])
+        if into and out:
+            entries[view.entry[number]], exits[view.exit[number]] = entry_lanes, exit_lanes
+            lanes[number] = into, out
+    numbers = list(lanes)
     links = [(k, 0, 0) for k in range(len(numbers))]
     if not have_one_lane(entries, exits):
-        moves = [
-            _as_lanes_see_it(number, into, movements, view, entries, exits)
-            for number, (into, _) in zip(numbers, lanes, strict=True)
-        ]
-        links = assign_lanes(moves, entries, exits, rule is Rule.LEFT_HAND)
+        seen = [_as_lanes_see_it(number, lanes[number][0], movements, view, entries, exits) for number in numbers]
+        links = assign_lanes(seen, entries, exits, rule is Rule.LEFT_HAND)
     rows = _centre_rows(junction, numbers, view, arms)
     for k, lane_in, lane_out in links:
         number = numbers[k]
-        into, out = lanes[k]
+        into, out = lanes[number]
         rows.append(LaneRow(junction, number, view.entry[number], view.exit[number], into[lane_in], out[lane_out]))
     return rows
 
@@ -212,8 +206,7 @@ def _as_lanes_see_it(
     exits: dict[int, ArmLanes],
 ) -> LaneMovement:
     entry, exit_ = view.entry[number], view.exit[number]
-    offset, scale = view.offset[number], view.scale[number]
-    lateral = tuple([offset + scale * lane.t for lane in into])
+    lateral = tuple([view.offset[number] + view.scale[number] * lane.t for lane in into])
     stated = movements[number].stated
     pairs = None if stated is None else stated.between(entries[entry].specs, exits[exit_].specs)
     return LaneMovement(entry, exit_, view.turn[number], lateral, pairs)

@@ -100,8 +100,7 @@ def detours(plan: PlanView) -> BoolArray:
     length = lengths(plan)
     x0, y0, _ = pose(plan, curve, np.zeros(len(curve)))
     x1, y1, _ = pose(plan, curve, length)
-    out: BoolArray = length > _DETOUR * np.hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
-    return out
+    return length > _DETOUR * np.hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
 
 
 def has_kinks(plan: PlanView) -> BoolArray:
@@ -115,8 +114,7 @@ def has_kinks(plan: PlanView) -> BoolArray:
 
 def turns_on_the_spot(plan: PlanView) -> BoolArray:
     """Say which curves turn at a point, (curves,)."""
-    out: BoolArray = (lengths(plan) < _SHORTEST_TURN) & (_turns(plan)[1] > _TURN_OF_A_POINT)
-    return out
+    return (lengths(plan) < _SHORTEST_TURN) & (_turns(plan)[1] > _TURN_OF_A_POINT)
 
 
 def swings_out(plan: PlanView) -> BoolArray:

@@ -69,8 +69,7 @@ def set_back_arms(
 
 def _lack_room(plan: PlanView) -> BoolArray:
     """Say which curves would be better if their arms ended farther away, (curves,)."""
-    out: BoolArray = (smallest_radius(plan) < CONNECTING_RADIUS) | detours(plan) | swings_out(plan)
-    return out
+    return (smallest_radius(plan) < CONNECTING_RADIUS) | detours(plan) | swings_out(plan)
 
 
 def _have_room(ends: StreetEnds, trim: FloatArray, end: IntArray) -> BoolArray:

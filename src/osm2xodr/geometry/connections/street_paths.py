@@ -135,11 +135,11 @@ class LanePaths:
 
     def at_share(self, row: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, y and heading at shares of the ways of some rows, all (m,)."""
-        return self._poses(row, share, share * self.length[row])
+        return self._poses(row, share, share * self.paths.length[self.path[row]])
 
     def at_chainage(self, row: IntArray, chainage: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, y and heading at chainages of some rows, all (m,)."""
-        return self._poses(row, chainage / self.length[row], chainage)
+        return self._poses(row, chainage / self.paths.length[self.path[row]], chainage)
 
     def _poses(
         self, row: IntArray, share: FloatArray, chainage: FloatArray

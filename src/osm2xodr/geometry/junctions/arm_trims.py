@@ -69,8 +69,7 @@ def _kerb(ends: StreetEnds, i: IntArray, j: IntArray) -> FloatArray:
     radius = np.minimum(ends.kerb[i], ends.kerb[j])
     tangent = np.minimum(radius / np.tan(np.maximum(angle, 0.1) / 2), defaults.KERB_TANGENT_MAX)
     corner = turned & (angle > _LEAST_CORNER) & (angle < _LARGEST_CORNER)
-    out: FloatArray = np.where(corner, tangent, 0.0)
-    return out
+    return np.where(corner, tangent, 0.0)
 
 
 def _covered(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -156,5 +155,4 @@ def _end_of_first_run(outside: FloatArray, stations: FloatArray) -> FloatArray:
     lower, upper = outside[rows, before], outside[rows, leave]
     share = np.clip(-lower / np.maximum(upper - lower, 1e-9), 0.0, 1.0)
     where = stations[before] + share * (stations[leave] - stations[before])
-    out: FloatArray = np.where(touched, np.where(stays, stations[-1], where), 0.0)
-    return out
+    return np.where(touched, np.where(stays, stations[-1], where), 0.0)

@@ -144,8 +144,7 @@ def _with_short_reach_at_turns(ends: StreetEnds, degree: IntArray) -> StreetEnds
 
 def _on_ring(ends: StreetEnds) -> BoolArray:
     """Say which streets are part of a roundabout, (streets,)."""
-    out: BoolArray = ends.roundabout[0::2] & ends.roundabout[1::2]
-    return out
+    return ends.roundabout[0::2] & ends.roundabout[1::2]
 
 
 def _without_a_turn(ends: StreetEnds) -> BoolArray:

@@ -79,8 +79,7 @@ def _on_roads(
     begin, end = np.append(parts.begin, 0.0), np.append(parts.end, 0.0)
 
     def off(k: IntArray) -> FloatArray:
-        out: FloatArray = np.maximum(np.maximum(begin[k] - on_street, on_street - end[k]), 0.0)
-        return out
+        return np.maximum(np.maximum(begin[k] - on_street, on_street - end[k]), 0.0)
 
     road = np.where((other >= 0) & (off(other) < off(road)), other, road)
     s = np.where(road >= 0, on_street - begin[road], np.nan)

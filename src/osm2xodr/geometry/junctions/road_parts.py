@@ -173,8 +173,7 @@ def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
     """Say which curves end where they start, and in the same direction; a line to and fro does not."""
     x0, y0, hdg0 = pose(plan, curve, np.zeros(len(curve)))
     x1, y1, hdg1 = pose(plan, curve, length[curve])
-    out: BoolArray = (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
-    return out
+    return (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
 
 
 def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring: bool) -> list[Stretch]:
