@@ -1,4 +1,4 @@
-"""Connecting roads that turn where the streets inside of their junction turn."""
+"""Connecting roads that turn where the streets inside their junction turn."""
 
 from __future__ import annotations
 

@@ -7,8 +7,6 @@ import math
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr.geometry.defaults import SHORTEST_ROAD
-
 
 def two_ts(apart: float, tags: str = "", between: str = "") -> Case:
     """Make two Ts at both ends of way 5, with arms to the south and to the north."""
@@ -97,7 +95,7 @@ def test_what_is_left_between_two_junctions_is_shared() -> None:
     """Bare needs come first: kerbs give way until a road of 2 m is left."""
     stages = two_ts(11.5).stages()
     found = trims(stages)
-    assert found[(5, 0)] + found[(5, 1)] == pytest.approx(11.5 - 2 * SHORTEST_ROAD, abs=0.01)
+    assert found[(5, 0)] + found[(5, 1)] == pytest.approx(11.5 - 2.0, abs=0.01)
     assert min(found[(5, 0)], found[(5, 1)]) >= 3.7
     assert not stages.layout.squeezed.any()
     far = trims(two_ts(60.0).stages())
@@ -144,7 +142,7 @@ def test_a_short_dead_end_keeps_a_road_that_readers_do_not_pass_over() -> None:
     stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()
     end = stages.end(3, 1)
     left = float(stages.ends.length[end]) - trims(stages)[(3, end % 2)]
-    assert SHORTEST_ROAD <= left < SHORTEST_ROAD + 0.1
+    assert 1.0 <= left < 1.1
 
 
 @pytest.mark.parametrize(("count", "junctions"), [(8, 1), (9, 2)])
@@ -212,3 +210,21 @@ def test_kerbs_have_the_radius_of_the_lesser_street(highway: str, kerb: float) -
     nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -80.0)}
     ways = {1: ("w o", "width=6"), 2: ("o e", "width=6"), 3: ("s o", f"highway={highway} width=6")}
     assert trims(Case(nodes, ways).stages())[(3, 1)] == pytest.approx(3.0 + 0.3 + 0.5 + kerb, abs=0.05)
+
+
+@pytest.mark.parametrize(("highway", "reach"), [("tertiary", 40.0), ("motorway_link", 100.0)])
+def test_a_junction_reaches_only_so_far_along_arms_that_lie_on_each_other(highway: str, reach: float) -> None:
+    """At 2 degrees the edges of both part some 180 m from the node."""
+    x, y = 300.0 * math.cos(math.radians(2.0)), 300.0 * math.sin(math.radians(2.0))
+    nodes = {"w": (-300.0, 0.0), "o": (0.0, 0.0), "e": (300.0, 0.0), "n": (x, y)}
+    tags = f"highway={highway} oneway=yes width=6"
+    found = trims(Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o n", tags)}).stages())
+    assert (found[(2, 0)], found[(3, 0)]) == pytest.approx((reach + 0.5, reach + 0.5), abs=1e-6)
+
+
+def test_a_square_crossing_of_streets_too_short_for_it_leaves_roads_of_a_metre() -> None:
+    """Four streets of 4 m, each of which would give 3.8 m: bare trims give way, and that is recorded."""
+    nodes = {"w": (-4.0, 0.0), "o": (0.0, 0.0), "e": (4.0, 0.0), "s": (0.0, -4.0), "n": (0.0, 4.0)}
+    stages = Case(nodes, {1: ("w o", ""), 2: ("o e", ""), 3: ("s o", ""), 4: ("o n", "")}).stages()
+    assert 4.0 - trims(stages)[(1, 1)] == pytest.approx(1.02, abs=0.01)
+    assert stages.layout.squeezed.all()

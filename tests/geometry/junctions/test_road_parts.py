@@ -63,7 +63,7 @@ def test_dead_ends_that_part_widely_keep_their_length(rule: Rule) -> None:
     assert (found[1], found[2]) == pytest.approx((300.0, 300.0), abs=0.01)
 
 
-def test_what_is_cut_back_is_told() -> None:
+def test_what_is_cut_back_is_reported() -> None:
     stages = parting(10.0).stages()
     diagnostics = Diagnostics()
     layout = without_idle_junctions(stages.layout, stages.movements)

@@ -29,7 +29,7 @@ def _loops(roads: RoadMap) -> list[tuple[int, Road]]:
 
 
 def _codes(case: Case, options: RoadOptions | None = None) -> list[tuple[str, str]]:
-    """Return what is told when turnarounds are added to a case."""
+    """Return what is reported when turnarounds are added to a case."""
     stages, diagnostics = case.stages(), Diagnostics()
     fitted = fit_streets(stages.network, Diagnostics())
     layout = without_idle_junctions(stages.layout, stages.movements)
@@ -109,7 +109,7 @@ def test_a_loop_is_smaller_where_a_street_is_near() -> None:
     assert 3.0 <= radius(11.0) < 8.0
 
 
-def test_where_there_is_no_room_the_dead_end_stays_and_that_is_told() -> None:
+def test_where_there_is_no_room_the_dead_end_stays_and_that_is_reported() -> None:
     nodes = {**_LINE, "a": (-60.0, 6.5), "b": (60.0, 6.5)}
     near = Case(nodes, {1: ("w o", ""), 2: ("a b", "")}, node_tags={"o": "highway=turning_circle"})
     assert near.build().junctions == ()
