@@ -76,7 +76,9 @@ def build_roads(
         problem = with_border_heights(problem, borders, neighbourhood.surface_around, elevation_options, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
     through = _with_sidewalk_corners(network, plan, solution, diagnostics)
-    lanes = _lay_out_lanes(network, plan)
+    known = Connectivity.of(network.connectivities)
+    lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country))
+    lanes = add_margins(lanes, plan.margins, plan.parts.length.tolist())
     if borders is not None:
         order = np.unique(through.junction, return_index=True)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
@@ -90,13 +92,6 @@ def _with_sidewalk_corners(
     steep = too_steep(plan.corners, solution)
     report_missing_corners(network, plan.layout, plan.corners.junction[steep], diagnostics)
     return plan.connecting.joined(plan.corners.chosen(~steep))
-
-
-def _lay_out_lanes(network: StreetNetwork, plan: RoadPlan) -> list[LaneLayout]:
-    """Lay out the lane sections of all roads outside junctions, with what lies beside the carriageway."""
-    known = Connectivity.of(network.connectivities)
-    lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country))
-    return add_margins(lanes, plan.margins, plan.parts.length.tolist())
 
 
 def _road_map(

@@ -25,8 +25,8 @@ _STRAY_FROM_CORNERS: Final = 3.0
 _STRAY_LESS: Final = 0.8
 _CORNER_LEAD: Final = 4.0
 
-# Corners are looked for at stations this far apart, m, by what the way turns from so many stations before one to as
-# many behind.
+# Corners are looked for at stations this far apart, m, by how far the way turns from this many stations before one to
+# as many behind.
 _STATION_SPACING: Final = 1.0
 _STATIONS_AROUND: Final = 2
 # Where curves and ways are compared, as shares of their lengths.

@@ -70,14 +70,7 @@ def assign_lanes(
     Every movement gets a lane, every lane of an entry with movements gets a movement, every lane of an exit that is
     reached at all gets a lane that feeds it. Movements whose links a relation names get these and no others.
 
-    Parameters
-    ----------
-    movements
-        All movements of the junction.
-    entries, exits
-        Lanes by arm.
-    near_side_left
-        Whether traffic drives on the left, so that lanes come and go at the left edge.
+    `entries` and `exits` are lanes by arm; `near_side_left` says whether traffic drives on the left.
     """
     if have_one_lane(entries, exits):
         return [(k, 0, 0) for k in range(len(movements))]

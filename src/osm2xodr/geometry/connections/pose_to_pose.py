@@ -38,7 +38,7 @@ _DETOUR_MORE: Final = 60.0
 _TURN_THAT_MAY_SWING: Final = 0.7
 _SWING_BACK_AND_FORTH: Final = 0.35
 
-# Turns below this, rad, are none.
+# Turns below this, rad, count as straight.
 _NO_ANGLE: Final = 1e-9
 
 

@@ -22,7 +22,7 @@ from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# An arm is set back at most so many times, by 6 m in all. A choice.
+# An arm is set back at most this many times, by 6 m in all. A choice.
 _ARM_SETBACK_STEPS: Final = 8
 # Turns that swing out must not run onto the first stretch of the junction's roads, of this length, m; places on both
 # are compared at this spacing, m.

@@ -28,7 +28,7 @@ _MEDIAN_CROSSING: Final = 40.0
 _CARRIAGEWAYS_COSINE: Final = 0.8
 # Bridges and tunnels shorter than this, m, may lie within a junction: less than two carriageways pass beneath them.
 _SHORTEST_BRIDGE: Final = 8.0
-# Junctions are measured and joined at most so many times. A choice.
+# Junctions are measured and joined at most this many times. A choice.
 _MOST_ROUNDS: Final = 8
 # What both ends of a road may lose together when they are moved onto borders of its lines and arcs, m.
 _SNAPPED: Final = 0.02

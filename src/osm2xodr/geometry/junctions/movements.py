@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -173,7 +174,7 @@ def _ways_out(
             if (
                 exit_ == entry
                 or not rules.allows(ways[-1], here, way)
-                or not rules.allows_path(_without_repeats([*ways, way]))
+                or not rules.allows_path([number for number, _ in groupby([*ways, way])])
             ):
                 continue
             if exit_ not in best or (run, path) < best[exit_]:
@@ -206,10 +207,6 @@ def _way_at(streets: tuple[Street, ...], end: int) -> int:
 def _ways_of(street: Street, along: bool) -> Iterator[int]:
     pieces = street.pieces if along else street.pieces[::-1]
     return (attributes.osm_way_id for _, attributes in pieces)
-
-
-def _without_repeats(ways: list[int]) -> list[int]:
-    return [way for k, way in enumerate(ways) if k == 0 or ways[k - 1] != way]
 
 
 def _rules(network: StreetNetwork, layout: JunctionLayout, diagnostics: Diagnostics) -> _Rules:

@@ -30,7 +30,7 @@ _SHIFT_SHARES: Final = np.linspace(0.25, 1.0, 4)
 _SMALLEST_SCALE: Final = 0.4
 # A lane is never longer than its line by this factor.
 _TOO_LONG: Final = 1e9
-# Shifts are rounded to so many decimals of a metre; ratios of lengths that differ by less than this are equal.
+# Shifts are rounded to this many decimals of a metre; ratios of lengths that differ by less than this are equal.
 _SHIFT_DECIMALS: Final = 2
 _SAME_RATIO: Final = 1e-6
 
