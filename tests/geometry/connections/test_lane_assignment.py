@@ -17,6 +17,7 @@ from osm2xodr.geometry.connections.lane_assignment import (
     ArmLanes,
     LaneLink,
     LaneMovement,
+    _meant,
     assign_lanes,
     lanes_per_movement,
 )
@@ -315,7 +316,6 @@ def test_turns_below_50_degrees_lead_straight_on(turn: float, straight: bool) ->
 
 @pytest.mark.parametrize(("turn", "meant"), [(7.0, 0), (13.0, 1)])
 def test_a_turn_to_a_side_is_one_of_more_than_10_degrees(turn: float, meant: int) -> None:
-    """A lane for slight turns to the left; streets at 90 degrees, nearly straight on, and straight on."""
-    found = lanes_per_movement(specs("sl|t"), [math.radians(value) for value in (90.0, turn, 0.0)], [1] * 3)
-    assert 0 in found[meant]
-    assert found[2] == [1]
+    """A mark for slight turns to the left; streets at 90 degrees, nearly straight on, and straight on."""
+    turns = [math.radians(value) for value in (90.0, turn, 0.0)]
+    assert _meant("slight_left", turns, 2, near_side_left=False) == meant
