@@ -69,11 +69,10 @@ POLYNOMIAL_ORDER: Final = 4
 CONNECTING_RADIUS: Final = 3.0
 # Turns sharper than that swing out first where there is room: they turn forth and back by at most this, rad (86
 # degrees), and by this if they turn back, by more than this (172 and 149 degrees: lanes 3 m apart), so that no car
-# goes round a circle. They must not run onto the first stretch of the junction's roads, m.
+# goes round a circle.
 MOST_SWING: Final = 1.5
 MOST_SWING_BACK: Final = 3.0
 SWING_BACK: Final = 2.6
-WIDE_TURN_REACH: Final = 25.0
 
 # ---------------------------------------------------------------- roads as points and faces
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from osm2xodr.geometry.heights.solve import ProfileProblem
 
 from osm2xodr.geometry.borders.division import find_borders
+from osm2xodr.geometry.heights import ProfileProblem
 from osm2xodr.model import Borders, LocalFrame, Outline, Partition
 
 WEST, EAST = 0, 1

@@ -1,4 +1,4 @@
-"""Default numbers that wings of geometry share: meaning, unit, source. SI units unless the name says otherwise."""
+"""Numbers that several parts of geometry share: meaning, unit, source. SI units unless the name says otherwise."""
 
 from __future__ import annotations
 
@@ -35,12 +35,14 @@ FAST_HIGHWAYS: Final = ("motorway", "motorway_link", "trunk", "trunk_link")
 
 # ---------------------------------------------------------------- junctions
 
-# How far along its arms a junction may reach; more where ramps join at acute angles (RAA 2008: gores of 100 m).
+# How far along its arms a junction may reach, m; farther where ramps join at acute angles (RAA 2008: gores of 100 m).
 ARM_REACH: Final = 40.0
 ARM_REACH_MOTORWAY: Final = 100.0
-# Streets that keep less than this between two junctions become part of one junction.
+# A street that keeps less than this between two junctions becomes part of one junction, m: no car has room to wait
+# there. A choice.
 SHORTEST_STREET_BETWEEN_JUNCTIONS: Final = 3.0
-# Roads are not cut shorter than this where their junctions cannot be one (or, at the very least, than a quarter).
+# Shortest road where two junctions cannot be one, m (half of its street, where the street is shorter than 2 m). A
+# choice.
 SHORTEST_ROAD: Final = 1.0
 
 # ---------------------------------------------------------------- lanes along a road
@@ -55,13 +57,8 @@ SHORTEST_LANE_SECTION: Final = 12.0
 
 # ---------------------------------------------------------------- connecting roads
 
-# Arms of a junction with a sharper turn are cut back by this much at a time, at most so many times, m.
-# So are arms of a turn above SWING_OF_TURN, rad (40 degrees), that turns to the other side, too: forth and back by
-# more than SWING, rad (20 degrees).
-SWING_OF_TURN: Final = 0.7
-SWING: Final = 0.35
-TURNING_ROOM: Final = 0.75
-TURNING_ROOM_STEPS: Final = 8
+# Arms of a junction whose turns are too sharp, or whose bends are too tight, are set back by this much at a time, m.
+ARM_SETBACK_STEP: Final = 0.75
 # A bend is tight where the outermost lane is longer than the reference line by more than this share. Half of a narrow
 # lane (2.8 m), m: the middle of the outermost lane lies at least this far inside the carriageway's edge.
 TIGHT_BEND: Final = 0.08

@@ -120,7 +120,7 @@ def build_connector_problem(connecting: ConnectingRoads) -> ConnectorProblem:
         start_t=connecting.entry_t,
         end_t=connecting.exit_t,
         half_width=np.minimum(connecting.entry_width, connecting.exit_width) / 2 + aside,
-        beside=np.array([kind is LaneType.SIDEWALK for kind in connecting.set_apart], bool),
+        beside=np.array([kind is LaneType.SIDEWALK for kind in connecting.lane_type], bool),
     )
 
 

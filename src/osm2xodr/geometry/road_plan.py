@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
-from osm2xodr import defaults
-from osm2xodr.curves import smallest_radius
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections import (
     ConnectingRoads,
+    LaneLinks,
     build_connecting_roads,
     detours,
     find_lane_links,
-    report_unheeded,
+    set_back_arms,
+    swing_out,
     turns_on_the_spot,
-    widened_trims,
-    with_wide_turns,
 )
 from osm2xodr.geometry.junctions import (
     JunctionLayout,
@@ -27,16 +22,23 @@ from osm2xodr.geometry.junctions import (
     RoadOptions,
     RoadParts,
     add_turnarounds,
+    cut_back_dead_ends,
     cut_roads,
-    dead_ends_apart,
     find_movements,
     lay_out_junctions,
-    lines_outside_bends,
-    refuse_without_roads,
-    report_lost,
+    shift_lines_out_of_bends,
     without_idle_junctions,
 )
 from osm2xodr.geometry.margins import Margins, find_margins, lay_out_corners, margins_with_room
+from osm2xodr.geometry.plan_report import (
+    refuse_without_roads,
+    report_absorbed_streets,
+    report_impossible_turns,
+    report_missing_corners,
+    report_sharp_turns,
+    report_squeezed_streets,
+    report_unused_connectivity,
+)
 from osm2xodr.geometry.plan_view import (
     FittedStreets,
     StreetEnds,
@@ -46,124 +48,117 @@ from osm2xodr.geometry.plan_view import (
     street_ends,
     trims_clear_of_bends,
 )
-from osm2xodr.model import IntArray, StreetNetwork
+from osm2xodr.model import StreetNetwork
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RoadPlan:
+class CutStreets:
+    """Streets, the junctions that cut them, and the roads that are left."""
+
+    fitted: FittedStreets  # The streets' curves
+    ends: StreetEnds
+    layout: JunctionLayout
+    parts: RoadParts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadPlan(CutStreets):
     """Roads and junctions in plan."""
 
-    # The streets' curves, and their ends
-    fitted: FittedStreets
-    ends: StreetEnds
-    layout: JunctionLayout  # The junctions
-    parts: RoadParts  # The roads between junctions
     connecting: ConnectingRoads  # The roads for cars within junctions
     margins: tuple[Margins, ...]  # What lies beside each road
-    corners: ConnectingRoads  # The roads for people on foot within junctions
+    corners: ConnectingRoads  # The sidewalks within junctions
 
 
 def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics) -> RoadPlan:
-    """Lay out the roads of a network.
+    """Lay out the roads of a network in plan.
 
     Parameters
     ----------
     network
-        What is to be driven on.
+        The streets.
     options
         What the user chose about roads.
     diagnostics
-        Where repairs and compromises are told.
+        Where repairs and compromises are recorded.
     """
     fitted = narrow_parallel_streets(network, fit_streets(network, diagnostics), diagnostics)
-    ends = _ends(network, fitted)
-    layout = lay_out_junctions(network, ends)
-    refuse_without_roads(layout)
-    movements = find_movements(network, ends, layout, diagnostics)
-    layout = dead_ends_apart(network, ends, layout, without_idle_junctions(layout, movements), diagnostics)
-    layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
-    movements += loops
-    parts = cut_roads(network, fitted, layout)
-    first = parts
-    # Measured from OSM's line, from which lines that are moved later say how far they are.
-    inner_lanes = partial(outer_lanes, fitted, network.rule)
-    links = find_lane_links(parts, movements, network.rule)
-    connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
-    widened = widened_trims(ends, layout, parts, connecting)
-    trim = trims_clear_of_bends(ends, layout.junction, widened, layout.trim)
-    if (trim != layout.trim).any():
-        layout = replace(layout, trim=trim)
-        parts = cut_roads(network, fitted, layout, parts)
-    moved, layout = lines_outside_bends(fitted, layout, parts)
-    if moved is not fitted:
-        fitted = moved
-        ends = _ends(network, fitted)
-        parts = cut_roads(network, fitted, layout, parts)
-    if parts is not first:
-        links = find_lane_links(parts, movements, network.rule, links)
-        connecting = build_connecting_roads(links, movements, ends, layout.trim, inner_lanes, network.rule)
-    connecting = with_wide_turns(connecting, parts)
-    connecting = _without_detours(network, layout, connecting, diagnostics)
-    _report(network, layout, connecting, diagnostics)
-    report_lost(network, layout, connecting.junction, diagnostics)
-    _report_connectivity(network, movements, parts, diagnostics)
-    margins = margins_with_room(parts, find_margins(parts), diagnostics)
-    margins, corners, left_out = lay_out_corners(parts, margins, connecting, network.rule)
-    report_corners(network, layout, left_out, diagnostics)
-    return RoadPlan(fitted, ends, layout, parts, connecting, margins, corners)
+    ends = _street_ends(network, fitted)
+    layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
+    cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
+    cut, connecting = _connect(network, cut, movements)
+    connecting = swing_out(connecting, cut.parts)
+    connecting = _without_impossible_turns(network, cut.layout, connecting, diagnostics)
+    report_squeezed_streets(network, cut.layout, diagnostics)
+    report_sharp_turns(network, cut.layout, connecting, diagnostics)
+    report_absorbed_streets(network, cut.layout, connecting, diagnostics)
+    report_unused_connectivity(network, movements, cut.parts, diagnostics)
+    margins = margins_with_room(cut.parts, find_margins(cut.parts), diagnostics)
+    margins, corners, left_out = lay_out_corners(cut.parts, margins, connecting, network.rule)
+    report_missing_corners(network, cut.layout, left_out, diagnostics)
+    return RoadPlan(cut.fitted, cut.ends, cut.layout, cut.parts, connecting, margins, corners)
 
 
-def _ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:
+def _street_ends(network: StreetNetwork, fitted: FittedStreets) -> StreetEnds:
     sections = tuple((pieces[0][2], pieces[-1][2]) for pieces in fitted.pieces)
     return street_ends(network, fitted.plan_view, sections, fitted.aside)
 
 
-def _without_detours(
+def _lay_out_junctions(
+    network: StreetNetwork, fitted: FittedStreets, ends: StreetEnds, options: RoadOptions, diagnostics: Diagnostics
+) -> tuple[JunctionLayout, list[Movement]]:
+    """Find the junctions and the ways through them, loops at dead ends included."""
+    layout = lay_out_junctions(network, ends)
+    refuse_without_roads(layout)
+    movements = find_movements(network, ends, layout, diagnostics)
+    driven = without_idle_junctions(layout, movements)
+    layout = cut_back_dead_ends(network, ends, layout, driven, diagnostics)
+    layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
+    return layout, movements + loops
+
+
+def _connect(
+    network: StreetNetwork, cut: CutStreets, movements: list[Movement]
+) -> tuple[CutStreets, ConnectingRoads]:
+    """Draw the roads through junctions; where they lack room, cut the streets again and redraw them."""
+    # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
+    lanes = partial(outer_lanes, cut.fitted, network.rule)
+
+    def drawn(cut: CutStreets, links: LaneLinks) -> ConnectingRoads:
+        return build_connecting_roads(links, movements, cut.ends, cut.layout.trim, lanes, network.rule)
+
+    links = find_lane_links(cut.parts, movements, network.rule)
+    connecting = drawn(cut, links)
+    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting))
+    if roomy is not cut:
+        connecting = drawn(roomy, find_lane_links(roomy.parts, movements, network.rule, links))
+    return roomy, connecting
+
+
+def _with_room_to_turn(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads) -> CutStreets:
+    """Set back arms whose turns are too sharp, and those that end in tight bends."""
+    trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting)
+    trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim)
+    if (trim == cut.layout.trim).all():
+        return cut
+    layout = replace(cut.layout, trim=trim)
+    return replace(cut, layout=layout, parts=cut_roads(network, cut.fitted, layout, cut.parts))
+
+
+def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
+    """Move reference lines to the outside of the tight bends that no junction has taken."""
+    fitted, layout = shift_lines_out_of_bends(cut.fitted, cut.layout, cut.parts)
+    if fitted is cut.fitted:
+        return cut
+    return CutStreets(fitted, _street_ends(network, fitted), layout, cut_roads(network, fitted, layout, cut.parts))
+
+
+def _without_impossible_turns(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> ConnectingRoads:
     """Leave out connecting roads that no car would drive because the arms that they join lie on each other."""
-    # Loops that turn back are long by design.
-    astray = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
-    astray &= connecting.entry != connecting.exit
-    for junction in np.unique(connecting.junction[astray]).tolist():
-        node = network.intersections[layout.nodes[junction][0]].osm_node_id
-        diagnostics.dropped(
-            "no-room-to-turn", f"node/{node}", "the arms lie on each other, a turn between is left out"
-        )
-    return connecting.chosen(~astray) if astray.any() else connecting
-
-
-def _report(
-    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
-) -> None:
-    for street in np.flatnonzero(layout.squeezed).tolist():
-        way = network.streets[street].pieces[0][1].osm_way_id
-        diagnostics.repaired(
-            "street-too-short", f"way/{way}", "too short for the junctions at its ends, which were cut back"
-        )
-    sharp = smallest_radius(connecting.plan_view) < defaults.CONNECTING_RADIUS
-    tight = np.unique(connecting.junction[sharp])
-    for junction in tight.tolist():
-        node = network.intersections[layout.nodes[junction][0]].osm_node_id
-        diagnostics.repaired("tight-turn", f"node/{node}", "a turn through the junction is sharper than a car drives")
-
-
-def report_corners(
-    network: StreetNetwork, layout: JunctionLayout, left_out: IntArray, diagnostics: Diagnostics
-) -> None:
-    """Tell in which junctions sidewalks are not connected around corners."""
-    for junction in np.unique(left_out).tolist():
-        node = network.intersections[layout.nodes[junction][0]].osm_node_id
-        diagnostics.dropped(
-            "sidewalk-corner", f"node/{node}", "the sidewalks of two arms cannot be connected round their corner"
-        )
-
-
-def _report_connectivity(
-    network: StreetNetwork, movements: Sequence[Movement], parts: RoadParts, diagnostics: Diagnostics
-) -> None:
-    if not network.connectivities:
-        return
-    ends = [(item, int(parts.road_end[item.entry]), int(parts.road_end[item.exit])) for item in movements]
-    sections = [(item, parts.at_end(one).section, parts.at_end(other).section) for item, one, other in ends]
-    report_unheeded(network, sections, parts.stretches, diagnostics)
+    # Loops that turn back on their arm are long by design.
+    impossible = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
+    impossible &= connecting.entry != connecting.exit
+    report_impossible_turns(network, layout, connecting.junction[impossible], diagnostics)
+    return connecting.chosen(~impossible) if impossible.any() else connecting

@@ -71,6 +71,7 @@ from osm2xodr.model.streets import (
     StreetAttributes,
     StreetNetwork,
     StructureTags,
+    TurningPlace,
     TurnRestriction,
 )
 
@@ -136,5 +137,6 @@ __all__ = [
     "SurfaceQuality",
     "ThingFacts",
     "TurnRestriction",
+    "TurningPlace",
     "freeze_arrays",
 ]

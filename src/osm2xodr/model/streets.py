@@ -178,6 +178,14 @@ class LaneConnectivity:
     lanes: tuple[tuple[int, int, bool], ...]
 
 
+@dataclass(frozen=True, slots=True)
+class TurningPlace:
+    """What OSM says about room to turn round at a node on a street."""
+
+    circle: bool  # Whether it is a turning circle, a turning loop or a mini-roundabout
+    diameter: float | None  # Of the carriageway there, m; None where OSM gives none that can be read
+
+
 class RoadsideKind(str, Enum):
     """Kinds of things beside the road."""
 
@@ -233,10 +241,11 @@ class StreetNetwork:
     streets: tuple[Street, ...]
     intersections: tuple[Intersection, ...]
     restrictions: tuple[TurnRestriction, ...]
-    # Tags of the tagged nodes on streets by OSM node id (signals, stop lines, crossings, turning circles …)
+    # Tags of the tagged nodes on streets by OSM node id (signals, stop lines, crossings …)
     node_tags: Mapping[int, Mapping[str, str]]
     bounds_deg: tuple[float, float, float, float]  # West, south, east, north of the streets' nodes, degrees, WGS 84
     connectivities: tuple[LaneConnectivity, ...] = ()
     footways: tuple[Footway, ...] = ()  # Footways within reach of a street, in ascending id
     roadside: tuple[RoadsideThing, ...] = ()  # Things within reach of a street, in ascending kind and id
     node_facts: NodeFacts = field(default_factory=NodeFacts)  # What `node_tags` and `footways` mean
+    turning_places: Mapping[int, TurningPlace] = field(default_factory=dict)  # By OSM node id

@@ -36,6 +36,7 @@ from osm2xodr.osmParsing.tags import (
     is_transition,
     oneway,
     read_node_facts,
+    turning_places,
     way_attributes,
     with_speed_zones,
     with_urban_speeds,
@@ -114,6 +115,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         footways=footways,
         roadside=roadside,
         node_facts=read_node_facts(node_tags, footways, code),
+        turning_places=turning_places(node_tags),
     )
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from division_cases import EAST, WEST, borders_of, partition
 from elevation_helpers import Ground, Solved, make_problem, straight
-from osm2xodr.geometry.heights.solve import ProfileProblem, solve_profiles
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.borders.heights import chosen_roads, with_border_heights
+from osm2xodr.geometry.heights import ProfileProblem, solve_profiles
 from osm2xodr.model import FloatArray, Partition, Surface
 
 HILLS = Ground(lambda x, y: 20.0 * np.sin(x / 90.0) + 15.0 * np.cos(y / 70.0) + 0.02 * x, cell_size=30.0, sigma=1.5)

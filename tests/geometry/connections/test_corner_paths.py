@@ -1,7 +1,8 @@
-"""Connecting roads that turn where the streets inside of their junction turn."""
+"""Connecting roads that turn where the streets inside their junction turn."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from street_cases import Case, built_links, mirrored_links
 from osm2xodr.curves.plan_views import chain_curves, lengths, pose, smallest_radius
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
-from osm2xodr.geometry.connections.street_paths import StreetPaths, street_paths
+from osm2xodr.geometry.connections.street_paths import LanePaths, lane_paths, lay_out_paths
 from osm2xodr.model import FloatArray, PlanView, Rule
 
 # A path from the west over 30 m to the north and on to the east; the origin is in the middle.
@@ -29,15 +30,19 @@ STEP = Case(
 )
 
 
-def laid_out() -> tuple[StreetPaths, PlanView]:
-    """Lay out the path, as if both nodes were one junction whose arms end 8 m from them."""
-    stages = STEP.stages()
+def laid_out(height: float = 30.0) -> LanePaths:
+    """Lay out the way of a lane, as if both nodes were one junction whose arms end 8 m from them."""
+    nodes = {name: (x, math.copysign(height / 2, y) if abs(y) < 20 else y) for name, (x, y) in STEP.nodes.items()}
+    stages = Case(nodes, STEP.ways).stages()
     numbers = {(stages.way(item.entry), stages.way(item.exit)): item for item in stages.movements}
-    first, second = numbers[(1, 5)], numbers[(5, 2)]
-    street = second.entry // 2
-    whole = replace(first, exit=second.exit, inner=((street, second.entry % 2 == 1),))
+    whole = numbers.get((1, 2))
+    if whole is None:
+        first, second = numbers[(1, 5)], numbers[(5, 2)]
+        whole = replace(first, exit=second.exit, inner=((second.entry // 2, second.entry % 2 == 1),))
     trim = np.full(len(stages.ends.length), 8.0)
-    return street_paths([whole], stages.ends, trim, lambda *_: (-1.5, -1.5)), stages.ends.plan_view
+    paths = lay_out_paths([whole], stages.ends, trim, lambda *_: (-1.5, -1.5))
+    side = np.array([-1.5])
+    return lane_paths(paths, stages.ends.plan_view, np.array([0]), side, side)
 
 
 def direct(y0: float, y1: float) -> PlanView:
@@ -46,9 +51,8 @@ def direct(y0: float, y1: float) -> PlanView:
 
 
 def followed() -> tuple[PlanView, PlanView]:
-    paths, streets = laid_out()
     plan = direct(-16.5, 13.5)
-    return plan, follow_corners(plan, paths, streets, np.array([0]), np.array([-1.5]), np.array([-1.5]))
+    return plan, follow_corners(plan, laid_out())
 
 
 def places(plan: PlanView) -> FloatArray:
@@ -88,13 +92,13 @@ def test_a_way_to_and_fro_is_not_followed(degrees: float) -> None:
     street, along = first.exit // 2, first.exit % 2 == 0
     spike = replace(first, exit=first.entry, inner=((street, along), (street, not along)))
     trim = np.full(len(stages.ends.length), 8.0)
-    paths = street_paths([spike], stages.ends, trim, lambda *_: (0.0, 0.0))
+    paths = lay_out_paths([spike], stages.ends, trim, lambda *_: (0.0, 0.0))
     assert paths.length == pytest.approx(2 * 8.0 + 2 * 30.0, abs=0.5)
     x, y = np.array([-8.0, -8.0]), np.array([-16.5, -13.5])
     x, y, hdg = cos * x - sin * y, sin * x + cos * y, angle + np.array([0.0, np.pi])
     plan = connect(x[:1], y[:1], hdg[:1], x[1:], y[1:], hdg[1:])
-    sides = np.array([-1.5]), np.array([-1.5])
-    alone = follow_corners(plan, paths, stages.ends.plan_view, np.array([0]), *sides)
+    side = np.array([-1.5])
+    alone = follow_corners(plan, lane_paths(paths, stages.ends.plan_view, np.array([0]), side, side))
     # No curve turns round on the spot.
     assert not has_kinks(alone).any()
     assert alone.hdg == pytest.approx(plan.hdg)
@@ -102,10 +106,8 @@ def test_a_way_to_and_fro_is_not_followed(degrees: float) -> None:
 
 
 def test_what_keeps_near_its_way_is_left_alone() -> None:
-    paths, streets = laid_out()
     _, turned = followed()
-    again = follow_corners(turned, paths, streets, np.array([0]), np.array([-1.5]), np.array([-1.5]))
-    assert again is turned
+    assert follow_corners(turned, laid_out()) is turned
 
 
 def test_curves_are_joined_end_to_start() -> None:
@@ -154,3 +156,10 @@ def test_aisles_are_alike_on_both_sides_of_the_road() -> None:
     assert sorted(lengths(left.plan_view).round(6).tolist()) == pytest.approx(lengths_right, abs=5e-3)
     widest = [k for k, road in enumerate(right.roads) if road.junction]
     assert smallest_radius(right.plan_view)[widest].min() >= 3.0 - 1e-6
+
+
+@pytest.mark.parametrize(("height", "turned"), [(7.0, False), (20.0, True)])
+def test_a_low_step_is_driven_in_one_curve(height: float, turned: bool) -> None:
+    """Its curve keeps within 3 m of the streets; beside a high one it does not."""
+    plan = direct(-height / 2 - 1.5, height / 2 - 1.5)
+    assert (follow_corners(plan, laid_out(height)) is not plan) == turned

@@ -17,6 +17,7 @@ from osm2xodr.geometry.connections.lane_assignment import (
     ArmLanes,
     LaneLink,
     LaneMovement,
+    _meant,
     assign_lanes,
     lanes_per_movement,
 )
@@ -289,3 +290,32 @@ def test_left_hand_traffic_is_the_mirror_image(
         (k, len(entries[movements[k].entry].specs) - 1 - one, len(exits[movements[k].exit].specs) - 1 - other)
         for k, one, other in found
     )
+
+
+@pytest.mark.parametrize(("turn", "merges"), [(20.0, True), (33.0, True), (38.0, False)])
+def test_arms_that_turn_little_into_one_exit_merge_side_by_side(turn: float, merges: bool) -> None:
+    """A ramp from the right joins a road of two lanes that goes on with three."""
+    main, ramp, exit_ = arm("-|-"), arm("-"), arm("-|-|-")
+    movements = [
+        LaneMovement(0, 9, 0.0, tuple(t + WIDTH / 2 for t in main.t)),
+        LaneMovement(1, 9, math.radians(turn), (-WIDTH,)),
+    ]
+    found = assign_lanes(movements, {0: main, 1: ramp}, {9: exit_}, near_side_left=False)
+    # Alone, the ramp leads to the lane ahead of it, which lies in the middle where it comes from there.
+    assert (1, 0, 2) in found
+    beside = [replace(movements[1], lateral=(0.0,))]
+    shifted = assign_lanes([movements[0], *beside], {0: main, 1: ramp}, {9: exit_}, near_side_left=False)
+    assert ((1, 0, 2) in shifted) == merges
+
+
+@pytest.mark.parametrize(("turn", "straight"), [(46.0, True), (54.0, False)])
+def test_turns_below_50_degrees_lead_straight_on(turn: float, straight: bool) -> None:
+    found = lanes_per_movement(specs("-|-"), [math.radians(turn), math.radians(-90.0)], [1, 1])
+    assert found == ([[0, 1], [1]] if straight else [[0], [1]])
+
+
+@pytest.mark.parametrize(("turn", "meant"), [(7.0, 0), (13.0, 1)])
+def test_a_turn_to_a_side_is_one_of_more_than_10_degrees(turn: float, meant: int) -> None:
+    """A mark for slight turns to the left; streets at 90 degrees, nearly straight on, and straight on."""
+    turns = [math.radians(value) for value in (90.0, turn, 0.0)]
+    assert _meant("slight_left", turns, 2, near_side_left=False) == meant

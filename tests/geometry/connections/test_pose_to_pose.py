@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 from road_measures import Pose, assert_smooth, curve_length, pose_at, records, smallest_radius_of
 
+from osm2xodr.curves.plan_views import curves_of
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, swings_out, turns_on_the_spot
 from osm2xodr.model import PlanView
 
@@ -187,3 +188,42 @@ def test_kinks_are_seen_within_curves_only() -> None:
     assert has_kinks(two).tolist() == [False, False]
     around = joined(Pose(0.0, 0.0, 3.0), Pose(-9.0, 9.0, -3.0))
     assert has_kinks(around).tolist() == [False]
+
+
+def curve(*rows: tuple[float, float]) -> PlanView:
+    """Return a curve of (length, curvature), from the origin to the east."""
+    length, curvature = np.array(rows).T
+    return curves_of(np.zeros(1), np.zeros(1), np.zeros(1), length[None], curvature[None])
+
+
+@pytest.mark.parametrize(("more", "detour"), [(-3.0, False), (3.0, True)])
+@pytest.mark.parametrize("bridged", [0.0, 10.0, 30.0])
+def test_a_detour_is_60_m_longer_than_four_times_what_it_bridges(bridged: float, more: float, detour: bool) -> None:
+    """Ahead and straight back again."""
+    length = 4 * bridged + 60.0 + more
+    ahead = (length + bridged) / 2
+    tables = np.array([0.0, ahead]), np.array([0.0, ahead]), np.zeros(2), np.array([0.0, np.pi])
+    plan = PlanView(np.array([0, 2]), *tables, np.array([ahead, length - ahead]), np.zeros(2))
+    assert detours(plan).tolist() == [detour]
+
+
+@pytest.mark.parametrize(
+    ("length", "turn", "point"), [(0.08, 0.6, True), (0.12, 0.6, False), (0.08, 0.4, False), (0.08, -0.6, True)]
+)
+def test_no_car_turns_on_a_tenth_of_a_metre(length: float, turn: float, point: bool) -> None:
+    assert turns_on_the_spot(curve((length, turn / length))).tolist() == [point]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "swings"),
+    [(-0.2, 1.0, True), (-0.15, 1.0, False), (1.0, -0.2, True), (-0.2, 0.85, False), (-0.2, 0.95, True)],
+)
+def test_two_arcs_swing_beyond_40_degrees_forth_and_back_by_20(first: float, second: float, swings: bool) -> None:
+    assert swings_out(curve((10.0, first / 10), (10.0, second / 10))).tolist() == [swings]
+
+
+@pytest.mark.parametrize(("degrees", "simple"), [(147.0, True), (153.0, False)])
+def test_turns_of_up_to_150_degrees_are_a_line_and_an_arc(degrees: float, simple: bool) -> None:
+    corner = Pose(20.0, 0.0, math.radians(degrees))
+    plan = joined(Pose(0.0, 0.0, 0.0), corner.moved(14.0, 0.0))
+    assert (0.0 in {curvature for _, _, _, curvature in records(plan, 0)}) == simple

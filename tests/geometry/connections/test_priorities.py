@@ -189,7 +189,7 @@ def test_numbers_are_counted(rule: Rule) -> None:
         ({"wi": "highway=stop", "ei": "highway=stop", "si": "highway=stop"}, 0),
     ],
 )
-def test_signs_against_the_classes_are_told(signs: dict[str, str], said: int) -> None:
+def test_signs_against_the_classes_are_reported(signs: dict[str, str], said: int) -> None:
     made = case(T, signs)
     stages = made.stages()
     diagnostics = Diagnostics()

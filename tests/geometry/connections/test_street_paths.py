@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr.geometry.connections.street_paths import StreetPaths, street_paths
+from osm2xodr.geometry.connections.pose_to_pose import connect
+from osm2xodr.geometry.connections.street_paths import (
+    LanePaths,
+    StreetPaths,
+    follow_streets,
+    lane_paths,
+    lay_out_paths,
+)
+from osm2xodr.model import PlanView
 
 
 def paths_of(stages: Stages) -> tuple[StreetPaths, dict[tuple[int, int], int]]:
@@ -16,7 +25,7 @@ def paths_of(stages: Stages) -> tuple[StreetPaths, dict[tuple[int, int], int]]:
     numbers = {
         (stages.way(item.entry), stages.way(item.exit)): number for number, item in enumerate(stages.movements)
     }
-    return street_paths(
+    return lay_out_paths(
         stages.movements, stages.ends, stages.layout.trim, lambda street, along: (-1.5, -1.5)
     ), numbers
 
@@ -60,3 +69,35 @@ def test_no_movements_have_no_paths() -> None:
     paths, _ = paths_of(stages)
     assert paths.start.tolist() == [0]
     assert len(paths.length) == len(paths.curve) == 0
+
+
+def bent(degrees: float, inner: float) -> tuple[LanePaths, PlanView]:
+    """Lay out a way that bends where it enters a street of 30 m inside its junction, and the direct curve.
+
+    The lane is 1.5 m right of the streets, but `inner` on the one inside.
+    """
+    angle = math.radians(degrees)
+    cos, sin = math.cos(angle), math.sin(angle)
+    nodes = {"w": (-60.0, 0.0), "a": (0.0, 0.0), "b": (30 * cos, 30 * sin), "e": (90 * cos, 90 * sin)}
+    nodes |= {"s": (0.0, -60.0), "n": (30 * cos, 80.0)}
+    stages = Case(nodes, {1: ("w a", ""), 2: ("b e", ""), 3: ("s a", ""), 4: ("b n", ""), 5: ("a b", "")}).stages()
+    numbers = {(stages.way(item.entry), stages.way(item.exit)): item for item in stages.movements}
+    first, second = numbers[(1, 5)], numbers[(5, 2)]
+    whole = replace(first, exit=second.exit, inner=((second.entry // 2, second.entry % 2 == 1),))
+    paths = lay_out_paths([whole], stages.ends, np.full(len(stages.ends.length), 8.0), lambda *_: (inner, inner))
+    side = np.array([-1.5])
+    lanes = lane_paths(paths, stages.ends.plan_view, np.array([0]), side, side)
+    row = np.array([0])
+    return lanes, connect(*lanes.at_share(row, np.array([0.0])), *lanes.at_share(row, np.array([1.0])))
+
+
+@pytest.mark.parametrize(("degrees", "followed"), [(20.0, True), (27.0, True), (33.0, False), (45.0, False)])
+def test_a_street_with_corners_below_30_degrees_is_followed(degrees: float, followed: bool) -> None:
+    lanes, direct = bent(degrees, -1.5)
+    assert (follow_streets(direct, lanes) is not direct) == followed
+
+
+@pytest.mark.parametrize(("aside", "followed"), [(0.2, False), (0.3, True)])
+def test_a_curve_that_strays_a_quarter_of_a_metre_follows_the_street(aside: float, followed: bool) -> None:
+    lanes, direct = bent(0.0, -1.5 + aside)
+    assert (follow_streets(direct, lanes) is not direct) == followed

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.arm_trims import footprints
 from osm2xodr.geometry.plan_view.ends import StreetEnds
 from osm2xodr.model import PlanView
 
-# Edges count as apart once they are this far from each other, m.
+# Edges count as apart once they are this far from each other, m; roads end farther out by the clearance.
 GAP = 0.3
-FREE = GAP + defaults.ARM_CLEARANCE
+CLEARANCE = 0.5
+FREE = GAP + CLEARANCE
 
 
 def star(
@@ -26,12 +26,14 @@ def star(
     layers: list[int] | None = None,
     nodes: list[int] | None = None,
     one_way_out: bool = False,
+    starts: list[tuple[float, float]] | None = None,
 ) -> StreetEnds:
-    """Make straight streets that start at one place: (heading in degrees, half width) each."""
+    """Make straight streets that start at one place, or at `starts`: (heading in degrees, half width) each."""
     n = len(arms)
     hdg = np.deg2rad([angle for angle, _ in arms])
     half = np.repeat([width for _, width in arms], 2)
-    plan = PlanView(np.arange(n + 1), np.zeros(n), np.zeros(n), np.zeros(n), hdg, np.full(n, length), np.zeros(n))
+    x, y = np.array(starts or [(0.0, 0.0)] * n).T
+    plan = PlanView(np.arange(n + 1), np.zeros(n), x, y, hdg, np.full(n, length), np.zeros(n))
     ends = 2 * n
     node = np.full(ends, -1, np.int64)
     node[0::2] = 0 if nodes is None else nodes
@@ -84,15 +86,15 @@ def test_arms_that_join_at_an_acute_angle_end_where_their_edges_part(angle: floa
     bare, _ = taken(star([(0.0, half), (angle, half), (180.0 + angle / 2, half)]))
     part = (half * (1 + math.cos(math.radians(angle))) + GAP) / math.sin(math.radians(angle))
     assert part > half / math.tan(math.radians(angle) / 2)
-    assert bare[:2] == pytest.approx([part + defaults.ARM_CLEARANCE] * 2, abs=0.15)
+    assert bare[:2] == pytest.approx([part + CLEARANCE] * 2, abs=0.15)
 
 
 def test_no_arm_is_cut_farther_back_than_it_reaches() -> None:
     bare, _ = taken(star([(0.0, 3.5), (3.0, 3.5), (180.0, 3.5)], reach=40.0))
-    assert bare[:2] == pytest.approx([40.0 + defaults.ARM_CLEARANCE] * 2, abs=1e-9)
+    assert bare[:2] == pytest.approx([40.0 + CLEARANCE] * 2, abs=1e-9)
     far, _ = taken(star([(0.0, 3.5), (5.0, 3.5), (180.0, 3.5)], reach=100.0))
     expected = (3.5 * (1 + math.cos(math.radians(5.0))) + GAP) / math.sin(math.radians(5.0))
-    assert far[:2] == pytest.approx([expected + defaults.ARM_CLEARANCE] * 2, abs=0.5)
+    assert far[:2] == pytest.approx([expected + CLEARANCE] * 2, abs=0.5)
 
 
 def test_kerbs_are_tangents_of_their_radius_and_not_too_long() -> None:
@@ -100,7 +102,7 @@ def test_kerbs_are_tangents_of_their_radius_and_not_too_long() -> None:
     bare, wished = taken(star([(0.0, 2.0), (120.0, 2.0), (240.0, 2.0)], kerb=5.0))
     assert np.subtract(wished, bare) == pytest.approx([5.0 / math.tan(math.radians(60.0))] * 3, abs=1e-9)
     bare, wished = taken(star([(0.0, 2.0), (40.0, 2.0), (200.0, 2.0)], kerb=5.0))
-    assert wished[0] - bare[0] == pytest.approx(defaults.KERB_TANGENT_MAX, abs=1e-9)
+    assert wished[0] - bare[0] == pytest.approx(8.0, abs=1e-9)
 
 
 def test_where_nobody_turns_there_is_no_kerb() -> None:
@@ -111,7 +113,7 @@ def test_where_nobody_turns_there_is_no_kerb() -> None:
 def test_streets_on_different_layers_do_not_end_for_each_other() -> None:
     arms = [(0.0, 3.0), (180.0, 3.0), (90.0, 3.0), (270.0, 3.0)]
     bare, _ = taken(star(arms, layers=[0, 0, 1, 1], nodes=[0, 0, 1, 1]))
-    assert max(bare) < 1.0 + defaults.ARM_CLEARANCE
+    assert max(bare) < 1.0 + CLEARANCE
     same_node, _ = taken(star(arms, layers=[0, 0, 1, 1]))
     assert same_node == pytest.approx([3.0 + FREE] * 4, abs=0.02)
 
@@ -125,3 +127,20 @@ def test_junctions_do_not_see_each_other() -> None:
     none, wished = footprints(ends, [])
     assert not none.any()
     assert not wished.any()
+
+
+@pytest.mark.parametrize(("angle", "kerb"), [(23.0, False), (27.0, True), (158.0, True), (162.0, False)])
+def test_there_is_a_kerb_where_one_turns_round_a_corner(angle: float, kerb: bool) -> None:
+    bare, wished = taken(star([(0.0, 2.0), (angle, 2.0), (180.0 + angle / 2, 2.0)], kerb=3.0))
+    end = bare.index(min(bare[0], bare[1])) if angle < 90.0 else 0
+    others = [180.0 - angle / 2, angle]
+    rounded = [3.0 / math.tan(math.radians(other) / 2) for other in others if 25.0 < other < 160.0]
+    assert wished[end] - bare[end] == pytest.approx(min(8.0, max(rounded, default=0.0)), abs=1e-9)
+    assert (angle in others and 25.0 < angle < 160.0) == kerb
+
+
+@pytest.mark.parametrize(("away", "crossed"), [(13.0, True), (16.0, False)])
+def test_an_arm_that_comes_close_again_far_out_is_another_place(away: float, crossed: bool) -> None:
+    """A street of 6 m crosses the arm, whose edges would meet it 2.7 m before its line."""
+    bare, _ = taken(star([(0.0, 2.0), (90.0, 3.0)], starts=[(0.0, 0.0), (away, -16.0)]))
+    assert bare[0] == pytest.approx(away + 3.0 + FREE if crossed else CLEARANCE, abs=0.02)

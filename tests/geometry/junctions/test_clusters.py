@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from street_cases import Case, Stages
-
-from osm2xodr.geometry.defaults import SHORTEST_ROAD
-from osm2xodr.geometry.junctions import defaults
-from osm2xodr.geometry.plan_view.defaults import KERB_RADIUS_OTHER
 
 
 def two_ts(apart: float, tags: str = "", between: str = "") -> Case:
@@ -36,7 +34,7 @@ def test_a_crossing_gives_every_arm_half_the_other_street_and_a_kerb() -> None:
     ways = {1: ("w o", "width=7"), 2: ("o e", "width=7"), 3: ("s o", "width=5"), 4: ("o n", "width=5")}
     stages = Case(nodes, ways).stages()
     found = trims(stages)
-    clear = 0.3 + defaults.ARM_CLEARANCE + KERB_RADIUS_OTHER
+    clear = 0.3 + 0.5 + 5.0
     assert (found[(1, 1)], found[(2, 0)]) == pytest.approx((2.5 + clear, 2.5 + clear), abs=0.05)
     assert (found[(3, 1)], found[(4, 0)]) == pytest.approx((3.5 + clear, 3.5 + clear), abs=0.05)
     assert (found[(1, 0)], found[(2, 1)], found[(3, 0)], found[(4, 1)]) == (0.0, 0.0, 0.0, 0.0)
@@ -97,7 +95,7 @@ def test_what_is_left_between_two_junctions_is_shared() -> None:
     """Bare needs come first: kerbs give way until a road of 2 m is left."""
     stages = two_ts(11.5).stages()
     found = trims(stages)
-    assert found[(5, 0)] + found[(5, 1)] == pytest.approx(11.5 - 2 * SHORTEST_ROAD, abs=0.01)
+    assert found[(5, 0)] + found[(5, 1)] == pytest.approx(11.5 - 2.0, abs=0.01)
     assert min(found[(5, 0)], found[(5, 1)]) >= 3.7
     assert not stages.layout.squeezed.any()
     far = trims(two_ts(60.0).stages())
@@ -117,7 +115,7 @@ def test_no_junction_grows_without_end() -> None:
     stages = Case(nodes, ways).stages()
     for members in stages.layout.nodes:
         x = [stages.network.intersections[node].x for node in members]
-        assert max(x) - min(x) <= defaults.JUNCTION_EXTENT
+        assert max(x) - min(x) <= 60.0
     assert len(stages.layout.nodes) >= 3
     length = stages.ends.length[0::2]
     left = length - stages.layout.trim[0::2] - stages.layout.trim[1::2]
@@ -144,4 +142,89 @@ def test_a_short_dead_end_keeps_a_road_that_readers_do_not_pass_over() -> None:
     stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()
     end = stages.end(3, 1)
     left = float(stages.ends.length[end]) - trims(stages)[(3, end % 2)]
-    assert SHORTEST_ROAD <= left < SHORTEST_ROAD + 0.1
+    assert 1.0 <= left < 1.1
+
+
+@pytest.mark.parametrize(("count", "junctions"), [(8, 1), (9, 2)])
+def test_a_row_of_ts_is_one_junction_up_to_60_m(count: int, junctions: int) -> None:
+    """The Ts are 8 m apart: eight measure 56 m, nine 64 m."""
+    nodes = {"w": (-90.0, 0.0), "e": (8.0 * count + 90.0, 0.0)}
+    ways = {1: ("w p0", "")}
+    for k in range(count):
+        nodes |= {f"p{k}": (8.0 * k, 0.0), f"s{k}": (8.0 * k, -60.0)}
+        ways[10 + k] = (f"p{k} s{k}", "")
+        ways[50 + k] = (f"p{k} p{k + 1}" if k + 1 < count else f"p{k} e", "")
+    assert len(Case(nodes, ways).stages().layout.arms) == junctions
+
+
+@pytest.mark.parametrize(("apart", "junctions"), [(38.0, 1), (42.0, 2)])
+def test_a_median_is_crossed_by_streets_of_up_to_40_m(apart: float, junctions: int) -> None:
+    """Carriageways of 30 m take 15.8 m of the street across, and their corners 5 m: more than there is."""
+    case = dual_carriageway(apart)
+    wide = {way: (row, tags.replace("lanes=2", "lanes=10")) for way, (row, tags) in case.ways.items()}
+    assert len(Case(case.nodes, wide).stages().layout.arms) == junctions
+
+
+@pytest.mark.parametrize(("turned", "junctions"), [(33.0, 1), (41.0, 2)])
+def test_carriageways_lie_square_to_the_street_across_them(turned: float, junctions: int) -> None:
+    """Within 37 degrees they are crossed, beyond they are only met."""
+    case = dual_carriageway(16.0)
+    aside = 16.0 * math.tan(math.radians(turned))
+    nodes = {name: (x + aside if y > 10.0 else x, y) for name, (x, y) in case.nodes.items()}
+    assert len(Case(nodes, case.ways).stages().layout.arms) == junctions
+
+
+@pytest.mark.parametrize(("apart", "junctions"), [(28.0, 1), (32.0, 2)])
+def test_a_restriction_over_a_street_of_up_to_30_m_takes_it_into_the_junction(apart: float, junctions: int) -> None:
+    case = two_ts(apart)
+    restricted = Case(case.nodes, case.ways, (("no_left_turn", 3, "5", 4),))
+    assert len(case.stages().layout.arms) == 2
+    assert len(restricted.stages().layout.arms) == junctions
+
+
+@pytest.mark.parametrize(("around", "kept"), [(17.0, False), (19.0, True)])
+def test_a_ring_is_no_shorter_than_a_circle_that_a_car_drives(around: float, kept: bool) -> None:
+    """Circumference of a circle of 3 m radius: 18.8 m."""
+    radius, angles = around / math.tau, [math.tau * k / 24 for k in range(24)]
+    nodes = {f"r{k}": (radius * math.cos(a), radius * math.sin(a)) for k, a in enumerate(angles)}
+    ring = f"{' '.join(nodes)} r0"
+    layout = Case({**nodes, "w": (-90.0, 40.0), "e": (90.0, 40.0)}, {1: (ring, ""), 2: ("w e", "")}).stages().layout
+    assert bool(layout.inner.any()) == (not kept)
+
+
+def test_where_a_street_turns_on_the_spot_its_arms_keep_their_length() -> None:
+    """At 10 degrees they lie on each other for 35 m; slow ones end 12 m out, fast ones where they part."""
+    x, y = 90.0 * math.cos(math.radians(10.0)), 90.0 * math.sin(math.radians(10.0))
+    nodes = {"o": (0.0, 0.0), "e": (90.0, 0.0), "n": (x, y)}
+    slow = Case(nodes, {1: ("e o", "width=6"), 2: ("o n", "width=6 oneway=yes")}).stages()
+    assert trims(slow)[(1, 1)] == pytest.approx(12.5, abs=1e-6)
+    fast = Case(nodes, {1: ("e o", "highway=trunk width=6"), 2: ("o n", "highway=trunk_link width=6 oneway=yes")})
+    assert trims(fast.stages())[(1, 1)] > 30.0
+
+
+@pytest.mark.parametrize(
+    ("highway", "kerb"),
+    [("secondary", 5.0), ("residential", 4.0), ("living_street", 3.0), ("service", 2.0)],
+)
+def test_kerbs_have_the_radius_of_the_lesser_street(highway: str, kerb: float) -> None:
+    nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -80.0)}
+    ways = {1: ("w o", "width=6"), 2: ("o e", "width=6"), 3: ("s o", f"highway={highway} width=6")}
+    assert trims(Case(nodes, ways).stages())[(3, 1)] == pytest.approx(3.0 + 0.3 + 0.5 + kerb, abs=0.05)
+
+
+@pytest.mark.parametrize(("highway", "reach"), [("tertiary", 40.0), ("motorway_link", 100.0)])
+def test_a_junction_reaches_only_so_far_along_arms_that_lie_on_each_other(highway: str, reach: float) -> None:
+    """At 2 degrees the edges of both part some 180 m from the node."""
+    x, y = 300.0 * math.cos(math.radians(2.0)), 300.0 * math.sin(math.radians(2.0))
+    nodes = {"w": (-300.0, 0.0), "o": (0.0, 0.0), "e": (300.0, 0.0), "n": (x, y)}
+    tags = f"highway={highway} oneway=yes width=6"
+    found = trims(Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o n", tags)}).stages())
+    assert (found[(2, 0)], found[(3, 0)]) == pytest.approx((reach + 0.5, reach + 0.5), abs=1e-6)
+
+
+def test_a_square_crossing_of_streets_too_short_for_it_leaves_roads_of_a_metre() -> None:
+    """Four streets of 4 m, each of which would give 3.8 m: bare trims give way, and that is recorded."""
+    nodes = {"w": (-4.0, 0.0), "o": (0.0, 0.0), "e": (4.0, 0.0), "s": (0.0, -4.0), "n": (0.0, 4.0)}
+    stages = Case(nodes, {1: ("w o", ""), 2: ("o e", ""), 3: ("s o", ""), 4: ("o n", "")}).stages()
+    assert 4.0 - trims(stages)[(1, 1)] == pytest.approx(1.02, abs=0.01)
+    assert stages.layout.squeezed.all()

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from street_cases import Case, Stages
 
 _NODES = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -80.0), "n": (0.0, 80.0)}
 _WAYS = {1: ("w o", ""), 2: ("o e", ""), 3: ("s o", ""), 4: ("o n", "")}
 _ALL = {(one, other) for one in (1, 2, 3, 4) for other in (1, 2, 3, 4) if one != other}
-# Two Ts, 8 m apart; way 5 between them lies inside of the junction.
+# Two Ts, 8 m apart; way 5 between them lies inside the junction.
 _OFFSET = Case(
     {**_NODES, "a": (-4.0, 0.0), "b": (4.0, 0.0), "s": (-4.0, -80.0), "n": (4.0, 80.0)},
     {1: ("w a", ""), 2: ("b e", ""), 3: ("s a", ""), 4: ("b n", ""), 5: ("a b", "")},
@@ -65,7 +67,7 @@ def test_restrictions_inside_a_junction(rules: Rules, missing: set[tuple[int, in
     assert pairs(stages) == sorted(_ALL - missing)
 
 
-def test_the_way_through_a_junction_is_told() -> None:
+def test_a_movement_names_its_inner_streets() -> None:
     stages = _OFFSET.stages()
     inner = {(stages.way(item.entry), stages.way(item.exit)): item.inner for item in stages.movements}
     (between,) = (street.id for street in stages.network.streets if stages.layout.inner[street.id])
@@ -86,27 +88,49 @@ def test_nobody_drives_into_a_street_that_only_leads_here() -> None:
     assert Case(_NODES, ways).build().junctions == ()
 
 
-def test_a_restriction_over_a_street_that_stays_a_road_is_told() -> None:
+def test_a_restriction_over_a_street_that_stays_a_road_is_reported() -> None:
     nodes = {**_OFFSET.nodes, "a": (-60.0, 0.0), "s": (-60.0, -80.0), "w": (-140.0, 0.0)}
     stages = Case(nodes, _OFFSET.ways, (("no_left_turn", 3, "5", 4),)).stages()
     assert len(stages.layout.arms) == 2
-    told = [item for item in stages.diagnostics if item.code == "restriction-over-roads"]
-    assert [item.osm_id for item in told] == ["relation/9001"]
+    found = [item for item in stages.diagnostics if item.code == "restriction-over-roads"]
+    assert [item.osm_id for item in found] == ["relation/9001"]
     assert (5, 4) in pairs(stages)
 
 
-def test_a_way_that_restrictions_leave_without_a_way_on_is_told() -> None:
+def test_a_way_that_restrictions_leave_without_a_way_on_is_reported() -> None:
     ways = {1: ("w o", ""), 2: ("e o", "oneway=yes"), 3: ("o s", "oneway=yes")}
     free, banned = Case(_NODES, ways), Case(_NODES, ways, (("no_right_turn", 1, "o", 3),))
     assert [item for item in free.stages().diagnostics if item.code == "no-way-on"] == []
     stages = banned.stages()
     assert (1, 3) not in pairs(stages)
-    (told,) = [item for item in stages.diagnostics if item.code == "no-way-on"]
-    assert told.osm_id == "way/1"
-    assert told.message.startswith("restrictions or one-way streets leave no way on from it at node/")
+    (found,) = [item for item in stages.diagnostics if item.code == "no-way-on"]
+    assert found.osm_id == "way/1"
+    assert found.message.startswith("restrictions or one-way streets leave no way on from it at node/")
 
 
 def test_movements_come_by_junction_and_each_once() -> None:
     stages = _OFFSET.stages()
     keys = [(item.junction, item.entry, item.exit) for item in stages.movements]
     assert keys == sorted(set(keys))
+
+
+@pytest.mark.parametrize(("nodes", "through"), [(9, True), (10, False)])
+def test_a_way_over_more_than_eight_inner_streets_is_a_detour(nodes: int, through: bool) -> None:
+    places = {"w": (-80.0, 0.0), "e": (2.0 * nodes + 80.0, 0.0)}
+    ways = {1: ("w p0", ""), 2: (f"p{nodes - 1} e", "")}
+    for k in range(nodes):
+        places |= {f"p{k}": (2.0 * k, 0.0), f"s{k}": (2.0 * k, -80.0 if k % 2 else 80.0)}
+        ways[10 + k] = (f"p{k} s{k}", "")
+        if k:
+            ways[50 + k] = (f"p{k - 1} p{k}", "")
+    stages = Case(places, ways).stages()
+    assert len(stages.layout.arms) == 1
+    assert ((1, 2) in pairs(stages)) == through
+
+
+@pytest.mark.parametrize(("degrees", "turns"), [(17.0, False), (23.0, True)])
+def test_nobody_turns_back_into_a_fast_ramp_within_20_degrees(degrees: float, turns: bool) -> None:
+    x, y = 300 * math.cos(math.radians(degrees)), 300 * math.sin(math.radians(degrees))
+    nodes = {"o": (0.0, 0.0), "e": (300.0, 0.0), "n": (x, y)}
+    stages = Case(nodes, {1: ("o e", "highway=trunk"), 2: ("o n", "highway=trunk_link oneway=yes")}).stages()
+    assert ((1, 2) in pairs(stages)) == turns

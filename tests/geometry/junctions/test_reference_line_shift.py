@@ -9,7 +9,7 @@ from street_cases import Case, Stages
 from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
-from osm2xodr.geometry.junctions.reference_line_shift import lines_outside_bends, offset_curves
+from osm2xodr.geometry.junctions.reference_line_shift import offset_curves, shift_lines_out_of_bends
 from osm2xodr.geometry.junctions.road_parts import RoadParts, cut_roads
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets
 from osm2xodr.model import PlanView, Rule
@@ -29,7 +29,7 @@ def made(case: Case, rule: Rule) -> tuple[Stages, FittedStreets, JunctionLayout,
     case = case if rule is Rule.RIGHT_HAND else case.mirrored()
     stages = case.stages(rule)
     fitted = fit_streets(stages.network, stages.diagnostics)
-    moved, layout = lines_outside_bends(fitted, stages.layout, cut_roads(stages.network, fitted, stages.layout))
+    moved, layout = shift_lines_out_of_bends(fitted, stages.layout, cut_roads(stages.network, fitted, stages.layout))
     return stages, moved, layout, cut_roads(stages.network, moved, layout)
 
 
@@ -109,7 +109,7 @@ def test_roads_cut_again_are_those_cut_anew() -> None:
     stages = loop(9.0).stages(Rule.RIGHT_HAND)
     fitted = fit_streets(stages.network, stages.diagnostics)
     before = cut_roads(stages.network, fitted, stages.layout)
-    moved, layout = lines_outside_bends(fitted, stages.layout, before)
+    moved, layout = shift_lines_out_of_bends(fitted, stages.layout, before)
     again = cut_roads(stages.network, moved, layout, before)
     assert again.stretches == cut_roads(stages.network, moved, layout).stretches
     kept = [one is other for one, other in zip(again.stretches, before.stretches, strict=True)]

@@ -11,7 +11,6 @@ from street_cases import Case, built_links
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
-from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.road_parts import without_idle_junctions
 from osm2xodr.geometry.junctions.turnarounds import add_turnarounds
 from osm2xodr.geometry.plan_view.streets import fit_streets
@@ -30,7 +29,7 @@ def _loops(roads: RoadMap) -> list[tuple[int, Road]]:
 
 
 def _codes(case: Case, options: RoadOptions | None = None) -> list[tuple[str, str]]:
-    """Return what is told when turnarounds are added to a case."""
+    """Return what is reported when turnarounds are added to a case."""
     stages, diagnostics = case.stages(), Diagnostics()
     fitted = fit_streets(stages.network, Diagnostics())
     layout = without_idle_junctions(stages.layout, stages.movements)
@@ -42,10 +41,11 @@ def _codes(case: Case, options: RoadOptions | None = None) -> list[tuple[str, st
 @pytest.mark.parametrize(
     ("tags", "diameter"),
     [
-        ("highway=turning_circle", defaults.TURNING_CIRCLE_DIAMETER),
+        ("highway=turning_circle", 16.0),
         ("highway=turning_circle diameter=20", 20.0),
         ("highway=turning_loop diameter=80'", 80 * 0.3048),
-        ("highway=mini_roundabout diameter=wide", defaults.TURNING_CIRCLE_DIAMETER),
+        ("highway=mini_roundabout diameter=wide", 16.0),
+        ("highway=turning_circle diameter=70", 40.0),
     ],
 )
 def test_a_turning_circle_is_driven_round_its_node(tags: str, diameter: float, rule: Rule) -> None:
@@ -94,7 +94,7 @@ def test_dead_ends_stay_unless_asked_for(rule: Rule) -> None:
     for k, road in _loops(closed):
         if road.predecessor == road.successor:
             radius = 1 / abs(records(closed.plan_view, k)[1][3])
-            assert CONNECTING_RADIUS <= radius <= defaults.TURNAROUND_DIAMETER / 2
+            assert CONNECTING_RADIUS <= radius <= 6.0
 
 
 def test_a_loop_is_smaller_where_a_street_is_near() -> None:
@@ -109,7 +109,7 @@ def test_a_loop_is_smaller_where_a_street_is_near() -> None:
     assert 3.0 <= radius(11.0) < 8.0
 
 
-def test_where_there_is_no_room_the_dead_end_stays_and_that_is_told() -> None:
+def test_where_there_is_no_room_the_dead_end_stays_and_that_is_reported() -> None:
     nodes = {**_LINE, "a": (-60.0, 6.5), "b": (60.0, 6.5)}
     near = Case(nodes, {1: ("w o", ""), 2: ("a b", "")}, node_tags={"o": "highway=turning_circle"})
     assert near.build().junctions == ()
@@ -139,7 +139,7 @@ def test_no_u_turn_forbids_a_loop() -> None:
 def test_a_loop_is_no_longer_than_its_circle_and_the_way_there() -> None:
     roads = Case(_LINE, {1: ("w o", "")}, node_tags={"o": "highway=turning_circle"}).build()
     ((_, loop),) = _loops(roads)
-    assert RoadMeasures(roads).length(loop) < 2 * math.pi * defaults.TURNING_CIRCLE_DIAMETER / 2
+    assert RoadMeasures(roads).length(loop) < 2 * math.pi * 8.0
 
 
 @pytest.mark.parametrize(("length", "loops"), [(14.0, 1), (60.0, 2)])
@@ -149,3 +149,26 @@ def test_a_short_street_has_no_room_for_loops_at_both_ends(length: float, loops:
     assert len(roads.junctions) == loops
     assert all(road.lane_sections for road in roads.roads)
     assert all(records(roads.plan_view, k) for k in range(len(roads.roads)))
+
+
+def _radius(roads: RoadMap) -> float:
+    ((k, _),) = _loops(roads)
+    return 1 / abs(records(roads.plan_view, k)[1][3])
+
+
+def test_loops_at_other_dead_ends_have_the_circle_of_a_car() -> None:
+    """A diameter of 12 m, less half of a lane of 2.5 m; however small a tagged one is, cars drive 3 m radius."""
+    roads = Case(_LINE, {1: ("o w", "width=5 lanes=2")}, node_tags={"w": "highway=turning_circle diameter=2"}).build()
+    assert _radius(roads) == pytest.approx(3.0, abs=1e-6)
+    asked = Case(_LINE, {1: ("w o", "width=5 lanes=2")}).build(turnarounds=True)
+    assert [1 / abs(records(asked.plan_view, k)[1][3]) for k, _ in _loops(asked)] == pytest.approx([4.75] * 2)
+
+
+@pytest.mark.parametrize(("gap", "free"), [(0.6, True), (0.4, False)])
+def test_half_a_metre_stays_free_beside_a_loop(gap: float, free: bool) -> None:
+    """A circle of 16 m and a street of 6 m across the end of its own."""
+    aside = 8.0 + gap + 3.0
+    nodes = {**_LINE, "a": (aside, -60.0), "b": (aside, 60.0)}
+    tags = {"o": "highway=turning_circle"}
+    roads = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: ("a b", "width=6")}, node_tags=tags).build()
+    assert (_radius(roads) == pytest.approx(6.5)) == free

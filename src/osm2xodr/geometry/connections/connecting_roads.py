@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -11,24 +12,22 @@ from osm2xodr.curves import cut_curves, lengths, stack_plan_views
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.lane_links import LaneLinks
 from osm2xodr.geometry.connections.pose_to_pose import connect
-from osm2xodr.geometry.connections.street_paths import follow_streets, street_paths
-from osm2xodr.geometry.junctions import Movement, with_loops
+from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
+from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
-
-_NO_CURVES = PlanView(np.zeros(1, np.int64), *(np.zeros(0) for _ in range(6)))
 
 
 @dataclass(frozen=True, slots=True)
 class InnerLane:
-    """A lane of a corner between its sidewalk and the carriageway."""
+    """A lane of a corner, between its sidewalk and the carriageway."""
 
     type: LaneType  # What it is for
-    # m
+    # At its start and its end, m
     entry_width: float
     exit_width: float
     height: float  # Above the road, m
-    # Lane ids on the roads that it goes on as; None for what only fills the corner
+    # Ids of the lanes that it comes from and leads to; None for what only fills the corner
     entry_lane: int | None = None
     exit_lane: int | None = None
 
@@ -52,39 +51,38 @@ class ConnectingRoads:
     # (n,) Widths of those lanes, m
     entry_width: FloatArray
     exit_width: FloatArray
-    # (n,) Whether the lane lies on the side of the reference line that traffic against it drives on: it goes on lanes
-    # for both directions, and their ids say the other one.
+    # (n,) Whether the lane lies on the side of the reference line where oncoming traffic drives: it joins lanes for
+    # both directions, whose ids say the other direction.
     against: BoolArray
-    # (n,) How far left of the reference line the lane's middle lies at its start and end, m; 0 but for sidewalks
+    # (n,) How far left of the reference line the lane's middle lies at its start and end, m; 0 for cars' lanes
     entry_aside: FloatArray
     exit_aside: FloatArray
-    height: FloatArray  # (n,) Of the lane above the road, m
-    # The type of those lanes where both are set apart for the same kind of traffic, else that of cars' lanes
-    set_apart: tuple[LaneType, ...]
+    height: FloatArray  # (n,) Of the lane's surface above the road, m
+    # The type of the lanes that it joins where both are alike (bus, bicycle ...), else that of cars' lanes
+    lane_type: tuple[LaneType, ...]
     # What lies between a sidewalk and the carriageway, from the sidewalk inwards; nothing beside cars' lanes
     inner: tuple[tuple[InnerLane, ...], ...]
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""
         rows = np.flatnonzero(keep)
-        plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows) if len(rows) else _NO_CURVES
-        columns = {name: getattr(self, name)[rows] for name in _FLAT}
-        kinds = tuple(self.set_apart[k] for k in rows.tolist())
-        inner = tuple(self.inner[k] for k in rows.tolist())
-        return ConnectingRoads(plan, **columns, set_apart=kinds, inner=inner)
+        plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows)
+        columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
+        columns |= {name: tuple(getattr(self, name)[k] for k in rows.tolist()) for name in _TUPLES}
+        return ConnectingRoads(plan, **columns)
 
     def joined(self, other: ConnectingRoads) -> ConnectingRoads:
         """Return these and others, the others behind."""
         if not len(other.length):
             return self
-        columns = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _FLAT}
-        plan = stack_plan_views(self.plan_view, other.plan_view)
-        kinds, inner = self.set_apart + other.set_apart, self.inner + other.inner
-        return ConnectingRoads(plan, **columns, set_apart=kinds, inner=inner)
+        both = {name: (getattr(self, name), getattr(other, name)) for name in (*_ARRAYS, *_TUPLES)}
+        columns: dict[str, Any] = {name: np.concatenate(both[name]) for name in _ARRAYS}
+        columns |= {name: both[name][0] + both[name][1] for name in _TUPLES}
+        return ConnectingRoads(stack_plan_views(self.plan_view, other.plan_view), **columns)
 
 
-_LISTED = ("set_apart", "inner")
-_FLAT = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_LISTED))
+_TUPLES = ("lane_type", "inner")
+_ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_TUPLES))
 
 
 def build_connecting_roads(
@@ -92,20 +90,20 @@ def build_connecting_roads(
     movements: list[Movement],
     ends: StreetEnds,
     trim: FloatArray,
-    inner_lanes: Callable[[int, bool], tuple[float, float]],
+    outer_lanes: Callable[[int, bool], tuple[float, float]],
     rule: Rule,
 ) -> ConnectingRoads:
-    """Draw a curve for each lane link.
+    """Draw a connecting road for each lane link.
 
     Parameters
     ----------
     links
         Which lane leads to which.
     movements
-        Grouped by junction.
+        The ways through junctions, grouped by junction.
     ends, trim
-        The street ends and what they gave to their junctions, m.
-    inner_lanes
+        The street ends and what they give to their junctions, m.
+    outer_lanes
         For a street and whether it is driven along, t of the middles of its outermost lanes, right and left in the
         direction of travel, m.
     rule
@@ -125,20 +123,19 @@ def build_connecting_roads(
         links.y[exit_] + exit_t * np.cos(hdg1),
         hdg1 + np.where(exit_ % 2 == 0, 0.0, np.pi),
     )
-    paths = street_paths(movements, ends, trim, inner_lanes)
     movement = np.array([row.movement for row in rows], np.int64)
-    on_streets = (
-        paths,
+    lanes = lane_paths(
+        lay_out_paths(movements, ends, trim, outer_lanes),
         ends.plan_view,
         movement,
         np.where(entry % 2 == 1, entry_t, -entry_t),
         np.where(exit_ % 2 == 0, exit_t, -exit_t),
     )
-    plan = follow_corners(follow_streets(plan, *on_streets), *on_streets)
-    round_ = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
-    turning = np.array([k for k, _ in round_], np.int64)
+    plan = follow_corners(follow_streets(plan, lanes), lanes)
+    looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
+    turning = np.array([k for k, _ in looped], np.int64)
     half = np.abs(entry_t - exit_t)[turning] / 2
-    plan = with_loops(plan, turning, movement[turning], [loop for _, loop in round_], half, rule is Rule.LEFT_HAND)
+    plan = draw_loops(plan, turning, movement[turning], [loop for _, loop in looped], half, rule is Rule.LEFT_HAND)
     return ConnectingRoads(
         plan_view=plan,
         length=lengths(plan),
@@ -155,6 +152,6 @@ def build_connecting_roads(
         entry_aside=np.zeros(len(rows)),
         exit_aside=np.zeros(len(rows)),
         height=np.zeros(len(rows)),
-        set_apart=tuple(row.lane_type() for row in rows),
+        lane_type=tuple(row.lane_type() for row in rows),
         inner=((),) * len(rows),
     )

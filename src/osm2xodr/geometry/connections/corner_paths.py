@@ -20,87 +20,69 @@ from osm2xodr.curves import (
     wrapped,
 )
 from osm2xodr.defaults import CONNECTING_RADIUS
-from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
-from osm2xodr.geometry.connections.street_paths import StreetPaths, lane_offsets, poses_on
+from osm2xodr.geometry.connections.street_paths import LanePaths, StreetPaths, poses_on
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # A way through a junction that turns to and fro, or by more than this in all, rad (140 degrees), has several corners.
 # A connecting road that strays from it by more than this, m, turns at each of them instead, if it then strays by less
 # than this share of that; between corners it runs straight from this far beyond one to this far before the next, m.
-_CORNERS_TURN: Final = 2.44
-_STRAY_CORNERS: Final = 3.0
+_TURN_OF_SEVERAL_CORNERS: Final = 2.44
+_STRAY_FROM_CORNERS: Final = 3.0
 _STRAY_LESS: Final = 0.8
 _CORNER_LEAD: Final = 4.0
 
-_STEP = 1.0
-_WINDOW = 2
-_CHECKS = np.linspace(0.04, 0.96, 24)
-_ROWS_AT_ONCE = 256
+# Corners are looked for at stations this far apart, m, by how far the way turns from this many stations before one to
+# as many behind.
+_STATION_SPACING: Final = 1.0
+_STATIONS_AROUND: Final = 2
+# Where curves and ways are compared, as shares of their lengths.
+_COMPARED_SHARES: Final = np.linspace(0.04, 0.96, 24)
+# As many rows as the processor's cache holds.
+_ROWS_AT_ONCE: Final = 256
 
 
-def follow_corners(
-    plan: PlanView,
-    paths: StreetPaths,
-    streets: PlanView,
-    path: IntArray,
-    t0: FloatArray,
-    t1: FloatArray,
-) -> PlanView:
-    """Replace those curves that stray far from a way through their junction that has several corners.
-
-    Parameters
-    ----------
-    plan
-        Curves of the connecting roads.
-    paths, streets
-        OSM's ways through the junctions, and the curves they run on.
-    path : (n,)
-        The path of each connecting road, in ascending order.
-    t0, t1 : (n,)
-        Where its entry and exit lanes lie left of the streets' curves in the direction of travel, m.
-    """
-    rows = np.flatnonzero(_winding(paths, streets)[path])
+def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
+    """Replace those curves, (n,), that stray far from a way through their junction that has several corners."""
+    paths = lanes.paths
+    rows = np.flatnonzero(_has_several_corners(paths, lanes.streets)[lanes.path])
+    lanes = lanes.chosen(rows)
     if not len(rows):
         return plan
-    t0 = (t0 + paths.aside[paths.start[path]])[rows]
-    t1 = (t1 + paths.aside[paths.start[path + 1] - 1])[rows]
     # Lanes beside each other go the same way. Most are soon seen not to stray; the rest is looked at more closely.
-    sampled = _sampled(plan, rows, paths, streets, path[rows], t0, t1)
+    curve, way = _sampled(plan, rows, lanes)
     for measure in (_side_by_side, _apart_at_most):
-        strays = measure(*sampled)
-        far = _all_of(path[rows], strays, _STRAY_CORNERS, len(paths.length))
-        rows, t0, t1, strays = rows[far], t0[far], t1[far], strays[far]
-        sampled = sampled[0][:, far], sampled[1][:, far]
+        strays = measure(curve, way)
+        far = _any_above(_STRAY_FROM_CORNERS, strays, lanes)
+        rows, lanes, strays = rows[far], lanes.chosen(far), strays[far]
+        curve, way = curve[:, far], way[:, far]
     if not len(rows):
         return plan
-    gaps = _corner_gaps(paths, streets, np.unique(path[rows]))
+    gaps = _corner_gaps(paths, lanes.streets, np.unique(lanes.path))
     least = np.minimum(smallest_radius(plan)[rows], CONNECTING_RADIUS) - 1e-9
     for single in (False, True):
         if not len(rows):
             break
-        places = {number: _between_corners(gaps[number], single) for number in np.unique(path[rows]).tolist()}
-        turned = _turning(plan, rows, paths, streets, path[rows], t0, t1, places)
-        other = _apart_at_most(*_sampled(turned, np.arange(len(rows)), paths, streets, path[rows], t0, t1))
-        bad = (smallest_radius(turned) < least) | (other > _STRAY_LESS * strays) | detours(turned)
+        turned = _turned_at_corners(plan, rows, lanes, gaps, single)
+        stays_off = _apart_at_most(*_sampled(turned, np.arange(len(rows)), lanes))
+        bad = (smallest_radius(turned) < least) | (stays_off > _STRAY_LESS * strays) | detours(turned)
         # A way that goes to and fro turns round on the spot, and no curve does.
         bad |= has_kinks(turned)
-        good = ~_all_of(path[rows], bad.astype(float), 0.5, len(paths.length))
+        good = ~_any_above(0.5, bad.astype(float), lanes)
         plan = replace_curves(plan, rows[good], turned, np.flatnonzero(good))
-        rows = rows[~good]
-        t0, t1, strays, least = (column[~good] for column in (t0, t1, strays, least))
+        rows, lanes, strays, least = rows[~good], lanes.chosen(~good), strays[~good], least[~good]
     return plan
 
 
-def _all_of(path: IntArray, value: FloatArray, limit: float, count: int) -> BoolArray:
+def _any_above(limit: float, value: FloatArray, lanes: LanePaths) -> BoolArray:
     """Say which connecting roads belong to a path with a value above the limit, (n,)."""
-    most = np.full(count, -np.inf)
-    np.maximum.at(most, path, value)
-    out: BoolArray = most[path] > limit
-    return out
+    most = np.full(len(lanes.paths.length), -np.inf)
+    np.maximum.at(most, lanes.path, value)
+    return most[lanes.path] > limit
 
 
-def _winding(paths: StreetPaths, streets: PlanView) -> BoolArray:
+def _has_several_corners(paths: StreetPaths, streets: PlanView) -> BoolArray:
     """Say which paths turn to and fro, or round more than one corner, (paths,)."""
     h0 = pose(streets, paths.curve, paths.s_from)[2]
     h1 = pose(streets, paths.curve, paths.s_to)[2]
@@ -112,26 +94,17 @@ def _winding(paths: StreetPaths, streets: PlanView) -> BoolArray:
     of = np.concatenate([owner, owner[joint]])
     whole = np.bincount(of, np.abs(turns), len(paths.length))
     net = np.abs(np.bincount(of, turns, len(paths.length)))
-    out: BoolArray = ~paths.on_ring & ((whole - net > defaults.SMOOTH_CORNER) | (whole > _CORNERS_TURN))
+    out: BoolArray = ~paths.on_ring & ((whole - net > SMOOTH_CORNER) | (whole > _TURN_OF_SEVERAL_CORNERS))
     return out
 
 
-def _sampled(
-    plan: PlanView,
-    row: IntArray,
-    paths: StreetPaths,
-    streets: PlanView,
-    path: IntArray,
-    t0: FloatArray,
-    t1: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArray, FloatArray]:
     """Return places along curves, and along the lanes' ways over the streets at the same share, (2, n, m)."""
-    n, m = len(row), len(_CHECKS)
-    share = np.tile(_CHECKS, n)
+    n, m = len(row), len(_COMPARED_SHARES)
+    share = np.tile(_COMPARED_SHARES, n)
     each = np.repeat(np.arange(n), m)
     x, y, _ = pose(plan, row[each], share * lengths(plan)[row[each]])
-    offset = lane_offsets(paths, path[each], t0[each], t1[each], share)
-    px, py, _ = poses_on(paths, streets, path[each], share * paths.length[path[each]], offset)
+    px, py, _ = lanes.at_share(each, share)
     return np.stack([x, y]).reshape(2, n, m), np.stack([px, py]).reshape(2, n, m)
 
 
@@ -143,14 +116,13 @@ def _side_by_side(curve: FloatArray, way: FloatArray) -> FloatArray:
 
 
 def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:
-    """Return how far curves and ways lie apart at most, (n,), m."""
+    """Return how far curves and ways lie apart at most, as their Hausdorff distance, (n,), m."""
     return np.maximum(_apart(curve, way), _apart(way, curve))
 
 
 def _apart(points: FloatArray, line: FloatArray) -> FloatArray:
     """Return the largest distance of points from a polyline, both (2, n, m); (n,), m."""
     out = np.zeros(points.shape[1])
-    # As many rows at once as the processor's cache holds, side by side.
     for lo in range(0, len(out), _ROWS_AT_ONCE):
         part = slice(lo, lo + _ROWS_AT_ONCE)
         (x, y), (ax, ay) = (np.ascontiguousarray(item[:, part].transpose(0, 2, 1)) for item in (points, line))
@@ -177,7 +149,7 @@ def _apart(points: FloatArray, line: FloatArray) -> FloatArray:
 def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> dict[int, list[tuple[float, float]]]:
     """Return between which chainages paths run from one of their corners to the next, by number of the path, m."""
     length = paths.length[numbers]
-    count = np.maximum((length / _STEP).astype(np.int64), 1)
+    count = np.maximum((length / _STATION_SPACING).astype(np.int64), 1)
     start = np.concatenate([[0], np.cumsum(count)])
     each = np.repeat(np.arange(len(numbers)), count)
     chainage = (np.arange(start[-1]) - start[each] + 0.5) * (length / count)[each]
@@ -196,36 +168,27 @@ def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> di
 def _corners(hdg: FloatArray, start: IntArray, each: IntArray) -> tuple[IntArray, IntArray]:
     """Return the first and the last station of each corner, (corners,).
 
-    Parameters
-    ----------
-    hdg : (stations,)
-        Headings along paths, rad.
-    start : (paths + 1,)
-        Index of each path's first station.
-    each : (stations,)
-        The path of each station.
+    `hdg` are headings at stations along paths, rad, `start` the index of each path's first station, (paths + 1,),
+    `each` the path of each station.
     """
     at = np.arange(len(hdg))
     turn = np.where(np.diff(each, prepend=-1) > 0, 0.0, np.abs(wrapped(np.diff(hdg, prepend=0.0))))
     run = np.cumsum(turn)
-    ahead, behind = np.minimum(at + _WINDOW, start[each + 1] - 1), np.maximum(at - _WINDOW, start[each])
-    bent = run[ahead] - run[behind] > defaults.SMOOTH_CORNER / 2
+    ahead = np.minimum(at + _STATIONS_AROUND, start[each + 1] - 1)
+    behind = np.maximum(at - _STATIONS_AROUND, start[each])
+    bent = run[ahead] - run[behind] > SMOOTH_CORNER / 2
     goes_on = np.append(each[1:] == each[:-1], False) & bent & np.append(bent[1:], False)
     last = np.flatnonzero(bent & ~goes_on)
     first = np.flatnonzero(bent & ~np.append(False, goes_on[:-1]))
-    sharp = run[last] - run[first] > defaults.SMOOTH_CORNER
+    sharp = run[last] - run[first] > SMOOTH_CORNER
     return first[sharp], last[sharp]
 
 
 def _between_corners(gaps: list[tuple[float, float]], single: bool) -> FloatArray:
     """Return the chainages on a path between its corners where a car drives straight, (places,), m.
 
-    Parameters
-    ----------
-    gaps
-        Where one corner is over and the next begins.
-    single
-        Whether there is one place between two corners, in the middle, however far they are apart.
+    `gaps` says where one corner is over and the next begins; with `single`, there is one place between two corners,
+    in the middle, however far they are apart.
     """
     out: list[float] = []
     for a, b in gaps:
@@ -236,22 +199,14 @@ def _between_corners(gaps: list[tuple[float, float]], single: bool) -> FloatArra
     return np.array(out)
 
 
-def _turning(
-    plan: PlanView,
-    row: IntArray,
-    paths: StreetPaths,
-    streets: PlanView,
-    path: IntArray,
-    t0: FloatArray,
-    t1: FloatArray,
-    places: dict[int, FloatArray],
+def _turned_at_corners(
+    plan: PlanView, row: IntArray, lanes: LanePaths, gaps: dict[int, list[tuple[float, float]]], single: bool
 ) -> PlanView:
     """Return curves that start and end as those in the rows do and pass the places between corners straight on."""
-    count = np.array([len(places[number]) for number in path.tolist()], np.int64)
-    each = np.repeat(np.arange(len(row)), count)
-    chainage = np.concatenate([places[number] for number in path.tolist()]) if len(row) else np.zeros(0)
-    offset = lane_offsets(paths, path[each], t0[each], t1[each], chainage / paths.length[path[each]])
-    passed = poses_on(paths, streets, path[each], chainage, offset)
+    places = {number: _between_corners(gaps[number], single) for number in np.unique(lanes.path).tolist()}
+    chainages = [places[number] for number in lanes.path.tolist()]
+    count = np.array([len(item) for item in chainages], np.int64)
+    passed = lanes.at_chainage(np.repeat(np.arange(len(row)), count), np.concatenate(chainages))
     begin = pose(plan, row, np.zeros(len(row)))
     end = pose(plan, row, lengths(plan)[row])
     # Per curve: its start, the places, its end; then one piece from each to the next.
@@ -265,13 +220,13 @@ def _turning(
         columns.append(column)
     last = np.zeros(start[-1], bool)
     last[start[1:] - 1] = True
-    leave, reach = np.flatnonzero(~last), np.flatnonzero(~last) + 1
-    poses = [column[leave] for column in columns] + [column[reach] for column in columns]
+    leave = np.flatnonzero(~last)
+    poses = [column[leave] for column in columns] + [column[leave + 1] for column in columns]
     pieces = connect(*poses)
     sharp = np.flatnonzero(smallest_radius(pieces) < CONNECTING_RADIUS)
     if len(sharp):
         radius = np.full(len(sharp), CONNECTING_RADIUS)
         wide = dubins_without_slivers(*(column[sharp] for column in poses), radius=radius)
-        there = np.flatnonzero(lengths(wide) > 0)
-        pieces = replace_curves(pieces, sharp[there], wide, there)
+        found = np.flatnonzero(lengths(wide) > 0)
+        pieces = replace_curves(pieces, sharp[found], wide, found)
     return chain_curves(pieces, start - np.arange(len(start)))

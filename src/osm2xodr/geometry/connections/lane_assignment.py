@@ -1,6 +1,7 @@
 """Which lane leads to which lane through a junction.
 
-Lanes count from 0 at the left, as their drivers see them; turns are angles in radians, positive to the left.
+Lanes count from 0 at the left, as their drivers see them; turns are changes of heading in radians, positive to the
+left. The near side is the one that traffic keeps to: right with right-hand traffic.
 """
 
 from __future__ import annotations
@@ -8,12 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from osm2xodr.geometry.lanes import left_turns, right_turns
 from osm2xodr.model import LaneSpec, LaneType
 
-# The turn that each value of turn:lanes stands for, by the pictures on the OSM wiki page Key:turn.
-_ANGLE = {
+# The turn that each value of turn:lanes stands for, degrees, by the pictures on the OSM wiki page Key:turn.
+_ANGLE: Final = {
     "reverse": 180.0,
     "sharp_left": 135.0,
     "left": 90.0,
@@ -23,10 +25,14 @@ _ANGLE = {
     "right": -90.0,
     "sharp_right": -135.0,
 }
-_SET_APART = (LaneType.BUS, LaneType.TAXI, LaneType.BIKING)
-_STRAIGHT = math.radians(50.0)
-_SIDEWAYS = math.radians(10.0)
-_MERGING = math.radians(35.0)
+_SET_APART: Final = (LaneType.BUS, LaneType.TAXI, LaneType.BIKING)
+# Turns below this lead straight on, rad (50 degrees): about half of a
+# square turn. A choice.
+_STRAIGHT_ON: Final = math.radians(50.0)
+# Turns above this are to a side where a value of turn:lanes asks for one, rad (10 degrees). A choice.
+_TO_A_SIDE: Final = math.radians(10.0)
+# Arms that turn by less than this into one exit merge side by side, rad (35 degrees, as ``slight_left``). A choice.
+_MERGING: Final = math.radians(35.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +43,10 @@ class LaneMovement:
     entry: int
     exit: int
     turn: float  # Change of heading, left positive, rad
-    # For each entry lane, where its middle lies left of the exit's reference line when looking along the exit, m;
-    # tells which exit lane lies ahead.
+    # For each entry lane, where its middle lies left of the exit's reference line when looking along the exit, m: it
+    # says which exit lane lies ahead
     lateral: tuple[float, ...]
-    # (entry lane, exit lane) of all its links where a relation names them
+    # (entry lane, exit lane) of all its links where a connectivity relation names them
     stated: tuple[tuple[int, int], ...] | None = None
 
 
@@ -61,38 +67,27 @@ def assign_lanes(
 ) -> list[LaneLink]:
     """Assign lanes to all movements of one junction.
 
-    Every movement gets a lane, every lane of an entry that has movements one movement, every lane of an exit that
-    is reached at all one lane that feeds it; movements whose links a relation names get these and no others.
+    Every movement gets a lane, every lane of an entry with movements gets a movement, every lane of an exit that is
+    reached at all gets a lane that feeds it. Movements whose links a relation names get these and no others.
 
-    Parameters
-    ----------
-    movements
-        All movements of the junction.
-    entries, exits
-        Lanes by arm.
-    near_side_left
-        Whether traffic drives on the left, so that lanes come and go at the left edge.
+    `entries` and `exits` are lanes by arm; `near_side_left` says whether traffic drives on the left.
     """
     if have_one_lane(entries, exits):
         return [(k, 0, 0) for k in range(len(movements))]
     served: dict[int, list[int]] = {}
     links: list[LaneLink] = []
     for entry in sorted({item.entry for item in movements}):
-        leaving = sorted(
-            (k for k, item in enumerate(movements) if item.entry == entry), key=lambda k: -movements[k].turn
-        )
-        capacity = [len(_usable(exits[movements[k].exit].specs)) for k in leaving]
+        specs = entries[entry].specs
+        leaving = [k for k, item in enumerate(movements) if item.entry == entry]
+        leaving.sort(key=lambda k: -movements[k].turn)
         turns = [movements[k].turn for k in leaving]
-        for k, lanes in zip(
-            leaving, lanes_per_movement(entries[entry].specs, turns, capacity, near_side_left), strict=True
-        ):
-            served[k] = lanes
+        capacity = [len(_for_cars(exits[movements[k].exit].specs)) for k in leaving]
+        served |= zip(leaving, lanes_per_movement(specs, turns, capacity, near_side_left), strict=True)
         straight = min(leaving, key=lambda k: _straightness(movements[k].turn, near_side_left))
-        if abs(movements[straight].turn) < _STRAIGHT:
-            exit_specs = exits[movements[straight].exit].specs
-            apart = _set_apart(entries[entry].specs, exit_specs, near_side_left)
+        if abs(movements[straight].turn) < _STRAIGHT_ON:
+            apart = _set_apart(specs, exits[movements[straight].exit].specs, near_side_left)
             if movements[straight].stated is not None:
-                apart = [pair for pair in apart if entries[entry].specs[pair[0]].type is LaneType.BIKING]
+                apart = [pair for pair in apart if specs[pair[0]].type is LaneType.BIKING]
             links += [(straight, *pair) for pair in apart]
     for exit_ in sorted({item.exit for item in movements}):
         arriving = [k for k, item in enumerate(movements) if item.exit == exit_]
@@ -102,11 +97,8 @@ def assign_lanes(
 
 def have_one_lane(entries: dict[int, ArmLanes], exits: dict[int, ArmLanes]) -> bool:
     """Whether all arms of a junction have one lane for cars and no other: lane 0 then leads to lane 0."""
-    for arms in (entries, exits):
-        for arm in arms.values():
-            if len(arm.specs) != 1 or arm.specs[0].type is not LaneType.DRIVING:
-                return False
-    return True
+    arms = (*entries.values(), *exits.values())
+    return all(len(arm.specs) == 1 and arm.specs[0].type is LaneType.DRIVING for arm in arms)
 
 
 def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool) -> list[tuple[int, int]]:
@@ -119,7 +111,7 @@ def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_l
             ins, outs = ins[::-1], outs[::-1]
         pairs += zip(ins, outs, strict=False)
         if kind is not LaneType.BIKING and len(ins) != len(entry):
-            usable = _usable(exit_)
+            usable = _for_cars(exit_)
             middle = (len(entry) - 1) / 2
             for k in ins[len(outs) :]:
                 at_left = k < middle or (k == middle and not near_side_left)
@@ -128,12 +120,12 @@ def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_l
 
 
 def _straightness(turn: float, near_side_left: bool) -> tuple[float, float]:
-    """Return a key by which the straightest turn comes first, and the far side of traffic before the near side."""
+    """Return a key by which the straightest turn comes first; of two, the one to the far side."""
     return abs(turn), turn if near_side_left else -turn
 
 
-def _usable(specs: Sequence[LaneSpec]) -> list[int]:
-    """Return the lanes that cars drive on; all of them where there is no such lane."""
+def _for_cars(specs: Sequence[LaneSpec]) -> list[int]:
+    """Return the lanes for cars; all lanes where there is none."""
     found = [k for k, spec in enumerate(specs) if spec.type is LaneType.DRIVING]
     return found or list(range(len(specs)))
 
@@ -143,29 +135,21 @@ def lanes_per_movement(
 ) -> list[list[int]]:
     """Return for each movement, sorted from left to right, the entry lanes that serve it.
 
-    Parameters
-    ----------
-    specs
-        The entry's lanes, left to right.
-    turns, capacity
-        Of each movement: change of heading, rad, and number of lanes of its exit.
-    near_side_left
-        Whether traffic drives on the left.
+    `specs` are the entry's lanes, `turns` and `capacity` the turn of each movement and the lanes of its exit.
     """
-    usable = _usable(specs)
+    lanes = _for_cars(specs)
     if len(turns) == 1:
-        return [usable]
-    marked = [specs[k].turns & _ANGLE.keys() for k in usable]
-    chosen = (
-        _by_marks(marked, turns, near_side_left)
-        if any(marked)
-        else _by_habit(len(usable), turns, capacity, near_side_left)
-    )
-    return [[usable[k] for k in lanes] for lanes in chosen]
+        return [lanes]
+    marked = [specs[k].turns & _ANGLE.keys() for k in lanes]
+    if any(marked):
+        chosen = _by_marks(marked, turns, near_side_left)
+    else:
+        chosen = _by_habit(len(lanes), turns, capacity, near_side_left)
+    return [[lanes[k] for k in numbers] for numbers in chosen]
 
 
 def _by_marks(marked: Sequence[frozenset[str]], turns: Sequence[float], near_side_left: bool) -> list[list[int]]:
-    """Follow turn:lanes; what it forgets is added where it disturbs the order of lanes least."""
+    """Follow turn:lanes; a movement that it names nowhere gets a lane beside its neighbours', so that none cross."""
     straight = min(range(len(turns)), key=lambda m: _straightness(turns[m], near_side_left))
     chosen: list[set[int]] = [set() for _ in turns]
     for lane, values in enumerate(marked):
@@ -181,25 +165,25 @@ def _by_marks(marked: Sequence[frozenset[str]], turns: Sequence[float], near_sid
 
 
 def _meant(value: str, turns: Sequence[float], straight: int, near_side_left: bool) -> int:
-    """Return the movement that a value of turn:lanes means; one turns back across the far side."""
+    """Return the movement that a value of turn:lanes means; ``reverse`` turns back across the far side."""
     if value == "through":
         return straight
     left = value in left_turns(near_side_left)
     sign = 1.0 if left else -1.0
     target = sign * abs(math.radians(_ANGLE[value]))
-    beyond_straight = sign * turns[straight] > _SIDEWAYS
+    beyond_straight = sign * turns[straight] > _TO_A_SIDE
     found = [
         m
         for m, turn in enumerate(turns)
-        if sign * turn > _SIDEWAYS and (beyond_straight or (m < straight if left else m > straight))
+        if sign * turn > _TO_A_SIDE and (beyond_straight or (m < straight if left else m > straight))
     ]
     return min(found, key=lambda m: abs(turns[m] - target)) if found else 0 if left else len(turns) - 1
 
 
 def _by_habit(n: int, turns: Sequence[float], capacity: Sequence[int], near_side_left: bool) -> list[list[int]]:
-    """Deal out n unmarked lanes: turns from the outer lanes, straight on from all."""
+    """Share out n unmarked lanes: turns from the outer lanes, straight on from all."""
     everything = list(range(n))
-    ahead = [m for m, turn in enumerate(turns) if abs(turn) < _STRAIGHT]
+    ahead = [m for m, turn in enumerate(turns) if abs(turn) < _STRAIGHT_ON]
     if len(ahead) >= 2 and n >= 2:
         return _fork(n, turns, capacity, ahead, near_side_left)
     if ahead:
@@ -215,12 +199,11 @@ def _by_habit(n: int, turns: Sequence[float], capacity: Sequence[int], near_side
 def _fork(
     n: int, turns: Sequence[float], capacity: Sequence[int], ahead: Sequence[int], near_side_left: bool
 ) -> list[list[int]]:
-    """Deal out lanes where the street splits, so that no lane crosses another.
+    """Share out lanes where the street splits into the branches `ahead`, so that no lane crosses another.
 
-    Where there are lanes for all branches each gets its own, side by side; what neither of two branches needs goes to
-    the larger one, or to the one away from the near side of traffic. Where lanes are too few, the straightest branch
-    takes what it can and one lane at its edge is shared with the next one. Movements beside the branches use the
-    outermost lane.
+    Where there are lanes for all branches, each gets its own, side by side; spare lanes go to the larger one of two
+    branches, or to the one on the far side. Where lanes are too few, the straightest branch takes as many as its exit
+    has, and the lane at its edge is shared with the next branch. Other movements use the outermost lane.
     """
     wanted = {m: min(n, max(capacity[m], 1)) for m in ahead}
     straight = min(ahead, key=lambda m: _straightness(turns[m], near_side_left))
@@ -252,7 +235,7 @@ def _into_exit(
     near_side_left: bool,
 ) -> list[LaneLink]:
     """Choose the exit lanes of all movements into one exit, and feed the lanes that nothing leads to."""
-    usable = _usable(exit_lanes.specs)
+    usable = _for_cars(exit_lanes.specs)
     n = len(usable)
     links: list[LaneLink] = [(k, *pair) for k in arriving for pair in movements[k].stated or ()]
     arriving = [k for k in arriving if movements[k].stated is None]
@@ -264,18 +247,16 @@ def _into_exit(
         offset = blocks[k] if k in blocks else _offset(movements[k], lanes, entry, exit_lanes, usable, near_side_left)
         links += [(k, lane, usable[min(max(r + offset, 0), n - 1)]) for r, lane in enumerate(lanes)]
     fed = {lane for _, _, lane in links}
-    hungry = [lane for lane in usable if lane not in fed]
-    if hungry and arriving:
-        main = min(
-            arriving,
-            key=lambda k: (
-                abs(movements[k].turn) > _STRAIGHT,
-                -len(served[k]),
-                *_straightness(movements[k].turn, near_side_left),
-            ),
-        )
+    unfed = [lane for lane in usable if lane not in fed]
+    if unfed and arriving:
+
+        def rank(k: int) -> tuple[bool, int, float, float]:
+            turn = movements[k].turn
+            return abs(turn) > _STRAIGHT_ON, -len(served[k]), *_straightness(turn, near_side_left)
+
+        main = min(arriving, key=rank)
         targets = sorted((to, lane) for k, lane, to in links if k == main)
-        for lane in hungry:
+        for lane in unfed:
             nearest = min(targets, key=lambda pair: (abs(pair[0] - lane), pair))
             links.append((main, nearest[1], lane))
     return links
@@ -288,9 +269,9 @@ def _merge_offsets(
     n: int,
     near_side_left: bool,
 ) -> dict[int, int]:
-    """Where several arms run straight into one exit, give each its own lanes from left to right.
+    """Give each of several arms that run straight into one exit its own lanes, from left to right.
 
-    The first keeps to the left, the last to the right, those between to the far side of traffic.
+    The first keeps to the left, the last to the right, those between to the far side.
     """
     if len(merging) < 2:
         return {}
@@ -320,18 +301,16 @@ def _offset(
 ) -> int:
     """Return by how much exit lanes count higher than entry lanes: 0 keeps left, n - k keeps right.
 
-    Straight on, lanes lead neither into pockets for turns that are not theirs nor aside more than they must.
+    Straight on, lanes avoid pockets for turns that are not theirs, and shift aside as little as they can.
     """
     slack = len(usable) - len(lanes)
-    if slack == 0:
+    if slack == 0 or movement.turn > _STRAIGHT_ON:
         return 0
-    if movement.turn > _STRAIGHT:
-        return 0
-    if movement.turn < -_STRAIGHT:
+    if movement.turn < -_STRAIGHT_ON:
         return slack
     candidates = range(min(slack, 0), max(slack, 0) + 1)
 
-    def strain(offset: int) -> tuple[int, float]:
+    def misfit(offset: int) -> tuple[int, float]:
         wrong, shift = 0, 0.0
         for r, lane in enumerate(lanes):
             to = usable[min(max(r + offset, 0), len(usable) - 1)]
@@ -341,7 +320,7 @@ def _offset(
         return wrong, round(shift, 2)
 
     prefer_high = near_side_left == (slack > 0)
-    return min(candidates, key=lambda offset: (strain(offset), -offset if prefer_high else offset))
+    return min(candidates, key=lambda offset: (misfit(offset), -offset if prefer_high else offset))
 
 
 def _side(spec: LaneSpec, near_side_left: bool) -> int:

@@ -10,17 +10,16 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import pose, wrapped
-from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
 
-# A change of heading above this is a turn back, rad (165 degrees).
+# A change of heading above this is a turn back, rad (165 degrees). A choice.
 _TURN_BACK: Final = 2.88
-
 # Poses of road ends that differ by less are the same, m and rad.
-_SAME = 1e-9
+_SAME_POSE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +63,11 @@ def find_lane_links(
 
     Parameters
     ----------
-    parts
-        The roads outside junctions.
-    movements
-        Grouped by junction.
-    rule
-        Side of the road that one drives on.
+    parts, movements, rule
+        The roads outside junctions, the ways through these, grouped by junction, and the side that one drives on.
     before
-        What was found for the same movements on other parts; junctions whose arms have not moved since keep it.
+        What was found for the same movements before roads were cut again; junctions whose arms have not moved since
+        keep it.
     """
     roads = len(parts.length)
     s = np.column_stack([np.zeros(roads), parts.length]).ravel()
@@ -81,13 +77,17 @@ def find_lane_links(
     sections = tuple(stretches[k].section for stretches in parts.stretches for k in (0, -1))
     known: dict[int, list[LaneRow]] = {}
     if before is not None and np.array_equal(before.road_end, parts.road_end):
-        still = (np.abs(before.x - x) < _SAME) & (np.abs(before.y - y) < _SAME) & (np.abs(before.hdg - hdg) < _SAME)
+        still = (
+            (np.abs(before.x - x) < _SAME_POSE)
+            & (np.abs(before.y - y) < _SAME_POSE)
+            & (np.abs(before.hdg - hdg) < _SAME_POSE)
+        )
         still &= [one is other for one, other in zip(before.sections, sections, strict=True)]
         known = _kept(before, movements, still[entry] & still[exit_])
     # As drivers see it: headings into and out of the junction, and where entries lie as seen from exits.
     hdg_in, hdg_out = hdg[entry] + np.where(entry % 2, 0.0, np.pi), hdg[exit_] + np.where(exit_ % 2, np.pi, 0.0)
     dx, dy = x[entry] - x[exit_], y[entry] - y[exit_]
-    view = _View(
+    view = _DriversView(
         entry.tolist(),
         exit_.tolist(),
         _turns(hdg_in, hdg_out, dx, dy).tolist(),
@@ -116,17 +116,16 @@ def _kept(before: LaneLinks, movements: list[Movement], still: BoolArray) -> dic
 
 
 def _turns(hdg_in: FloatArray, hdg_out: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
-    """Return the changes of heading, left positive; of a turn back, the side that the exit lies on tells its sign."""
+    """Return the changes of heading, left positive; that of a turn back has the sign of the side of its exit."""
     turn = wrapped(hdg_out - hdg_in)
     back = np.abs(turn) >= _TURN_BACK
     side = dx * np.sin(hdg_in) - dy * np.cos(hdg_in)
-    out: FloatArray = np.where(back, np.copysign(turn, side), turn)
-    return out
+    return np.where(back, np.copysign(turn, side), turn)
 
 
 @dataclass(frozen=True, slots=True)
-class _View:
-    """Of each movement: road ends, turn, and a and b of a + b t, where an entry lane at t lies seen from the exit."""
+class _DriversView:
+    """Each movement's road ends, turn, and offset + scale t, where an entry lane at t lies as seen from the exit."""
 
     entry: list[int]
     exit: list[int]
@@ -136,37 +135,22 @@ class _View:
 
 
 class _Arms:
-    """Lanes at road ends by direction of travel, worked out once for each cross-section: streets share them."""
+    """Lanes at road ends by direction of travel, found once for each cross-section: streets share them.
+
+    The parts keep their cross-sections, so that these can be known by their identity.
+    """
 
     def __init__(self, parts: RoadParts, rule: Rule) -> None:
         self._parts = parts
         self._rule = rule
         self._known: dict[tuple[int, bool, float], tuple[tuple[EndLane, ...], ArmLanes]] = {}
-        self._into: dict[int, tuple[tuple[EndLane, ...], ArmLanes]] = {}
-        self._out: dict[int, tuple[tuple[EndLane, ...], ArmLanes]] = {}
         self._centre: dict[tuple[int, bool], tuple[EndLane, ...]] = {}
 
     def into_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        found = self._into.get(end)
-        if found is None:
-            found = self._into[end] = self._at(end, end % 2 == 1, 1.0)
-        return found
+        return self._at(end, end % 2 == 1, 1.0)
 
     def out_of_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        found = self._out.get(end)
-        if found is None:
-            found = self._out[end] = self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
-        return found
-
-    def centre(self, end: int, along: bool) -> tuple[EndLane, ...]:
-        """Return the lanes for both directions, as drivers along the road or against it see them."""
-        # The parts keep their cross-sections, so that these can be told by their identity.
-        section = self._parts.at_end(end).section
-        key = id(section), along
-        found = self._centre.get(key)
-        if found is None:
-            found = self._centre[key] = centre_lanes(section, along)
-        return found
+        return self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
 
     def _at(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
         section = self._parts.at_end(end).section
@@ -178,35 +162,37 @@ class _Arms:
             self._known[key] = found
         return found
 
+    def centre(self, end: int, along: bool) -> tuple[EndLane, ...]:
+        """Return the lanes for both directions, as drivers along the road or against it see them."""
+        section = self._parts.at_end(end).section
+        key = id(section), along
+        if key not in self._centre:
+            self._centre[key] = centre_lanes(section, along)
+        return self._centre[key]
+
 
 def _junction_rows(
-    junction: int, group: list[int], movements: list[Movement], view: _View, arms: _Arms, rule: Rule
+    junction: int, group: list[int], movements: list[Movement], view: _DriversView, arms: _Arms, rule: Rule
 ) -> list[LaneRow]:
     """Return every lane link of one junction."""
-    numbers: list[int] = []
-    lanes: list[tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = []
+    lanes: dict[int, tuple[tuple[EndLane, ...], tuple[EndLane, ...]]] = {}
     entries: dict[int, ArmLanes] = {}
     exits: dict[int, ArmLanes] = {}
     for number in group:
-        entry, exit_ = view.entry[number], view.exit[number]
-        into, entries_lanes = arms.into_junction(entry)
-        out, exit_lanes = arms.out_of_junction(exit_)
-        if not into or not out:
-            continue
-        entries[entry], exits[exit_] = entries_lanes, exit_lanes
-        numbers.append(number)
-        lanes.append((into, out))
+        into, entry_lanes = arms.into_junction(view.entry[number])
+        out, exit_lanes = arms.out_of_junction(view.exit[number])
+        if into and out:
+            entries[view.entry[number]], exits[view.exit[number]] = entry_lanes, exit_lanes
+            lanes[number] = into, out
+    numbers = list(lanes)
     links = [(k, 0, 0) for k in range(len(numbers))]
     if not have_one_lane(entries, exits):
-        moves = [
-            _as_lanes_see_it(number, into, movements, view, entries, exits)
-            for number, (into, _) in zip(numbers, lanes, strict=True)
-        ]
-        links = assign_lanes(moves, entries, exits, rule is Rule.LEFT_HAND)
+        seen = [_as_lanes_see_it(number, lanes[number][0], movements, view, entries, exits) for number in numbers]
+        links = assign_lanes(seen, entries, exits, rule is Rule.LEFT_HAND)
     rows = _centre_rows(junction, numbers, view, arms)
     for k, lane_in, lane_out in links:
         number = numbers[k]
-        into, out = lanes[k]
+        into, out = lanes[number]
         rows.append(LaneRow(junction, number, view.entry[number], view.exit[number], into[lane_in], out[lane_out]))
     return rows
 
@@ -215,19 +201,18 @@ def _as_lanes_see_it(
     number: int,
     into: tuple[EndLane, ...],
     movements: list[Movement],
-    view: _View,
+    view: _DriversView,
     entries: dict[int, ArmLanes],
     exits: dict[int, ArmLanes],
 ) -> LaneMovement:
     entry, exit_ = view.entry[number], view.exit[number]
-    offset, scale = view.offset[number], view.scale[number]
-    lateral = tuple([offset + scale * lane.t for lane in into])
+    lateral = tuple([view.offset[number] + view.scale[number] * lane.t for lane in into])
     stated = movements[number].stated
     pairs = None if stated is None else stated.between(entries[entry].specs, exits[exit_].specs)
     return LaneMovement(entry, exit_, view.turn[number], lateral, pairs)
 
 
-def _centre_rows(junction: int, numbers: list[int], view: _View, arms: _Arms) -> list[LaneRow]:
+def _centre_rows(junction: int, numbers: list[int], view: _DriversView, arms: _Arms) -> list[LaneRow]:
     """Return the links between lanes for both directions that face each other.
 
     Ids make readers take such a lane for one along its road (or, on the left of its centre, against it), so only
@@ -236,7 +221,7 @@ def _centre_rows(junction: int, numbers: list[int], view: _View, arms: _Arms) ->
     rows: list[LaneRow] = []
     for number in numbers:
         entry, exit_ = view.entry[number], view.exit[number]
-        if abs(view.turn[number]) >= defaults.SMOOTH_CORNER or entry % 2 == exit_ % 2:
+        if abs(view.turn[number]) >= SMOOTH_CORNER or entry % 2 == exit_ % 2:
             continue
         along = entry % 2 == 1
         here, there = arms.centre(entry, along), arms.centre(exit_, along)

@@ -1,4 +1,4 @@
-"""Curves of connecting roads: from one position and heading to another by lines and arcs, all at once."""
+"""Curves from one position and heading to another by lines and arcs, all at once, and what may be wrong with them."""
 
 from __future__ import annotations
 
@@ -6,28 +6,40 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import arc_step, dubins_curves, lengths, pose, replace_curves, smallest_radius, wrapped
+from osm2xodr.curves import arc_step, dubins_curves, lengths, pose, replace_curves, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS
-from osm2xodr.geometry import defaults
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
+# A line and an arc are used where both tangents are longer than this, m, and the turn lies between these, rad, and
+# where the line is either no shorter than this, m, or absent, that is shorter than this, m.
+_SHORTEST_TANGENT: Final = 0.05
+_LEAST_TURN: Final = 1e-3
+_MOST_TURN: Final = np.deg2rad(150.0)
+_SHORTEST_LINE_BEFORE_ARC: Final = 0.01
+_NO_LINE_BELOW: Final = 1e-9
+# An arc that turns less than this, rad, is written as its chord: readers with single precision cannot place its far
+# centre.
+_STRAIGHT_BELOW: Final = 1e-4
+# Two arcs whose tangents would be longer than this, m, do not meet.
+_LONGEST_TANGENT: Final = 1e7
+# Shorter records are left out, m.
+_SHORTEST_RECORD: Final = 1e-7
+# A curve whose heading at its end, or between two of its records, is off by more has missed it, rad.
+_MISSED: Final = 1e-3
 # A connecting road shorter than this, m, that turns by more than this, rad, is a point: no car turns on one.
 _SHORTEST_TURN: Final = 0.1
 _TURN_OF_A_POINT: Final = 0.5
-# A connecting road that is longer than this many times the distance it bridges, and this much more, m, is none: its
-# arms lie on each other. They are cut back, and what stays so is left out.
+# A connecting road that is longer than this many times the distance it bridges, and this much more, m, is a detour:
+# its arms lie on each other.
 _DETOUR: Final = 4.0
 _DETOUR_MORE: Final = 60.0
+# Two arcs that turn by more than this in all, rad (40 degrees), swing out if they turn forth and back by more than
+# this, rad (20 degrees).
+_TURN_THAT_MAY_SWING: Final = 0.7
+_SWING_BACK_AND_FORTH: Final = 0.35
 
-# A line and an arc are used while both tangents are longer than this, m, and the turn lies between these, rad.
-# A curve whose heading at its end is off by more has missed it, rad.
-_MISSED = 1e-3
-_SHORTEST_TANGENT = 0.05
-_LEAST_TURN = 1e-3
-_MOST_TURN = np.deg2rad(150.0)
-# An arc that turns less than this is written as its chord: single-precision readers cannot place its far centre.
-_NO_TURN = 1e-4
-_LONGEST_TANGENT = 1e7
+# Turns below this, rad, count as straight.
+_NO_ANGLE: Final = 1e-9
 
 
 def connect(
@@ -36,36 +48,29 @@ def connect(
     """Return a curve from each pose 0 to pose 1, (n,), m and rad, that starts and ends in their headings.
 
     A line and an arc where the tangents meet ahead of the first and behind the second pose and leave room for a
-    turn that cars drive; else two arcs with tangents of equal length (Bolton 1975,
-    doi:10.1016/0010-4485(75)90086-X), if their radius is larger.
+    turn that cars drive; else two arcs with tangents of equal length (biarc, Bolton 1975,
+    doi:10.1016/0010-4485(75)90086-X), if their radius is larger; Dubins' shortest curve where two arcs do not reach
+    the second pose, because it looks back from straight ahead.
     """
-    n = len(x0)
     length, curvature = _biarc(x0, y0, hdg0, x1, y1, hdg1)
     simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1)
     sharp = np.abs(simple_curvature[:, 1])
     simple &= (sharp * CONNECTING_RADIUS <= 1.0) | (sharp <= np.abs(curvature).max(axis=1))
     length = np.where(simple[:, None], simple_length, length)
     curvature = np.where(simple[:, None], simple_curvature, curvature)
-    hdg = hdg0[:, None] + np.concatenate([np.zeros((n, 1)), np.cumsum(length * curvature, axis=1)[:, :-1]], axis=1)
-    u, v, _ = arc_step(curvature, length)
-    dx = np.cos(hdg) * u - np.sin(hdg) * v
-    dy = np.sin(hdg) * u + np.cos(hdg) * v
-    x = x0[:, None] + np.concatenate([np.zeros((n, 1)), np.cumsum(dx, axis=1)[:, :-1]], axis=1)
-    y = y0[:, None] + np.concatenate([np.zeros((n, 1)), np.cumsum(dy, axis=1)[:, :-1]], axis=1)
-    straight = np.abs(curvature * length) < _NO_TURN
-    chord = np.hypot(dx, dy)
+    x, y, hdg, dx, dy = _starts(x0, y0, hdg0, length, curvature)
+    straight = np.abs(curvature * length) < _STRAIGHT_BELOW
     hdg = np.where(straight, np.arctan2(dy, dx), hdg)
-    length = np.where(straight, chord, length)
+    length = np.where(straight, np.hypot(dx, dy), length)
     curvature = np.where(straight, 0.0, curvature)
     line = straight[:, :2].all(axis=1) & ~simple
     hdg[line, 0] = np.arctan2(y1 - y0, x1 - x0)[line]
     length[line, 0], length[line, 1] = np.hypot(x1 - x0, y1 - y0)[line], 0.0
-    length = np.where(length > 1e-7, length, 0.0)
+    length = np.where(length > _SHORTEST_RECORD, length, 0.0)
     used = length > 0
     s = np.cumsum(length, axis=1) - length
     start = np.concatenate([[0], np.cumsum(used.sum(1))]).astype(np.int64)
     plan = PlanView(start, s[used], x[used], y[used], hdg[used], length[used], curvature[used])
-    # Two arcs do not reach a pose that looks back from straight ahead.
     missed = np.flatnonzero(np.abs(wrapped(hdg0 + (length * curvature).sum(axis=1) - hdg1)) > _MISSED)
     if not len(missed):
         return plan
@@ -75,14 +80,18 @@ def connect(
     return replace_curves(plan, missed[found], other, found)
 
 
-def wanting(plan: PlanView) -> BoolArray:
-    """Say which curves would be better if their arms ended farther away, (curves,)."""
-    return undrivable(plan) | swings_out(plan)
-
-
-def undrivable(plan: PlanView) -> BoolArray:
-    """Say which curves are sharper than a car drives, or detours because their arms lie on each other, (curves,)."""
-    return (smallest_radius(plan) < CONNECTING_RADIUS) | detours(plan)
+def _starts(
+    x0: FloatArray, y0: FloatArray, hdg0: FloatArray, length: FloatArray, curvature: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return x, y and heading where each record starts, and the steps to its end in x and y, all (n, 3)."""
+    zero = np.zeros((len(x0), 1))
+    hdg = hdg0[:, None] + np.concatenate([zero, np.cumsum(length * curvature, axis=1)[:, :-1]], axis=1)
+    u, v, _ = arc_step(curvature, length)
+    dx = np.cos(hdg) * u - np.sin(hdg) * v
+    dy = np.sin(hdg) * u + np.cos(hdg) * v
+    x = x0[:, None] + np.concatenate([zero, np.cumsum(dx, axis=1)[:, :-1]], axis=1)
+    y = y0[:, None] + np.concatenate([zero, np.cumsum(dy, axis=1)[:, :-1]], axis=1)
+    return x, y, hdg, dx, dy
 
 
 def detours(plan: PlanView) -> BoolArray:
@@ -91,8 +100,7 @@ def detours(plan: PlanView) -> BoolArray:
     length = lengths(plan)
     x0, y0, _ = pose(plan, curve, np.zeros(len(curve)))
     x1, y1, _ = pose(plan, curve, length)
-    out: BoolArray = length > _DETOUR * np.hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
-    return out
+    return length > _DETOUR * np.hypot(x1 - x0, y1 - y0) + _DETOUR_MORE
 
 
 def has_kinks(plan: PlanView) -> BoolArray:
@@ -105,48 +113,52 @@ def has_kinks(plan: PlanView) -> BoolArray:
 
 
 def turns_on_the_spot(plan: PlanView) -> BoolArray:
-    """Say which curves are a point that something turns at, (curves,)."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
-    whole = np.bincount(owner, np.abs(plan.curvature * plan.length), len(plan.start) - 1)
-    out: BoolArray = (lengths(plan) < _SHORTEST_TURN) & (whole > _TURN_OF_A_POINT)
-    return out
+    """Say which curves turn at a point, (curves,)."""
+    return (lengths(plan) < _SHORTEST_TURN) & (_turns(plan)[1] > _TURN_OF_A_POINT)
 
 
 def swings_out(plan: PlanView) -> BoolArray:
     """Say which pairs of arcs turn to the other side before they turn or after it, (curves,)."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
-    turn = plan.curvature * plan.length
-    net = np.abs(np.bincount(owner, turn, len(plan.start) - 1))
-    whole = np.bincount(owner, np.abs(turn), len(plan.start) - 1)
+    net, whole = _turns(plan)
     # Curves of more records keep to streets.
-    out: BoolArray = (np.diff(plan.start) == 2) & (net > defaults.SWING_OF_TURN) & (whole - net > defaults.SWING)
+    out: BoolArray = (np.diff(plan.start) == 2) & (net > _TURN_THAT_MAY_SWING) & (whole - net > _SWING_BACK_AND_FORTH)
     return out
+
+
+def _turns(plan: PlanView) -> tuple[FloatArray, FloatArray]:
+    """Return by how much curves change their heading, and by how much they turn in all, (curves,), rad."""
+    n = len(plan.start) - 1
+    owner = np.repeat(np.arange(n), np.diff(plan.start))
+    turn = plan.curvature * plan.length
+    net: FloatArray = np.abs(np.bincount(owner, turn, n), dtype=np.float64)
+    whole: FloatArray = np.bincount(owner, np.abs(turn), n).astype(np.float64)
+    return net, whole
 
 
 def _line_and_arc(
     x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
 ) -> tuple[BoolArray, FloatArray, FloatArray]:
-    """Return where a line and an arc do, and lengths and curvatures (n, 3) of line, arc and line."""
+    """Return where a line and an arc connect the poses, (n,), and lengths and curvatures of line, arc, line, (n, 3).
+
+    The arc touches both tangents at the distance of the shorter one from where they meet; the rest of the longer one
+    is the line.
+    """
     turn = wrapped(hdg1 - hdg0)
     vx, vy = x1 - x0, y1 - y0
     sin = np.sin(turn)
-    safe = np.where(np.abs(sin) < 1e-9, 1.0, sin)
+    safe = np.where(np.abs(sin) < _NO_ANGLE, 1.0, sin)
     before = (vx * np.sin(hdg1) - vy * np.cos(hdg1)) / safe
     after = (np.cos(hdg0) * vy - np.sin(hdg0) * vx) / safe
     shorter = np.minimum(before, after)
     size = np.abs(turn)
     unequal = np.abs(before - after)
-    does = (
-        (shorter > _SHORTEST_TANGENT)
-        & (size > _LEAST_TURN)
-        & (size < _MOST_TURN)
-        & ((unequal > 0.01) | (unequal < 1e-9))
-    )
+    found = (shorter > _SHORTEST_TANGENT) & (size > _LEAST_TURN) & (size < _MOST_TURN)
+    found &= (unequal > _SHORTEST_LINE_BEFORE_ARC) | (unequal < _NO_LINE_BELOW)
     radius = np.maximum(shorter, 1e-9) / np.tan(np.clip(size, 1e-6, 3.1) / 2)
     length = np.stack([np.maximum(before - shorter, 0), radius * size, np.maximum(after - shorter, 0)], axis=1)
     curvature = np.zeros_like(length)
     curvature[:, 1] = np.sign(turn) / radius
-    return does, length, curvature
+    return found, length, curvature
 
 
 def _biarc(
@@ -166,7 +178,7 @@ def _biarc(
         square / np.maximum(along + root, 1e-12),
         (root - along) / np.maximum(2 * apart, 1e-12),
     )
-    # A pose straight behind in the same heading is out of reach of two arcs; the curve is then as long as this.
+    # A pose straight behind in the same heading is out of reach of two arcs.
     tangent = np.minimum(tangent, _LONGEST_TANGENT)
     jx = (x0 + tangent * tx0 + x1 - tangent * tx1) / 2
     jy = (y0 + tangent * ty0 + y1 - tangent * ty1) / 2
@@ -181,7 +193,7 @@ def _biarc(
         chord2 = np.maximum(wx * wx + wy * wy, 1e-18)
         turn = 2 * np.arctan2(cross, dot)
         curvature[:, k] = 2 * cross / chord2
-        bent = (np.abs(turn) > 1e-9) & (curvature[:, k] != 0)
+        bent = (np.abs(turn) > _NO_ANGLE) & (curvature[:, k] != 0)
         length[:, k] = np.where(bent, turn / np.where(bent, curvature[:, k], 1.0), np.sqrt(chord2))
         curvature[:, k] = np.where(bent, curvature[:, k], 0.0)
     return length, curvature

@@ -1,8 +1,8 @@
 """Who has the right of way at a junction: pairs of connecting roads that cross or merge.
 
 What decides between two arms, in this order: signs (leaving a property counts as one), being on a roundabout,
-``priority_road``, the class of the road. Where none does, priority is to the right (or what the country has in its
-place) and nothing is said; with signals neither.
+``priority_road``, the class of the road. Where none does, priority to the right (or the rule of the country) needs
+no record; at signals there is none either.
 
 OpenDRIVE 1.6 and 1.7 want ``high`` and ``low`` of ``<priority>`` to be connecting roads, 1.8 roads of the junction,
 which connecting roads are.
@@ -10,7 +10,7 @@ which connecting roads are.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby, permutations
 from typing import Final
@@ -24,14 +24,14 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import BoolArray, IntArray, Sign, StreetNetwork
+from osm2xodr.model import BoolArray, IntArray, Sign, StreetAttributes, StreetNetwork
 
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """What counts of a street end where it enters a junction."""
+    """What decides about the right of way of a street end that enters a junction."""
 
     ring: bool  # Whether it is part of a roundabout
     sign: Sign | None  # The sign that its traffic meets
@@ -40,7 +40,7 @@ class Arm:
 
     @property
     def yields(self) -> bool:
-        """Whether a sign makes its traffic yield."""
+        """Say whether a sign makes its traffic yield."""
         return self.sign in (Sign.STOP, Sign.GIVE_WAY)
 
 
@@ -69,20 +69,15 @@ def find_priorities(
     network, ends, layout, parts, connecting
         Streets, their ends, the junctions, the roads before them and through them.
     diagnostics
-        Gets signs that say the opposite of what the classes of the roads would.
+        Gets signs that say the opposite of the roads' classes.
     """
     signs = _with_inner_signs(network, ends, layout, read_signs(network))
     inside = _signalled_inside(network, layout, signs)
-    street_end = {int(road): end for end, road in enumerate(parts.road_end.tolist()) if road >= 0}
     high: list[int] = []
     low: list[int] = []
     counts = dict.fromkeys(_COUNTS, 0)
     used: set[int] = set()
-    entries = connecting.entry.tolist()
-    for junction, group in groupby(range(len(entries)), key=connecting.junction.tolist().__getitem__):
-        rows: dict[int, list[int]] = {}
-        for k in group:
-            rows.setdefault(street_end[entries[k]], []).append(k)
+    for junction, rows in _rows_by_entry(parts, connecting):
         nodes = [network.intersections[node].osm_node_id for node in layout.nodes[junction]]
         arms = {end: _arm(network, ends, end, signs) for end in rows}
         if junction in inside or signs.signalled(nodes, list(arms)):
@@ -100,12 +95,23 @@ def find_priorities(
         counts["junctions_with_priorities"] += bool(decided)
         counts["roundabout_entries"] += len({b for a, b in decided if arms[a].ring and not arms[b].ring})
         if _contradicted(arms.values(), ranks):
-            words = "signs make a road of higher class yield to one of lower class, they are followed"
-            diagnostics.note("priority", f"node/{nodes[0]}", words)
+            message = "signs make a road of higher class yield to one of lower class, and are followed"
+            diagnostics.note("priority", f"node/{nodes[0]}", message)
     first, second = np.array(high, np.int64), np.array(low, np.int64)
     keep = _merging(connecting, first, second) | curves_cross(connecting.plan_view, first, second)
     statistics = {**counts, "signs_followed": len(used), "priorities": int(keep.sum())}
     return Priorities(first[keep], second[keep], {name: float(count) for name, count in statistics.items()})
+
+
+def _rows_by_entry(parts: RoadParts, connecting: ConnectingRoads) -> Iterator[tuple[int, dict[int, list[int]]]]:
+    """Yield each junction with its connecting roads by the street end that they enter from."""
+    street_end = {road: end for end, road in enumerate(parts.road_end.tolist()) if road >= 0}
+    entries = connecting.entry.tolist()
+    for junction, group in groupby(range(len(entries)), key=connecting.junction.tolist().__getitem__):
+        rows: dict[int, list[int]] = {}
+        for k in group:
+            rows.setdefault(street_end[entries[k]], []).append(k)
+        yield junction, rows
 
 
 def _merging(connecting: ConnectingRoads, one: IntArray, other: IntArray) -> BoolArray:
@@ -116,12 +122,12 @@ def _merging(connecting: ConnectingRoads, one: IntArray, other: IntArray) -> Boo
 
 
 def _arm(network: StreetNetwork, ends: StreetEnds, end: int, signs: Signs) -> Arm:
-    attributes = network.streets[end // 2].pieces[-1 if end % 2 else 0][1]
+    attributes = _attributes(network, end)
     return Arm(bool(ends.roundabout[end]), signs.before_end.get(end), attributes.priority_road, _rank(network, end))
 
 
 def _with_inner_signs(network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, signs: Signs) -> Signs:
-    """Give signs on streets inside a junction to the arms that can lead nowhere but there."""
+    """Give signs on streets inside a junction to the arms from which one can only drive there."""
     before = dict(signs.before_end)
     for end, sign in signs.before_end.items():
         if not layout.inner[end // 2] or sign is Sign.SIGNALS:
@@ -135,7 +141,7 @@ def _with_inner_signs(network: StreetNetwork, ends: StreetEnds, layout: Junction
 
 
 def _signalled_inside(network: StreetNetwork, layout: JunctionLayout, signs: Signs) -> set[int]:
-    """Return the junctions with signals on a street inside, as between the carriageways of a wide road."""
+    """Return the junctions with signals on a street inside them, as between the carriageways of a wide road."""
     ends = [end for end, sign in signs.before_end.items() if sign is Sign.SIGNALS and layout.inner[end // 2]]
     if not ends:
         return set()
@@ -145,19 +151,15 @@ def _signalled_inside(network: StreetNetwork, layout: JunctionLayout, signs: Sig
 
 
 def _rank(network: StreetNetwork, end: int) -> int:
-    return priority_rank(network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway)
+    return priority_rank(_attributes(network, end).highway)
+
+
+def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:
+    return network.streets[end // 2].pieces[-1 if end % 2 else 0][1]
 
 
 def goes_first(one: Arm, other: Arm, ranks: Sequence[int]) -> bool:
-    """Whether traffic of one arm of a junction goes before that of another.
-
-    Parameters
-    ----------
-    one, other
-        Arms that traffic enters the junction from.
-    ranks
-        Of all arms of the junction.
-    """
+    """Say whether traffic of one arm goes before that of another; `ranks` are those of all arms of the junction."""
     # Who leaves a property yields, whether that is signed or not.
     one_yields = one.yields or (one.sign is None and _is_minor(one, other))
     other_yields = other.yields or (other.sign is None and _is_minor(other, one))
@@ -174,12 +176,12 @@ def _is_minor(arm: Arm, other: Arm) -> bool:
 
 
 def _outranks(one: int, other: int, ranks: Sequence[int]) -> bool:
-    """Whether a road of one rank goes before one of another: it does if it runs on through the junction."""
+    """Say whether a road of one rank goes before one of another: a higher one does where it runs on."""
     return one > other and (other <= defaults.PRIORITY_RANK_MINOR or sum(rank >= one for rank in ranks) >= 2)
 
 
 def _contradicted(arms: Collection[Arm], ranks: Sequence[int]) -> bool:
-    """Whether a sign makes one arm yield to another that would yield by its class."""
+    """Say whether a sign makes one arm yield to another that would yield by its class."""
     return any(
         one.ring or (_outranks(one.rank, other.rank, ranks) and not other.ring)
         for one, other in permutations(arms, 2)

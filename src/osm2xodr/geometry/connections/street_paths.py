@@ -1,4 +1,4 @@
-"""Connecting roads that keep to the streets inside their junction.
+"""Ways through junctions over OSM's streets, and connecting roads that keep to them.
 
 A curve from arm to arm is what a car drives at a crossing. Where a street only runs on through a long junction (a
 ramp joins it, a roundabout's ring passes arm after arm), the curve must follow the street itself.
@@ -7,21 +7,27 @@ ramp joins it, a roundabout's ring passes arm after arm), the curve must follow 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import find_record, lengths, pose, ranks, replace_curves, smallest_radius, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS
-from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.defaults import CORNER_RADIUS_OTHER
 from osm2xodr.geometry.junctions import Movement
 from osm2xodr.geometry.plan_view import StreetEnds, fit_polylines
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-_SPACING = 2.0
-_LEAD = 1.5
-_CHECKS = np.linspace(0.1, 0.9, 9)
+# A connecting road on a smooth street follows it where it would stray farther from it than this, m.
+_STRAY: Final = 0.25
+# Where that is looked at, as shares of the way.
+_STRAY_SHARES: Final = np.linspace(0.1, 0.9, 9)
+# Points of the street that a curve is fitted to are at most this far apart, m; it starts and ends straight over this
+# length, m, so that its headings stay.
+_POINT_SPACING: Final = 2.0
+_STRAIGHT_LEAD: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +43,7 @@ class StreetPaths:
     length: FloatArray  # (paths,) m
     sharpest: FloatArray  # (paths,) Largest corner between two legs, rad
     # (paths,) Middles of the outermost lanes of the inner streets that run the way of the path, left of OSM's lines
-    # in the direction of travel, m; without inner streets infinitely far out.
+    # in the direction of travel, m; infinitely far out without inner streets
     inner_right: FloatArray
     inner_left: FloatArray
     on_ring: BoolArray  # (paths,) Whether an inner street belongs to a roundabout
@@ -45,21 +51,10 @@ class StreetPaths:
     aside: FloatArray
 
 
-def street_paths(
+def lay_out_paths(
     movements: list[Movement], ends: StreetEnds, trim: FloatArray, lanes: Callable[[int, bool], tuple[float, float]]
 ) -> StreetPaths:
-    """Lay out the way of each movement through its junction.
-
-    Parameters
-    ----------
-    movements
-        The ways through junctions.
-    ends, trim
-        Street ends and what they give to their junctions, m.
-    lanes
-        For a street and whether it is driven along, t of the middles of its outermost lanes, right and left in the
-        direction of travel, m.
-    """
+    """Lay out the way of each movement through its junction; parameters as in `build_connecting_roads`."""
     entry = np.array([item.entry for item in movements], np.int64)
     exit_ = np.array([item.exit for item in movements], np.int64)
     inner = [(k, *leg) for k, item in enumerate(movements) if item.inner for leg in item.inner]
@@ -118,6 +113,50 @@ def _inner_sides(
     return right, np.maximum(right, left)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LanePaths:
+    """Where the lanes of connecting roads would run over the streets inside their junctions."""
+
+    paths: StreetPaths
+    streets: PlanView  # The curves that the paths run on
+    path: IntArray  # (n,) The path of each connecting road, in ascending order
+    # (n,) Where its entry lane and its exit lane lie left of OSM's lines in the direction of travel, m
+    t_in: FloatArray
+    t_out: FloatArray
+
+    @property
+    def length(self) -> FloatArray:
+        """Lengths of the paths, (n,), m."""
+        return self.paths.length[self.path]
+
+    def chosen(self, rows: IntArray | BoolArray) -> LanePaths:
+        """Return some of them."""
+        return replace(self, path=self.path[rows], t_in=self.t_in[rows], t_out=self.t_out[rows])
+
+    def at_share(self, row: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return x, y and heading at shares of the ways of some rows, all (m,)."""
+        return self._poses(row, share, share * self.paths.length[self.path[row]])
+
+    def at_chainage(self, row: IntArray, chainage: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return x, y and heading at chainages of some rows, all (m,)."""
+        return self._poses(row, chainage / self.paths.length[self.path[row]], chainage)
+
+    def _poses(
+        self, row: IntArray, share: FloatArray, chainage: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        path = self.path[row]
+        offset = _lane_offsets(self.paths, path, self.t_in[row], self.t_out[row], share)
+        return poses_on(self.paths, self.streets, path, chainage, offset)
+
+
+def lane_paths(
+    paths: StreetPaths, streets: PlanView, path: IntArray, t_in: FloatArray, t_out: FloatArray
+) -> LanePaths:
+    """Return the ways of lanes that lie t_in and t_out left of the streets' curves, (n,), m."""
+    first, last = paths.start[path], paths.start[path + 1] - 1
+    return LanePaths(paths, streets, path, t_in + paths.aside[first], t_out + paths.aside[last])
+
+
 def poses_on(
     paths: StreetPaths, streets: PlanView, path: IntArray, chainage: FloatArray, offset: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -130,10 +169,12 @@ def poses_on(
     return x - left * np.sin(hdg), y + left * np.cos(hdg), hdg + np.where(sign < 0, np.pi, 0.0)
 
 
-def lane_offsets(paths: StreetPaths, path: IntArray, t0: FloatArray, t1: FloatArray, share: FloatArray) -> FloatArray:
+def _lane_offsets(
+    paths: StreetPaths, path: IntArray, t_in: FloatArray, t_out: FloatArray, share: FloatArray
+) -> FloatArray:
     """Return the offset at a share of the way: from the entry lane to the exit lane, within inner lanes between."""
     ease = share * share * (3 - 2 * share)
-    direct = t0 + (t1 - t0) * ease
+    direct = t_in + (t_out - t_in) * ease
     inside = np.clip(direct, paths.inner_right[path], paths.inner_left[path])
     # The lane of the inner street is reached and left over a third of the way.
     weight = np.clip(3 * np.minimum(share, 1 - share), 0.0, 1.0)
@@ -141,95 +182,53 @@ def lane_offsets(paths: StreetPaths, path: IntArray, t0: FloatArray, t1: FloatAr
     return out
 
 
-def follow_streets(
-    simple: PlanView,
-    paths: StreetPaths,
-    streets: PlanView,
-    path: IntArray,
-    t0: FloatArray,
-    t1: FloatArray,
-) -> PlanView:
-    """Replace those curves that stray from the street they should keep to.
-
-    Parameters
-    ----------
-    simple
-        Direct curves of the connecting roads.
-    paths, streets
-        OSM's ways through the junctions, and the curves they run on.
-    path : (n,)
-        The path of each connecting road.
-    t0, t1 : (n,)
-        Where its entry and exit lanes lie left of the streets' curves in the direction of travel, m.
-    """
-    if not len(path):
-        return simple
-    t0 = t0 + paths.aside[paths.start[path]]
-    t1 = t1 + paths.aside[paths.start[path + 1] - 1]
-    smooth = paths.sharpest[path] < defaults.SMOOTH_CORNER
-    long = paths.length[path] > 6 * _LEAD
-    rows = np.flatnonzero(long & (smooth | paths.on_ring[path]))
-    wanted = rows[_strays(simple, rows, paths, streets, path[rows], t0[rows], t1[rows])]
+def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:
+    """Replace those of the direct curves, (n,), that stray from the smooth street they should keep to."""
+    paths = lanes.paths
+    smooth = paths.sharpest[lanes.path] < SMOOTH_CORNER
+    long = lanes.length > 6 * _STRAIGHT_LEAD
+    rows = np.flatnonzero(long & (smooth | paths.on_ring[lanes.path]))
+    wanted = rows[_strays(direct, rows, lanes.chosen(rows))]
     if not len(wanted):
-        return simple
-    followed = _followed(simple, paths, streets, path[wanted], wanted, t0[wanted], t1[wanted])
-    better = smallest_radius(followed) >= np.minimum(smallest_radius(simple)[wanted], CONNECTING_RADIUS)
-    return replace_curves(simple, wanted[better], followed, np.flatnonzero(better))
+        return direct
+    followed = _followed(direct, wanted, lanes.chosen(wanted))
+    better = smallest_radius(followed) >= np.minimum(smallest_radius(direct)[wanted], CONNECTING_RADIUS)
+    return replace_curves(direct, wanted[better], followed, np.flatnonzero(better))
 
 
-def _strays(
-    simple: PlanView,
-    row: IntArray,
-    paths: StreetPaths,
-    streets: PlanView,
-    path: IntArray,
-    t0: FloatArray,
-    t1: FloatArray,
-) -> BoolArray:
+def _strays(direct: PlanView, row: IntArray, lanes: LanePaths) -> BoolArray:
     """Say which curves lie aside of their lanes' ways over the streets, (n,)."""
-    total = lengths(simple)[row]
+    total = lengths(direct)[row]
     out = np.zeros(len(row), bool)
     todo = np.arange(len(row))
-    for share in _CHECKS:
-        here = path[todo]
-        offset = lane_offsets(paths, here, t0[todo], t1[todo], np.full(len(todo), share))
-        px, py, _ = poses_on(paths, streets, here, share * paths.length[here], offset)
-        x, y, hdg = pose(simple, row[todo], share * total[todo])
-        out[todo] = np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)) > defaults.STRAY
+    for share in _STRAY_SHARES:
+        px, py, _ = lanes.at_share(todo, np.full(len(todo), share))
+        x, y, hdg = pose(direct, row[todo], share * total[todo])
+        out[todo] = np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)) > _STRAY
         todo = todo[~out[todo]]
     return out
 
 
-def _followed(
-    simple: PlanView,
-    paths: StreetPaths,
-    streets: PlanView,
-    path: IntArray,
-    row: IntArray,
-    t0: FloatArray,
-    t1: FloatArray,
-) -> PlanView:
+def _followed(direct: PlanView, row: IntArray, lanes: LanePaths) -> PlanView:
     """Fit curves through points along the paths that start and end in the poses of the direct curves."""
-    x0, y0, h0 = pose(simple, row, np.zeros(len(row)))
-    x1, y1, h1 = pose(simple, row, lengths(simple)[row])
-    inside = np.maximum(np.floor((paths.length[path] - 4 * _LEAD) / _SPACING).astype(np.int64), 0) + 1
+    x0, y0, h0 = pose(direct, row, np.zeros(len(row)))
+    x1, y1, h1 = pose(direct, row, lengths(direct)[row])
+    room = lanes.length - 4 * _STRAIGHT_LEAD
+    inside = np.maximum(np.floor(room / _POINT_SPACING).astype(np.int64), 0) + 1
     owner = np.repeat(np.arange(len(row)), inside)
     number = ranks(inside)
-    room = paths.length[path] - 4 * _LEAD
-    chainage = 2 * _LEAD + room[owner] * (number + 0.5) / inside[owner]
-    share = chainage / paths.length[path][owner]
-    offset = lane_offsets(paths, path[owner], t0[owner], t1[owner], share)
-    px, py, _ = poses_on(paths, streets, path[owner], chainage, offset)
-    size = inside + 4
-    start = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+    chainage = 2 * _STRAIGHT_LEAD + room[owner] * (number + 0.5) / inside[owner]
+    px, py, _ = lanes.at_chainage(owner, chainage)
+    # Per curve: its start and the end of its lead, the points, and the same at its end.
+    start = np.concatenate([[0], np.cumsum(inside + 4)]).astype(np.int64)
     points = np.zeros((start[-1], 2))
     fixed = np.zeros(start[-1], bool)
     points[start[:-1][owner] + 2 + number] = np.column_stack([px, py])
-    for place, (x, y) in (
-        (start[:-1], (x0, y0)),
-        (start[:-1] + 1, (x0 + _LEAD * np.cos(h0), y0 + _LEAD * np.sin(h0))),
-        (start[1:] - 2, (x1 - _LEAD * np.cos(h1), y1 - _LEAD * np.sin(h1))),
-        (start[1:] - 1, (x1, y1)),
+    for place, x, y in (
+        (start[:-1], x0, y0),
+        (start[:-1] + 1, x0 + _STRAIGHT_LEAD * np.cos(h0), y0 + _STRAIGHT_LEAD * np.sin(h0)),
+        (start[1:] - 2, x1 - _STRAIGHT_LEAD * np.cos(h1), y1 - _STRAIGHT_LEAD * np.sin(h1)),
+        (start[1:] - 1, x1, y1),
     ):
         points[place] = np.column_stack([x, y])
         fixed[place] = True

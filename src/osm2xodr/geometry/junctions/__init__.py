@@ -1,14 +1,18 @@
-"""Junctions: which nodes make one, where its arms end, who may go where."""
+"""Junctions: which nodes make one, where its arms end, who may go where, and which roads are left between them."""
 
 from __future__ import annotations
 
-from osm2xodr.geometry.junctions.absorbed_streets import refuse_without_roads, report_lost
 from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctions
 from osm2xodr.geometry.junctions.movements import Movement, find_movements
 from osm2xodr.geometry.junctions.places import street_places
-from osm2xodr.geometry.junctions.reference_line_shift import lines_outside_bends
-from osm2xodr.geometry.junctions.road_parts import RoadParts, cut_roads, dead_ends_apart, without_idle_junctions
-from osm2xodr.geometry.junctions.turnarounds import RoadOptions, add_turnarounds, with_loops
+from osm2xodr.geometry.junctions.reference_line_shift import shift_lines_out_of_bends
+from osm2xodr.geometry.junctions.road_parts import (
+    RoadParts,
+    cut_back_dead_ends,
+    cut_roads,
+    without_idle_junctions,
+)
+from osm2xodr.geometry.junctions.turnarounds import RoadOptions, add_turnarounds, draw_loops
 
 __all__ = [
     "JunctionLayout",
@@ -16,14 +20,12 @@ __all__ = [
     "RoadOptions",
     "RoadParts",
     "add_turnarounds",
+    "cut_back_dead_ends",
     "cut_roads",
-    "dead_ends_apart",
+    "draw_loops",
     "find_movements",
     "lay_out_junctions",
-    "lines_outside_bends",
-    "refuse_without_roads",
-    "report_lost",
+    "shift_lines_out_of_bends",
     "street_places",
-    "with_loops",
     "without_idle_junctions",
 ]

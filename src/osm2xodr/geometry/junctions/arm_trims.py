@@ -1,8 +1,9 @@
-"""How far each arm of a junction lies under its other arms: where roads must end for their areas to be apart."""
+"""How far each arm of a junction is covered by the other arms: where roads must end for their areas to be apart."""
 
 from __future__ import annotations
 
 from itertools import pairwise, permutations
+from typing import Final
 
 import numpy as np
 
@@ -13,36 +14,41 @@ from osm2xodr.model import FloatArray, IntArray
 
 # Stations along an arm at which its edges are tested, m: close where arms cross squarely, wider where they part
 # at acute angles.
-_NEAR = np.arange(0.0, 16.1, 0.5)
-_FAR = np.concatenate([np.arange(0.0, 16.0, 0.5), np.arange(16.0, 40.0, 1.0), np.arange(40.0, 101.0, 2.0)])
-_PAIRS_AT_ONCE = 1500
-_DISTANCES_AT_ONCE = 40_000
-# Numbers of stations after which it is seen whether more are needed.
-_LOOKED_AT = (10, 25)
-_GAP_BETWEEN_EDGES = 0.3
-_FIRST_ENTRY = 12.0
+_NEAR_STATIONS: Final = np.arange(0.0, 16.1, 0.5)
+_FAR_STATIONS: Final = np.concatenate(
+    [np.arange(0.0, 16.0, 0.5), np.arange(16.0, 40.0, 1.0), np.arange(40.0, 101.0, 2.0)]
+)
+# Edges that end this near to the last station, m, or farther out, are looked at again along the farther ones.
+_NEAR_THE_LAST: Final = 1.0
+# Numbers of stations after which pairs that need no more are left out.
+_STATIONS_BEFORE_A_LOOK: Final = (10, 25)
+# Edges count as apart from this distance on, m. A choice.
+_GAP_BETWEEN_EDGES: Final = 0.3
+# An edge that has not reached the other arm up to here, m, never does: arms that come close again farther out are
+# other places. A choice.
+_FIRST_ENTRY: Final = 12.0
+# Between these angles of two arms, rad (25 and 160 degrees), a turn from one to the other has a kerb. A choice.
+_LEAST_CORNER: Final = np.deg2rad(25.0)
+_LARGEST_CORNER: Final = np.deg2rad(160.0)
+# Pairs, and distances between places, that are worked out at once: as many as the processor's cache holds.
+_PAIRS_AT_ONCE: Final = 1500
+_DISTANCES_AT_ONCE: Final = 40_000
 
 
 def footprints(ends: StreetEnds, arms: list[list[int]]) -> tuple[FloatArray, FloatArray]:
     """Return how much of each arm its junction needs at least, and with kerbs at its corners, (ends,), m.
 
-    Parameters
-    ----------
-    ends
-        All street ends.
-    arms
-        The street ends of each junction. Ends that are in none get 0.
+    `arms` are the street ends of each junction; ends of no junction get 0.
     """
     pairs = np.array([pair for group in arms for pair in permutations(group, 2)], np.int64).reshape(-1, 2)
-    bare = np.zeros(len(ends.length))
-    wished = np.zeros(len(ends.length))
+    bare, wished = np.zeros(len(ends.length)), np.zeros(len(ends.length))
     if not len(pairs):
         return bare, wished
     i, j = pairs.T
-    cover, across = _covered(ends, i, j, _NEAR)
-    long = np.maximum(cover, across) >= _NEAR[-1] - 1.0
+    cover, across = _covered(ends, i, j, _NEAR_STATIONS)
+    long = np.maximum(cover, across) >= _NEAR_STATIONS[-1] - _NEAR_THE_LAST
     if long.any():
-        cover[long], across[long] = _covered(ends, i[long], j[long], _FAR)
+        cover[long], across[long] = _covered(ends, i[long], j[long], _FAR_STATIONS)
     # Two arms of one junction on different layers pass over each other: neither ends for the other.
     apart = (ends.layer[i] != ends.layer[j]) & (ends.node[i] != ends.node[j])
     kerb = np.where(apart, 0.0, _kerb(ends, i, j))
@@ -57,14 +63,13 @@ def footprints(ends: StreetEnds, arms: list[list[int]]) -> tuple[FloatArray, Flo
 
 
 def _kerb(ends: StreetEnds, i: IntArray, j: IntArray) -> FloatArray:
-    """Return what a rounded corner between two arms takes of each, m."""
+    """Return what a rounded corner between two arms takes of each, its tangent r / tan(angle / 2), (pairs,), m."""
     angle = np.abs(wrapped(ends.hdg[i] - ends.hdg[j]))
     turned = (ends.enters[i] & ends.leaves[j]) | (ends.enters[j] & ends.leaves[i])
     radius = np.minimum(ends.kerb[i], ends.kerb[j])
     tangent = np.minimum(radius / np.tan(np.maximum(angle, 0.1) / 2), defaults.KERB_TANGENT_MAX)
-    corner = turned & (angle > np.deg2rad(25.0)) & (angle < np.deg2rad(160.0))
-    out: FloatArray = np.where(corner, tangent, 0.0)
-    return out
+    corner = turned & (angle > _LEAST_CORNER) & (angle < _LARGEST_CORNER)
+    return np.where(corner, tangent, 0.0)
 
 
 def _covered(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -77,7 +82,7 @@ def _covered(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArray) -
 
 
 def _samples(ends: StreetEnds, end: IntArray, stations: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return x, y and outward heading at stations along ends, (ends, stations); a short street is drawn on."""
+    """Return x, y and outward heading at stations along ends, (ends, stations); short streets are extended."""
     shape = (len(end), len(stations))
     u = np.broadcast_to(stations, shape)
     on_street = np.minimum(u, ends.length[end][:, None])
@@ -99,8 +104,8 @@ def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArr
         near = np.zeros((len(i), len(stations)), np.int64)
         outside = np.full(near.shape, np.inf)
         todo = np.arange(len(i))
-        # Most edges are soon seen to have left the other arm: the stations farther away need not be looked at.
-        for lo, hi in pairwise((0, *_LOOKED_AT, len(stations))):
+        # Most edges have soon left the other arm: stations farther away are left out.
+        for lo, hi in pairwise((0, *_STATIONS_BEFORE_A_LOOK, len(stations))):
             a, b = one[todo], other[todo]
             qx, qy = px[a, lo:hi], py[a, lo:hi]
             found = _nearest(qx, qy, x[b], y[b])
@@ -123,9 +128,8 @@ def _covered_part(ends: StreetEnds, i: IntArray, j: IntArray, stations: FloatArr
 
 
 def _nearest(px: FloatArray, py: FloatArray, x: FloatArray, y: FloatArray) -> IntArray:
-    """Return which of the places x, y of its row is nearest to each point, (n, points) and (n, m)."""
+    """Return which of the places x, y, (n, m), of its row is nearest to each point, (n, points)."""
     out = np.empty(px.shape, np.int64)
-    # As many rows at once as the processor's cache holds.
     size = max(1, _DISTANCES_AT_ONCE // (px.shape[1] * x.shape[1]))
     for lo in range(0, len(px), size):
         part = slice(lo, lo + size)
@@ -151,5 +155,4 @@ def _end_of_first_run(outside: FloatArray, stations: FloatArray) -> FloatArray:
     lower, upper = outside[rows, before], outside[rows, leave]
     share = np.clip(-lower / np.maximum(upper - lower, 1e-9), 0.0, 1.0)
     where = stations[before] + share * (stations[leave] - stations[before])
-    out: FloatArray = np.where(touched, np.where(stays, stations[-1], where), 0.0)
-    return out
+    return np.where(touched, np.where(stays, stations[-1], where), 0.0)

@@ -13,36 +13,40 @@ from osm2xodr.geometry.junctions.arm_trims import footprints
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
 
-# How far along its arms a junction may reach where a street turns on the spot, m; there they lie on each other.
+# How far along its arms a junction may reach where a street turns on the spot, m: there they lie on each other. A
+# choice.
 _ARM_REACH_TURN: Final = 12.0
-# A ring without any junction that is shorter than this, m, is a point that somebody drew as a line: the circle whose
-# radius a turning lane has at least (CONNECTING_RADIUS), rounded down.
+# A ring without any junction that is shorter than this, m, is a point drawn as a line: the circle with the smallest
+# radius of a turning lane (CONNECTING_RADIUS), rounded down.
 _SHORTEST_RING: Final = 18.0
-# Streets shorter than this that a turn restriction runs over (via way) become part of a junction.
+# Streets shorter than this, m, that a turn restriction runs over (via way) become part of a junction. A choice.
 _RESTRICTED_STREET: Final = 30.0
-# Streets across a median, from one carriageway to the other of the same road, are at most so long, m; within the
-# angle of this cosine (37 degrees) the carriageways run opposite ways, and square to the street.
+# Streets across a median, from one carriageway to the other of the same road, are shorter than this, m; the
+# carriageways run opposite ways within the angle of this cosine, and square to the street within that of this sine
+# (37 degrees). Choices.
 _MEDIAN_CROSSING: Final = 40.0
 _CARRIAGEWAYS_COSINE: Final = 0.8
 # Bridges and tunnels shorter than this, m, may lie within a junction: less than two carriageways pass beneath them.
 _SHORTEST_BRIDGE: Final = 8.0
-
-_ROUNDS = 8
-# What both ends of a road may lose where they are moved onto borders of its lines and arcs, m.
-_SNAPPED = 0.02
+# Junctions are measured and joined at most this many times. A choice.
+_MOST_ROUNDS: Final = 8
+# What both ends of a road may lose together when they are moved onto borders of its lines and arcs, m.
+_SNAPPED: Final = 0.02
+# A road gets at least this share of a street that is shorter than twice that.
+_LEAST_ROAD_SHARE: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JunctionLayout:
-    """Junctions and what is left of the streets between them."""
+    """Junctions, and what they take of the streets between them."""
 
     arms: tuple[tuple[int, ...], ...]  # Street ends of each junction, in ascending order
     nodes: tuple[tuple[int, ...], ...]  # Intersections of each junction
     junction: IntArray  # (ends,) Junction that each street end belongs to, -1 for none (dead ends, inner streets)
-    # (streets,) Streets that lie wholly inside a junction, and dead ends and rings too short to be roads
+    # (streets,) Whether a street lies wholly inside a junction, or is a dead end or ring too short to be a road
     inner: BoolArray
     trim: FloatArray  # (ends,) How much of its street each end gives to its junction, m
-    squeezed: BoolArray  # (streets,) Streets too short for what their junctions need
+    squeezed: BoolArray  # (streets,) Whether a street is too short for what its junctions need
 
 
 def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayout:
@@ -50,63 +54,101 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
 
     Each round measures how much of its arms every junction needs and joins two junctions where that leaves less
     than `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes. Of a street across a
-    median rounded corners count as needed, too. What is shorter than a road may be never remains one.
+    median, rounded corners count as needed, too. Streets shorter than any road always become part of a junction.
+
+    Parameters
+    ----------
+    network, ends
+        The streets and their ends.
     """
     xy = np.array([(node.x, node.y) for node in network.intersections]).reshape(-1, 2)
     degree = np.bincount(ends.node[ends.node >= 0], minlength=len(xy))
-    # Two arms alone are an intersection only where the street could not simply run on (a turn on the spot).
     is_junction = degree >= 2
-    on_the_spot = (ends.node >= 0) & (np.append(degree, 0)[ends.node] == 2)
-    # Where it cannot turn, or will not at speed, its ends are to lie apart.
-    on_the_spot &= ~_without_a_turn(ends) & (ends.reach < ARM_REACH_MOTORWAY)
-    ends = replace(ends, reach=np.where(on_the_spot, _ARM_REACH_TURN, ends.reach))
-    group = np.where(is_junction, np.arange(len(xy)), -1)
-    mergeable = _mergeable(ends)
+    ends = _with_short_reach_at_turns(ends, degree)
+    length = ends.length[0::2]
     a, b = ends.node[0::2], ends.node[1::2]
     between = (a >= 0) & (b >= 0)
     between[between] &= is_junction[a[between]] & is_junction[b[between]]
-    tiny = ends.length[0::2] < np.where(a < 0, _SHORTEST_RING, SHORTEST_ROAD)
-    inner = tiny & ~between
-    ring = ends.roundabout[0::2] & ends.roundabout[1::2]
-    via = _restricted(network, ends)
-    median = _between_carriageways(network, ends)
-    needed = np.where(ring, 0.0, SHORTEST_STREET_BETWEEN_JUNCTIONS)
-    bare = wished = np.zeros(len(ends.length))
-    members = {node: [node] for node in np.flatnonzero(is_junction).tolist()}
-    low, high = xy.copy(), xy.copy()
-    stale: set[int] | None = None
-    for _ in range(_ROUNDS):
-        arms = _arms(ends, group, inner)
-        chosen = arms if stale is None else {g: arms[g] for g in sorted(stale) if g in arms}
-        new_bare, new_wished = footprints(ends, list(chosen.values()))
-        touched = np.array([end for group_arms in chosen.values() for end in group_arms], np.int64)
-        bare, wished = bare.copy(), wished.copy()
-        bare[touched], wished[touched] = new_bare[touched], new_wished[touched]
-        left_over = ends.length[0::2] - bare[0::2] - bare[1::2]
-        left_with_corners = ends.length[0::2] - wished[0::2] - wished[1::2]
-        left_over = np.where(median, left_with_corners, left_over)
-        tight = between & ~inner & ((mergeable & (left_over < needed)) | via | tiny)
-        stale = set()
-        for street in np.flatnonzero(tight)[np.argsort(left_over[tight], kind="stable")].tolist():
-            one, other = int(group[a[street]]), int(group[b[street]])
+    tiny = length < np.where(a < 0, _SHORTEST_RING, SHORTEST_ROAD)
+    via, median, mergeable = _restricted(network, ends), _between_carriageways(network, ends), _mergeable(ends)
+    needed = np.where(_on_ring(ends), 0.0, SHORTEST_STREET_BETWEEN_JUNCTIONS)
+    clusters = _Clusters(xy, is_junction, tiny & ~between)
+    bare, wished = np.zeros(len(ends.length)), np.zeros(len(ends.length))
+    changed: set[int] | None = None
+    for _ in range(_MOST_ROUNDS):
+        arms = clusters.arms(ends)
+        measured = list(arms.values()) if changed is None else [arms[g] for g in sorted(changed) if g in arms]
+        touched = np.array([end for group_arms in measured for end in group_arms], np.int64)
+        found = footprints(ends, measured)
+        bare[touched], wished[touched] = found[0][touched], found[1][touched]
+        taken = np.where(np.repeat(median, 2), wished, bare)
+        left = length - taken[0::2] - taken[1::2]
+        tight = between & ~clusters.inner & ((mergeable & (left < needed)) | via | tiny)
+        order = np.flatnonzero(tight)[np.argsort(left[tight], kind="stable")]
+        changed = clusters.join(order, a, b, tiny)
+        if not changed:
+            break
+    return _settle(ends, clusters, bare, wished)
+
+
+class _Clusters:
+    """Nodes that make one junction: each group has the number of its first node."""
+
+    def __init__(self, xy: FloatArray, is_junction: BoolArray, inner: BoolArray) -> None:
+        self.group = np.where(is_junction, np.arange(len(xy)), -1)  # (nodes,) -1 for nodes of no junction
+        self.inner = inner  # (streets,) Streets that lie inside a junction
+        self._members = {node: [node] for node in np.flatnonzero(is_junction).tolist()}
+        self._low, self._high = xy.copy(), xy.copy()
+
+    def join(self, streets: IntArray, start: IntArray, end: IntArray, tiny: BoolArray) -> set[int]:
+        """Join the groups at both ends of streets, in this order, and return the groups that have changed.
+
+        No group grows beyond `JUNCTION_EXTENT`, save over streets that are tiny.
+        """
+        group, low, high = self.group, self._low, self._high
+        changed: set[int] = set()
+        for street in streets.tolist():
+            one, other = sorted((int(group[start[street]]), int(group[end[street]])))
             if one != other:
-                one, other = min(one, other), max(one, other)
                 lower, upper = np.minimum(low[one], low[other]), np.maximum(high[one], high[other])
                 if (upper - lower).max() > defaults.JUNCTION_EXTENT and not tiny[street]:
                     continue
                 low[one], high[one] = lower, upper
-                group[members[other]] = one
-                members[one] += members.pop(other)
-                stale -= {other}
-            inner[street] = True
-            stale.add(int(group[a[street]]))
-        if not stale:
-            break
-    return _settle(ends, group, inner, bare, wished)
+                group[self._members[other]] = one
+                self._members[one] += self._members.pop(other)
+                changed.discard(other)
+            self.inner[street] = True
+            changed.add(one)
+        return changed
+
+    def arms(self, ends: StreetEnds) -> dict[int, list[int]]:
+        """Return the street ends of each group, in ascending order."""
+        arms: dict[int, list[int]] = {}
+        outer = np.flatnonzero((ends.node >= 0) & ~np.repeat(self.inner, 2))
+        for end, group in zip(outer.tolist(), self.group[ends.node[outer]].tolist(), strict=True):
+            if group >= 0:
+                arms.setdefault(group, []).append(end)
+        return arms
+
+
+def _with_short_reach_at_turns(ends: StreetEnds, degree: IntArray) -> StreetEnds:
+    """Let arms reach less far where a street turns on the spot: there are two of them, and they lie on each other.
+
+    Two arms are an intersection only where the street could not simply run on. Where nobody can turn, or nobody would
+    at speed, they keep their reach, so that their roads end apart.
+    """
+    on_the_spot = (ends.node >= 0) & (np.append(degree, 0)[ends.node] == 2)
+    on_the_spot &= ~_without_a_turn(ends) & (ends.reach < ARM_REACH_MOTORWAY)
+    return replace(ends, reach=np.where(on_the_spot, _ARM_REACH_TURN, ends.reach))
+
+
+def _on_ring(ends: StreetEnds) -> BoolArray:
+    """Say which streets are part of a roundabout, (streets,)."""
+    return ends.roundabout[0::2] & ends.roundabout[1::2]
 
 
 def _without_a_turn(ends: StreetEnds) -> BoolArray:
-    """Say which ends lie at nodes into which, or out of which, none leads: nobody turns there, (ends,)."""
+    """Say which ends lie at nodes that no street leads into, or none out of: nobody turns there, (ends,)."""
     at = np.flatnonzero(ends.node >= 0)
     node = ends.node[at]
     nodes = int(node.max(initial=-1)) + 1
@@ -118,7 +160,7 @@ def _without_a_turn(ends: StreetEnds) -> BoolArray:
 
 
 def _mergeable(ends: StreetEnds) -> BoolArray:
-    """Say which streets may become part of a junction: not bridges and tunnels."""
+    """Say which streets may become part of a junction: all but bridges and tunnels, (streets,)."""
     kept = ends.raised | (ends.layer != 0)
     very_short = ends.length[0::2] < _SHORTEST_BRIDGE
     out: BoolArray = ~(kept[0::2] | kept[1::2]) | very_short
@@ -126,7 +168,7 @@ def _mergeable(ends: StreetEnds) -> BoolArray:
 
 
 def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
-    """Say which streets lead across a median: from a one-way carriageway to that of the other direction."""
+    """Say which streets lead across a median, from a one-way carriageway to the opposite one, (streets,)."""
     out = np.zeros(len(network.streets), bool)
     at: dict[int, list[tuple[float, str]]] = {}
     one_way = ends.enters != ends.leaves
@@ -137,8 +179,8 @@ def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray
             (float(flow[end]), attributes.name or attributes.ref or attributes.highway)
         )
     short = (ends.length[0::2] < _MEDIAN_CROSSING) & (ends.node[0::2] >= 0) & (ends.node[1::2] >= 0)
-    # The two halves of a roundabout's arm are no carriageways that the ring crosses.
-    short &= ~(ends.roundabout[0::2] & ends.roundabout[1::2])
+    # A ring does not cross the two halves of a roundabout's arm.
+    short &= ~_on_ring(ends)
     for street in np.flatnonzero(short).tolist():
         across = float(ends.hdg[2 * street])
         out[street] = any(
@@ -152,7 +194,7 @@ def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray
 
 
 def _restricted(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
-    """Say which streets a turn restriction runs over: only inside a junction can lane links state it."""
+    """Say which streets a turn restriction runs over, (streets,): lane links can state it only inside a junction."""
     via = {way for item in network.restrictions for way in item.via_ways}
     out = np.zeros(len(network.streets), bool)
     if via:
@@ -162,53 +204,41 @@ def _restricted(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
     return out
 
 
-def _arms(ends: StreetEnds, group: IntArray, inner: BoolArray) -> dict[int, list[int]]:
-    arms: dict[int, list[int]] = {}
-    outer = np.flatnonzero((ends.node >= 0) & ~np.repeat(inner, 2))
-    for end, g in zip(outer.tolist(), group[ends.node[outer]].tolist(), strict=True):
-        if g >= 0:
-            arms.setdefault(g, []).append(end)
-    return arms
-
-
-def _settle(
-    ends: StreetEnds, group: IntArray, inner: BoolArray, bare: FloatArray, wished: FloatArray
-) -> JunctionLayout:
+def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: FloatArray) -> JunctionLayout:
     """Give junctions numbers, and share out the streets that are too short for what is wished."""
-    arms = _arms(ends, group, inner)
+    arms = clusters.arms(ends)
     junction = np.full(len(ends.length), -1, np.int64)
     nodes: dict[int, list[int]] = {}
-    for node, g in enumerate(group.tolist()):
-        if g >= 0:
-            nodes.setdefault(g, []).append(node)
+    for node, group in enumerate(clusters.group.tolist()):
+        if group >= 0:
+            nodes.setdefault(group, []).append(node)
     order = sorted(arms)
-    for number, g in enumerate(order):
-        junction[arms[g]] = number
+    for number, group in enumerate(order):
+        junction[arms[group]] = number
     bare = np.where(junction >= 0, bare, 0.0)
     wished = np.where(junction >= 0, wished, 0.0)
-    # Corners must not take so much that a road is left which readers with steps of metres pass over. Between the arms
-    # of a small roundabout there is no more room than that.
-    ring = ends.roundabout[0::2] & ends.roundabout[1::2]
-    least = np.where(ring, SHORTEST_ROAD + _SNAPPED, 2 * SHORTEST_ROAD)
+    # Corners must leave a road that readers with steps of metres do not pass over. Between the arms of a small
+    # roundabout there is room for less.
+    least = np.where(_on_ring(ends), SHORTEST_ROAD + _SNAPPED, 2 * SHORTEST_ROAD)
     trim, squeezed = _share_streets(ends.length[0::2], bare.reshape(-1, 2), wished.reshape(-1, 2), least)
     return JunctionLayout(
-        arms=tuple(tuple(arms[g]) for g in order),
-        nodes=tuple(tuple(nodes[g]) for g in order),
+        arms=tuple(tuple(arms[group]) for group in order),
+        nodes=tuple(tuple(nodes[group]) for group in order),
         junction=junction,
-        inner=inner,
+        inner=clusters.inner,
         trim=trim.ravel(),
-        squeezed=squeezed & ~inner,
+        squeezed=squeezed & ~clusters.inner,
     )
 
 
 def _share_streets(
     length: FloatArray, bare: FloatArray, wished: FloatArray, least: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Return what both ends of each street give, (streets, 2), m: kerbs go first, then what is bare.
+    """Return what both ends of each street give, (streets, 2), m, and which streets give less than is needed.
 
-    Kerbs leave at least `least` of a street, (streets,), m.
+    Of a street that is too short, kerbs are cut first, so that at least `least` of it is left, (streets,), m.
     """
-    room = np.maximum(length - SHORTEST_ROAD - _SNAPPED, 0.5 * length)
+    room = np.maximum(length - SHORTEST_ROAD - _SNAPPED, _LEAST_ROAD_SHARE * length)
     need, wish = bare.sum(1), wished.sum(1)
     spare = length - least - need
     extra = np.clip(spare / np.maximum(wish - need, 1e-9), 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Default numbers of junctions: meaning, unit, source. SI units unless the name says otherwise."""
+"""Numbers of junctions: meaning, unit, source. SI units unless the name says otherwise."""
 
 from __future__ import annotations
 
@@ -6,21 +6,18 @@ from typing import Final
 
 # ---------------------------------------------------------------- junctions
 
-# A kerb's tangent is not let grow beyond this at acute corners, where nobody turns at speed.
+# Longest tangent of a kerb's corner, m: at acute corners nobody turns at speed. A choice.
 KERB_TANGENT_MAX: Final = 8.0
-# Free space between a junction's arms where their roads end.
+# Free space between the arms of a junction where their roads end, m. A choice.
 ARM_CLEARANCE: Final = 0.5
-# Arms of a node at which nobody can turn lie on each other within the angle of this cosine (45 degrees); and nobody
-# turns on the spot from one fast road into another within that of the second (20 degrees). Choices.
-ACUTE_COSINE: Final = 0.7
-NO_TURN_COSINE: Final = 0.94
-# Largest extent of the nodes of one junction.
+# Largest extent of the nodes of one junction in x and in y, m, so that chains of short streets do not grow into one
+# junction. A choice.
 JUNCTION_EXTENT: Final = 60.0
 
 # ---------------------------------------------------------------- turnarounds
 
 # Diameter of a turning circle whose tags give none, m: a lorry of two axles collecting waste needs 16 m (RASt 06,
-# section 6.1.2.2); and of the loops that close other dead ends: 12 m, a car's. What is believed of tags.
+# section 6.1.2.2). The loops that close other dead ends: 12 m, a car's. Tagged diameters are kept within the bounds.
 TURNING_CIRCLE_DIAMETER: Final = 16.0
 TURNAROUND_DIAMETER: Final = 12.0
 TURNAROUND_DIAMETER_MIN: Final = 8.0

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import groupby
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY
-from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.lanes import Connectivity, StatedLanes
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import Street, StreetNetwork, TurnRestriction
 
-# A way through a junction over more inner streets than this is a detour.
-_MOST_INNER_STREETS = 8
+# A way through a junction over more inner streets than this is a detour. A choice.
+_MOST_INNER_STREETS: Final = 8
+# Nobody turns on the spot from one fast road into another within the angle of this cosine (20 degrees). A choice.
+_NO_TURN_COSINE: Final = 0.94
 
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A loop at the end of a street."""
+    """A loop at the end of a street, where cars turn round."""
 
     aside: float  # By how much its radius exceeds half of the distance between its lanes, m
     ease: float  # Radius of the curves between the outermost lane and the loop, m
@@ -43,14 +46,14 @@ class Movement:
 
 @dataclass(slots=True)
 class _Rules:
-    """Turn restrictions, ready to be looked up."""
+    """Turn restrictions by from way and via node, or by from way where they lead over ways."""
 
     banned: dict[tuple[int, int], set[int]] = field(default_factory=dict)
     mandatory: dict[tuple[int, int], set[int]] = field(default_factory=dict)
     over_ways: dict[int, list[TurnRestriction]] = field(default_factory=dict)
 
     def allows(self, from_way: int, node: int, to_way: int) -> bool:
-        """Whether one may go on from one way to another at a node."""
+        """Say whether one may go on from one way to another at a node."""
         key = (from_way, node)
         if to_way in self.banned.get(key, ()):
             return False
@@ -58,7 +61,7 @@ class _Rules:
         return only is None or to_way in only
 
     def allows_path(self, ways: list[int]) -> bool:
-        """Whether restrictions via ways allow a sequence of ways."""
+        """Say whether restrictions via ways allow a sequence of ways."""
         for k, way in enumerate(ways):
             for rule in self.over_ways.get(way, ()):
                 via = list(rule.via_ways)
@@ -75,16 +78,17 @@ def find_movements(
     """List all movements through all junctions, by junction, entry and exit.
 
     U-turns onto the street that one comes from are left out.
+
+    Parameters
+    ----------
+    network, ends, layout
+        The streets, their ends, the junctions.
+    diagnostics
+        Gets restrictions that lane links cannot state, and entries from which no way leads on.
     """
     rules = _rules(network, layout, diagnostics)
     osm_node = [node.osm_node_id for node in network.intersections]
-    inner_at: dict[int, list[tuple[int, bool]]] = {}
-    for street in network.streets:
-        if layout.inner[street.id]:
-            if ends.leaves[2 * street.id]:
-                inner_at.setdefault(street.start, []).append((street.id, True))
-            if ends.leaves[2 * street.id + 1]:
-                inner_at.setdefault(street.end, []).append((street.id, False))
+    inner_at = _inner_streets(network, ends, layout)
     found: list[Movement] = []
     for junction, arms in enumerate(layout.arms):
         exits_at: dict[int, list[int]] = {}
@@ -107,10 +111,22 @@ def find_movements(
     return [replace(item, stated=_stated(item, network, osm_node, known)) for item in found] if known else found
 
 
+def _inner_streets(
+    network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout
+) -> dict[int, list[tuple[int, bool]]]:
+    """Return the inner streets that one may drive from each node, with True where along their direction."""
+    out: dict[int, list[tuple[int, bool]]] = {}
+    for street in np.flatnonzero(layout.inner).tolist():
+        for node, end in ((network.streets[street].start, 2 * street), (network.streets[street].end, 2 * street + 1)):
+            if ends.leaves[end]:
+                out.setdefault(node, []).append((street, end % 2 == 0))
+    return out
+
+
 def _turns_on_the_spot(item: Movement, layout: JunctionLayout, ends: StreetEnds) -> bool:
-    """Say whether a movement turns back where one of two fast roads is cut off and its ramp is not."""
+    """Say whether a movement turns back from a fast road into its ramp, because the area ends where they part."""
     fast = min(ends.reach[item.entry], ends.reach[item.exit]) >= ARM_REACH_MOTORWAY
-    back = np.cos(ends.hdg[item.entry] - ends.hdg[item.exit]) > defaults.NO_TURN_COSINE
+    back = np.cos(ends.hdg[item.entry] - ends.hdg[item.exit]) > _NO_TURN_COSINE
     return bool(fast and back and len(layout.arms[item.junction]) == 2)
 
 
@@ -144,7 +160,7 @@ def _ways_out(
     exits_at: dict[int, list[int]],
     rules: _Rules,
 ) -> dict[int, tuple[tuple[int, bool], ...]]:
-    """Return the shortest inner path from an entry to each exit that it may reach."""
+    """Return the shortest inner path from an entry to each exit that it may reach; first of equal ones by number."""
     best: dict[int, tuple[float, tuple[tuple[int, bool], ...]]] = {}
     first_way = _way_at(streets, entry)
     stack: list[tuple[int, list[int], tuple[tuple[int, bool], ...], float]] = [
@@ -158,7 +174,7 @@ def _ways_out(
             if (
                 exit_ == entry
                 or not rules.allows(ways[-1], here, way)
-                or not rules.allows_path(_without_repeats([*ways, way]))
+                or not rules.allows_path([number for number, _ in groupby([*ways, way])])
             ):
                 continue
             if exit_ not in best or (run, path) < best[exit_]:
@@ -193,12 +209,8 @@ def _ways_of(street: Street, along: bool) -> Iterator[int]:
     return (attributes.osm_way_id for _, attributes in pieces)
 
 
-def _without_repeats(ways: list[int]) -> list[int]:
-    return [way for k, way in enumerate(ways) if k == 0 or ways[k - 1] != way]
-
-
 def _rules(network: StreetNetwork, layout: JunctionLayout, diagnostics: Diagnostics) -> _Rules:
-    """Sort restrictions by what they are looked up by, and report those that cannot be kept."""
+    """Return the turn restrictions, and report those that cannot be kept."""
     rules = _Rules()
     inside: set[int] = set()
     for street in network.streets:

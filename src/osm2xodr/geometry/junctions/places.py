@@ -1,4 +1,4 @@
-"""Where streets and their tagged nodes have gone in the road map: what furniture is placed by."""
+"""Where streets and their tagged nodes are in the road map, for furniture to be placed by."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def street_places(
     road_id: Callable[[int], int],
     junction_ids: IntArray,
 ) -> StreetPlaces:
-    """Say where streets and their tagged nodes have gone.
+    """Find where streets and their tagged nodes are in the road map.
 
     Parameters
     ----------
     network, layout, parts
-        Streets, their junctions, the roads that are left of them.
+        The streets, their junctions, the roads cut from them.
     road_id
         Gives the id of the k-th road.
     junction_ids : (junctions of the layout + 1,)
@@ -68,7 +68,7 @@ def _tagged(network: StreetNetwork) -> tuple[IntArray, IntArray, FloatArray, Flo
 def _on_roads(
     parts: RoadParts, street: IntArray, x: FloatArray, y: FloatArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return index of the street's nearest road (-1 for none), s on it (beyond its ends too) and t, all (n,)."""
+    """Return the index of the street's nearest road (-1 for none), s on it (or beyond its ends) and t, all (n,)."""
     on_street, t, _ = project(parts.fitted.plan_view, street, x, y)
     first = np.full(len(parts.fitted.pieces), -1, np.int64)
     second = first.copy()
@@ -79,8 +79,7 @@ def _on_roads(
     begin, end = np.append(parts.begin, 0.0), np.append(parts.end, 0.0)
 
     def off(k: IntArray) -> FloatArray:
-        out: FloatArray = np.maximum(np.maximum(begin[k] - on_street, on_street - end[k]), 0.0)
-        return out
+        return np.maximum(np.maximum(begin[k] - on_street, on_street - end[k]), 0.0)
 
     road = np.where((other >= 0) & (off(other) < off(road)), other, road)
     s = np.where(road >= 0, on_street - begin[road], np.nan)

@@ -1,13 +1,14 @@
-"""Reference lines move to the outside of bends that would lead readers astray where they lie.
+"""Reference lines move to the outside of tight bends where roads end or lanes change.
 
-A reader that steps along the reference line steps too far in a lane outside of it. Within a road that is a matter of
-the road's shape, but over its end, or over the start of a lane section, the lane is missed. Where a bend cannot be
-left to a junction (`straight_ends`), the reference line runs along its outer lane instead; the lanes stay in place.
+A reader that steps along the reference line steps too far in a lane outside of it. Within a road that does no harm,
+but over its end, or over the start of a lane section, it misses the lane. Where no junction can take the bend
+(`trims_clear_of_bends`), the reference line runs along its outer lane instead; the lanes stay in place.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -19,29 +20,30 @@ from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import FittedStreets, has_tight_bend, outermost_lanes
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
-_PROBES = np.arange(0.0, 3.01, 0.25)
-# Ends of roads often lie where a bend ends: so far within, m, it is certain which side of that is meant.
-_WITHIN = 1e-6
-_CHOICES = np.linspace(0.0, 1.0, 5)
-# A curve may shrink to this share of itself where its line moves towards the inside.
-_LEAST_SHARE = 0.4
-# More than any lane is longer than its line.
-_NEVER = 1e9
+# A bend matters up to 3 m from the end of a road or a change of lanes: distances at which it is looked for, m.
+_PROBES: Final = np.arange(0.0, 3.01, 0.25)
+# Ends of roads often lie where a bend ends: this far within the road, m, it is certain which side of that is meant.
+_WITHIN: Final = 1e-6
+# Shares of the way from the line of OSM to the outer lane that lines are moved by; the smallest that does is taken.
+_SHIFT_SHARES: Final = np.linspace(0.25, 1.0, 4)
+# A curve may shrink to this share of itself where its line moves towards the inside. A choice.
+_SMALLEST_SCALE: Final = 0.4
+# A lane is never longer than its line by this factor.
+_TOO_LONG: Final = 1e9
+# Shifts are rounded to this many decimals of a metre; ratios of lengths that differ by less than this are equal.
+_SHIFT_DECIMALS: Final = 2
+_SAME_RATIO: Final = 1e-6
 
 
-def lines_outside_bends(
+def shift_lines_out_of_bends(
     fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts
 ) -> tuple[FittedStreets, JunctionLayout]:
     """Move the reference lines of streets whose roads end, or whose lanes change, in a tight bend.
 
     Parameters
     ----------
-    fitted
-        Streets with their reference lines on the lines of OSM.
-    layout
-        Junctions, with the trims that are final but for this.
-    parts
-        The roads that they make.
+    fitted, layout, parts
+        Streets with their reference lines on the lines of OSM, their junctions, and the roads between these.
 
     Returns
     -------
@@ -70,7 +72,7 @@ def lines_outside_bends(
 
 
 def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
-    """Return curves that run beside those of a table, (curves,) m to the left of each."""
+    """Return curves that run beside others, `aside` to the left of each, (curves,), m."""
     owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
     d = aside[owner]
     share = 1.0 - plan.curvature * d
@@ -91,7 +93,7 @@ def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
 
 
 def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
-    """Return s on a moved curve at the place that has s on the curve before."""
+    """Return s on moved curves of the places at s on the old ones, (n,), m."""
     k = find_record(old.start, old.s, curve, s)
     share = new.length[k] / np.maximum(old.length[k], 1e-12)
     out: FloatArray = new.s[k] + (s - old.s[k]) * share
@@ -108,7 +110,7 @@ def _shifted(section: CrossSection, aside: float) -> CrossSection:
 
 
 def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
-    """Return street and s of what must not lie in a tight bend: ends of roads, from within, and lane changes."""
+    """Return street and s of places that must not lie in a tight bend: in roads near their ends, and lane changes."""
     street: list[IntArray] = []
     at: list[FloatArray] = []
     end = parts.begin + parts.length
@@ -129,7 +131,7 @@ def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
 
 
 def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
-    """Return how far to the left each street's line is to move, (streets,), m: as little as does, mostly 0."""
+    """Return how far to the left each street's line has to move at least, (streets,), m; mostly 0."""
     plan = fitted.plan_view
     out = np.zeros(len(plan.start) - 1)
     right, left = (np.array(column) for column in zip(*(outermost_lanes(p) for p in fitted.pieces), strict=True))
@@ -141,14 +143,15 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     street, s = street[near], s[near]
     curvature = plan.curvature[find_record(plan.start, plan.s, street, s)]
 
-    def stretch(aside: FloatArray) -> FloatArray:
+    def lengthened(aside: FloatArray) -> FloatArray:
+        """Return by what factor outer lanes are longer than lines that are moved, at worst, (streets,)."""
         share = 1.0 - curvature * aside[street]
         outer = 1.0 - np.minimum(curvature * right[street], curvature * left[street])
         worst = np.ones(len(out))
         np.maximum.at(worst, street, outer / np.maximum(share, 1e-3))
         return worst
 
-    best = stretch(out)
+    best = lengthened(out)
     candidates = best > 1.0 + defaults.TIGHT_BEND
     if not candidates.any():
         return out
@@ -157,16 +160,16 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     def moved_by(aside: FloatArray) -> FloatArray:
         shrunk = np.ones(len(out))
         np.minimum.at(shrunk, owner, 1.0 - plan.curvature * aside[owner])
-        return np.where(shrunk > _LEAST_SHARE, stretch(aside), _NEVER)
+        return np.where(shrunk > _SMALLEST_SCALE, lengthened(aside), _TOO_LONG)
 
-    for choice in _CHOICES[1:]:
-        # Of both sides the better one, so that it does not matter which way the street is drawn.
-        to_right, to_left = np.round(right * choice, 2), np.round(left * choice, 2)
+    for share in _SHIFT_SHARES:
+        # The better of both sides, so that the direction in which the street is drawn does not matter.
+        to_right, to_left = np.round(right * share, _SHIFT_DECIMALS), np.round(left * share, _SHIFT_DECIMALS)
         by_right, by_left = moved_by(to_right), moved_by(to_left)
-        even = np.abs(by_right - by_left) < 1e-6
+        even = np.abs(by_right - by_left) < _SAME_RATIO
         rightwards = np.where(even, np.abs(to_right) < np.abs(to_left), by_right < by_left)
         aside, worst = np.where(rightwards, to_right, to_left), np.where(rightwards, by_right, by_left)
-        better = candidates & (best > 1.0 + defaults.TIGHT_BEND) & (worst < best - 1e-6)
+        better = candidates & (best > 1.0 + defaults.TIGHT_BEND) & (worst < best - _SAME_RATIO)
         out = np.where(better, aside, out)
         best = np.where(better, worst, best)
     return out

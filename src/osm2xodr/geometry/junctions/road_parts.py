@@ -5,20 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import cut_curves, lengths, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
 from osm2xodr.geometry.lanes import Piece, Stretch, stretches
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
 
+# Dead ends at one node lie on each other within the angle of this cosine (45 degrees). A choice.
+_ACUTE_COSINE: Final = 0.7
 # Rings close to this, m and rad.
-_CLOSED = 1e-3
+_CLOSED: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +53,7 @@ def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) ->
     return replace(layout, junction=np.where(idle, -1, layout.junction), trim=np.where(idle, 0.0, layout.trim))
 
 
-def dead_ends_apart(
+def cut_back_dead_ends(
     network: StreetNetwork, ends: StreetEnds, before: JunctionLayout, layout: JunctionLayout, diagnostics: Diagnostics
 ) -> JunctionLayout:
     """Cut back dead ends that lie on another that ends at the same node.
@@ -66,7 +68,7 @@ def dead_ends_apart(
     before, layout
         With the junctions that nobody can drive through, and without them.
     diagnostics
-        Where it is told what was cut back.
+        Gets what was cut back.
     """
     trim = layout.trim.copy()
     for junction in np.unique(before.junction[before.junction != layout.junction]).tolist():
@@ -74,7 +76,7 @@ def dead_ends_apart(
         # The first of those that are equally wide stays.
         widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
         for end in arms:
-            if end == widest or np.cos(ends.hdg[end] - ends.hdg[widest]) < defaults.ACUTE_COSINE:
+            if end == widest or np.cos(ends.hdg[end] - ends.hdg[widest]) < _ACUTE_COSINE:
                 continue
             trim[end] = before.trim[end]
             way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id
@@ -97,49 +99,25 @@ def cut_roads(
     network, fitted, layout
         The streets, and what the junctions take of them.
     earlier
-        What they were cut to before, if they were: what has stayed as it was is taken from there.
+        What they were cut to before, if they were: whatever is unchanged is taken from there.
     """
     length = lengths(fitted.plan_view)
-    begin = layout.trim[0::2]
-    end = length - layout.trim[1::2]
+    begin, end = layout.trim[0::2], length - layout.trim[1::2]
     first, last = layout.junction[0::2], layout.junction[1::2]
     halved = np.array([street.start < 0 for street in network.streets], bool) | ((first >= 0) & (first == last))
-    whole = np.flatnonzero(~layout.inner & ~halved)
-    halves = np.flatnonzero(~layout.inner & halved)
-    street = np.concatenate([whole, np.repeat(halves, 2)])
+    whole, halves = np.flatnonzero(~layout.inner & ~halved), np.flatnonzero(~layout.inner & halved)
     pieces = earlier.pieces if earlier is not None and earlier.fitted is fitted else _lane_pieces(fitted, length)
-    before_halving = [
-        _halved_stretches(pieces[k], begin[k], end[k], network.streets[k].start < 0) for k in halves.tolist()
-    ]
-    right, left = np.array([outermost_lanes(fitted.pieces[k]) for k in halves.tolist()]).reshape(-1, 2).T
-    least, most = np.array([_room_to_halve(found) for found in before_halving]).reshape(-1, 2).T + begin[halves]
-    middle = places_clear_of_bends(fitted.plan_view, halves, (least + most) / 2, right, left, length)
-    middle = np.clip(middle, least, most)
+    uncut = [_stretches_to_halve(pieces[k], begin[k], end[k], network.streets[k].start < 0) for k in halves.tolist()]
+    middle = _middles(fitted, halves, begin[halves], uncut, length)
+    street = np.concatenate([whole, np.repeat(halves, 2)])
     lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
     hi = np.concatenate([end[whole], np.column_stack([middle, end[halves]]).ravel()])
-    lo = snap_cuts(fitted.plan_view, street, lo)
-    hi = snap_cuts(fitted.plan_view, street, hi)
+    lo, hi = snap_cuts(fitted.plan_view, street, lo), snap_cuts(fitted.plan_view, street, hi)
     plan = cut_curves(fitted.plan_view, lo, hi, street)
-    roads = len(street)
-    front = np.concatenate([np.arange(len(whole)), np.arange(len(whole), roads, 2)])
-    back = np.concatenate([np.arange(len(whole)), np.arange(len(whole) + 1, roads, 2)])
-    numbered = np.concatenate([whole, halves])
-    road_end = np.full(2 * len(network.streets), -1, np.int64)
-    road_end[2 * numbered] = 2 * front
-    road_end[2 * numbered + 1] = 2 * back + 1
-    end_junction = np.full((roads, 2), -1, np.int64)
-    end_junction[front, 0] = first[numbered]
-    end_junction[back, 1] = last[numbered]
-    end_link = np.full((roads, 2), -1, np.int64)
-    before, after = front[len(whole) :], back[len(whole) :]
-    end_link[before, 1] = 2 * after
-    end_link[after, 0] = 2 * before + 1
+    n = len(whole)
+    cuts = zip(uncut, begin[halves].tolist(), hi[n::2].tolist(), strict=True)
     ring = (first[halves] < 0) & _closes(fitted.plan_view, halves, length)
-    end_link[before[ring], 0] = 2 * after[ring] + 1
-    end_link[after[ring], 1] = 2 * before[ring]
-    whole_stretches = _stretches(pieces, whole, lo[: len(whole)], hi[: len(whole)], earlier)
-    cuts = zip(before_halving, begin[halves].tolist(), hi[len(whole) :: 2].tolist(), strict=True)
-    halved_stretches = (half for found, start, cut in cuts for half in _cut_in_two(found, cut - start))
+    road_end, end_junction, end_link = _road_ends(layout.junction, whole, halves, ring)
     return RoadParts(
         plan_view=plan,
         length=lengths(plan),
@@ -149,32 +127,67 @@ def cut_roads(
         road_end=road_end,
         end_junction=end_junction,
         end_link=end_link,
-        stretches=(*whole_stretches, *halved_stretches),
+        stretches=(
+            *_stretches(pieces, whole, lo[:n], hi[:n], earlier),
+            *(half for found, start, cut in cuts for half in _cut_in_two(found, cut - start)),
+        ),
         fitted=fitted,
         pieces=pieces,
     )
 
 
+def _road_ends(
+    junction: IntArray, whole: IntArray, halves: IntArray, ring: BoolArray
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the road end of each street end, and the junction and the road end at either end of each road.
+
+    Roads are the whole streets, then the halves of those cut in two; -1 stands for none. `junction` is that of each
+    street end, `ring` says which of the halved streets are closed.
+    """
+    roads = len(whole) + 2 * len(halves)
+    before = np.arange(len(whole), roads, 2)
+    after = before + 1
+    front, back = np.append(np.arange(len(whole)), before), np.append(np.arange(len(whole)), after)
+    street = np.concatenate([whole, halves])
+    road_end = np.full(len(junction), -1, np.int64)
+    road_end[2 * street], road_end[2 * street + 1] = 2 * front, 2 * back + 1
+    end_junction = np.full((roads, 2), -1, np.int64)
+    end_junction[front, 0], end_junction[back, 1] = junction[2 * street], junction[2 * street + 1]
+    end_link = np.full((roads, 2), -1, np.int64)
+    end_link[before, 1], end_link[after, 0] = 2 * after, 2 * before + 1
+    end_link[before[ring], 0], end_link[after[ring], 1] = 2 * after[ring] + 1, 2 * before[ring]
+    return road_end, end_junction, end_link
+
+
+def _middles(
+    fitted: FittedStreets, street: IntArray, begin: FloatArray, uncut: list[list[Stretch]], length: FloatArray
+) -> FloatArray:
+    """Return s on streets where they are cut in two, (n,), m: on their longest stretches, off tight bends."""
+    right, left = np.array([outermost_lanes(fitted.pieces[k]) for k in street.tolist()]).reshape(-1, 2).T
+    least, most = np.array([_room_to_halve(found) for found in uncut]).reshape(-1, 2).T + begin
+    middle = places_clear_of_bends(fitted.plan_view, street, (least + most) / 2, right, left, length)
+    return np.clip(middle, least, most)
+
+
 def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
-    """Say which curves end where, and in the direction in which, they start: not those of a line to and fro."""
+    """Say which curves end where they start, and in the same direction; a line to and fro does not."""
     x0, y0, hdg0 = pose(plan, curve, np.zeros(len(curve)))
     x1, y1, hdg1 = pose(plan, curve, length[curve])
-    out: BoolArray = (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
-    return out
+    return (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
 
 
-def _halved_stretches(pieces: Sequence[Piece], begin: float, end: float, ring: bool) -> list[Stretch]:
-    """Return the stretches of a street that becomes two roads: the two must agree about what is between them."""
+def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring: bool) -> list[Stretch]:
+    """Return the stretches of a street that becomes two roads: both must agree about the lanes where they touch."""
     found = stretches(pieces, begin, end)
     if ring and found[0].section != found[-1].section:
-        # Where the ring was opened, what was there was too short: it is not told apart from the rest anywhere.
-        most = max(found, key=lambda item: item.end - item.start)
-        found = [replace(most, start=0.0, end=end - begin, ways=tuple(way for item in found for way in item.ways))]
+        # The ring was opened within a stretch that was too short to be kept: the longest one takes the whole ring.
+        longest = max(found, key=lambda item: item.end - item.start)
+        found = [replace(longest, start=0.0, end=end - begin, ways=tuple(way for item in found for way in item.ways))]
     return found
 
 
 def _room_to_halve(found: Sequence[Stretch]) -> tuple[float, float]:
-    """Return between which s a road with such stretches is halved: on its longest stretch, off all borders."""
+    """Return between which s a road may be halved: on its longest stretch, within its middle half, off borders."""
     quarter = 0.25 * found[-1].end
     spans = [(max(item.start, quarter), min(item.end, 3 * quarter)) for item in found]
     lower, upper = max(spans, key=lambda span: span[1] - span[0])
@@ -183,7 +196,7 @@ def _room_to_halve(found: Sequence[Stretch]) -> tuple[float, float]:
 
 
 def _cut_in_two(found: Sequence[Stretch], cut: float) -> tuple[tuple[Stretch, ...], tuple[Stretch, ...]]:
-    """Return the stretches before and after s = cut, which lies on one of them."""
+    """Return the stretches before and after s = cut."""
     before = tuple(replace(item, end=min(item.end, cut)) for item in found if item.start < cut)
     after = tuple(
         replace(item, start=max(item.start - cut, 0.0), end=item.end - cut) for item in found if item.end > cut
@@ -194,7 +207,7 @@ def _cut_in_two(found: Sequence[Stretch], cut: float) -> tuple[tuple[Stretch, ..
 def _stretches(
     pieces: Sequence[tuple[Piece, ...]], street: IntArray, lo: FloatArray, hi: FloatArray, earlier: RoadParts | None
 ) -> tuple[tuple[Stretch, ...], ...]:
-    """Return the stretches of the roads from lo to hi of streets, all (roads,); those of equal roads as before."""
+    """Return the stretches of the roads from lo to hi of streets, (roads,); unchanged roads keep theirs."""
     known: dict[tuple[int, float, float], tuple[Stretch, ...]] = {}
     if earlier is not None:
         roads = zip(earlier.street.tolist(), earlier.begin.tolist(), earlier.end.tolist(), strict=True)

@@ -7,10 +7,9 @@ the first; lanes farther out go round the same middle. Traffic on the right goes
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,19 +21,19 @@ from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET_BETWEEN_JU
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Loop, Movement
-from osm2xodr.geometry.lanes import EndLane, end_lanes
+from osm2xodr.geometry.lanes import end_lanes
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds
-from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
+from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork, TurningPlace
 
-# Free space between a loop and the next carriageway, and the longest piece of a street that is looked at as one, m.
-_TURNAROUND_CLEARANCE: Final = 0.5
-_TURNAROUND_PIECE: Final = 40.0
-# Lanes that lie this near to their loop's radius apart go round half a circle without more ado, m.
-_TURNAROUND_ASIDE_MIN: Final = 0.05
+# Free space between a loop and the next carriageway, m. A choice.
+_LOOP_CLEARANCE: Final = 0.5
+# Streets are compared with loops in straight pieces of at most this length, m.
+_PIECE_LENGTH: Final = 40.0
+# Lanes whose distance makes all but this much of their loop's radius go round half a circle without curves before and
+# after it, m.
+_LEAST_ASIDE: Final = 0.05
 
-_CIRCLES = ("turning_circle", "turning_loop", "mini_roundabout")
-_DIAMETER = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(m|ft|')?\s*")
-_FOOT = 0.3048
+_UNKNOWN_PLACE: Final = TurningPlace(False, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +42,18 @@ class RoadOptions:
 
     # Whether every dead end of a two-way street gets a loop, not only those at turning circles
     turnarounds: bool = False
+
+
+class _PlacedLoop(NamedTuple):
+    """A loop at the end of a street."""
+
+    loop: Loop
+    length: float  # What it takes of its street, m
+    # Its outer edge: middle and radius, m; the layer that it lies on
+    x: float
+    y: float
+    radius: float
+    layer: int
 
 
 def add_turnarounds(
@@ -60,85 +71,66 @@ def add_turnarounds(
     network, fitted, ends
         The streets.
     layout
-        The junctions there are.
+        The junctions so far.
     options
         What the user chose.
     diagnostics
-        Where it is told that a dead end has no room for a loop.
+        Gets the dead ends that have no room for a loop.
     """
-    wishes = _wishes(network, ends, layout, options)
-    chosen: list[tuple[int, Loop, float]] = []
-    near = _near(network, [end for end, _ in wishes], ends)
-    taken: list[tuple[float, float, float, int]] = []
-    # What the loop at a street's other end has taken of it, m.
-    given: dict[int, float] = {}
-    for end, diameter in wishes:
-        node = network.intersections[int(ends.node[end])]
-        found = _fitting(end, diameter, fitted, network, ends, layout, near.get(end, math.inf))
-        x, y, layer = node.x, node.y, int(ends.layer[end])
-        left = math.inf if end ^ 1 not in given else float(ends.length[end]) - given[end ^ 1]
-        if (
-            found is None
-            or left - found[1] < 2 * SHORTEST_ROAD
-            or any(
-                layer == other[3] and math.hypot(x - other[0], y - other[1]) < found[2] + other[2] for other in taken
-            )
-        ):
-            diagnostics.note(
-                "no-room-to-turn", f"node/{node.osm_node_id}", "no room for a loop, the dead end is left as it is"
-            )
-            continue
-        chosen.append((end, found[0], found[1]))
-        taken.append((x, y, found[2], layer))
-        given[end] = found[1]
-    if not chosen:
+    wanted = _wanted(network, ends, layout, options)
+    free = _free_space(network, list(wanted), ends)
+    placed: dict[int, _PlacedLoop] = {}
+    for end, diameter in wanted.items():
+        found = _largest_loop(end, diameter, fitted, network, ends, layout, free[end])
+        if found is None or _collides(found, placed.get(end ^ 1), placed.values(), float(ends.length[end])):
+            osm_id = network.intersections[int(ends.node[end])].osm_node_id
+            diagnostics.note("no-room-to-turn", f"node/{osm_id}", "no room for a loop, the dead end is left as it is")
+        else:
+            placed[end] = found
+    if not placed:
         return layout, []
     junction, trim = layout.junction.copy(), layout.trim.copy()
     movements = []
-    for number, (end, loop, length) in enumerate(chosen, start=len(layout.arms)):
-        junction[end], trim[end] = number, length
-        movements.append(Movement(number, end, end, (), loop=loop))
+    for number, (end, item) in enumerate(placed.items(), start=len(layout.arms)):
+        junction[end], trim[end] = number, item.length
+        movements.append(Movement(number, end, end, (), loop=item.loop))
     layout = replace(
         layout,
-        arms=(*layout.arms, *((end,) for end, _, _ in chosen)),
-        nodes=(*layout.nodes, *((int(ends.node[end]),) for end, _, _ in chosen)),
+        arms=(*layout.arms, *((end,) for end in placed)),
+        nodes=(*layout.nodes, *((int(ends.node[end]),) for end in placed)),
         junction=junction,
         trim=trim,
     )
     return layout, movements
 
 
-def _wishes(
+def _wanted(
     network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, options: RoadOptions
-) -> list[tuple[int, float]]:
+) -> dict[int, float]:
     """Return the street ends where cars turn round, with the diameter of the carriageway there, m."""
     barred = {(item.from_ways[0], item.via_node) for item in network.restrictions if item.from_ways == item.to_ways}
-    out: list[tuple[int, float]] = []
+    out: dict[int, float] = {}
     for node in network.intersections:
         if len(node.arms) != 1:
             continue
         street, at_start = node.arms[0]
         end = 2 * street + (not at_start)
-        tags = network.node_tags.get(node.osm_node_id, {})
-        circle = tags.get("highway") in _CIRCLES
-        if not (circle or options.turnarounds) or layout.junction[end] >= 0 or layout.inner[street]:
+        place = network.turning_places.get(node.osm_node_id, _UNKNOWN_PLACE)
+        if not (place.circle or options.turnarounds) or layout.junction[end] >= 0 or layout.inner[street]:
             continue
         way = network.streets[street].pieces[0 if at_start else -1][1].osm_way_id
         if ends.enters[end] and ends.leaves[end] and (way, node.osm_node_id) not in barred:
-            usual = defaults.TURNING_CIRCLE_DIAMETER if circle else defaults.TURNAROUND_DIAMETER
-            out.append((end, _diameter(tags, usual)))
+            out[end] = _diameter(place)
     return out
 
 
-def _diameter(tags: Mapping[str, str], usual: float) -> float:
-    match = _DIAMETER.fullmatch(tags.get("diameter", ""))
-    if match is None:
-        return usual
-    value = float(match[1]) * (1.0 if match[2] in (None, "m") else _FOOT)
-    return min(max(value, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
+def _diameter(place: TurningPlace) -> float:
+    if place.diameter is None:
+        return defaults.TURNING_CIRCLE_DIAMETER if place.circle else defaults.TURNAROUND_DIAMETER
+    return min(max(place.diameter, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
 
 
-def _fitting(
+def _largest_loop(
     end: int,
     diameter: float,
     fitted: FittedStreets,
@@ -146,19 +138,14 @@ def _fitting(
     ends: StreetEnds,
     layout: JunctionLayout,
     free: float,
-) -> tuple[Loop, float, float] | None:
-    """Return the largest loop for which there is room, what it takes of its street, and its radius, m.
-
-    Parameters
-    ----------
-    free
-        Distance from the node to the next other carriageway, m.
-    """
+) -> _PlacedLoop | None:
+    """Return the largest loop for which there is room; `free` is the distance to the next carriageway, m."""
     section = fitted.pieces[end // 2][-1 if end % 2 else 0][2]
     into, out = end_lanes(section, network.rule, end % 2 == 1), end_lanes(section, network.rule, end % 2 == 0)
     if not into or not out:
         return None
-    inner, outer = _half_distances(into, out)
+    apart = [abs(one.t - other.t) / 2 for one in into for other in out]
+    inner, outer = min(apart), max(apart)
     width = max(lane.spec.width for lane in (*into, *out))
     room = float(ends.length[end] - layout.trim[end ^ 1]) - SHORTEST_STREET_BETWEEN_JUNCTIONS
     least = CONNECTING_RADIUS
@@ -166,49 +153,51 @@ def _fitting(
     for aside in (wanted, max((wanted + least - inner) / 2, 0.0), max(least - inner, 0.0)):
         radius = outer + aside
         for ease in (radius, least):
-            length = _reach(outer, aside, ease)
+            length = _middle_beyond_end(outer, aside, ease)
             size = radius + width / 2
-            if length <= room and size + _TURNAROUND_CLEARANCE <= free:
-                return Loop(aside, ease), length, size
+            if length <= room and size + _LOOP_CLEARANCE <= free:
+                node = network.intersections[int(ends.node[end])]
+                return _PlacedLoop(Loop(aside, ease), length, node.x, node.y, size, int(ends.layer[end]))
     return None
 
 
-def _half_distances(into: Sequence[EndLane], out: Sequence[EndLane]) -> tuple[float, float]:
-    """Return half of the distance of the innermost and of the outermost lanes of both directions, m."""
-    apart = sorted(abs(one.t - other.t) / 2 for one in into for other in out)
-    return apart[0], apart[-1]
+def _collides(
+    loop: _PlacedLoop, opposite: _PlacedLoop | None, placed: Iterable[_PlacedLoop], street_length: float
+) -> bool:
+    """Say whether a loop lies on others, or leaves no road between it and the opposite one of its street."""
+    if opposite is not None and street_length - opposite.length - loop.length < 2 * SHORTEST_ROAD:
+        return True
+    x, y, layer, radius = loop.x, loop.y, loop.layer, loop.radius
+    return any(
+        layer == other.layer and math.hypot(x - other.x, y - other.y) < radius + other.radius for other in placed
+    )
 
 
-def _reach(half: float, aside: float, ease: float) -> float:
-    """Return how far the loop's middle lies beyond the end of the road, m.
+def _middle_beyond_end(half: float, aside: float, ease: float) -> float:
+    """Return how far a loop's middle lies beyond the end of its road, m.
 
-    Parameters
-    ----------
-    half
-        Half of the distance of the outermost lanes, m.
-    aside, ease
-        As in `Loop`.
+    `half` is half of the distance of the outermost lanes, m; `aside` and `ease` are as in `Loop`.
     """
     return math.sqrt(max((half + aside + ease) ** 2 - (half + ease) ** 2, 0.0))
 
 
-def _near(network: StreetNetwork, wished: Sequence[int], ends: StreetEnds) -> dict[int, float]:
+def _free_space(network: StreetNetwork, wanted: Sequence[int], ends: StreetEnds) -> dict[int, float]:
     """Return the distance from dead ends to the nearest carriageway of another street of the layer, m.
 
     The own street counts from where it is farther away along itself than any loop reaches.
     """
-    if not wished:
+    if not wanted:
         return {}
     start, end, street, run = _short_lines(network)
     half = np.maximum(ends.left, -ends.right)[0::2]
-    reach = defaults.TURNAROUND_DIAMETER_MAX + float(half.max()) + _TURNAROUND_PIECE / 2
-    nodes = [network.intersections[int(ends.node[item])] for item in wished]
+    reach = defaults.TURNAROUND_DIAMETER_MAX + float(half.max()) + _PIECE_LENGTH / 2
+    nodes = [network.intersections[int(ends.node[item])] for item in wanted]
     xy = np.array([(node.x, node.y) for node in nodes])
     close = np.flatnonzero(np.isfinite(cKDTree(xy).query((start + end) / 2, distance_upper_bound=reach)[0]))
     lines = cKDTree((start[close] + end[close]) / 2)
     whole = ends.length[0::2]
     out: dict[int, float] = {}
-    for item, place in zip(wished, xy, strict=True):
+    for item, place in zip(wanted, xy, strict=True):
         found = close[np.array(lines.query_ball_point(place, reach), np.int64)]
         away = whole[item // 2] - run[found] if item % 2 else run[found]
         own = (street[found] == item // 2) & (away < 3 * defaults.TURNAROUND_DIAMETER_MAX)
@@ -226,7 +215,7 @@ def _short_lines(network: StreetNetwork) -> tuple[FloatArray, FloatArray, IntArr
     size = np.hypot(*(points[first + 1] - points[first]).T)
     run = np.cumsum(size) - size
     run -= run[np.searchsorted(owner[first], owner[first])]
-    count = np.maximum(np.ceil(size / _TURNAROUND_PIECE).astype(np.int64), 1)
+    count = np.maximum(np.ceil(size / _PIECE_LENGTH).astype(np.int64), 1)
     line = np.repeat(np.arange(len(first)), count)
     share = ranks(count) / count[line]
     step = (points[first + 1] - points[first])[line]
@@ -243,7 +232,7 @@ def _distance(place: FloatArray, start: FloatArray, end: FloatArray) -> FloatArr
     return out
 
 
-def with_loops(
+def draw_loops(
     plan: PlanView, row: IntArray, movement: IntArray, loop: Sequence[Loop], half: FloatArray, left: bool
 ) -> PlanView:
     """Return curves some of which are replaced by loops that start in the same poses.
@@ -252,14 +241,9 @@ def with_loops(
     ----------
     plan
         Curves of connecting roads.
-    row : (n,)
-        Those that become loops.
-    movement : (n,)
-        The movement that each belongs to: its loops go round one middle.
-    loop
-        The loop of each.
-    half : (n,)
-        Half of the distance between their lanes, m.
+    row, movement, loop, half : (n,)
+        Those that become loops, their movements (whose loops go round one middle), their loops, and half of the
+        distance between their lanes, m.
     left
         Whether traffic drives on the left and goes round clockwise.
     """
@@ -270,10 +254,13 @@ def with_loops(
     outermost = np.zeros(len(row))
     np.maximum.at(outermost, number, half)
     middle = np.array(
-        [_reach(g, item.aside, item.ease) for g, item in zip(outermost[number].tolist(), loop, strict=True)]
+        [
+            _middle_beyond_end(g, item.aside, item.ease)
+            for g, item in zip(outermost[number].tolist(), loop, strict=True)
+        ]
     )
     aside = np.array([item.aside for item in loop])
-    wide = aside > _TURNAROUND_ASIDE_MIN
+    wide = aside > _LEAST_ASIDE
     safe = np.where(wide, aside, 1.0)
     radius = half + np.where(wide, aside, 0.0)
     # Circles that touch both the lane and the loop from outside: (radius + ease)² = middle² + (half + ease)².

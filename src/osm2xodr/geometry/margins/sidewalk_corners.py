@@ -292,7 +292,7 @@ def _as_rows(
         entry_aside=np.array([0.0 if item is None else item.asides()[0] for item in beside]),
         exit_aside=np.array([0.0 if item is None else item.asides()[1] for item in beside]),
         height=of_walks("height", first),
-        set_apart=(LaneType.SIDEWALK,) * len(corners),
+        lane_type=(LaneType.SIDEWALK,) * len(corners),
         inner=tuple(between(*walks) for walks in zip(first, last, strict=True)),
     )
 

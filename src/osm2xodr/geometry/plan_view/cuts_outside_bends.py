@@ -12,7 +12,12 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import find_record, owners
-from osm2xodr.geometry.defaults import HALF_NARROW_LANE, SHORTEST_STREET_BETWEEN_JUNCTIONS, TIGHT_BEND, TURNING_ROOM
+from osm2xodr.geometry.defaults import (
+    ARM_SETBACK_STEP,
+    HALF_NARROW_LANE,
+    SHORTEST_STREET_BETWEEN_JUNCTIONS,
+    TIGHT_BEND,
+)
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.ends import StreetEnds
@@ -50,7 +55,7 @@ def trims_clear_of_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray,
     candidates = np.flatnonzero(junction >= 0)
     for _ in range(_ROUNDS):
         bent, before, beyond = _first_bend(ends, candidates, trim[candidates])
-        back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * TURNING_ROOM)
+        back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * ARM_SETBACK_STEP)
         trim[candidates[back]] = before[back]
         candidates, bent, beyond = candidates[~back], bent[~back], beyond[~back]
         left = ends.length[candidates] - beyond - trim[candidates ^ 1]

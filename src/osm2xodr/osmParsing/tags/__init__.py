@@ -13,6 +13,7 @@ from osm2xodr.osmParsing.tags.node_facts import read_node_facts, read_thing_fact
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import with_speed_zones
+from osm2xodr.osmParsing.tags.turning_circles import turning_places
 from osm2xodr.osmParsing.tags.values import parse_length
 from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
 
@@ -32,6 +33,7 @@ __all__ = [
     "sides_of",
     "structure_of",
     "turned_round",
+    "turning_places",
     "way_attributes",
     "with_speed_zones",
     "with_urban_speeds",

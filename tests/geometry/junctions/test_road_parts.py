@@ -1,4 +1,4 @@
-"""Where an area is cut at a node where carriageways part or merge, the lesser road begins where it is apart."""
+"""Which part of which street becomes a road: dead ends that lie on each other, streets that come back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from road_measures import RoadMeasures, assert_sound
 from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.junctions.road_parts import dead_ends_apart, without_idle_junctions
+from osm2xodr.geometry.junctions.road_parts import cut_back_dead_ends, without_idle_junctions
 from osm2xodr.model import Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
@@ -63,11 +63,44 @@ def test_dead_ends_that_part_widely_keep_their_length(rule: Rule) -> None:
     assert (found[1], found[2]) == pytest.approx((300.0, 300.0), abs=0.01)
 
 
-def test_what_is_cut_back_is_told() -> None:
+def test_what_is_cut_back_is_reported() -> None:
     stages = parting(10.0).stages()
     diagnostics = Diagnostics()
     layout = without_idle_junctions(stages.layout, stages.movements)
     assert not layout.trim.any()
-    after = dead_ends_apart(stages.network, stages.ends, stages.layout, layout, diagnostics)
+    after = cut_back_dead_ends(stages.network, stages.ends, stages.layout, layout, diagnostics)
     assert (after.trim > 0).sum() == 1
     assert [(item.code, item.osm_id) for item in diagnostics] == [("lies-on-another", "way/2")]
+
+
+@EITHER
+def test_halves_of_a_street_that_comes_back_have_the_same_lanes_where_they_meet(rule: Rule) -> None:
+    """Way 3 is short and lies where the street would be cut in the middle."""
+    nodes = {
+        "w": (-90.0, 0.0),
+        "o": (0.0, 0.0),
+        "a": (40.0, 40.0),
+        "b": (80.0, 40.0),
+        "c": (86.0, 34.0),
+        "d": (86.0, -34.0),
+        "e": (40.0, -40.0),
+    }
+    wide, narrow = "highway=tertiary", "highway=unclassified"
+    case = Case(nodes, {1: ("w o", wide), 2: ("o a b", wide), 3: ("b c", narrow), 4: ("c d e o", wide)})
+    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
+    assert_sound(roads)
+    measures = RoadMeasures(roads)
+    (one, other) = (road for road in roads.roads if road.junction is None and road.osm_way_ids != (1,))
+    assert one.successor is not None
+    assert (one.successor.id, one.successor.at_start) == (other.id, True)
+    before, after = measures.at_end(one, False)[1], measures.at_end(other, True)[1]
+    assert before.keys() == after.keys()
+    assert all(before[lane] == pytest.approx(after[lane], abs=1e-9) for lane in before)
+    # The short one is part of a longer stretch, and still known.
+    assert {way for road in (one, other) for way in road.osm_way_ids} == {2, 3, 4}
+
+
+@EITHER
+@pytest.mark.parametrize(("degrees", "cut"), [(41.0, True), (50.0, False)])
+def test_dead_ends_lie_on_each_other_within_45_degrees(degrees: float, cut: bool, rule: Rule) -> None:
+    assert (lengths(parting(degrees), rule)[2] < 299.0) == cut

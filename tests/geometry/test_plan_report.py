@@ -1,20 +1,18 @@
-"""Streets that are too short to be roads: they go, and it is told; what is left holds together."""
+"""What is said about a plan: streets too short to be roads are left out and reported."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
-from road_measures import RoadMeasures, assert_sound
+from road_measures import assert_sound
 from street_cases import Case
 
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import InputError
 from osm2xodr.geometry import build_roads
-from osm2xodr.model import RoadMap, Rule
+from osm2xodr.model import RoadMap
 from osm2xodr.surface import FlatSurface
-
-EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 
 
 def built(case: Case) -> tuple[RoadMap, list[tuple[Kind, str, str]]]:
@@ -75,30 +73,3 @@ def test_streets_within_a_junction_that_is_driven_through_are_not_lost() -> None
     assert len(roads.junctions) == 1
     assert roads.places is not None
     assert roads.places.inner.sum() == 1
-
-
-@EITHER
-def test_halves_of_a_street_that_comes_back_have_the_same_lanes_where_they_meet(rule: Rule) -> None:
-    """Way 3 is short and lies where the street would be cut in the middle."""
-    nodes = {
-        "w": (-90.0, 0.0),
-        "o": (0.0, 0.0),
-        "a": (40.0, 40.0),
-        "b": (80.0, 40.0),
-        "c": (86.0, 34.0),
-        "d": (86.0, -34.0),
-        "e": (40.0, -40.0),
-    }
-    wide, narrow = "highway=tertiary", "highway=unclassified"
-    case = Case(nodes, {1: ("w o", wide), 2: ("o a b", wide), 3: ("b c", narrow), 4: ("c d e o", wide)})
-    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
-    assert_sound(roads)
-    measures = RoadMeasures(roads)
-    (one, other) = (road for road in roads.roads if road.junction is None and road.osm_way_ids != (1,))
-    assert one.successor is not None
-    assert (one.successor.id, one.successor.at_start) == (other.id, True)
-    before, after = measures.at_end(one, False)[1], measures.at_end(other, True)[1]
-    assert before.keys() == after.keys()
-    assert all(before[lane] == pytest.approx(after[lane], abs=1e-9) for lane in before)
-    # The short one is part of a longer stretch, and still known.
-    assert {way for road in (one, other) for way in road.osm_way_ids} == {2, 3, 4}

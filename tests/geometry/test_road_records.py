@@ -1,4 +1,4 @@
-"""Roads name all ways that they were made of, and what was guessed about them, whatever became of their stretches."""
+"""Roads name all ways that they were made of, and what was guessed about them, even where stretches were merged."""
 
 from __future__ import annotations
 

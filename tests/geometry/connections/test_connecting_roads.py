@@ -10,7 +10,6 @@ from road_measures import RoadMeasures, assert_sound, smallest_radius_of
 from street_cases import Case, built_links, mirrored_links
 
 from osm2xodr.defaults import CONNECTING_RADIUS
-from osm2xodr.geometry import defaults
 from osm2xodr.model import Rule
 
 # Where a two-way street forks into one-way ones, the way back round the gore has no more room than this, m.
@@ -43,7 +42,7 @@ def test_turns_have_room(name: str, rule: Rule) -> None:
     roads = (expected.case if rule is Rule.RIGHT_HAND else expected.case.mirrored()).build(rule)
     measures = RoadMeasures(roads)
     for k, road in enumerate(roads.roads):
-        assert measures.length(road) >= (defaults.SHORTEST_ROAD if road.junction is None else 0.5) - 1e-6
+        assert measures.length(road) >= (1.0 if road.junction is None else 0.5) - 1e-6
         if road.junction is not None:
             radius = smallest_radius_of(roads.plan_view, k)
             assert radius >= TIGHTEST.get(name, CONNECTING_RADIUS) - 1e-6

@@ -1,0 +1,192 @@
+"""Turns that are sharper than a car drives: their arms are set back, and then they swing out where there is room."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius
+from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out
+from osm2xodr.geometry.defaults import (
+    ARM_SETBACK_STEP,
+    HALF_NARROW_LANE,
+    INNER_EDGE_RADIUS,
+    SHORTEST_STREET_BETWEEN_JUNCTIONS,
+)
+from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
+from osm2xodr.geometry.lanes import CrossSection
+from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+# An arm is set back at most this many times, by 6 m in all. A choice.
+_ARM_SETBACK_STEPS: Final = 8
+# Turns that swing out must not run onto the first stretch of the junction's roads, of this length, m; places on both
+# are compared at this spacing, m.
+_CLEAR_ARM: Final = 25.0
+_PLACE_SPACING: Final = 1.0
+# Where the inner edge of a lane has no room for its full radius, one of these shares of it does.
+_INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
+
+# ---------------------------------------------------------------- arms are set back
+
+
+def set_back_arms(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
+) -> FloatArray:
+    """Return how much each street end gives to its junction so that its turns have room, (ends,), m.
+
+    Both arms of a turn that is too sharp, too long or swings out are set back step by step, as long as their streets
+    have room.
+
+    Parameters
+    ----------
+    ends, layout, parts, connecting
+        Street ends, what they give to their junctions, the roads that are left, and those within the junctions.
+    """
+    street_end = np.full(2 * len(parts.length), -1, np.int64)
+    used = np.flatnonzero(parts.road_end >= 0)
+    street_end[parts.road_end[used]] = used
+    entry, exit_ = street_end[connecting.entry], street_end[connecting.exit]
+    # Lanes in the outward frame of their street end: left of it is right of traffic that comes in.
+    t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
+    t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
+    trim = layout.trim.copy()
+    # Loops that turn back on their arm have their own room.
+    rows = np.flatnonzero(_lack_room(connecting.plan_view) & (connecting.entry != connecting.exit))
+    for _ in range(_ARM_SETBACK_STEPS):
+        arms = np.union1d(entry[rows], exit_[rows])
+        arms = arms[_have_room(ends, trim, arms)]
+        if not len(arms):
+            break
+        trim[arms] += ARM_SETBACK_STEP
+        rows = rows[_lack_room(_curves(ends, trim, entry[rows], exit_[rows], t_in[rows], t_out[rows]))]
+    return trim
+
+
+def _lack_room(plan: PlanView) -> BoolArray:
+    """Say which curves would be better if their arms ended farther away, (curves,)."""
+    return (smallest_radius(plan) < CONNECTING_RADIUS) | detours(plan) | swings_out(plan)
+
+
+def _have_room(ends: StreetEnds, trim: FloatArray, end: IntArray) -> BoolArray:
+    left = ends.length[end] - trim[end] - trim[end ^ 1]
+    out: BoolArray = left > 2 * ARM_SETBACK_STEP + SHORTEST_STREET_BETWEEN_JUNCTIONS
+    return out
+
+
+def _curves(
+    ends: StreetEnds, trim: FloatArray, entry: IntArray, exit_: IntArray, t_in: FloatArray, t_out: FloatArray
+) -> PlanView:
+    """Return the direct curves between lanes that lie t_in and t_out left of their arms, seen from the junction."""
+    x0, y0, h0 = outward_pose(ends, entry, trim[entry])
+    x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
+    return connect(
+        x0 - t_in * np.sin(h0),
+        y0 + t_in * np.cos(h0),
+        h0 + np.pi,
+        x1 - t_out * np.sin(h1),
+        y1 + t_out * np.cos(h1),
+        h1,
+    )
+
+
+# ---------------------------------------------------------------- turns swing out
+
+
+def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
+    """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way.
+
+    Parameters
+    ----------
+    connecting
+        All connecting roads.
+    parts
+        The roads outside junctions.
+    """
+    plan = connecting.plan_view
+    # Loops that turn back on their arm have their own room.
+    sharp = smallest_radius(plan) < CONNECTING_RADIUS * (1 - 1e-9)
+    row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
+    if not len(row):
+        return connecting
+    wide, found = _wide_curves(plan, row, np.full(len(row), CONNECTING_RADIUS))
+    free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
+    plan = replace_curves(plan, row[found[free]], wide, found[free])
+    plan = _without_folds(plan, connecting)
+    return replace(connecting, plan_view=plan, length=lengths(plan))
+
+
+def _wide_curves(plan: PlanView, row: IntArray, radius: FloatArray) -> tuple[PlanView, IntArray]:
+    """Return the shortest curves of a radius between the ends of some curves, (rows,), and which of them exist."""
+    wide = dubins_without_slivers(
+        *pose(plan, row, np.zeros(len(row))), *pose(plan, row, lengths(plan)[row]), radius=radius
+    )
+    return wide, np.flatnonzero(lengths(wide) > 0)
+
+
+def _without_folds(plan: PlanView, connecting: ConnectingRoads) -> PlanView:
+    """Replace turns so sharp that their one lane folds over itself, even where the way out lies on another road."""
+    half = np.maximum(connecting.entry_width, connecting.exit_width) / 2
+    for share in _INNER_EDGE_SHARES:
+        row = np.flatnonzero((smallest_radius(plan) < half) & (connecting.entry != connecting.exit))
+        if not len(row):
+            break
+        wide, found = _wide_curves(plan, row, half[row] + share * INNER_EDGE_RADIUS)
+        plan = replace_curves(plan, row[found], wide, found)
+    return plan
+
+
+def _keep_off_roads(plan: PlanView, curve: IntArray, junction: IntArray, parts: RoadParts) -> BoolArray:
+    """Say which curves run onto none of the roads that end at their junction, (curves,)."""
+    ends_at: dict[int, list[int]] = {}
+    for end, number in enumerate(parts.end_junction.ravel().tolist()):
+        ends_at.setdefault(number, []).append(end)
+    near = [ends_at[number] for number in junction.tolist()]
+    arms = _places_on_arms(sorted({end for ends in near for end in ends}), parts)
+    stations = [
+        np.linspace(0.0, length, max(int(length / (_PLACE_SPACING / 2)), 2))
+        for length in lengths(plan)[curve].tolist()
+    ]
+    x, y, _ = _places(plan, curve, stations)
+    free = [
+        not any(_runs_onto(here_x, here_y, arms[end], parts.at_end(end).section) for end in ends)
+        for here_x, here_y, ends in zip(x, y, near, strict=True)
+    ]
+    return np.array(free, bool)
+
+
+def _places_on_arms(ends: list[int], parts: RoadParts) -> dict[int, tuple[FloatArray, FloatArray, FloatArray]]:
+    """Return x, y and heading of places along the first stretch of the roads from each of their ends."""
+    stations = []
+    for end in ends:
+        length = float(parts.length[end // 2])
+        along = np.arange(_PLACE_SPACING, min(length, _CLEAR_ARM), _PLACE_SPACING)
+        stations.append(length - along if end % 2 else along)
+    found = _places(parts.plan_view, np.array(ends, np.int64) // 2, stations)
+    return dict(zip(ends, zip(*found, strict=True), strict=True))
+
+
+def _places(plan: PlanView, curve: IntArray, stations: list[FloatArray]) -> tuple[list[FloatArray], ...]:
+    """Return x, y and heading at the stations of each curve."""
+    if not stations:
+        return [], [], []
+    count = [len(s) for s in stations]
+    found = pose(plan, np.repeat(curve, count), np.concatenate(stations))
+    return tuple(np.split(column, np.cumsum(count)[:-1]) for column in found)
+
+
+def _runs_onto(
+    x: FloatArray, y: FloatArray, arm: tuple[FloatArray, FloatArray, FloatArray], section: CrossSection
+) -> bool:
+    """Say whether places lie on the carriageway of an arm."""
+    arm_x, arm_y, hdg = arm
+    dx, dy = x[:, None] - arm_x, y[:, None] - arm_y
+    cos, sin = np.cos(hdg), np.sin(hdg)
+    ds = dx * cos + dy * sin
+    dt = dy * cos - dx * sin
+    beside = (dt < section.left_edge + HALF_NARROW_LANE) & (dt > section.right_edge - HALF_NARROW_LANE)
+    return bool((beside & (np.abs(ds) <= _PLACE_SPACING / 2)).any())

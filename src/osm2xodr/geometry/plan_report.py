@@ -1,0 +1,133 @@
+"""What is said about a plan: what had no room, what was left out, which relations could not be kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import pairwise
+
+import numpy as np
+
+from osm2xodr.curves import smallest_radius
+from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.junctions import JunctionLayout, Movement, RoadParts
+from osm2xodr.geometry.lanes import Connectivity, CrossSection, end_lanes
+from osm2xodr.model import Direction, IntArray, LaneSpec, Rule, StreetNetwork
+
+
+def refuse_without_roads(layout: JunctionLayout) -> None:
+    """Refuse a network that has no street outside junctions.
+
+    Raises
+    ------
+    InputError
+        If all streets lie within junctions.
+    """
+    if layout.inner.all():
+        raise InputError(
+            "the streets lie within a few metres of each other, which leaves no road between their junctions; "
+            "choose a larger area"
+        )
+
+
+def report_squeezed_streets(network: StreetNetwork, layout: JunctionLayout, diagnostics: Diagnostics) -> None:
+    """Report streets that are too short for their junctions."""
+    for street in np.flatnonzero(layout.squeezed).tolist():
+        way = network.streets[street].pieces[0][1].osm_way_id
+        diagnostics.repaired(
+            "street-too-short", f"way/{way}", "too short for the junctions at its ends, which were cut back"
+        )
+
+
+def report_impossible_turns(
+    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
+) -> None:
+    """Report junctions with turns that were left out, (turns,)."""
+    for osm_id in _nodes(network, layout, junctions):
+        diagnostics.dropped("no-room-to-turn", osm_id, "the arms lie on each other, a turn between is left out")
+
+
+def report_sharp_turns(
+    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
+) -> None:
+    """Report junctions with turns that stayed sharper than a car drives."""
+    sharp = smallest_radius(connecting.plan_view) < CONNECTING_RADIUS
+    for osm_id in _nodes(network, layout, connecting.junction[sharp]):
+        diagnostics.repaired("tight-turn", osm_id, "a turn through the junction is sharper than a car drives")
+
+
+def report_missing_corners(
+    network: StreetNetwork, layout: JunctionLayout, junctions: IntArray, diagnostics: Diagnostics
+) -> None:
+    """Report junctions where sidewalks are not connected round a corner, (corners,)."""
+    for osm_id in _nodes(network, layout, junctions):
+        diagnostics.dropped(
+            "sidewalk-corner", osm_id, "the sidewalks of two arms cannot be connected round their corner"
+        )
+
+
+def _nodes(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) -> list[str]:
+    """Return the OSM ids of the first nodes of junctions, each junction once."""
+    first = [layout.nodes[junction][0] for junction in np.unique(junctions).tolist()]
+    return [f"node/{network.intersections[node].osm_node_id}" for node in first]
+
+
+def report_absorbed_streets(
+    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
+) -> None:
+    """Report streets that have become part of a junction that nobody drives through.
+
+    Streets within a junction live on in its connecting roads. Where it has none, because no road leads to it or away
+    from it, nothing is left of them.
+    """
+    # Rings, which start at no intersection, have -1 there.
+    junction_of = np.full(len(network.intersections) + 1, -1, np.int64)
+    for junction in np.unique(connecting.junction).tolist():
+        junction_of[list(layout.nodes[junction])] = junction
+    for street in np.flatnonzero(layout.inner).tolist():
+        ends = [network.streets[street].start, network.streets[street].end]
+        if junction_of[ends].max() >= 0:
+            continue
+        for way in dict.fromkeys(attributes.osm_way_id for _, attributes in network.streets[street].pieces):
+            diagnostics.dropped(
+                "within-junction",
+                f"way/{way}",
+                "it is shorter than any road, or lies within a junction that nobody drives through, and is left out",
+            )
+
+
+def report_unused_connectivity(
+    network: StreetNetwork, movements: Iterable[Movement], parts: RoadParts, diagnostics: Diagnostics
+) -> None:
+    """Report connectivity relations that decided nothing, in junctions and where a road changes its lanes."""
+    if not network.connectivities:
+        return
+    used: set[int] = set()
+    for item in movements:
+        if item.stated is not None:
+            entry, exit_ = int(parts.road_end[item.entry]), int(parts.road_end[item.exit])
+            lanes_in = _lanes(parts.at_end(entry).section, network.rule, item.entry % 2 == 1)
+            lanes_out = _lanes(parts.at_end(exit_).section, network.rule, item.exit % 2 == 0)
+            if item.stated.between(lanes_in, lanes_out) is not None:
+                used.update(item.stated.relations)
+    known = Connectivity.of(network.connectivities)
+    for road in parts.stretches:
+        for one, other in pairwise(road):
+            for direction, stated in known.at_border(one.ways[-1], other.ways[0]).items():
+                along = direction is Direction.FORWARD
+                pair = (one.section, other.section) if along else (other.section, one.section)
+                if stated.between(*(_lanes(section, network.rule, along) for section in pair)) is not None:
+                    used.update(stated.relations)
+    for relation in network.connectivities:
+        if relation.osm_relation_id not in used:
+            diagnostics.dropped(
+                "connectivity",
+                f"relation/{relation.osm_relation_id}",
+                "it names lanes or a way that are missing or that nobody may drive to; lanes are linked by habit",
+            )
+
+
+def _lanes(section: CrossSection, rule: Rule, along: bool) -> tuple[LaneSpec, ...]:
+    return tuple(lane.spec for lane in end_lanes(section, rule, along))

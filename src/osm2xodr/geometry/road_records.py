@@ -1,0 +1,283 @@
+"""Roads, connecting roads and junctions as records of a road map: ids, links, lane sections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
+from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
+from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_step
+from osm2xodr.geometry.margins import inner_width
+from osm2xodr.model import (
+    Connection,
+    Cubic,
+    CubicProfile,
+    IntArray,
+    Junction,
+    Lane,
+    LaneSection,
+    LaneType,
+    Road,
+    RoadLink,
+    RoadType,
+    Rule,
+    StreetNetwork,
+)
+
+_CENTRE_LANE: Final = Lane(0, LaneType.NONE, (), road_mark=NO_MARK)
+
+
+class RoadIds:
+    """Ids in OpenDRIVE, from 1 in one range: roads, then connecting roads, then junctions.
+
+    Road end number 2 k is the start of road k, 2 k + 1 its end.
+    """
+
+    def __init__(self, roads: int, connecting: int) -> None:
+        self._roads = roads
+        self._connecting = connecting
+
+    def road(self, index: int) -> int:
+        """Return the id of a road outside junctions."""
+        return index + 1
+
+    def connecting(self, index: int) -> int:
+        """Return the id of a connecting road."""
+        return self._roads + index + 1
+
+    def junction(self, index: int) -> int:
+        """Return the id of a junction."""
+        return self._roads + self._connecting + index + 1
+
+    def link(self, end: int) -> RoadLink:
+        """Return the link to a road end."""
+        return RoadLink(False, self.road(end // 2), end % 2 == 0)
+
+    def driven_junctions(self, layout: JunctionLayout, connecting: ConnectingRoads) -> IntArray:
+        """Return the ids of junctions, -1 for those that nobody drives through and at the end, (junctions + 1,)."""
+        out = np.full(len(layout.nodes) + 1, -1, np.int64)
+        driven = np.unique(connecting.junction)
+        out[driven] = [self.junction(junction) for junction in driven.tolist()]
+        return out
+
+
+# ---------------------------------------------------------------- roads outside junctions
+
+
+def road_records(
+    parts: RoadParts,
+    lanes: Sequence[LaneLayout],
+    connecting: ConnectingRoads,
+    ids: RoadIds,
+    guesses: Mapping[int, frozenset[str]],
+) -> list[Road]:
+    """Return the roads outside junctions; `guesses` says what was guessed about OSM's ways."""
+    beyond = _links(parts, connecting, ids)
+    out: list[Road] = []
+    for k, layout in enumerate(lanes):
+        stretches = parts.stretches[k]
+        longest = max(stretches, key=lambda item: item.end - item.start) if len(stretches) > 1 else stretches[0]
+        ways = dict.fromkeys(way for item in stretches for way in item.ways)
+        before, after = beyond[2 * k : 2 * k + 2]
+        out.append(
+            Road(
+                id=ids.road(k),
+                name=longest.attributes.name or longest.attributes.ref,
+                junction=None,
+                predecessor=before,
+                successor=after,
+                types=layout.types,
+                lane_sections=_linked(layout.sections, _section_at(before, lanes), _section_at(after, lanes)),
+                osm_way_ids=tuple(ways),
+                guesses=tuple(sorted(frozenset[str]().union(*(guesses.get(way, ()) for way in ways)))),
+            )
+        )
+    return out
+
+
+def _links(parts: RoadParts, connecting: ConnectingRoads, ids: RoadIds) -> list[RoadLink | None]:
+    """Return what lies beyond each road end; a junction only if one can drive into it or out of it there."""
+    driven = set(connecting.entry.tolist()) | set(connecting.exit.tolist())
+    out: list[RoadLink | None] = []
+    for end, junction in enumerate(parts.end_junction.ravel().tolist()):
+        other = int(parts.end_link[end // 2, end % 2])
+        if junction >= 0 and end in driven:
+            out.append(RoadLink(True, ids.junction(junction)))
+        else:
+            out.append(ids.link(other) if other >= 0 else None)
+    return out
+
+
+def _section_at(link: RoadLink | None, lanes: Sequence[LaneLayout]) -> LaneSection | None:
+    """Return the lane section that a road goes on with as another road (halves of a ring or loop)."""
+    if link is None or link.to_junction:
+        return None
+    return lanes[link.id - 1].sections[0 if link.at_start else -1]
+
+
+def _linked(
+    sections: tuple[LaneSection, ...], before: LaneSection | None, after: LaneSection | None
+) -> tuple[LaneSection, ...]:
+    """Link lanes to those of the same id and type beyond the road's ends."""
+    out = list(sections)
+    if before is not None:
+        types = {lane.id: lane.type for lane in before.lanes if lane.id}
+        lanes = (replace(a, predecessor=a.id if types.get(a.id) is a.type else None) for a in out[0].lanes)
+        out[0] = LaneSection(out[0].s, tuple(lanes))
+    if after is not None:
+        types = {lane.id: lane.type for lane in after.lanes if lane.id}
+        lanes = (replace(a, successor=a.id if types.get(a.id) is a.type else None) for a in out[-1].lanes)
+        out[-1] = LaneSection(out[-1].s, tuple(lanes))
+    return tuple(out)
+
+
+# ---------------------------------------------------------------- connecting roads
+
+
+def connecting_road_records(
+    connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout], ids: RoadIds, rule: Rule
+) -> list[Road]:
+    """Return the roads through junctions; those with equal lanes share their lane sections."""
+    links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
+    types = _types_at(np.unique(connecting.entry).tolist(), parts, lanes)
+    known: dict[tuple[int, tuple[InnerLane, ...], float], tuple[LaneSection, ...]] = {}
+    columns = (
+        connecting.junction,
+        connecting.entry,
+        connecting.exit,
+        connecting.entry_lane,
+        connecting.exit_lane,
+        connecting.entry_width,
+        connecting.exit_width,
+        connecting.length,
+        _own_lanes(connecting, rule),
+        connecting.height,
+    )
+    out: list[Road] = []
+    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(
+        zip(*(column.tolist() for column in columns), strict=True)
+    ):
+        outermost = InnerLane(connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
+        across = (*reversed(connecting.inner[k]), outermost)
+        tapers = any(item.entry_width != item.exit_width for item in across)
+        key = own, across, length if tapers else 0.0
+        sections = known.get(key)
+        if sections is None:
+            sections = known[key] = _lanes_through(*key)
+        out.append(
+            Road(
+                id=ids.connecting(k),
+                name="",
+                junction=ids.junction(junction),
+                predecessor=links[entry],
+                successor=links[exit_],
+                types=types[entry],
+                lane_sections=sections,
+                osm_way_ids=(),
+            )
+        )
+    return out
+
+
+def _types_at(ends: list[int], parts: RoadParts, lanes: Sequence[LaneLayout]) -> dict[int, tuple[RoadType, ...]]:
+    """Return the road types at road ends, with the speed of the traffic that leaves the road there."""
+    shared: dict[tuple[str, float | None], tuple[RoadType, ...]] = {}
+    out: dict[int, tuple[RoadType, ...]] = {}
+    for end in ends:
+        attributes = parts.at_end(end).attributes
+        speed = attributes.speed_forward if end % 2 else attributes.speed_backward
+        key = lanes[end // 2].types[-1 if end % 2 else 0].type, speed
+        out[end] = shared.setdefault(key, (RoadType(0.0, *key),))
+    return out
+
+
+def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
+    """Return the id of each connecting road's lane, (n,); others lie between a sidewalk and the carriageway."""
+    usual = -1 if rule is Rule.RIGHT_HAND else 1
+    side: IntArray = np.where(connecting.against, -usual, usual)
+    return side * np.array([len(lanes) + 1 for lanes in connecting.inner], np.int64)
+
+
+def _lanes_through(own: int, across: tuple[InnerLane, ...], length: float) -> tuple[LaneSection, ...]:
+    """Return the lane section of a connecting road, with lanes from its reference line to the one that it is for."""
+    side = 1 if own > 0 else -1
+    lanes = [
+        Lane(
+            side * number,
+            item.type,
+            (_blend(length, item.entry_width, item.exit_width),),
+            item.entry_lane,
+            item.exit_lane,
+            NO_MARK,
+            height=item.height,
+        )
+        for number, item in enumerate(across, start=1)
+    ]
+    return (LaneSection(0.0, (_CENTRE_LANE, *lanes) if own < 0 else (*reversed(lanes), _CENTRE_LANE)),)
+
+
+def _blend(length: float, start: float, end: float) -> Cubic:
+    return Cubic(0.0, start) if start == end else smooth_step(0.0, length, start, end)
+
+
+def connecting_lane_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicProfile:
+    """Return the lane offsets that put a connecting road's lane around its reference line, or beside it."""
+    n = len(connecting.length)
+    side = -0.5 * np.sign(_own_lanes(connecting, rule))
+    inner = inner_width(connecting)
+    start = side * (connecting.entry_width + 2 * inner[0]) + connecting.entry_aside
+    end = side * (connecting.exit_width + 2 * inner[1]) + connecting.exit_aside
+    bent = np.flatnonzero(start != end)
+    columns = (column[bent].tolist() for column in (connecting.length, start, end))
+    steps = [smooth_step(0.0, *values) for values in zip(*columns, strict=True)]
+    c, d = np.zeros(n), np.zeros(n)
+    c[bent], d[bent] = [step.c for step in steps], [step.d for step in steps]
+    return CubicProfile(np.arange(n + 1), np.zeros(n), start, np.zeros(n), c, d)
+
+
+# ---------------------------------------------------------------- junctions
+
+
+def junction_records(
+    network: StreetNetwork,
+    layout: JunctionLayout,
+    connecting: ConnectingRoads,
+    priorities: Priorities,
+    ids: RoadIds,
+) -> tuple[Junction, ...]:
+    """Return the junctions that somebody drives or walks through, in the order of their first connecting road."""
+    own = _own_lanes(connecting, network.rule).tolist()
+    junction_of = connecting.junction.tolist()
+    pairs: dict[int, list[tuple[int, int]]] = {}
+    for high, low in zip(priorities.high.tolist(), priorities.low.tolist(), strict=True):
+        pairs.setdefault(junction_of[high], []).append((ids.connecting(high), ids.connecting(low)))
+    entry, entry_lane = connecting.entry.tolist(), connecting.entry_lane.tolist()
+    rows: dict[int, list[int]] = {}
+    for k, junction in enumerate(junction_of):
+        rows.setdefault(junction, []).append(k)
+    out: list[Junction] = []
+    for junction, group in rows.items():
+        connections = tuple(
+            Connection(
+                id=number,
+                incoming_road=ids.road(entry[k] // 2),
+                connecting_road=ids.connecting(k),
+                lane_links=_lane_links(entry_lane[k], own[k], connecting.inner[k]),
+            )
+            for number, k in enumerate(group)
+        )
+        nodes = tuple(network.intersections[node].osm_node_id for node in layout.nodes[junction])
+        yielding = tuple(sorted(pairs.get(junction, ())))
+        out.append(Junction(ids.junction(junction), "", connections, nodes, yielding))
+    return tuple(out)
+
+
+def _lane_links(entry_lane: int, own: int, inner: tuple[InnerLane, ...]) -> tuple[tuple[int, int], ...]:
+    """Return (lane of the incoming road, lane of the connecting road), the lane that it is for first."""
+    side = 1 if own > 0 else -1
+    rest = [(item.entry_lane, own - side * k) for k, item in enumerate(inner, start=1) if item.entry_lane is not None]
+    return ((entry_lane, own), *rest)
