@@ -22,10 +22,10 @@ from osm2xodr.geometry import (
     keep_own_area,
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
-from osm2xodr.osmParsing import ParseOptions, parse_osm
+from osm2xodr.osmParsing import ParseOptions
 from osm2xodr.projection import offline
 from osm2xodr.reporting import Conversion, summarize
-from osm2xodr.surface import FlatSurface, SurfaceOptions, points_along, read_surface
+from osm2xodr.surface import FlatSurface, SurfaceOptions
 from osm2xodr.system import Task, one_thread
 
 if TYPE_CHECKING:
@@ -80,6 +80,9 @@ def convert(
     Osm2xodrError
         If it cannot be done, with a sentence that says why and what to do.
     """
+    # It loads the reader of OSM files.
+    from osm2xodr.osmParsing import parse_osm
+
     partition = options.partition
     on_stage(f"reading {options.area}")
     parse = replace(options.parse, frame=partition.frame) if partition else options.parse
@@ -104,6 +107,9 @@ def _read_terrain(options: PipelineOptions, network: StreetNetwork, diagnostics:
     if not options.dems:
         diagnostics.note("flat", "", "no elevation model was given: all ground is at height 0; give one with --dem")
         return _Terrain(FlatSurface())
+    # They load the reader of rasters.
+    from osm2xodr.surface import points_along, read_surface
+
     x, y = points_along(network.streets)
     surface = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
     origin = COMMON_ORIGIN if options.partition else None
@@ -142,6 +148,8 @@ def _neighbourhood(options: PipelineOptions, network: StreetNetwork) -> Neighbou
     def surface_around(x: FloatArray, y: FloatArray) -> Surface:
         if not options.dems:
             return FlatSurface()
+        from osm2xodr.surface import read_surface
+
         return read_surface(options.dems, network.frame, x, y, how, Diagnostics())
 
     return Neighbourhood(options.partition, surface_around)

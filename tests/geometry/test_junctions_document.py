@@ -34,6 +34,7 @@ def module_of(where: str) -> str:
         "junctions/defaults": "osm2xodr.geometry.junctions.defaults",
         "connections/defaults": "osm2xodr.geometry.connections.defaults",
         "geometry/defaults": "osm2xodr.geometry.defaults",
+        "plan_view/defaults": "osm2xodr.geometry.plan_view.defaults",
         "osm2xodr/defaults": "osm2xodr.defaults",
     }[where]
 
@@ -74,10 +75,10 @@ def test_every_number_of_junctions_and_connections_is_in_the_document(module: st
 
 
 def test_numbers_of_other_modules_that_decide_about_junctions_are_in_the_document() -> None:
-    names = {name for module, name in documented() if module in (geometry.__name__, shared.__name__)}
+    names = {name for module, name in documented() if module in (geometry.__name__, plan_view.__name__, shared.__name__)}
     assert names >= {
         *("SHORTEST_STREET_BETWEEN_JUNCTIONS", "SHORTEST_ROAD", "ARM_REACH", "ARM_REACH_MOTORWAY"),
-        *("ARM_SETBACK_STEP", "TIGHT_BEND", "BEND_IN_JUNCTION", "HALF_LANE", "INNER_EDGE_RADIUS"),
+        *("ARM_SETBACK_STEP", "TIGHT_BEND", "BEND_IN_JUNCTION", "HALF_NARROW_LANE", "INNER_EDGE_RADIUS"),
         *("CONNECTING_RADIUS", "MOST_SWING", "MOST_SWING_BACK", "SWING_BACK", "PRIORITY_RANK_MINOR"),
     }
 
