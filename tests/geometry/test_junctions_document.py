@@ -75,7 +75,9 @@ def test_every_number_of_junctions_and_connections_is_in_the_document(module: st
 
 
 def test_numbers_of_other_modules_that_decide_about_junctions_are_in_the_document() -> None:
-    names = {name for module, name in documented() if module in (geometry.__name__, plan_view.__name__, shared.__name__)}
+    names = {
+        name for module, name in documented() if module in (geometry.__name__, plan_view.__name__, shared.__name__)
+    }
     assert names >= {
         *("SHORTEST_STREET_BETWEEN_JUNCTIONS", "SHORTEST_ROAD", "ARM_REACH", "ARM_REACH_MOTORWAY"),
         *("ARM_SETBACK_STEP", "TIGHT_BEND", "BEND_IN_JUNCTION", "HALF_NARROW_LANE", "INNER_EDGE_RADIUS"),
