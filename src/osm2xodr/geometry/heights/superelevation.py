@@ -101,8 +101,7 @@ def _free_knots(network: Network, warranted: BoolArray) -> sp.csr_matrix:
     """Return the matrix from unknowns to value and slope of every knot, (2 knots, N); other knots stay level."""
     problem, elements = network.problem, network.elements
     free = np.ones(len(elements.knot_s), bool)
-    free[elements.knot[~warranted]] = False
-    free[elements.knot[~warranted] + 1] = False
+    free[elements.knot[~warranted]] = free[elements.knot[~warranted] + 1] = False
     end = elements.end_knots.ravel()
     junction, link = problem.end_junction.ravel(), problem.end_link.ravel()
     free[end[junction >= 0]] = False
@@ -116,8 +115,7 @@ def _free_knots(network: Network, warranted: BoolArray) -> sp.csr_matrix:
     own = free & (owner == np.arange(len(free)))
     number = np.cumsum(own) - 1
     k = np.flatnonzero(free)
-    rows = np.concatenate([2 * k, 2 * k + 1])
-    cols = np.concatenate([2 * number[owner[k]], 2 * number[owner[k]] + 1])
+    rows, cols = (np.concatenate([2 * index, 2 * index + 1]) for index in (k, number[owner[k]]))
     values = np.concatenate([sign[k], np.ones(len(k))])
     return sp.coo_matrix((values, (rows, cols)), (2 * len(free), 2 * int(own.sum()))).tocsr()
 
@@ -133,12 +131,11 @@ def _smooth(network: Network, use: IntArray, slope: FloatArray, to_knots: sp.csr
     stiffness = to_knots.T @ assemble(element_dofs(elements), matrices, size) @ to_knots
     stiffness = stiffness + _NO_READING * sp.identity(stiffness.shape[0])
     rows = network.knot_rows(samples.element[use], samples.u[use], hermite) @ to_knots
-    weight = samples.ds[use]
-    factor = np.ones(len(use))
-    x = np.zeros(to_knots.shape[1])
+    x, factor = np.zeros(to_knots.shape[1]), np.ones(len(use))
     for _ in range(_ROUNDS):
-        normal = stiffness + rows.T @ sp.diags(weight * factor) @ rows
-        x = splu(sp.csc_matrix(normal)).solve(rows.T @ (weight * factor * slope))
+        weight = samples.ds[use] * factor
+        normal = stiffness + rows.T @ sp.diags(weight) @ rows
+        x = splu(sp.csc_matrix(normal)).solve(rows.T @ (weight * slope))
         factor = 1.0 / (1.0 + ((slope - rows @ x) / defaults.CROSSFALL_SIGMA) ** 2) ** 2
     knots: FloatArray = (to_knots @ x).reshape(-1, 2)
     return knots
