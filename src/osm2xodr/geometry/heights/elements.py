@@ -145,9 +145,8 @@ def _element_matrices(zz: FloatArray, zg: FloatArray, gg: FloatArray, gh: FloatA
     return np.moveaxis(np.array(rows), -1, 0)
 
 
-def element_dofs(elements: Elements, element: IntArray | None = None) -> IntArray:
-    """Return the indices (n, 4) of (z_a, g_a, z_b, g_b) among the knots' degrees of freedom (z, g per knot)."""
-    knot = elements.knot if element is None else elements.knot[element]
+def _dofs(knot: IntArray) -> IntArray:
+    """Return the indices (n, 4) of (z_a, g_a, z_b, g_b) of elements from these knots on, among z and g per knot."""
     return 2 * knot[:, None] + np.arange(4)
 
 
@@ -156,8 +155,9 @@ def element_at(elements: Elements, road: IntArray, s: FloatArray) -> IntArray:
     return find_record(elements.knot_start - np.arange(len(elements.knot_start)), elements.s, road, s)
 
 
-def assemble(dofs: IntArray, matrices: FloatArray, size: int) -> sp.csr_matrix:
-    """Sum element matrices (n, 4, 4) over the knots' degrees of freedom."""
+def assemble(elements: Elements, matrices: FloatArray) -> sp.csr_matrix:
+    """Sum element matrices (E, 4, 4) over the knots' degrees of freedom."""
+    dofs, size = _dofs(elements.knot), 2 * len(elements.knot_s)
     rows, cols = (np.broadcast_to(index, matrices.shape).ravel() for index in (dofs[:, :, None], dofs[:, None, :]))
     return sp.coo_matrix((matrices.ravel(), (rows, cols)), (size, size)).tocsr()
 
@@ -196,7 +196,7 @@ class Network:
     def knot_rows(self, element: IntArray, u: FloatArray, weights: Weights) -> sp.csr_matrix:
         """Return the rows (n, 2 * knots) that give the height (`hermite`) or grade (`hermite_slope`) in elements."""
         values = weights(u, self.elements.h[element])
-        return rows_matrix(element_dofs(self.elements, element), values, self.unknowns.to_knots.shape[0])
+        return rows_matrix(_dofs(self.elements.knot[element]), values, self.unknowns.to_knots.shape[0])
 
     def in_unknowns(self, knot_rows: sp.csr_matrix) -> sp.csr_matrix:
         """Return rows over the knots' degrees of freedom, (n, 2 * knots), as rows over the unknowns, (n, N)."""

@@ -15,6 +15,7 @@ from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Elements, Network, components, hermite, hermite_slope, rows_matrix
 from osm2xodr.geometry.heights.ground import is_coarse
 from osm2xodr.geometry.heights.readings import Reading, noise_length
+from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # No observation keeps less of its weight than this: where all of them stand out, they still hold the road.
@@ -89,6 +90,21 @@ def _block(
 def _nothing(kind: Kind, network: Network) -> Observations:
     none = np.zeros(0)
     return _block(kind, sp.csr_matrix((0, network.unknowns.to_knots.shape[1])), none, none, none)
+
+
+def collect_observations(
+    network: Network, reading: Reading, at_junctions: Reading, weight: FloatArray, mean: float, unknowns: int
+) -> Observations:
+    """Return all observations over N unknowns; the arguments are those of the `observe` functions."""
+    blocks = [
+        observe_ground(network, reading, weight, mean),
+        observe_junctions(network, at_junctions, mean),
+        observe_inclines(network),
+        observe_ele(network, mean),
+        observe_dual_carriageways(network, reading),
+        observe_pins(network, mean),
+    ]
+    return join_blocks(blocks, unknowns)
 
 
 def weigh_heights(network: Network, reading: Reading) -> tuple[FloatArray, BoolArray]:

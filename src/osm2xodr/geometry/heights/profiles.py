@@ -22,17 +22,7 @@ from osm2xodr.geometry.heights.elements import Network, build_elements, build_sa
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
 from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_tilts
 from osm2xodr.geometry.heights.newton import solve_network
-from osm2xodr.geometry.heights.observations import (
-    Kind,
-    Observations,
-    observe_dual_carriageways,
-    observe_ele,
-    observe_ground,
-    observe_inclines,
-    observe_junctions,
-    observe_pins,
-    weigh_heights,
-)
+from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
 from osm2xodr.geometry.heights.records import Knots, add_pins, thin_records
@@ -110,7 +100,8 @@ def solve_profiles(
     model = _build_model(network, reading, at_junctions, options, spacing.cell)
     stiffness = model.stiffness(model.beams.flexibility)
     release_memory()
-    observations, floating = _collect_observations(model, stiffness.shape[0])
+    weight, floating = weigh_heights(network, reading)
+    observations = collect_observations(network, reading, at_junctions, weight, model.mean, stiffness.shape[0])
     limits, clearances = _collect_limits(model, surface, stiffness.shape[0])
     observations, factors = _see_through_canopy(model, observations)
     release_memory()
@@ -171,21 +162,6 @@ def _build_model(
 def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:
     """Return a table's value for each span's class, (K,)."""
     return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
-
-
-def _collect_observations(model: _Model, unknowns: int) -> tuple[Observations, BoolArray]:
-    """Return all observations over N unknowns, and which roads no measured ground holds, (R,)."""
-    network, reading, mean = model.network, model.reading, model.mean
-    weight, floating = weigh_heights(network, reading)
-    blocks = [
-        observe_ground(network, reading, weight, mean),
-        observe_junctions(network, model.at_junctions, mean),
-        observe_inclines(network),
-        observe_ele(network, mean),
-        observe_dual_carriageways(network, reading),
-        observe_pins(network, mean),
-    ]
-    return join_blocks(blocks, unknowns), floating
 
 
 def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:

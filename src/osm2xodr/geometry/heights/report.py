@@ -13,7 +13,16 @@ from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Elements, Network, element_at
 from osm2xodr.geometry.heights.problem import ProfileProblem, span_at
 from osm2xodr.geometry.heights.readings import Reading
-from osm2xodr.model import ElevationReport, FloatArray, IntArray, LayerCrossing, RoadPlace, Structure, StructureRecord
+from osm2xodr.model import (
+    BoolArray,
+    ElevationReport,
+    FloatArray,
+    IntArray,
+    LayerCrossing,
+    RoadPlace,
+    Structure,
+    StructureRecord,
+)
 
 # Roads whose heights are farthest from the ground are named: this many, if they are off by so much, m.
 _WORST: Final = 10

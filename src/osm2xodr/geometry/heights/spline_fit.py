@@ -66,9 +66,9 @@ def fit_records(
 
     Where no choice of a few knots does, there is a knot at every other sample, or, for the slope's sake, at each. The
     samples of a curve, from `start`, (curves + 1,), on, lie at equal intervals over its length, (curves,), m, at
-    least four of them. The values, (samples,), at both ends are met exactly, and so are the slopes there, (curves, 2),
-    per m. `tolerance`, (curves,), is the largest distance of a sample, `steepest`, (curves,), the largest slope, per
-    m, of curves that do not have a knot at each sample.
+    least four of them. The values, (samples,), at both ends and the slopes there, (curves, 2), per m, are met
+    exactly. `tolerance`, (curves,), is the largest distance of a sample, `steepest`, (curves,), the largest slope,
+    per m, of curves that do not have a knot at each sample.
     """
     intervals = np.diff(start) - 1
     pieces = np.zeros(len(length), np.int64)

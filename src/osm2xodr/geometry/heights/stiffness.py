@@ -8,14 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import (
-    Elements,
-    Network,
-    assemble,
-    bending_matrices,
-    element_dofs,
-    tension_matrices,
-)
+from osm2xodr.geometry.heights.elements import Elements, Network, assemble, bending_matrices, tension_matrices
 from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
@@ -103,7 +96,7 @@ def network_stiffness(network: Network, chains: Chains, flexibility: FloatArray)
     matrices = bending_matrices(elements.h) / flexibility[:, None, None]
     matrices = matrices + tension_matrices(elements.h) * tension[:, None, None]
     p = unknowns.to_knots
-    matrix = p.T @ assemble(element_dofs(elements), matrices, p.shape[0]) @ p
+    matrix = p.T @ assemble(elements, matrices) @ p
     diagonal = np.zeros(p.shape[1])
     diagonal[: 3 * unknowns.junctions].reshape(-1, 3)[:, 1:] = 1.0 / defaults.JUNCTION_TILT_SIGMA**2
     matrix = matrix + sp.diags(diagonal)

@@ -17,14 +17,7 @@ from scipy.sparse.linalg import splu
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import (
-    Network,
-    assemble,
-    bending_matrices,
-    element_dofs,
-    hermite,
-    tension_matrices,
-)
+from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
@@ -127,8 +120,7 @@ def _smooth(network: Network, use: IntArray, slope: FloatArray, to_knots: sp.csr
         return np.zeros((len(elements.knot_s), 2))
     length = defaults.CROSSFALL_LENGTH
     matrices = length**4 * bending_matrices(elements.h) + _TENSION_SHARE * length**2 * tension_matrices(elements.h)
-    size = to_knots.shape[0]
-    stiffness = to_knots.T @ assemble(element_dofs(elements), matrices, size) @ to_knots
+    stiffness = to_knots.T @ assemble(elements, matrices) @ to_knots
     stiffness = stiffness + _NO_READING * sp.identity(stiffness.shape[0])
     rows = network.knot_rows(samples.element[use], samples.u[use], hermite) @ to_knots
     x, factor = np.zeros(to_knots.shape[1]), np.ones(len(use))
