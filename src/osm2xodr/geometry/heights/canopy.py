@@ -35,16 +35,9 @@ class Stage:
 
 
 def canopy_stages(beams: Beams, stiffness: Callable[[FloatArray], sp.csr_matrix]) -> Iterator[Stage]:
-    """Yield the networks to begin with, from the stiffest on.
+    """Yield the networks to begin with, stiffest first; `stiffness` makes (N, N) from the flexibility (E,), 1/m.
 
     A beam on an elastic foundation gives way over the length (1 / (w q))^(1/4).
-
-    Parameters
-    ----------
-    beams
-        The roads as they are.
-    stiffness
-        Makes the stiffness (N, N) from the flexibility (E,), 1/m.
     """
     for length, tolerance in defaults.CANOPY_STAGES:
         flexibility = np.minimum(beams.flexibility, 1.0 / (beams.density * length**4))
@@ -76,16 +69,8 @@ def restore_ground(
     """Return observations in which ground keeps a share of its weight, and factors that give hills all of theirs.
 
     Without that floor the few heights of a short road that lie lowest could win over all others: nothing that is
-    higher counts for much.
-
-    Parameters
-    ----------
-    observations
-        What is observed.
-    factors : (n,)
-        As of `downweight_canopy`.
-    road, s, z : (samples,)
-        Road, place along it and height of the ground, m, of the observed road heights.
+    higher counts for much. The factors, (n,), are those of `downweight_canopy`; road, s and z, (samples,), are road,
+    place along it and height of the ground, m, of the observed road heights.
     """
     along = np.flatnonzero(observations.kind == Kind.ROAD_HEIGHT)
     out = observations.canopy[along] & (factors[along] < defaults.CANOPY_OUTLIER)
@@ -100,26 +85,17 @@ def bare_runs(road: IntArray, s: FloatArray, z: FloatArray, out: BoolArray) -> B
 
     What stands on the ground has walls: heights change abruptly at its edge, where it begins and ends along the road.
     A stretch of road that stands out as a whole without a wall is a hill that the stiff road did not follow: the
-    model shows the ground there.
-
-    Parameters
-    ----------
-    road, s, z : (n,)
-        Road, place along it and height, m, in the order of roads and along them.
-    out : (n,)
-        Which stand out.
+    model shows the ground there. Road, place along it, s, and height, z, m, are in the order of roads and along them.
     """
-    n = len(road)
-    if not n:
+    if not len(road):
         return np.zeros(0, bool)
     same = road[1:] == road[:-1]
-    rise, step = np.abs(np.diff(z)), np.maximum(np.diff(s), _SHORTEST)
-    wall = same & (rise > defaults.WALL_HEIGHT) & (rise > defaults.WALL_SLOPE * step)
+    rise, steep = np.abs(np.diff(z)), defaults.WALL_SLOPE * np.maximum(np.diff(s), _SHORTEST)
+    k = np.flatnonzero(same & (rise > defaults.WALL_HEIGHT) & (rise > steep))
     begins = out & np.r_[True, ~(same & out[:-1])]
     run = np.cumsum(begins) - 1
     walled = np.zeros(max(int(begins.sum()), 1), bool)
     # A wall between two heights is one of the run on either side of it.
-    k = np.flatnonzero(wall)
     walled[run[k[out[k]]]] = True
     walled[run[k[out[k + 1]] + 1]] = True
     bare: BoolArray = out & ~walled[run]

@@ -84,60 +84,48 @@ def _pairs_in_cells(box: FloatArray, probe: IntArray) -> tuple[IntArray, IntArra
     cell, chord = corners[:, chord].ravel(), np.tile(chord, 4)
     order = np.argsort(cell, kind="stable")
     cell, chord = cell[order], chord[order]
-    who = np.tile(probe, 4)
     left, right = np.searchsorted(cell, asked, "left"), np.searchsorted(cell, asked, "right")
     size = right - left
     index = np.repeat(left - np.cumsum(size) + size, size) + np.arange(int(size.sum()))
-    code = np.unique(np.repeat(who, size) * len(box) + chord[index])
+    code = np.unique(np.repeat(np.tile(probe, 4), size) * len(box) + chord[index])
     return code // len(box), code % len(box)
 
 
 def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     """Find where a bridge passes over another road, or a tunnel under one, by their layers.
 
-    Parameters
-    ----------
-    problem
-        The roads.
-    end_node : (2 R,)
-        Node that each road end lies at.
+    `end_node`, (2 R,), is the node that each road end lies at.
     """
     chords = _cut_chords(problem)
-    probe = np.flatnonzero(chords.structure != Structure.GROUND)
-    empty = np.zeros(0, np.int64)
+    road, s, step, structure, layer = chords.road, chords.s, chords.step, chords.structure, chords.layer
+    probe = np.flatnonzero(structure != Structure.GROUND)
     if not len(probe):
-        return Crossings(empty, np.zeros(0), empty, np.zeros(0), np.zeros(0))
+        none, nowhere = np.zeros(0, np.int64), np.zeros(0)
+        return Crossings(none, nowhere, none, nowhere, nowhere)
     a, b = _pairs_in_cells(chords.box, probe)
-    a, b = _on_different_layers(chords, a, b)
+    # Bridges above something, and tunnels below it.
+    passes = np.where(layer[a] > layer[b], structure[a] == Structure.BRIDGE, structure[a] == Structure.TUNNEL)
+    passes &= layer[a] != layer[b]
+    a, b = a[passes], b[passes]
     cross, at_a, at_b = _intersections(chords.box, a, b)
     above, along = _on_top_of_each_other(problem, end_node, chords, a, b)
     above &= ~cross
     at_a, at_b = np.where(above, 0.5, at_a), np.where(above, along, at_b)
     cross |= above
     a, b, at_a, at_b = a[cross], b[cross], at_a[cross], at_b[cross]
-    road, s, step, layer = chords.road, chords.s, chords.step, chords.layer
     sa, sb = s[a] + at_a * step[a], s[b] + at_b * step[b]
     apart = ~_meet_nearby(problem, end_node, road[a], sa, road[b], sb)
+    a, b, sa, sb = a[apart], b[apart], sa[apart], sb[apart]
     over = layer[a] > layer[b]
-    a, b, sa, sb, over = a[apart], b[apart], sa[apart], sb[apart], over[apart]
     upper, lower = np.where(over, road[a], road[b]), np.where(over, road[b], road[a])
     upper_s, lower_s = np.where(over, sa, sb), np.where(over, sb, sa)
     # Two structures find each other twice.
     key = np.column_stack([upper, lower, np.round(upper_s, 3), np.round(lower_s, 3)])
-    unique = np.unique(key, axis=0, return_index=True)[1]
-    unique.sort()
-    upper, upper_s, lower, lower_s = (value[unique] for value in (upper, upper_s, lower, lower_s))
+    once = np.sort(np.unique(key, axis=0, return_index=True)[1])
+    upper, upper_s, lower, lower_s = (value[once] for value in (upper, upper_s, lower, lower_s))
     highway = [problem.span_highway[k] for k in span_at(problem, lower, lower_s).tolist()]
     clearance = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in highway], np.float64)
     return Crossings(upper, upper_s, lower, lower_s, clearance)
-
-
-def _on_different_layers(chords: _Chords, a: IntArray, b: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the pairs of chords in which a is a bridge above b or a tunnel below it."""
-    structure, layer = chords.structure[a], chords.layer
-    wanted = np.where(layer[a] > layer[b], structure == Structure.BRIDGE, structure == Structure.TUNNEL)
-    apart = (layer[a] != layer[b]) & wanted
-    return a[apart], b[apart]
 
 
 def _intersections(box: FloatArray, a: IntArray, b: IntArray) -> tuple[BoolArray, FloatArray, FloatArray]:

@@ -17,16 +17,9 @@ from typing import Final
 # 2008), streets of a few hundred.
 ROAD_FLEXIBILITY: Final = 5e-5
 FLEXIBILITY_FACTOR: Final = MappingProxyType(
-    {
-        "motorway": 0.2,
-        "motorway_link": 0.5,
-        "trunk": 0.3,
-        "trunk_link": 0.5,
-        "primary": 0.5,
-        "primary_link": 0.5,
-        "secondary": 0.7,
-        "secondary_link": 0.7,
-    }
+    {"motorway": 0.2, "trunk": 0.3}
+    | dict.fromkeys(("motorway_link", "trunk_link", "primary", "primary_link"), 0.5)
+    | dict.fromkeys(("secondary", "secondary_link"), 0.7)
 )
 # Bridges and tunnels longer than this are drawn straight between their ends, m.
 STRUCTURE_TENSION_LENGTH: Final = 60.0
@@ -129,18 +122,8 @@ JUNCTION_EDGES_NEAR: Final = 1.5
 # engines pass (DIN 14090). A crossing that falls short by more than the tolerance is reported.
 CLEARANCE_OTHER: Final = 5.2
 CLEARANCE: Final = MappingProxyType(
-    {
-        "motorway": 5.4,
-        "motorway_link": 5.4,
-        "trunk": 5.4,
-        "trunk_link": 5.4,
-        "primary": 5.4,
-        "primary_link": 5.4,
-        "living_street": 4.2,
-        "service": 4.2,
-        "pedestrian": 4.2,
-        "track": 4.2,
-    }
+    dict.fromkeys(("motorway", "motorway_link", "trunk", "trunk_link", "primary", "primary_link"), 5.4)
+    | dict.fromkeys(("living_street", "service", "pedestrian", "track"), 4.2)
 )
 CLEARANCE_TOLERANCE: Final = 0.1
 # How far the ground's own heights give way to clearance: in standard errors of the elevation model, and from 0.5 m

@@ -83,49 +83,34 @@ def _stretches(problem: ProfileProblem, length: FloatArray) -> tuple[IntArray, F
     # Two changes may still lie closer to each other than that.
     keep = first | (np.diff(s, prepend=-np.inf) >= _SHORTEST_STRETCH)
     road, s = road[keep], s[keep]
-    ends = np.r_[s[1:], 0.0]
     last = np.r_[road[1:] != road[:-1], True]
-    return road, s, np.where(last, length[road], ends)
+    return road, s, np.where(last, length[road], np.r_[s[1:], 0.0])
 
 
 def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elements:
     """Cut roads into elements of equal length, at most `spacing` (R,), that end where the structure changes."""
     length = np.maximum(lengths(problem.plan_view), _SHORTEST_ROAD)
     run_road, run_s, run_end = _stretches(problem, length)
-    run_length = run_end - run_s
     longest = np.broadcast_to(np.asarray(spacing, np.float64), length.shape)[run_road]
-    count = np.maximum(1, np.ceil(run_length / longest - _ROUNDING)).astype(np.int64)
+    count = np.maximum(1, np.ceil((run_end - run_s) / longest - _ROUNDING)).astype(np.int64)
     run = np.repeat(np.arange(len(count)), count)
-    within = ranks(count)
-    h = (run_length / count)[run]
-    s = run_s[run] + within * h
-    road = run_road[run]
-    per_road = np.bincount(road, minlength=len(length))
-    knot_start = np.r_[0, np.cumsum(per_road + 1)].astype(np.int64)
+    h = ((run_end - run_s) / count)[run]
+    s, road = run_s[run] + ranks(count) * h, run_road[run]
+    knot_start = np.r_[0, np.cumsum(np.bincount(road, minlength=len(length)) + 1)].astype(np.int64)
     # Each road has one knot more than elements: an element's first knot is its own number plus that of its road.
     knot = np.arange(len(road), dtype=np.int64) + road
     knot_s = np.zeros(knot_start[-1])
     knot_s[knot] = s
     knot_s[knot_start[1:] - 1] = length
     span = span_at(problem, road, s + 0.5 * h)
-    return Elements(
-        knot_start=knot_start,
-        knot_s=knot_s,
-        road=road,
-        knot=knot,
-        span=span,
-        structure=problem.span_structure[span],
-        s=s,
-        h=h,
-    )
+    return Elements(knot_start, knot_s, road, knot, span, problem.span_structure[span], s, h)
 
 
 def build_samples(problem: ProfileProblem, elements: Elements, spacing: FloatArray) -> Samples:
     """Spread samples evenly over each element, at most its road's `spacing` (R,) apart."""
     count = np.maximum(1, np.ceil(elements.h / spacing[elements.road] - _ROUNDING)).astype(np.int64)
     element = np.repeat(np.arange(len(count), dtype=np.int64), count)
-    within = ranks(count)
-    u = (within + 0.5) / count[element]
+    u = (ranks(count) + 0.5) / count[element]
     s = elements.s[element] + u * elements.h[element]
     x, y, hdg = pose(problem.plan_view, elements.road[element], s)
     return Samples(element, u, s, x, y, hdg, elements.h[element] / count[element])
@@ -156,39 +141,31 @@ def tension_matrices(h: FloatArray) -> FloatArray:
 
 def _element_matrices(zz: FloatArray, zg: FloatArray, gg: FloatArray, gh: FloatArray) -> FloatArray:
     """Return the matrices (n, 4, 4) of a form in the difference of heights and both grades, from its entries (n,)."""
-    rows = [
-        [zz, zg, -zz, zg],
-        [zg, gg, -zg, gh],
-        [-zz, -zg, zz, -zg],
-        [zg, gh, -zg, gg],
-    ]
+    rows = [[zz, zg, -zz, zg], [zg, gg, -zg, gh], [-zz, -zg, zz, -zg], [zg, gh, -zg, gg]]
     return np.moveaxis(np.array(rows), -1, 0)
 
 
-def element_dofs(elements: Elements, element: IntArray | None = None) -> IntArray:
-    """Return the indices (n, 4) of (z_a, g_a, z_b, g_b) among the knots' degrees of freedom (z, g per knot)."""
-    knot = elements.knot if element is None else elements.knot[element]
+def _dofs(knot: IntArray) -> IntArray:
+    """Return the indices (n, 4) of (z_a, g_a, z_b, g_b) of elements from these knots on, among z and g per knot."""
     return 2 * knot[:, None] + np.arange(4)
 
 
 def element_at(elements: Elements, road: IntArray, s: FloatArray) -> IntArray:
     """Return the element that holds s of roads, both (n,)."""
-    start = elements.knot_start - np.arange(len(elements.knot_start))
-    return find_record(start, elements.s, road, s)
+    return find_record(elements.knot_start - np.arange(len(elements.knot_start)), elements.s, road, s)
 
 
-def assemble(dofs: IntArray, matrices: FloatArray, size: int) -> sp.csr_matrix:
-    """Sum element matrices (n, 4, 4) over the knots' degrees of freedom."""
-    rows = np.broadcast_to(dofs[:, :, None], matrices.shape)
-    cols = np.broadcast_to(dofs[:, None, :], matrices.shape)
-    return sp.coo_matrix((matrices.ravel(), (rows.ravel(), cols.ravel())), (size, size)).tocsr()
+def assemble(elements: Elements, matrices: FloatArray) -> sp.csr_matrix:
+    """Sum element matrices (E, 4, 4) over the knots' degrees of freedom."""
+    dofs, size = _dofs(elements.knot), 2 * len(elements.knot_s)
+    rows, cols = (np.broadcast_to(index, matrices.shape).ravel() for index in (dofs[:, :, None], dofs[:, None, :]))
+    return sp.coo_matrix((matrices.ravel(), (rows, cols)), (size, size)).tocsr()
 
 
 def rows_matrix(dofs: IntArray, weights: FloatArray, size: int) -> sp.csr_matrix:
     """Return the matrix whose n rows hold weights (n, k) at the degrees of freedom dofs (n, k)."""
-    n, k = weights.shape
-    rows = np.repeat(np.arange(n), k)
-    return sp.coo_matrix((weights.ravel(), (rows, dofs.ravel())), (n, size)).tocsr()
+    rows = np.repeat(np.arange(len(weights)), weights.shape[1])
+    return sp.coo_matrix((weights.ravel(), (rows, dofs.ravel())), (len(weights), size)).tocsr()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,13 +190,13 @@ class Network:
 
     def place(self, road: IntArray, s: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return the element, and the position in it from 0 to 1, of places s along roads, m, all (n,)."""
-        element = element_at(self.elements, road, s)
-        return element, np.clip((s - self.elements.s[element]) / self.elements.h[element], 0.0, 1.0)
+        elements, element = self.elements, element_at(self.elements, road, s)
+        return element, np.clip((s - elements.s[element]) / elements.h[element], 0.0, 1.0)
 
     def knot_rows(self, element: IntArray, u: FloatArray, weights: Weights) -> sp.csr_matrix:
         """Return the rows (n, 2 * knots) that give the height (`hermite`) or grade (`hermite_slope`) in elements."""
         values = weights(u, self.elements.h[element])
-        return rows_matrix(element_dofs(self.elements, element), values, self.unknowns.to_knots.shape[0])
+        return rows_matrix(_dofs(self.elements.knot[element]), values, self.unknowns.to_knots.shape[0])
 
     def in_unknowns(self, knot_rows: sp.csr_matrix) -> sp.csr_matrix:
         """Return rows over the knots' degrees of freedom, (n, 2 * knots), as rows over the unknowns, (n, N)."""
@@ -229,9 +206,8 @@ class Network:
 def end_poses(problem: ProfileProblem) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return x, y and the heading along +s of all 2 R road ends."""
     length = lengths(problem.plan_view)
-    road = np.repeat(np.arange(len(length), dtype=np.int64), 2)
     s = np.column_stack([np.zeros(len(length)), length]).ravel()
-    return pose(problem.plan_view, road, s)
+    return pose(problem.plan_view, np.repeat(np.arange(len(length), dtype=np.int64), 2), s)
 
 
 def number_unknowns(problem: ProfileProblem, elements: Elements) -> Unknowns:
@@ -241,9 +217,7 @@ def number_unknowns(problem: ProfileProblem, elements: Elements) -> Unknowns:
     owns = (junction < 0) & (owner == np.arange(len(owner)))
     number = np.where(owns, np.cumsum(owns) - 1, -1)
     end_knot = elements.end_knots.ravel()
-    inner = np.ones(len(elements.knot_s), bool)
-    inner[end_knot] = False
-    inner_knots = np.flatnonzero(inner)
+    inner_knots = np.setdiff1d(np.arange(len(elements.knot_s)), end_knot)
     first_free = 3 * junctions
     first_inner = first_free + 2 * int(owns.sum())
     size = first_inner + 2 * len(inner_knots)
@@ -255,11 +229,8 @@ def number_unknowns(problem: ProfileProblem, elements: Elements) -> Unknowns:
     column = first_free + 2 * number[owner[plain]]
     # The grade along +s changes its sign where two starts or two ends touch.
     sign = np.where((owner[plain] != plain) & ((owner[plain] - plain) % 2 == 0), -1.0, 1.0)
-    entries += [
-        (2 * end_knot[plain], column, np.ones(len(plain))),
-        (2 * end_knot[plain] + 1, column + 1, sign),
-        *_plane_entries(problem, end_knot),
-    ]
+    entries += [(2 * end_knot[plain], column, np.ones(len(plain))), (2 * end_knot[plain] + 1, column + 1, sign)]
+    entries += _plane_entries(problem, end_knot)
     rows, cols, values = (np.concatenate(part) for part in zip(*entries, strict=True))
     to_knots = sp.coo_matrix((values, (rows, cols)), (2 * len(elements.knot_s), size)).tocsr()
     z_columns = np.r_[3 * np.arange(junctions), np.arange(first_free, size, 2)].astype(np.int64)

@@ -6,6 +6,7 @@ windows' lattice lies, and windows that turn out to be missing later are estimat
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Final
@@ -23,6 +24,7 @@ from osm2xodr.geometry.heights.ground_windows import (
     Single,
     WindowEstimates,
     estimate_windows,
+    unknown_windows,
 )
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Surface, SurfaceQuality
 
@@ -98,10 +100,7 @@ def estimate_ground(
     reach: float = 0.0,
     origin: tuple[float, float] | None = None,
 ) -> Ground:
-    """Estimate the ground in the windows around places x, y (n,), local, m, and within reach of them, m.
-
-    `smoothing` and `origin` are those of `Ground`.
-    """
+    """Estimate the ground in the windows around places x, y (n,), local, m, and within reach of them, m."""
     return complete_ground(Ground(smoothing, origin=origin), surface, surface.quality(x, y), x, y, reach)
 
 
@@ -114,13 +113,11 @@ def complete_ground(
         cell, sigma = float(np.median(quality.cell_size[here])), float(np.median(quality.sigma[here]))
         # So that small areas lie in few windows.
         origin = ground.origin or (float(x[here].min()) - reach, float(y[here].min()) - reach)
-        layer = layers.get(size) or GroundLayer(cell, sigma, origin, np.zeros(0, np.int64), _join([]))
-        around = [(0.0, 0.0)]
-        if reach:
-            around += [(reach, reach), (reach, -reach), (-reach, reach), (-reach, -reach)]
+        layer = layers.get(size) or GroundLayer(cell, sigma, origin, np.zeros(0, np.int64), unknown_windows(0))
+        around = [(0.0, 0.0), *(itertools.product((reach, -reach), repeat=2) if reach else ())]
         found = [np.unique(_window_at(layer, x[here] + dx, y[here] + dy)) for dx, dy in around]
-        wanted = np.unique(np.concatenate(found))
-        layers[size] = _with_windows(layer, surface, np.setdiff1d(wanted, layer.number), ground.smoothing)
+        new = np.setdiff1d(np.concatenate(found), layer.number)
+        layers[size] = _with_windows(layer, surface, new, ground.smoothing)
     return replace(ground, layers=tuple(layer for _, layer in sorted(layers.items())))
 
 
@@ -132,12 +129,9 @@ def read_ground(ground: Ground, cell: FloatArray, x: FloatArray, y: FloatArray) 
         number = _window_at(layers[size], x[here], y[here])
         order = np.argsort(number, kind="stable")
         here, number = here[order], number[order]
-        cores, first = np.unique(number, return_index=True)
-        bounds = np.append(first, len(here))
-        for begin in range(0, len(cores), _GROUP):
-            group = cores[begin : begin + _GROUP]
-            part = slice(int(bounds[begin]), int(bounds[begin + len(group)]))
-            _read_group(layers[size], group, number[part], here[part], x, y, out)
+        first = np.unique(number, return_index=True)[1][::_GROUP]
+        for begin, end in itertools.pairwise([*first.tolist(), len(here)]):
+            _read_group(layers[size], number[begin:end], here[begin:end], x, y, out)
     return out
 
 
@@ -151,25 +145,14 @@ def _by_cell(cell: FloatArray) -> Iterator[tuple[int, IntArray]]:
 
 def _window_at(layer: GroundLayer, x: FloatArray, y: FloatArray) -> IntArray:
     """Return the numbers of the windows whose cores hold places."""
-    column, row = (
-        np.floor((value - first) / (CORE * layer.cell)).astype(np.int64)
-        for value, first in zip((x, y), layer.origin, strict=True)
-    )
+    x0, y0 = layer.origin
+    column, row = (np.floor(value / (CORE * layer.cell)).astype(np.int64) for value in (x - x0, y - y0))
     out: IntArray = row * _ROW + column + _ROW // 2
     return out
 
 
 def _column_and_row(number: IntArray) -> tuple[IntArray, IntArray]:
     return number % _ROW - _ROW // 2, number // _ROW
-
-
-def _join(parts: list[WindowEstimates]) -> WindowEstimates:
-    return WindowEstimates(
-        np.concatenate([np.zeros((0, INNER, INNER), np.float32), *(part.spline for part in parts)]),
-        np.concatenate([np.zeros((0, INNER, INNER), np.bool_), *(part.supported for part in parts)]),
-        np.concatenate([np.zeros(0, np.float32), *(part.sigma for part in parts)]),
-        np.concatenate([np.zeros(0, np.float32), *(part.correlation for part in parts)]),
-    )
 
 
 def _with_windows(layer: GroundLayer, surface: Surface, new: IntArray, smoothing: float) -> GroundLayer:
@@ -186,10 +169,11 @@ def _with_windows(layer: GroundLayer, surface: Surface, new: IntArray, smoothing
         some = new[block == one]
         numbers.append(some)
         found.append(estimate_windows(_sampled(surface, layer, some), basis, prior_log_n, smoothing))
-    number, windows = np.concatenate(numbers), _join(found)
+    number = np.concatenate(numbers)
     order = np.argsort(number)
-    windows = WindowEstimates(*(getattr(windows, item.name)[order] for item in fields(windows)))
-    return replace(layer, number=number[order], windows=windows)
+    names = (item.name for item in fields(WindowEstimates))
+    arrays = (np.concatenate([getattr(part, name) for part in found])[order] for name in names)
+    return replace(layer, number=number[order], windows=WindowEstimates(*arrays))
 
 
 def _sampled(surface: Surface, layer: GroundLayer, number: IntArray) -> FloatArray:
@@ -199,12 +183,10 @@ def _sampled(surface: Surface, layer: GroundLayer, number: IntArray) -> FloatArr
     tile_row = (2 * row - 1)[:, None, None] + step[:, None]
     tile_column = (2 * column - 1)[:, None, None] + step[None, :]
     tile, inverse = np.unique(tile_row * _ROW + tile_column + _ROW // 2, return_inverse=True)
-    left, low = _column_and_row(tile)
-    within = np.arange(_TILE)
-    x = np.broadcast_to((left[:, None] * _TILE + within)[:, None, :], (len(tile), _TILE, _TILE))
-    y = np.broadcast_to((low[:, None] * _TILE + within)[:, :, None], (len(tile), _TILE, _TILE))
+    column, row = (index[:, None] * _TILE + np.arange(_TILE) for index in _column_and_row(tile))
+    x, y = (index.ravel() for index in np.broadcast_arrays(column[:, None, :], row[:, :, None]))
     x0, y0 = layer.origin
-    z, measured = surface.heights(x0 + x.ravel() * layer.cell, y0 + y.ravel() * layer.cell)
+    z, measured = surface.heights(x0 + x * layer.cell, y0 + y * layer.cell)
     tiles = np.where(measured, z, np.nan).reshape(-1, _TILE, _TILE)
     stacked = tiles[inverse.ravel()].reshape(len(number), _TILES, _TILES, _TILE, _TILE)
     out: FloatArray = stacked.swapaxes(2, 3).reshape(len(number), SIZE, SIZE)
@@ -262,15 +244,10 @@ def _overlap(step: int) -> tuple[slice, slice]:
 
 
 def _read_group(
-    layer: GroundLayer,
-    cores: IntArray,
-    number: IntArray,
-    here: IntArray,
-    x: FloatArray,
-    y: FloatArray,
-    out: GroundReading,
+    layer: GroundLayer, number: IntArray, here: IntArray, x: FloatArray, y: FloatArray, out: GroundReading
 ) -> None:
     """Read the ground at the places `here`, which lie in cores of these numbers, (n,), into `out`."""
+    cores, core = np.unique(number, return_inverse=True)
     spline, sigma, correlation, known = _patches(layer, cores)
     column, row = _column_and_row(number)
     u = (x[here] - layer.origin[0]) / layer.cell - CORE * column
@@ -278,7 +255,7 @@ def _read_group(
     i, j = (np.clip(np.floor(value).astype(np.int64), 0, CORE - 1) for value in (v, u))
     across, slope_across = _spline_weights(np.asarray(u - j, np.float64))
     up, slope_up = _spline_weights(np.asarray(v - i, np.float64))
-    base = np.searchsorted(cores, number) * _PATCH**2
+    base = core * _PATCH**2
     flat = spline.ravel()
     z, dx, dy = np.zeros((3, len(here)))
     for a in range(4):
@@ -299,11 +276,7 @@ def _read_group(
 def _spline_weights(t: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
     """Return the weights of the four coefficients around places in the cubic B-spline, and in its slope."""
     r = 1.0 - t
-    value = [
-        r * r * r / 6.0,
-        (4.0 - 3.0 * t * t * (2.0 - t)) / 6.0,
-        (4.0 - 3.0 * r * r * (2.0 - r)) / 6.0,
-        t * t * t / 6.0,
-    ]
+    inner = ((4.0 - 3.0 * a * a * (2.0 - a)) / 6.0 for a in (t, r))
+    value = [r * r * r / 6.0, *inner, t * t * t / 6.0]
     slope = [-0.5 * r * r, 0.5 * t * (3.0 * t - 4.0), 0.5 * r * (4.0 - 3.0 * r), 0.5 * t * t]
     return value, slope

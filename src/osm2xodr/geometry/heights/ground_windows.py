@@ -15,7 +15,7 @@ docs/method/heights.md has the formulas.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
@@ -223,23 +223,24 @@ def _dot(a: Single, b: Single) -> Single:
     return out
 
 
+def unknown_windows(count: int) -> WindowEstimates:
+    """Return windows of which nothing is known."""
+    spline, nothing = np.full((count, INNER, INNER), np.nan, np.float32), np.full(count, np.nan, np.float32)
+    return WindowEstimates(spline, np.zeros(spline.shape, np.bool_), nothing, nothing.copy())
+
+
 def estimate_windows(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float) -> WindowEstimates:
     """Estimate the ground in windows of heights (W, SIZE, SIZE), m, NaN where unknown.
 
     `prior_log_n` is ln N as expected, N in m⁴; `smoothing` is a factor on the penalty.
     """
-    out = WindowEstimates(
-        np.full((len(z), INNER, INNER), np.nan, np.float32),
-        np.zeros((len(z), INNER, INNER), np.bool_),
-        np.full(len(z), np.nan, np.float32),
-        np.full(len(z), np.nan, np.float32),
-    )
+    out = unknown_windows(len(z))
     enough = np.flatnonzero(np.isfinite(z).sum(axis=(1, 2)) >= _FEWEST)
     for first in range(0, len(enough), _STACK):
         part = enough[first : first + _STACK]
         found = _estimate(z[part], basis, prior_log_n, smoothing)
-        out.spline[part], out.supported[part] = found.spline, found.supported
-        out.sigma[part], out.correlation[part] = found.sigma, found.correlation
+        for item in fields(out):
+            getattr(out, item.name)[part] = getattr(found, item.name)
     return out
 
 
@@ -263,10 +264,8 @@ def _estimate(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float)
         base = 1.0 / (1.0 + (residual / np.where(residual > 0, above * scale, below * scale)) ** 2)
         stack.weight = np.where(known, base * base if step else base, np.float32(0.0))
         if step == 1:
-            clipped = stack.smooth + np.where(
-                known, np.clip(residual, _CLIP[0] * scale, _CLIP[1] * scale), np.float32(0.0)
-            )
-            log_a, log_n = basis.fit(clipped, prior_log_n)
+            clipped = np.where(known, np.clip(residual, _CLIP[0] * scale, _CLIP[1] * scale), np.float32(0.0))
+            log_a, log_n = basis.fit(stack.smooth + clipped, prior_log_n)
     inner = slice(RIM, SIZE - RIM)
     spline = np.einsum("wk,nk->wn", factors, _MONOMIAL_SPLINES).reshape(known.shape)
     spline += basis.from_cosines(stack.coefficients * basis.to_spline)
@@ -289,8 +288,7 @@ def _spread(residual: Single, known: BoolArray) -> Single:
     count = known.sum(axis=(1, 2))
     low, high = (count - 1) // 2, count // 2
     size.partition(np.unique(np.concatenate([low, high])), axis=1)
-    row = np.arange(len(size))
-    median = 0.5 * (size[row, low] + size[row, high])
+    median = 0.5 * (size[np.arange(len(size)), low] + size[np.arange(len(size)), high])
     out: Single = np.maximum(median / np.float32(_MEDIAN_SIZE), np.float32(_SPREAD_MIN))[:, None, None]
     return out
 

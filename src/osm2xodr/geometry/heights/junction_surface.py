@@ -54,8 +54,7 @@ class _Arms:
 
 def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solution: ProfileSolution) -> _Arms:
     junction = problem.end_junction.ravel()
-    ends = len(junction)
-    low, high = np.zeros(ends), np.zeros(ends)
+    low, high = np.zeros((2, len(junction)))
     driven = slice(None) if connectors.beside is None else ~connectors.beside
     half_width = connectors.half_width[driven]
     for end, t in ((connectors.start_end, connectors.start_t), (connectors.end_end, connectors.end_t)):
@@ -109,11 +108,9 @@ def _surface_in_chunks(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     pairs = np.cumsum(arms.start[junction + 1] - arms.start[junction])
     cuts = np.searchsorted(pairs, np.arange(_CHUNK, int(pairs[-1]) if len(pairs) else 0, _CHUNK))
-    bounds = np.unique(np.r_[0, cuts, len(x)])
-    out = [np.zeros(len(x)) for _ in range(3)]
-    for a, b in itertools.pairwise(bounds):
-        for whole, part in zip(out, _surface(arms, planes, origin, junction[a:b], x[a:b], y[a:b]), strict=True):
-            whole[a:b] = part
+    out = np.zeros((3, len(x)))
+    for a, b in itertools.pairwise(np.unique(np.r_[0, cuts, len(x)])):
+        out[:, a:b] = _surface(arms, planes, origin, junction[a:b], x[a:b], y[a:b])
     return out[0], out[1], out[2]
 
 
@@ -132,27 +129,19 @@ def _blend(
     It is the sum of a cubic from each end that comes down to 0, with slope 0, over `reach`, at most the length. Where
     both reach from end to end, their sum is the cubic through both ends.
     """
-    (value, slope), (value_1, slope_1) = (
-        _bump(np.minimum(way / reach, 1.0), reach, v, g)
-        for way, v, g in ((s, ends[0], ends[1]), (length - s, ends[2], -ends[3]))
-    )
-    return value + value_1, slope - slope_1
-
-
-def _bump(u: FloatArray, reach: FloatArray, v: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return value and slope of cubics with value v and slope g at u = 0 and neither at u = 1."""
-    u2, u3 = u * u, u * u * u
-    return v * (1 - 3 * u2 + 2 * u3) + reach * g * (u - 2 * u2 + u3), 6 * (u2 - u) * v / reach + g * (
-        1 - 4 * u + 3 * u2
-    )
+    values, slopes = [], []
+    for way, v, g in ((s, ends[0], ends[1]), (length - s, ends[2], -ends[3])):
+        u = np.minimum(way / reach, 1.0)
+        u2, u3 = u * u, u * u * u
+        values.append(v * (1 - 3 * u2 + 2 * u3) + reach * g * (u - 2 * u2 + u3))
+        slopes.append(6 * (u2 - u) * v / reach + g * (1 - 4 * u + 3 * u2))
+    return values[0] + values[1], slopes[0] - slopes[1]
 
 
 def _steepest(start: IntArray, s: FloatArray, z: FloatArray, grade: FloatArray) -> FloatArray:
     """Return the largest grade of each curve at its knots and half-way between them."""
     size = np.abs(grade)
-    inside = np.ones(len(s), bool)
-    inside[start[1:] - 1] = False
-    a = np.flatnonzero(inside)
+    a = np.setdiff1d(np.arange(len(s)), start[1:] - 1)
     middle = 1.5 * (z[a + 1] - z[a]) / (s[a + 1] - s[a]) - 0.25 * (grade[a] + grade[a + 1])
     size[a] = np.maximum(size[a], np.abs(middle))
     return _largest(start, size)
@@ -160,8 +149,7 @@ def _steepest(start: IntArray, s: FloatArray, z: FloatArray, grade: FloatArray) 
 
 def _largest(start: IntArray, value: FloatArray) -> FloatArray:
     """Return the largest value at the knots of each curve."""
-    out: FloatArray = np.maximum.reduceat(value, start[:-1]) if len(start) > 1 else np.zeros(0)
-    return out
+    return np.asarray(np.maximum.reduceat(value, start[:-1]) if len(start) > 1 else [], np.float64)
 
 
 def connector_profiles(
@@ -171,21 +159,13 @@ def connector_profiles(
 
     Height and grade at both ends are those of the roads that are touched. The superelevation is 0 with slope 0 at
     both ends and follows the cross slope of the junction's surface in between. Roads that stay almost level across
-    have no superelevation.
-
-    Parameters
-    ----------
-    problem, solution
-        The roads and their heights.
-    connectors
-        The connecting roads.
+    have no superelevation. `solution` has the heights of the roads of `problem`.
     """
     along = _sample(connectors)
     arms = _collect_arms(problem, connectors, solution)
     x, y, hdg = pose(connectors.plan_view, along.curve, along.s)
-    z, gx, gy = _surface_in_chunks(
-        arms, solution.junction_plane, problem.junction_xy, connectors.junction[along.curve], x, y
-    )
+    junction = connectors.junction[along.curve]
+    z, gx, gy = _surface_in_chunks(arms, solution.junction_plane, problem.junction_xy, junction, x, y)
     cos, sin = np.cos(hdg), np.sin(hdg)
     elevation = _fit_elevation(along, connectors, solution, z, gx * cos + gy * sin)
     return elevation, _fit_superelevation(along, connectors, gy * cos - gx * sin)

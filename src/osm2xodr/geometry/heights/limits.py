@@ -11,13 +11,7 @@ import scipy.sparse as sp
 from osm2xodr.curves import runs
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
-from osm2xodr.geometry.heights.elements import (
-    Network,
-    end_poses,
-    hermite,
-    hermite_slope,
-    rows_matrix,
-)
+from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, hermite_slope, rows_matrix
 from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -91,17 +85,10 @@ def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limi
 def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> list[Limits]:
     """Return the limits on junctions' planes: tilt by class and firm, and the grade between neighbouring arms.
 
-    Parameters
-    ----------
-    network
-        The roads.
-    limit : (R, 2)
-        Largest grade by class at each road's start and end.
-    density : (J,)
-        Usual weight of the observations per metre of road, 1/m³.
+    `limit`, (R, 2), is the largest grade by class at each road's ends, `density`, (J,), the usual weight of the
+    observations per metre of road, 1/m³.
     """
-    problem = network.problem
-    junctions = len(problem.junction_xy)
+    problem, junctions = network.problem, network.unknowns.junctions
     columns = network.unknowns.to_knots.shape[1]
     stiffness = rotation_stiffness(density, defaults.ROAD_FLEXIBILITY)
     bound = np.full(junctions, defaults.JUNCTION_TILT_MAX / defaults.GRADE_SLACK)
@@ -149,7 +136,7 @@ def _neighbouring_arms(problem: ProfileProblem) -> tuple[IntArray, FloatArray]:
     allowed = np.where(gap < defaults.JUNCTION_EDGES_NEAR, allowed, np.inf)
     distance = np.minimum(np.maximum(lanes, _SHORTEST_PATH), allowed / defaults.JUNCTION_STEP_MAX)
     offset = np.column_stack([x[a] - x[b], y[a] - y[b]])
-    near = np.hypot(offset[:, 0], offset[:, 1]) > distance
+    near = np.hypot(*offset.T) > distance
     return junction[a[near]], offset[near] / distance[near, None]
 
 
@@ -157,12 +144,10 @@ def _arm_pairs(junction: IntArray, junctions: int) -> tuple[IntArray, IntArray]:
     """Return all pairs of road ends that lie at the same junction, from the junction of each road end."""
     order = np.flatnonzero(junction >= 0)
     order = order[np.argsort(junction[order], kind="stable")]
-    count = np.bincount(junction[order], minlength=junctions)
-    first = np.cumsum(count) - count
+    at = junction[order]
+    count = np.bincount(at, minlength=junctions)
     # Each arm with all arms of its junction; the half with a < b is kept.
-    size = count[junction[order]]
-    a = np.repeat(np.arange(len(order)), size)
-    b = runs(first[junction[order]], size)
+    a, b = np.repeat(np.arange(len(order)), count[at]), runs((np.cumsum(count) - count)[at], count[at])
     return order[a[a < b]], order[b[a < b]]
 
 
@@ -177,17 +162,12 @@ def _half_widths(problem: ProfileProblem) -> tuple[FloatArray, FloatArray]:
 def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma: FloatArray) -> Limits:
     """Return the elastic limits on the height of upper roads above lower ones.
 
-    Parameters
-    ----------
-    network, crossings, beams
-        The roads, where their layers cross, and how stiff they are.
-    sigma : (crossings,)
-        Standard error of the elevation model's heights, m.
+    `sigma`, (crossings,), is the standard error of the elevation model's heights, m.
     """
     below, lower_u = network.place(crossings.lower, crossings.lower_s)
     upper = network.knot_rows(*network.place(crossings.upper, crossings.upper_s), hermite)
     rows = network.in_unknowns(upper - network.knot_rows(below, lower_u, hermite))
     k = deflection_stiffness(beams.density[below], beams.flexibility[below])
     push = np.clip(defaults.CLEARANCE_PUSH_SIGMAS * sigma, defaults.CLEARANCE_PUSH_MIN, defaults.CLEARANCE_PUSH_MAX)
-    none = np.full(len(k), np.inf)
-    return Limits(rows, crossings.clearance, none, _STIFFNESS_RATIO * k, push * k, np.zeros(len(k), bool))
+    high, own = np.full(len(k), np.inf), np.zeros(len(k), bool)
+    return Limits(rows, crossings.clearance, high, _STIFFNESS_RATIO * k, push * k, own)

@@ -56,24 +56,15 @@ class _Objective:
     limits: Limits
 
 
-def solve_network(
-    stiffness: sp.csr_matrix, observations: Observations, limits: Limits, factors: FloatArray
-) -> Solved:
+def solve_network(stiffness: sp.csr_matrix, obs: Observations, limits: Limits, factors: FloatArray) -> Solved:
     """Minimise bending, tension and misfit under elastic limits.
 
     The robust weights are set in the first rounds, under the roads' own limits only, and then stay: an observation is
-    no outlier because another road bends this one away from it.
-
-    Parameters
-    ----------
-    stiffness : (N, N)
-        The quadratic part that does not change.
-    observations, limits
-        Their rows are used up: afterwards the order of their columns is that of the elimination.
-    factors : (n,)
-        Factors on the observations' weights to begin with.
+    no outlier because another road bends this one away from it. The quadratic part that does not change is the
+    stiffness, (N, N); factors, (n,), are on the observations' weights to begin with. The rows of observations and
+    limits are used up: afterwards the order of their columns is that of the elimination.
     """
-    obs, rows = observations, observations.rows
+    rows = obs.rows
     system = System([stiffness], [rows, limits.rows])
     system.put_in_order(rows)
     system.put_in_order(limits.rows)
@@ -129,14 +120,8 @@ def _settle_part(objective: _Objective, x: FloatArray, some: IntArray) -> FloatA
     x_part, right = np.empty(len(some)), np.empty(len(some))
     x_part[place] = x[some]
     right[place] = (objective.right - system.product(matrix, x))[some] + part @ x[some]
-    limits_part = Limits(
-        rows_part,
-        limits.low[near] - rest,
-        limits.high[near] - rest,
-        limits.stiffness[near],
-        limits.cap[near],
-        limits.own[near],
-    )
+    low, high = limits.low[near] - rest, limits.high[near] - rest
+    limits_part = Limits(rows_part, low, high, limits.stiffness[near], limits.cap[near], limits.own[near])
     objective_part = _Objective(system_part, system_part.placed(part), right, limits_part)
     return _settle(objective_part, x_part, _FALL_SHARE_OF_PART * _SMALLEST_FALL)[place]
 
@@ -186,12 +171,11 @@ def _line_search(
     def slope(share: float) -> float:
         return start + share * growth + float(limits.force(value + share * rate, k) @ rate)
 
-    low, high = 0.0, 1.0
+    fall = -0.5 * slope(0.0)
     if slope(1.0) <= 0.0:
-        low = 1.0
-    else:
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if slope(middle) <= 0.0 else (low, middle)
-        low = max(low, _SHORTEST_STEP)
-    return low, -0.5 * slope(0.0)
+        return 1.0, fall
+    low, high = 0.0, 1.0
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if slope(middle) <= 0.0 else (low, middle)
+    return max(low, _SHORTEST_STEP), fall

@@ -12,17 +12,10 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import (
-    Elements,
-    Network,
-    components,
-    element_dofs,
-    hermite,
-    hermite_slope,
-    rows_matrix,
-)
+from osm2xodr.geometry.heights.elements import Elements, Network, components, hermite, hermite_slope, rows_matrix
 from osm2xodr.geometry.heights.ground import is_coarse
 from osm2xodr.geometry.heights.readings import Reading, noise_length
+from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # No observation keeps less of its weight than this: where all of them stand out, they still hold the road.
@@ -69,12 +62,7 @@ class Observations:
     def robust_factors(self, residual: FloatArray, sigma: FloatArray, *, geman_mcclure: bool) -> FloatArray:
         """Return the factor on each weight that a robust loss gives, (n,): Cauchy's, or its square, Geman-McClure's.
 
-        Parameters
-        ----------
-        residual : (n,)
-            Observed less solved.
-        sigma : (n,)
-            Standard errors to measure it by.
+        The residual, (n,), is observed less solved, sigma, (n,), the standard errors to measure it by.
         """
         scale = np.where(residual > 0, self.above, self.below)
         cauchy = 1.0 / (1.0 + (residual / (scale * sigma)) ** 2)
@@ -93,22 +81,30 @@ def _block(
     """Return observations of one kind; `scale` is that of the robust loss where canopy is out of the question."""
     n = len(value)
     canopy = np.zeros(n, bool) if canopy is None else canopy
-    return Observations(
-        rows,
-        value,
-        weight,
-        sigma,
-        kind=np.full(n, kind, np.int64),
-        above=np.where(canopy, defaults.CANOPY_SCALE_ABOVE, scale),
-        below=np.where(canopy, defaults.CANOPY_SCALE_BELOW, scale),
-        canopy=canopy,
-        floor=np.full(n, FLOOR),
-    )
+    above = np.where(canopy, defaults.CANOPY_SCALE_ABOVE, scale)
+    below = np.where(canopy, defaults.CANOPY_SCALE_BELOW, scale)
+    kinds, floor = np.full(n, kind, np.int64), np.full(n, FLOOR)
+    return Observations(rows, value, weight, sigma, kinds, above, below, canopy, floor)
 
 
 def _nothing(kind: Kind, network: Network) -> Observations:
     none = np.zeros(0)
     return _block(kind, sp.csr_matrix((0, network.unknowns.to_knots.shape[1])), none, none, none)
+
+
+def collect_observations(
+    network: Network, reading: Reading, at_junctions: Reading, weight: FloatArray, mean: float, unknowns: int
+) -> Observations:
+    """Return all observations over N unknowns; the arguments are those of the `observe` functions."""
+    blocks = [
+        observe_ground(network, reading, weight, mean),
+        observe_junctions(network, at_junctions, mean),
+        observe_inclines(network),
+        observe_ele(network, mean),
+        observe_dual_carriageways(network, reading),
+        observe_pins(network, mean),
+    ]
+    return join_blocks(blocks, unknowns)
 
 
 def weigh_heights(network: Network, reading: Reading) -> tuple[FloatArray, BoolArray]:
@@ -127,10 +123,10 @@ def weigh_heights(network: Network, reading: Reading) -> tuple[FloatArray, BoolA
     near = distance < np.maximum(defaults.PORTAL_LENGTH, 0.5 * reading.cell)
     factor = np.where(on, 0.0, np.where(near, defaults.PORTAL_WEIGHT, 1.0))
     component = components(network.problem, network.unknowns)
-    count = int(component.max(initial=-1)) + 1
-    holds = np.bincount(component[elements.road[e]], weights=factor * reading.measured * weight, minlength=count) > 0
+    at = component[elements.road[e]]
+    holds = np.bincount(at, factor * reading.measured * weight, int(component.max(initial=-1)) + 1) > 0
     guess = samples.ds / (GUESS_LENGTH * GUESS_SIGMA**2)
-    return np.where(holds[component[elements.road[e]]], weight * factor, guess), ~holds[component]
+    return np.where(holds[at], weight * factor, guess), ~holds[component]
 
 
 def portal_distance(elements: Elements, end_node: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -140,23 +136,17 @@ def portal_distance(elements: Elements, end_node: IntArray) -> tuple[FloatArray,
     """
     on = elements.structure != Structure.GROUND
     first, last = elements.end_elements.T
-    touched = np.zeros(int(end_node.max(initial=-1)) + 1, bool)
-    touched[end_node[np.column_stack([on[first], on[last]]).ravel()]] = True
-    start_touched, end_touched = touched[end_node[0::2]], touched[end_node[1::2]]
-
+    touched = np.isin(end_node, end_node[on[elements.end_elements].ravel()])
     s0, s1 = elements.s, elements.s + elements.h
-    behind = np.where(on, s1, -np.inf)
-    behind[first] = np.maximum(behind[first], np.where(start_touched & ~on[first], 0.0, -np.inf))
-    ahead = np.where(on, s0, np.inf)
-    length = s1[last]
-    ahead[last] = np.minimum(ahead[last], np.where(end_touched & ~on[last], length[elements.road[last]], np.inf))
+    behind, ahead = np.where(on, s1, -np.inf), np.where(on, s0, np.inf)
+    behind[first[touched[0::2] & ~on[first]]] = 0.0
+    at_end = last[touched[1::2] & ~on[last]]
+    ahead[at_end] = s1[at_end]
     # The last place behind and the first ahead, road by road: an offset per road keeps roads apart.
     reach = float(s1.max(initial=0.0)) + 1.0
     shift = elements.road * (4.0 * reach)
-    before = np.where(np.isfinite(behind), behind + shift, -np.inf)
-    after = np.where(np.isfinite(ahead), ahead + shift, np.inf)
-    before = np.maximum.accumulate(before) - shift
-    after = np.minimum.accumulate(after[::-1])[::-1] - shift
+    before = np.maximum.accumulate(behind + shift) - shift
+    after = np.minimum.accumulate((ahead + shift)[::-1])[::-1] - shift
     before = np.where(before < -reach, -np.inf, before)
     after = np.where(after > 2 * reach, np.inf, after)
     return s0 - before, after - s1
@@ -182,8 +172,8 @@ def observe_inclines(network: Network) -> Observations:
     elements = network.elements
     grade = network.problem.span_grade[elements.span]
     used = np.flatnonzero(np.isfinite(grade) & (np.abs(grade) <= defaults.INCLINE_MAX))
-    h = elements.h[used]
-    dofs = element_dofs(elements, used)[:, [0, 2]]
+    h, knot = elements.h[used], elements.knot[used]
+    dofs = np.column_stack([2 * knot, 2 * knot + 2])
     rows = rows_matrix(dofs, np.column_stack([-1 / h, 1 / h]), network.unknowns.to_knots.shape[0])
     sigma = np.full(len(used), defaults.INCLINE_SIGMA)
     weight = h / (defaults.INCLINE_LENGTH * sigma**2)
@@ -220,9 +210,8 @@ def observe_dual_carriageways(network: Network, reading: Reading) -> Observation
     """
     samples = network.samples
     a, b = _opposite_samples(network)
-    coarse = is_coarse(reading.cell)
-    both = coarse[a] & coarse[b]
-    a, b = a[both], b[both]
+    coarse = is_coarse(reading.cell[a]) & is_coarse(reading.cell[b])
+    a, b = a[coarse], b[coarse]
     one, other = (network.knot_rows(samples.element[k], samples.u[k], hermite) for k in (a, b))
     sigma = np.full(len(a), defaults.DUAL_CARRIAGEWAY_SIGMA)
     weight = samples.ds[a] / (noise_length(reading.cell[a]) * sigma**2)

@@ -146,30 +146,25 @@ def parse_grade_limits(text: str) -> Mapping[str, float]:
         An entry has another form, its class is no road, or its limit is not one that a road can have.
     """
     known = {*GRADE_LIMIT, *_OTHER_CLASSES}
-    table = dict(GRADE_LIMIT)
-    seen: set[str] = set()
+    own: dict[str, float] = {}
     for entry in text.split(","):
         name, equals, value = (part.strip() for part in entry.partition("="))
         if not equals or not name or not value:
-            raise InputError(
-                f"max grade '{entry.strip()}' is not class=limit; write e.g. motorway=0.05,residential=12%"
-            )
+            entry = entry.strip()
+            raise InputError(f"max grade '{entry}' is not class=limit; write e.g. motorway=0.05,residential=12%")
         if name not in known:
-            raise InputError(
-                f"max grade for '{name}': no such class of roads; choose from {', '.join(sorted(known))}"
-            )
-        if name in seen:
+            classes = ", ".join(sorted(known))
+            raise InputError(f"max grade for '{name}': no such class of roads; choose from {classes}")
+        if name in own:
             raise InputError(f"max grade for '{name}' is given twice; give it once")
-        seen.add(name)
-        table[name] = _parse_limit(name, value)
-    return MappingProxyType(table)
+        own[name] = _parse_limit(name, value)
+    return MappingProxyType({**GRADE_LIMIT, **own})
 
 
 def _parse_limit(name: str, value: str) -> float:
     """Return a limit in rise per metre."""
-    number, percent = (value[:-1], True) if value.endswith("%") else (value, False)
     try:
-        limit = float(number) * (0.01 if percent else 1.0)
+        limit = float(value.removesuffix("%")) * (0.01 if value.endswith("%") else 1.0)
     except ValueError:
         raise InputError(f"max grade for '{name}': '{value}' is not a number; write e.g. 0.08 or 8%") from None
     if not _GRADE_LIMIT_MIN <= limit <= GRADE_MAX:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curves import pose
 from osm2xodr.defaults import GRADE_LIMIT_OTHER
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
@@ -22,17 +22,7 @@ from osm2xodr.geometry.heights.elements import Network, build_elements, build_sa
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
 from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_tilts
 from osm2xodr.geometry.heights.newton import solve_network
-from osm2xodr.geometry.heights.observations import (
-    Kind,
-    Observations,
-    observe_dual_carriageways,
-    observe_ele,
-    observe_ground,
-    observe_inclines,
-    observe_junctions,
-    observe_pins,
-    weigh_heights,
-)
+from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
 from osm2xodr.geometry.heights.records import Knots, add_pins, thin_records
@@ -55,12 +45,10 @@ def ground_around(
 
     Parameters
     ----------
-    surface
-        Height of the ground.
+    surface, options
+        Height of the ground, and the user's choices.
     x, y : (n,)
         Points along all streets, local, m; at most a few hundred metres apart.
-    options
-        The user's choices.
     origin
         Where the windows' lattice begins, local, m: the same for areas side by side. None for where it needs the
         fewest windows.
@@ -80,14 +68,10 @@ def solve_profiles(
 
     Parameters
     ----------
-    problem
-        The roads.
-    surface
-        Height of the ground.
+    problem, surface, options
+        The roads, the height of the ground, and the user's choices.
     diagnostics
         Receives guesses and limits that are not met.
-    options
-        The user's choices.
     ground
         Result of `ground_around` with the same options. It saves time only: what is missing is estimated here.
 
@@ -97,19 +81,27 @@ def solve_profiles(
         `problem.end_link` is not symmetric, or the ground was estimated with another smoothing.
     """
     options = options or ElevationOptions()
-    problem = problem if options.structures else _without_structures(problem)
+    ground = ground or Ground(_roughness_factor(options))
+    if ground.smoothing != _roughness_factor(options):
+        raise ValueError("the ground must be estimated with the smoothing that the roads are")
+    if not options.structures:
+        on_ground = np.zeros_like(problem.span_structure)
+        problem = replace(problem, span_structure=on_ground, span_layer=on_ground)
     spacing = road_spacing(problem, surface)
     elements = build_elements(problem, spacing.knots)
     samples = build_samples(problem, elements, spacing.samples)
-    reading, at_junctions = read_heights(surface, samples, problem.junction_xy, _checked(ground, options))
-    if not len(elements.h) or _is_level(reading, at_junctions):
-        return _level_solution(problem, np.concatenate([reading.z, at_junctions.z]))
+    reading, at_junctions = read_heights(surface, samples, problem.junction_xy, ground)
+    heights = np.concatenate([reading.z, at_junctions.z])
+    # An exact surface of one height.
+    if not len(elements.h) or (not reading.cell.any() and np.ptp(heights) == 0):
+        return _level_solution(problem, heights)
 
     network = Network(problem, elements, samples, number_unknowns(problem, elements))
     model = _build_model(network, reading, at_junctions, options, spacing.cell)
     stiffness = model.stiffness(model.beams.flexibility)
     release_memory()
-    observations, floating = _collect_observations(model, stiffness.shape[0])
+    weight, floating = weigh_heights(network, reading)
+    observations = collect_observations(network, reading, at_junctions, weight, model.mean, stiffness.shape[0])
     limits, clearances = _collect_limits(model, surface, stiffness.shape[0])
     observations, factors = _see_through_canopy(model, observations)
     release_memory()
@@ -121,34 +113,13 @@ def solve_profiles(
 
     outcome = _read_solution(model, solved.x, road_z, floating, clearances)
     report(network, outcome, diagnostics)
-    solution = _write_records(network, outcome)
-    if not options.superelevation:
-        return solution
-    return replace(solution, superelevation=road_superelevation(network, surface, diagnostics))
+    superelevation = road_superelevation(network, surface, diagnostics) if options.superelevation else None
+    return replace(_write_records(network, outcome), superelevation=superelevation)
 
 
 def _roughness_factor(options: ElevationOptions) -> float:
     """Return the factor on the penalty on roughness: lengths go with its fourth root."""
     return options.smoothing**4
-
-
-def _without_structures(problem: ProfileProblem) -> ProfileProblem:
-    """Return the problem with all roads on the ground."""
-    none = np.zeros_like(problem.span_structure)
-    return replace(problem, span_structure=none, span_layer=none)
-
-
-def _checked(ground: Ground | None, options: ElevationOptions) -> Ground:
-    """Return the ground that was estimated so far, which must have been with the same options."""
-    ground = ground or Ground(_roughness_factor(options))
-    if ground.smoothing != _roughness_factor(options):
-        raise ValueError("the ground must be estimated with the smoothing that the roads are")
-    return ground
-
-
-def _is_level(reading: Reading, at_junctions: Reading) -> bool:
-    """Say whether the surface is exact and has one height everywhere."""
-    return not reading.cell.any() and np.ptp(np.concatenate([reading.z, at_junctions.z])) == 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -193,21 +164,6 @@ def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: fl
     return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
 
 
-def _collect_observations(model: _Model, unknowns: int) -> tuple[Observations, BoolArray]:
-    """Return all observations over N unknowns, and which roads no measured ground holds, (R,)."""
-    network, reading, mean = model.network, model.reading, model.mean
-    weight, floating = weigh_heights(network, reading)
-    blocks = [
-        observe_ground(network, reading, weight, mean),
-        observe_junctions(network, model.at_junctions, mean),
-        observe_inclines(network),
-        observe_ele(network, mean),
-        observe_dual_carriageways(network, reading),
-        observe_pins(network, mean),
-    ]
-    return join_blocks(blocks, unknowns), floating
-
-
 def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:
     """Return all limits over N unknowns, and by themselves those on the heights of upper roads above lower ones."""
     network, limit, crossings = model.network, model.grade_limit, model.crossings
@@ -226,8 +182,7 @@ def _see_through_canopy(model: _Model, observations: Observations) -> tuple[Obse
     """Return the observations, and factors (n,) on their weights, small where they show canopy or roofs."""
     if not observations.canopy.any():
         return observations, np.ones(len(observations.value))
-    stages = list(canopy_stages(model.beams, model.stiffness))
-    factors = downweight_canopy(stages, observations)
+    factors = downweight_canopy(list(canopy_stages(model.beams, model.stiffness)), observations)
     samples = model.network.samples
     road = model.network.elements.road[samples.element]
     return restore_ground(observations, factors, road, samples.s, model.reading.z)
@@ -241,49 +196,31 @@ def _read_solution(
     x = x[: unknowns.to_knots.shape[1]]
     x[unknowns.z_columns] += model.mean
     knots = (unknowns.to_knots @ x).reshape(-1, 2)
-    return Outcome(
-        z=road_z,
-        knots=knots,
-        planes=x[: 3 * unknowns.junctions].reshape(-1, 3).copy(),
-        reading=model.reading,
-        floating=floating,
-        grade=element_grades(network.elements, knots),
-        limit=model.grade_limit[network.elements.span],
-        crossings=model.crossings,
-        clearance=clearances.rows @ x,
-        chain=model.chains.chain,
-    )
+    planes = x[: 3 * unknowns.junctions].reshape(-1, 3).copy()
+    grade, limit = element_grades(network.elements, knots), model.grade_limit[network.elements.span]
+    between, chain = clearances.rows @ x, model.chains.chain
+    return Outcome(road_z, knots, planes, model.reading, floating, grade, limit, model.crossings, between, chain)
 
 
 def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:
     """Return the solution in few records."""
     elements, pins, knots = network.elements, network.problem.pins, outcome.knots
     # Ends that touch round alike: they have the same numbers.
-    knots = np.column_stack(
-        [np.round(knots[:, 0], defaults.RECORD_DECIMALS), np.round(knots[:, 1], defaults.RECORD_SLOPE_DECIMALS)]
-    )
-    on_roads, held = Knots(elements.knot_start, elements.knot_s, knots[:, 0], knots[:, 1]), None
+    z = np.round(knots[:, 0], defaults.RECORD_DECIMALS)
+    grade = np.round(knots[:, 1], defaults.RECORD_SLOPE_DECIMALS)
+    on_roads, held = Knots(elements.knot_start, elements.knot_s, z, grade), None
     if pins is not None:
         on_roads, held = add_pins(on_roads, pins)
-    ends = knots[elements.end_knots]
+    elevation, end = thin_records(on_roads, held=held), elements.end_knots
     tables = tabulate(network, outcome)
-    return ProfileSolution(
-        thin_records(on_roads, held=held),
-        outcome.planes,
-        ends[:, :, 0].copy(),
-        ends[:, :, 1].copy(),
-        statistics(network.elements, outcome, tables),
-        tables,
-    )
+    figures = statistics(elements, outcome, tables)
+    return ProfileSolution(elevation, outcome.planes, z[end], grade[end], figures, tables)
 
 
 def _level_solution(problem: ProfileProblem, heights: FloatArray) -> ProfileSolution:
     """Return the solution on an exactly level surface with these heights, (n,), m."""
     z = float(heights[0]) if len(heights) else 0.0
-    roads = len(lengths(problem.plan_view))
-    start = np.arange(roads + 1, dtype=np.int64)
-    zero = np.zeros(roads)
-    planes = np.zeros((len(problem.junction_xy), 3))
-    planes[:, 0] = z
-    profile = CubicProfile(start, zero, np.full(roads, z), zero, zero, zero)
+    roads, zero = len(problem.end_junction), np.zeros(len(problem.end_junction))
+    profile = CubicProfile(np.arange(roads + 1, dtype=np.int64), zero, np.full(roads, z), zero, zero, zero)
+    planes = np.tile([z, 0.0, 0.0], (len(problem.junction_xy), 1))
     return ProfileSolution(profile, planes, np.full((roads, 2), z), np.zeros((roads, 2)))

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose
+from osm2xodr.curves import lengths, pose, ranks
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Samples
@@ -40,12 +40,10 @@ def road_spacing(problem: ProfileProblem, surface: Surface) -> Spacing:
     """Return how finely each road is to be cut."""
     length = lengths(problem.plan_view)
     count = np.maximum(1, np.ceil(length / _LOOK_UP)).astype(np.int64)
-    start = np.cumsum(count) - count
     road = np.repeat(np.arange(len(length), dtype=np.int64), count)
-    s = (np.arange(len(road)) - start[road] + 0.5) * (length / count)[road]
-    x, y, _ = pose(problem.plan_view, road, s)
-    cells = surface.quality(x, y).cell_size
-    cell: FloatArray = np.minimum.reduceat(cells, start) if len(start) else np.zeros(0)
+    x, y, _ = pose(problem.plan_view, road, (ranks(count) + 0.5) * (length / count)[road])
+    cell = np.full(len(length), np.inf)
+    np.minimum.at(cell, road, surface.quality(x, y).cell_size)
     knots = np.full(len(cell), defaults.KNOT_SPACING[-1][1])
     for least, spacing in reversed(defaults.KNOT_SPACING):
         knots[cell >= least] = spacing
@@ -80,11 +78,10 @@ class Reading:
 def read_heights(
     surface: Surface, samples: Samples, junction_xy: FloatArray, ground: Ground
 ) -> tuple[Reading, Reading]:
-    """Return the readings at the samples and at the junctions' origins (J, 2), m.
+    """Return the readings at the samples and at the junctions' origins (J, 2), m, from what was estimated so far.
 
     Where cells are coarse the ground estimated from them is read, elsewhere the surface itself. The standard error at
     the samples has a part for the road's position: how much the ground rises across the road over that distance.
-    `ground` is what was estimated so far.
     """
     n = len(samples.x)
     x, y = np.concatenate([samples.x, junction_xy[:, 0]]), np.concatenate([samples.y, junction_xy[:, 1]])
@@ -113,8 +110,8 @@ def read_heights(
 def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: IntArray) -> FloatArray:
     """Return the rise of the surface per metre to the left at some of the samples, 0 where it is not known."""
     aside = np.maximum(_ASIDE, 0.5 * cell[some])
-    nx, ny = -np.sin(samples.hdg[some]) * aside, np.cos(samples.hdg[some]) * aside
-    x, y = samples.x[some], samples.y[some]
+    x, y, hdg = samples.x[some], samples.y[some], samples.hdg[some]
+    nx, ny = -np.sin(hdg) * aside, np.cos(hdg) * aside
     left, left_measured = surface.heights(x + nx, y + ny)
     right, right_measured = surface.heights(x - nx, y - ny)
     return np.where(left_measured & right_measured, (left - right) / (2 * aside), 0.0)
@@ -124,8 +121,7 @@ def typical_density(reading: Reading, cell: FloatArray) -> FloatArray:
     """Return the median weight per metre of road at places with cells of about these sizes, (n,), 1/m³."""
     measured = reading.measured if reading.measured.any() else np.ones(len(reading.z), bool)
     density, size = reading.density[measured], cell_class(reading.cell[measured])
-    wanted = cell_class(cell)
     out = np.full(len(cell), float(np.median(density)) if len(density) else 1.0)
     for one in np.unique(size).tolist():
-        out[wanted == one] = float(np.median(density[size == one]))
+        out[cell_class(cell) == one] = float(np.median(density[size == one]))
     return out

@@ -8,13 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import cubic_slope, cubic_value
-from osm2xodr.geometry.heights.defaults import (
-    RECORD_DECIMALS,
-    RECORD_S_DECIMALS,
-    RECORD_SLOPE_DECIMALS,
-    RECORD_SLOPE_TOLERANCE,
-    RECORD_TOLERANCE,
-)
+from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.problem import Pins
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
 
@@ -52,16 +46,14 @@ class Knots:
 def hermite_records(knots: Knots) -> CubicProfile:
     """Return the cubics through all knots."""
     start, s, value, slope = knots.start, knots.s, knots.value, knots.slope
-    last = np.zeros(len(s), bool)
-    last[start[1:] - 1] = True
-    a = np.flatnonzero(~last)
+    a = np.setdiff1d(np.arange(len(s)), start[1:] - 1)
     b = a + 1
     h = s[b] - s[a]
     secant = (value[b] - value[a]) / h
     c = (3 * secant - 2 * slope[a] - slope[b]) / h
     d = (slope[a] + slope[b] - 2 * secant) / (h * h)
-    first = start - np.arange(len(start))
-    return CubicProfile(first.astype(np.int64), s[a].copy(), value[a].copy(), slope[a].copy(), c, d)
+    first = (start - np.arange(len(start))).astype(np.int64)
+    return CubicProfile(first, s[a], value[a], slope[a], c, d)
 
 
 def short_numbers(knots: Knots) -> Knots:
@@ -71,16 +63,17 @@ def short_numbers(knots: Knots) -> Knots:
     """
     s, inner = knots.s, ~knots.is_end
     room = np.zeros(len(s), bool)
-    room[1:-1] = np.minimum(s[1:-1] - s[:-2], s[2:] - s[1:-1]) > _ROOM * 10.0**-RECORD_S_DECIMALS
-    near = np.where(inner & room, np.round(s, RECORD_S_DECIMALS), s)
-    value = np.where(inner, np.round(knots.value + knots.slope * (near - s), RECORD_DECIMALS), knots.value)
-    return Knots(knots.start, near, value, np.where(inner, np.round(knots.slope, RECORD_SLOPE_DECIMALS), knots.slope))
+    room[1:-1] = np.minimum(s[1:-1] - s[:-2], s[2:] - s[1:-1]) > _ROOM * 10.0**-defaults.RECORD_S_DECIMALS
+    near = np.where(inner & room, np.round(s, defaults.RECORD_S_DECIMALS), s)
+    value = np.round(knots.value + knots.slope * (near - s), defaults.RECORD_DECIMALS)
+    slope = np.round(knots.slope, defaults.RECORD_SLOPE_DECIMALS)
+    return Knots(knots.start, near, np.where(inner, value, knots.value), np.where(inner, slope, knots.slope))
 
 
 def thin_records(
     knots: Knots,
-    value_tolerance: float = RECORD_TOLERANCE,
-    slope_tolerance: float = RECORD_SLOPE_TOLERANCE,
+    value_tolerance: float = defaults.RECORD_TOLERANCE,
+    slope_tolerance: float = defaults.RECORD_SLOPE_TOLERANCE,
     held: BoolArray | None = None,
 ) -> CubicProfile:
     """Return few cubics that fit all knots and are continuous in value and slope; those `held`, (knots,), stay.
@@ -91,25 +84,21 @@ def thin_records(
     start, curve = knots.start, knots.curve
     keep = np.ones(len(knots.s), bool)
     fixed = knots.is_end if held is None else knots.is_end | held
-    failed = 0
-    phase = 1
+    failed, phase = 0, 1
     for _ in range(2 * int(np.ceil(np.log2(max(2, len(keep)))))):
         kept = np.flatnonzero(keep)
-        first = np.searchsorted(kept, start[:-1])
-        place = np.arange(len(kept)) - first[curve[kept]]
+        place = np.arange(len(kept)) - np.searchsorted(kept, start[:-1])[curve[kept]]
         candidate = (place % 2 == phase) & ~fixed[kept]
         trial = kept[~candidate]
         misfit = _misfit(trial, knots, value_tolerance, slope_tolerance)
         # A candidate goes if no knot between its two neighbours is missed by the cubic that spans them.
-        ends = np.searchsorted(trial, kept[candidate]) - 1
-        good = ~misfit[ends]
+        good = ~misfit[np.searchsorted(trial, kept[candidate]) - 1]
         keep[kept[candidate][good]] = False
         failed = 0 if good.any() else failed + 1
         if failed == 2:
             break
         phase = 1 - phase
-    counts = np.add.reduceat(keep, start[:-1]) if len(start) > 1 else np.zeros(0, np.int64)
-    kept_start = np.r_[0, np.cumsum(counts)].astype(np.int64)
+    kept_start = np.r_[0, np.cumsum(keep)][start].astype(np.int64)
     return hermite_records(short_numbers(Knots(kept_start, knots.s[keep], knots.value[keep], knots.slope[keep])))
 
 
@@ -147,21 +136,17 @@ def add_pins(knots: Knots, pins: Pins) -> tuple[Knots, BoolArray]:
         part = slice(knots.start[road], knots.start[road + 1])
         left[part] &= ends[part] | (np.abs(knots.s[part] - s) > _KNOT_DISTANCE)
     curve = np.concatenate([knots.curve[left], pins.road])
-    all_s = np.concatenate([knots.s[left], pins.s])
-    order = np.lexsort((all_s, curve))
-    count = np.bincount(curve, minlength=len(knots.start) - 1)
-    new = np.concatenate([np.zeros(int(left.sum()), bool), np.ones(len(pins.s), bool)])
-    return Knots(
-        np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
-        all_s[order],
-        np.concatenate([knots.value[left], value])[order],
-        np.concatenate([knots.slope[left], slope])[order],
-    ), new[order]
+    s, value, slope = (
+        np.concatenate([old[left], new])
+        for old, new in ((knots.s, pins.s), (knots.value, value), (knots.slope, slope))
+    )
+    order = np.lexsort((s, curve))
+    start = np.r_[0, np.cumsum(np.bincount(curve, minlength=len(knots.start) - 1))].astype(np.int64)
+    return Knots(start, s[order], value[order], slope[order]), order >= int(left.sum())
 
 
 def only_curves(profile: CubicProfile, wanted: BoolArray) -> CubicProfile:
     """Return the profile with the records of the wanted curves, (curves,), only."""
-    count = np.diff(profile.start)
-    keep = np.repeat(wanted, count)
-    start = np.r_[0, np.cumsum(np.where(wanted, count, 0))].astype(np.int64)
+    keep = np.repeat(wanted, np.diff(profile.start))
+    start = np.r_[0, np.cumsum(keep)][profile.start].astype(np.int64)
     return CubicProfile(start, profile.s[keep], profile.a[keep], profile.b[keep], profile.c[keep], profile.d[keep])

@@ -72,18 +72,16 @@ def tolerated_grade(limit: _Number) -> _Number:
     return defaults.GRADE_SLACK * limit + _GRADE_TOLERANCE
 
 
-def _too_close(outcome: Outcome) -> BoolArray:
-    """Return which crossings have less clearance than wanted."""
-    out: BoolArray = outcome.clearance < outcome.crossings.clearance - defaults.CLEARANCE_TOLERANCE
-    return out
+def _too_close(outcome: Outcome) -> IntArray:
+    """Return the crossings that have less clearance than wanted."""
+    return np.flatnonzero(outcome.clearance < outcome.crossings.clearance - defaults.CLEARANCE_TOLERANCE)
 
 
 def _crossing_ways(problem: ProfileProblem, crossings: Crossings) -> tuple[IntArray, IntArray]:
     """Return the OSM ways of the upper and of the lower road at each crossing."""
-    return (
-        problem.span_way[span_at(problem, crossings.upper, crossings.upper_s)],
-        problem.span_way[span_at(problem, crossings.lower, crossings.lower_s)],
-    )
+    upper = span_at(problem, crossings.upper, crossings.upper_s)
+    lower = span_at(problem, crossings.lower, crossings.lower_s)
+    return problem.span_way[upper], problem.span_way[lower]
 
 
 def _samples_on_ground(network: Network, outcome: Outcome) -> IntArray:
@@ -149,7 +147,7 @@ def _report_crossings(problem: ProfileProblem, outcome: Outcome, diagnostics: Di
     upper, lower = _crossing_ways(problem, outcome.crossings)
     # Rounded, and 0 without a sign.
     clearance = np.round(outcome.clearance, 1) + 0.0
-    for k in np.flatnonzero(_too_close(outcome)).tolist():
+    for k in _too_close(outcome).tolist():
         diagnostics.note(
             "clearance",
             f"way/{upper[k]}",
@@ -185,6 +183,7 @@ def _report_off_ground(network: Network, outcome: Outcome, diagnostics: Diagnost
 def statistics(elements: Elements, outcome: Outcome, tables: ElevationReport) -> dict[str, float]:
     """Return the figures of a solution by their names in reports."""
     steep = outcome.grade > outcome.limit
+    too_steep = sum(item.grade > tolerated_grade(item.grade_limit) for item in tables.structures)
     return {
         "height_measured_share": tables.measured_share,
         "height_above_surface_mean_m": tables.bias,
@@ -196,9 +195,7 @@ def statistics(elements: Elements, outcome: Outcome, tables: ElevationReport) ->
         "layer_crossings": float(len(outcome.clearance)),
         "layer_crossings_too_close": float(len(tables.tight)),
         "structures": float(len(tables.structures)),
-        "structures_too_steep": float(
-            sum(item.grade > tolerated_grade(item.grade_limit) for item in tables.structures)
-        ),
+        "structures_too_steep": float(too_steep),
     }
 
 
@@ -261,33 +258,22 @@ def _steep(network: Network, outcome: Outcome) -> tuple[RoadPlace, ...]:
 def _tight(problem: ProfileProblem, outcome: Outcome) -> tuple[LayerCrossing, ...]:
     crossings, ids = outcome.crossings, _road_ids(problem)
     upper, lower = _crossing_ways(problem, crossings)
-    short = np.flatnonzero(_too_close(outcome))
+    short = _too_close(outcome)
     order = short[np.argsort((outcome.clearance - crossings.clearance)[short], kind="stable")]
-    return tuple(
-        LayerCrossing(
-            int(ids[crossings.upper[k]]),
-            int(ids[crossings.lower[k]]),
-            int(upper[k]),
-            int(lower[k]),
-            float(outcome.clearance[k]),
-            float(crossings.clearance[k]),
-        )
-        for k in order.tolist()
-    )
+    columns = (ids[crossings.upper], ids[crossings.lower], upper, lower, outcome.clearance, crossings.clearance)
+    return tuple(LayerCrossing(*row) for row in zip(*(column[order].tolist() for column in columns), strict=True))
 
 
 def _structures(network: Network, outcome: Outcome) -> tuple[StructureRecord, ...]:
     problem, elements = network.problem, network.elements
-    ids = _road_ids(problem)
-    crossed = _crossed(network, outcome)
-    heights = _above_ground(network, outcome)
+    ids, crossed, heights = _road_ids(problem), _crossed(network, outcome), _above_ground(network, outcome)
     on = np.flatnonzero(outcome.chain >= 0)
     order = on[np.argsort(outcome.chain[on], kind="stable")]
     cuts = np.flatnonzero(np.diff(outcome.chain[order])) + 1
     records = []
     for members in np.split(order, cuts) if len(order) else []:
         chain = int(outcome.chain[members[0]])
-        tightest = min(crossed.get(chain, []), default=None)
+        clearance, crossed_way = min(crossed.get(chain, []), default=(None, None))
         # The class counts where the chain is steepest against its limit.
         worst = members[np.argmax(outcome.grade[members] / outcome.limit[members])]
         records.append(
@@ -297,8 +283,8 @@ def _structures(network: Network, outcome: Outcome) -> tuple[StructureRecord, ..
                 roads=tuple(dict.fromkeys(ids[elements.road[members]].tolist())),
                 length=float(elements.h[members].sum()),
                 above_ground=heights.get(chain),
-                clearance=None if tightest is None else tightest[0],
-                crossed_way=None if tightest is None else tightest[1],
+                clearance=clearance,
+                crossed_way=crossed_way,
                 grade=float(outcome.grade[worst]),
                 grade_limit=float(outcome.limit[worst]),
             )

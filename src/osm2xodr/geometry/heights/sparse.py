@@ -25,14 +25,8 @@ class System:
     """Systems of one pattern, in an order of the unknowns in which elimination fills little.
 
     A matrix is the array of its values at the places of the pattern, so that matrices are added as arrays are.
-    Chains eliminate without fill: the cost is linear in road length.
-
-    Parameters
-    ----------
-    matrices
-        Symmetric matrices (N, N) whose entries the pattern has.
-    rows
-        Matrices (n, N); the pattern also has the entries of their products with themselves.
+    Chains eliminate without fill: the cost is linear in road length. The pattern has the entries of symmetric
+    matrices, (N, N), and of the products of rows, (n, N), with themselves.
     """
 
     def __init__(self, matrices: Sequence[sp.csr_matrix], rows: Sequence[sp.csr_matrix]) -> None:
@@ -44,8 +38,9 @@ class System:
             ones = _ones(some)
             pattern = pattern + sp.csr_matrix(ones.T) @ ones
         order = _elimination_order(pattern)
-        self._place = np.empty(size, np.int64)
-        self._place[order] = np.arange(size)
+        # The place of each unknown in the system's order, (N,).
+        self.place: IntArray = np.empty(size, np.int64)
+        self.place[order] = np.arange(size)
         self._size = size
         pattern = self._reordered(pattern)
         self._keys = _keys(pattern)
@@ -53,14 +48,9 @@ class System:
         self._diagonal = np.searchsorted(self._keys, (size + 1) * np.arange(size, dtype=np.int64))
         self._last: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None
 
-    @property
-    def place(self) -> IntArray:
-        """The place of each unknown in the system's order, (N,)."""
-        return self._place
-
     def put_in_order(self, rows: sp.csr_matrix) -> None:
         """Put the columns of rows (n, N) into the system's order, in place, as they are too large to copy."""
-        rows.indices[:] = self._place[rows.indices]
+        rows.indices[:] = self.place[rows.indices]
         rows.has_sorted_indices = False
         rows.sort_indices()
 
@@ -115,7 +105,7 @@ class System:
 
     def _reordered(self, matrix: sp.csr_matrix) -> sp.csr_matrix:
         """Return a square matrix with its unknowns in the system's order, rows sorted."""
-        place = self._place.astype(np.int32)
+        place = self.place.astype(np.int32)
         row = np.repeat(place, np.diff(matrix.indptr))
         out = sp.csr_matrix(sp.coo_matrix((matrix.data, (row, place[matrix.indices])), matrix.shape))
         out.sort_indices()
@@ -159,23 +149,15 @@ def _ones(matrix: sp.csr_matrix) -> sp.csr_matrix:
 
 def _elimination_order(pattern: sp.csr_matrix) -> IntArray:
     """Return the order of the unknowns in which eliminating them fills little (minimum degree)."""
-    size = pattern.shape[0]
     # Any values will do whose diagonal outweighs the rest.
-    values = np.ones(pattern.nnz)
-    dominant = sp.csc_matrix((values, pattern.indices, pattern.indptr), pattern.shape)
-    dominant = dominant + sp.diags(np.diff(pattern.indptr).astype(np.float64))
+    ones = sp.csc_matrix((np.ones(pattern.nnz), pattern.indices, pattern.indptr), pattern.shape)
+    dominant = ones + sp.diags(np.diff(pattern.indptr).astype(np.float64))
     order: IntArray = np.argsort(_factor(sp.csc_matrix(dominant), "MMD_AT_PLUS_A").perm_c)
-    return order if size else np.zeros(0, np.int64)
+    return order
 
 
 def _factor(matrix: sp.csc_matrix, order: Literal["NATURAL", "MMD_AT_PLUS_A"]) -> SuperLU:
     """Factorise a positive definite matrix, without pivoting."""
     # Rows have a handful of entries: panels of columns, made for denser systems, would only cost time.
-    return splu(
-        matrix,
-        permc_spec=order,
-        diag_pivot_thresh=0.0,
-        relax=4,
-        panel_size=1,
-        options={"SymmetricMode": True, "Equil": False},
-    )
+    options = {"SymmetricMode": True, "Equil": False}
+    return splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, relax=4, panel_size=1, options=options)

@@ -18,27 +18,13 @@ from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Inner knots that are tried, as shares of the length, fewest first.
 _TRIALS: Final = (
-    (),
-    (1 / 2,),
-    (1 / 3,),
-    (2 / 3,),
-    (1 / 3, 2 / 3),
-    (1 / 4, 3 / 4),
-    (1 / 6, 5 / 6),
-    (1 / 4, 1 / 2),
-    (1 / 2, 3 / 4),
-    (1 / 4, 1 / 2, 3 / 4),
-    (1 / 6, 1 / 3, 2 / 3),
-    (1 / 3, 2 / 3, 5 / 6),
-    (1 / 5, 2 / 5, 3 / 5, 4 / 5),
-    (1 / 8, 1 / 4, 3 / 4, 7 / 8),
-    (1 / 12, 1 / 6, 1 / 4, 1 / 2),
-    (1 / 2, 3 / 4, 5 / 6, 11 / 12),
-    (1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6),
+    (), (1 / 2,), (1 / 3,), (2 / 3,), (1 / 3, 2 / 3), (1 / 4, 3 / 4), (1 / 6, 5 / 6), (1 / 4, 1 / 2), (1 / 2, 3 / 4),
+    (1 / 4, 1 / 2, 3 / 4), (1 / 6, 1 / 3, 2 / 3), (1 / 3, 2 / 3, 5 / 6),
+    (1 / 5, 2 / 5, 3 / 5, 4 / 5), (1 / 8, 1 / 4, 3 / 4, 7 / 8), (1 / 12, 1 / 6, 1 / 4, 1 / 2),
+    (1 / 2, 3 / 4, 5 / 6, 11 / 12), (1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6),
     (1 / 12, 1 / 6, 1 / 3, 2 / 3, 5 / 6, 11 / 12),
-    tuple(k / 8 for k in range(1, 8)),
-    tuple(k / 12 for k in range(1, 12)),
-)
+    tuple(k / 8 for k in range(1, 8)), tuple(k / 12 for k in range(1, 12)),
+)  # fmt: skip
 # Samples per piece of the spline that is taken where no trial fits.
 _SAMPLES_PER_PIECE: Final = 2
 
@@ -78,38 +64,25 @@ def fit_records(
 ) -> CubicProfile:
     """Return few cubics that pass all samples within a tolerance and are continuous in value and slope.
 
-    Where no choice of a few knots does, there is a knot at every other sample, or, for the slope's sake, at each.
-
-    Parameters
-    ----------
-    start : (curves + 1,)
-        Index of each curve's first sample; samples lie at equal intervals from end to end, at least four of them.
-    length : (curves,)
-        m.
-    value : (samples,)
-        Met exactly at both ends.
-    slope : (curves, 2)
-        Per m at both ends, met exactly.
-    tolerance : (curves,)
-        Largest distance of a sample.
-    steepest : (curves,), optional
-        Largest slope, per m, of curves that do not have a knot at each sample.
+    Where no choice of a few knots does, there is a knot at every other sample, or, for the slope's sake, at each. The
+    samples of a curve, from `start`, (curves + 1,), on, lie at equal intervals over its length, (curves,), m, at
+    least four of them. The values, (samples,), at both ends and the slopes there, (curves, 2), per m, are met
+    exactly. `tolerance`, (curves,), is the largest distance of a sample, `steepest`, (curves,), the largest slope,
+    per m, of curves that do not have a knot at each sample.
     """
-    curves = len(length)
     intervals = np.diff(start) - 1
-    pieces = np.zeros(curves, np.int64)
+    pieces = np.zeros(len(length), np.int64)
     found: list[tuple[IntArray, FloatArray, FloatArray, FloatArray]] = []
     for n in np.unique(intervals).tolist():
         group = np.flatnonzero(intervals == n)
         samples = value[start[group][:, None] + np.arange(n + 1)]
         limit = np.full(len(group), np.inf) if steepest is None else steepest[group] * length[group]
         for curve, inner, knots in _fit_group(samples, slope[group] * length[group, None], tolerance[group], limit):
-            curve = group[curve]
-            at = np.array([0.0, *inner, 1.0])
+            curve, at = group[curve], np.array([0.0, *inner, 1.0])
             pieces[curve] = len(at) - 1
             found.append((curve, length[curve, None] * at, knots[:, 0::2], knots[:, 1::2] / length[curve, None]))
     first = np.concatenate([[0], np.cumsum(pieces + 1)]).astype(np.int64)
-    s, z, g = (np.zeros(int(first[-1])) for _ in range(3))
+    s, z, g = np.zeros((3, int(first[-1])))
     for curve, at, height, grade in found:
         place = first[curve][:, None] + np.arange(at.shape[1])
         s[place], z[place], g[place] = at, height, grade
@@ -124,8 +97,7 @@ def _fit_group(
     Returns for each trial that fits some of them: these curves, the inner knots, value and slope at all knots.
     """
     intervals = samples.shape[1] - 1
-    dense = max(1, intervals // _SAMPLES_PER_PIECE)
-    last = tuple((k / dense) for k in range(1, dense))
+    last, each = (tuple(k / n for k in range(1, n)) for n in (max(1, intervals // _SAMPLES_PER_PIECE), intervals))
     trials = [trial for trial in _TRIALS if 2 * len(trial) < intervals and len(trial) < len(last)] + [last]
     base = samples[:, :1]
     ends = np.column_stack([np.zeros(len(samples)), slope[:, 0], samples[:, -1] - base[:, 0], slope[:, 1]])
@@ -145,9 +117,7 @@ def _fit_group(
         out.append((left[good], trial, knots))
         left = left[~good]
     if len(left):
-        out.append(
-            (left, tuple(k / intervals for k in range(1, intervals)), _through_all(samples[left], slope[left]))
-        )
+        out.append((left, each, _through_all(samples[left], slope[left])))
     return out
 
 

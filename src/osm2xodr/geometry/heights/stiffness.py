@@ -8,14 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import (
-    Elements,
-    Network,
-    assemble,
-    bending_matrices,
-    element_dofs,
-    tension_matrices,
-)
+from osm2xodr.geometry.heights.elements import Elements, Network, assemble, bending_matrices, tension_matrices
 from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
@@ -68,9 +61,8 @@ def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
     chain_of, sign_of = _join_runs(neighbours)
     loose = np.zeros(int(chain_of.max(initial=-1)) + 1, bool)
     loose[chain_of[loose_run]] = True
-    chain = np.where(on, chain_of[run], -1) if runs else np.full(len(on), -1, np.int64)
-    sign = np.where(on, sign_of[run], 1.0) if runs else np.ones(len(on))
-    return Chains(chain, sign, loose)
+    # One more for elements on the ground, whose run is -1.
+    return Chains(np.r_[chain_of, -1][run], np.r_[sign_of, 1.0][run], loose)
 
 
 def _join_runs(neighbours: list[list[tuple[int, float]]]) -> tuple[IntArray, FloatArray]:
@@ -82,38 +74,29 @@ def _join_runs(neighbours: list[list[tuple[int, float]]]) -> tuple[IntArray, Flo
         if chain[seed] >= 0:
             continue
         chain[seed] = count
+        count += 1
         stack = [seed]
         while stack:
             here = stack.pop()
             for there, turn in neighbours[here]:
                 if chain[there] < 0:
-                    chain[there] = count
-                    sign[there] = sign[here] * turn
+                    chain[there], sign[there] = chain[seed], sign[here] * turn
                     stack.append(there)
-        count += 1
     return chain, sign
 
 
 def network_stiffness(network: Network, chains: Chains, flexibility: FloatArray) -> sp.csr_matrix:
     """Return the quadratic part of the objective that no observation has; the chains' mean grades come last.
 
-    Parameters
-    ----------
-    network, chains
-        The roads, and their bridges and tunnels.
-    flexibility : (E,)
-        q of each element, 1/m.
+    `flexibility` is q of each element, (E,), 1/m.
     """
     elements, unknowns = network.elements, network.unknowns
-    tension = np.where(
-        elements.structure != Structure.GROUND,
-        1.0 / (defaults.ROAD_FLEXIBILITY * defaults.STRUCTURE_TENSION_LENGTH**2),
-        0.0,
-    )
+    taut = 1.0 / (defaults.ROAD_FLEXIBILITY * defaults.STRUCTURE_TENSION_LENGTH**2)
+    tension = np.where(elements.structure != Structure.GROUND, taut, 0.0)
     matrices = bending_matrices(elements.h) / flexibility[:, None, None]
     matrices = matrices + tension_matrices(elements.h) * tension[:, None, None]
     p = unknowns.to_knots
-    matrix = p.T @ assemble(element_dofs(elements), matrices, p.shape[0]) @ p
+    matrix = p.T @ assemble(elements, matrices) @ p
     diagonal = np.zeros(p.shape[1])
     diagonal[: 3 * unknowns.junctions].reshape(-1, 3)[:, 1:] = 1.0 / defaults.JUNCTION_TILT_SIGMA**2
     matrix = matrix + sp.diags(diagonal)
@@ -132,11 +115,9 @@ def _chord_coupling(network: Network, chains: Chains, tension: FloatArray) -> tu
     """
     elements, to_knots, count = network.elements, network.unknowns.to_knots, len(chains.loose)
     held = np.flatnonzero((chains.chain >= 0) & ~np.r_[chains.loose, True][chains.chain])
-    chain, sign, tau = chains.chain[held], chains.sign[held], tension[held]
-    knot = elements.knot[held]
-    rows = np.r_[2 * knot, 2 * (knot + 1)]
-    values = np.r_[sign * tau, -sign * tau]
-    in_knots = sp.coo_matrix((values, (rows, np.r_[chain, chain])), (to_knots.shape[0], count)).tocsr()
+    chain, tau, pull, knot = chains.chain[held], tension[held], (chains.sign * tension)[held], elements.knot[held]
+    rows, cols = np.r_[2 * knot, 2 * (knot + 1)], np.r_[chain, chain]
+    in_knots = sp.coo_matrix((np.r_[pull, -pull], (rows, cols)), (to_knots.shape[0], count)).tocsr()
     diagonal = np.bincount(chain, tau * elements.h[held], count).astype(np.float64)
     # A loose chain's mean grade plays no part; 1 keeps it determinate.
     diagonal[diagonal == 0] = 1.0

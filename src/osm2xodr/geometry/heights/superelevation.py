@@ -17,14 +17,7 @@ from scipy.sparse.linalg import splu
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import (
-    Network,
-    assemble,
-    bending_matrices,
-    element_dofs,
-    hermite,
-    tension_matrices,
-)
+from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
@@ -101,8 +94,7 @@ def _free_knots(network: Network, warranted: BoolArray) -> sp.csr_matrix:
     """Return the matrix from unknowns to value and slope of every knot, (2 knots, N); other knots stay level."""
     problem, elements = network.problem, network.elements
     free = np.ones(len(elements.knot_s), bool)
-    free[elements.knot[~warranted]] = False
-    free[elements.knot[~warranted] + 1] = False
+    free[elements.knot[~warranted]] = free[elements.knot[~warranted] + 1] = False
     end = elements.end_knots.ravel()
     junction, link = problem.end_junction.ravel(), problem.end_link.ravel()
     free[end[junction >= 0]] = False
@@ -116,8 +108,7 @@ def _free_knots(network: Network, warranted: BoolArray) -> sp.csr_matrix:
     own = free & (owner == np.arange(len(free)))
     number = np.cumsum(own) - 1
     k = np.flatnonzero(free)
-    rows = np.concatenate([2 * k, 2 * k + 1])
-    cols = np.concatenate([2 * number[owner[k]], 2 * number[owner[k]] + 1])
+    rows, cols = (np.concatenate([2 * index, 2 * index + 1]) for index in (k, number[owner[k]]))
     values = np.concatenate([sign[k], np.ones(len(k))])
     return sp.coo_matrix((values, (rows, cols)), (2 * len(free), 2 * int(own.sum()))).tocsr()
 
@@ -129,16 +120,14 @@ def _smooth(network: Network, use: IntArray, slope: FloatArray, to_knots: sp.csr
         return np.zeros((len(elements.knot_s), 2))
     length = defaults.CROSSFALL_LENGTH
     matrices = length**4 * bending_matrices(elements.h) + _TENSION_SHARE * length**2 * tension_matrices(elements.h)
-    size = to_knots.shape[0]
-    stiffness = to_knots.T @ assemble(element_dofs(elements), matrices, size) @ to_knots
+    stiffness = to_knots.T @ assemble(elements, matrices) @ to_knots
     stiffness = stiffness + _NO_READING * sp.identity(stiffness.shape[0])
     rows = network.knot_rows(samples.element[use], samples.u[use], hermite) @ to_knots
-    weight = samples.ds[use]
-    factor = np.ones(len(use))
-    x = np.zeros(to_knots.shape[1])
+    x, factor = np.zeros(to_knots.shape[1]), np.ones(len(use))
     for _ in range(_ROUNDS):
-        normal = stiffness + rows.T @ sp.diags(weight * factor) @ rows
-        x = splu(sp.csc_matrix(normal)).solve(rows.T @ (weight * factor * slope))
+        weight = samples.ds[use] * factor
+        normal = stiffness + rows.T @ sp.diags(weight) @ rows
+        x = splu(sp.csc_matrix(normal)).solve(rows.T @ (weight * slope))
         factor = 1.0 / (1.0 + ((slope - rows @ x) / defaults.CROSSFALL_SIGMA) ** 2) ** 2
     knots: FloatArray = (to_knots @ x).reshape(-1, 2)
     return knots
