@@ -19,7 +19,10 @@ READERS: Final = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
 DEFAULT_READERS: Final = ("carla", "esmini", "sumo")
 # Numbers that ``rules.ini`` refers to by name.
 _NUMBERS: Final = {
-    **{name: getattr(defaults, name) for name in ("GAP", "GAP_ERROR", "SAME_S", "TAPERED_WIDTH")},
+    "GAP": defaults.GAP,
+    "GAP_ERROR": defaults.GAP_ERROR,
+    "SAME_S": defaults.SAME_S,
+    "TAPERED_WIDTH": defaults.TAPERED_WIDTH,
     "CONNECTING_RADIUS": CONNECTING_RADIUS,
 }
 _LIMIT: Final = re.compile(r"(?P<value>\S+) (?P<unit>[^ ,]+)(, error from (?P<error>\S+))?( \((?P<source>.*)\))?")

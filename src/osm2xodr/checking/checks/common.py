@@ -66,14 +66,12 @@ def worst_of(group: IntArray, value: FloatArray) -> IntArray:
     """Return the row with the largest value of each group, in order of the groups."""
     order = np.lexsort((-value, group))
     first = np.concatenate([[True], np.diff(group[order]) > 0])[: len(order)]
-    worst: IntArray = np.asarray(order[first], np.int64)
-    return worst
+    return np.asarray(order[first], np.int64)
 
 
 def degrees(turn: FloatArray) -> FloatArray:
     """Return the size of turns (rad) in degrees, from 0 to 180."""
-    size: FloatArray = np.degrees(np.abs(wrapped(turn)))
-    return size
+    return np.asarray(np.degrees(np.abs(wrapped(turn))))
 
 
 def add_furniture(

@@ -195,8 +195,7 @@ def _used_lanes(count: int, steps: Transitions, which: BoolArray) -> BoolArray:
 def _widths(drive: OpenDrive, lane: IntArray, s: FloatArray, *, before: bool) -> FloatArray:
     """Return the widths of lanes at s, (n,), m."""
     inner, outer = lane_borders(drive, lane, s, before=before)
-    width: FloatArray = np.abs(outer - inner)
-    return width
+    return np.asarray(np.abs(outer - inner))
 
 
 def _add_ends(

@@ -26,13 +26,8 @@ def check_references(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
 
 def _repeated(ids: Sequence[object]) -> list[int]:
     """Return the indices of ids that stand before in the list."""
-    seen: set[object] = set()
-    out = []
-    for k, item in enumerate(ids):
-        if item in seen:
-            out.append(k)
-        seen.add(item)
-    return out
+    first = {item: k for k, item in reversed(list(enumerate(ids)))}
+    return [k for k, item in enumerate(ids) if first[item] != k]
 
 
 def _check_ids(drive: OpenDrive, findings: Findings) -> None:
@@ -81,28 +76,19 @@ def _check_road_links(drive: OpenDrive, findings: Findings) -> None:
         texts = [f"{ENDS[end[k]]} is {word} {roads.link_id[road[k]][end[k]]}" for k in at]
         findings.add(f"{word}-link", road=road[at], s=station[at], line=roads.line[road[at]], other=texts)
     lost = np.flatnonzero(roads.junction == ABSENT)
-    findings.add(
-        "road-junction", road=lost, line=roads.line[lost], other=lambda row: roads.junction_id[int(lost[row])]
-    )
+    findings.add("road-junction", road=lost, line=roads.line[lost], other=[roads.junction_id[k] for k in lost])
     road, end = np.nonzero((roads.link_kind == LinkKind.ROAD) & (roads.contact == End.UNSAID))
-    findings.add(
-        "no-contact-point", road=road, line=roads.line[road], other=lambda row: f"the road's {ENDS[end[row]]}"
-    )
-    _check_open(drive, findings)
-    _check_mutual(drive, findings)
-
-
-def _check_open(drive: OpenDrive, findings: Findings) -> None:
-    """Check for connecting roads without a neighbour at an end."""
-    roads = drive.roads
+    findings.add("no-contact-point", road=road, line=roads.line[road], other=[f"the road's {ENDS[k]}" for k in end])
+    # Connecting roads without a neighbour at an end.
     road, end = np.nonzero((roads.link_kind == LinkKind.NONE) & (roads.junction >= 0)[:, None])
     findings.add(
         "open-connecting-road",
         road=road,
         s=np.where(end == 0, 0.0, roads.length[road]),
         line=roads.line[road],
-        other=lambda row: ENDS[end[row]],
+        other=[ENDS[k] for k in end],
     )
+    _check_mutual(drive, findings)
 
 
 def _check_mutual(drive: OpenDrive, findings: Findings) -> None:

@@ -112,8 +112,7 @@ def _outer_driving(drive: OpenDrive, lanes: LaneIndex) -> tuple[IntArray, IntArr
 
 def _at(values: IntArray, index: IntArray) -> IntArray:
     """Return values by index; -1 where there is none."""
-    out: IntArray = np.append(values, -1)[np.where(index == ABSENT, len(values), index)]
-    return out
+    return np.asarray(np.append(values, -1)[np.where(index == ABSENT, len(values), index)])
 
 
 def _has_length(drive: OpenDrive) -> BoolArray:
