@@ -18,14 +18,7 @@ _GZIP = b"\x1f\x8b"
 
 
 def check_file(path: Path, options: CheckOptions | None = None) -> CheckResult:
-    """Check a file of OpenDRIVE.
-
-    Parameters
-    ----------
-    path
-        The file.
-    options
-        What is checked; by default the rules of the standard and of `DEFAULT_READERS`.
+    """Check a file of OpenDRIVE; by default against the rules of the standard and of `DEFAULT_READERS`.
 
     Raises
     ------

@@ -76,15 +76,7 @@ class _Batch:
 
 
 class Findings:
-    """Collects findings of one file.
-
-    Parameters
-    ----------
-    drive
-        The file.
-    rules
-        Names of the rules that are checked; findings of others are not collected.
-    """
+    """Collects findings of one file that break some rules, given by their names; others are not collected."""
 
     def __init__(self, drive: OpenDrive, rules: frozenset[str]) -> None:
         self._drive = drive
@@ -107,39 +99,23 @@ class Findings:
         other: Namer | Sequence[str] = "",
         count: int | None = None,
     ) -> None:
-        """Collect findings of one rule.
+        """Collect findings of one rule, as columns, (n,).
 
-        Parameters
-        ----------
-        rule
-            Name of the rule.
-        road : (n,)
-            Index of the road, -1 for none.
-        lane : (n,)
-            Lane id, `ABSENT` for none.
-        s : (n,)
-            NaN for none.
-        value : (n,)
-            In the rule's unit, NaN for none.
-        line : (n,)
-            Of the file.
-        other
-            What fills ``{other}`` in the rule's sentence: one text for each finding, or a function of the row.
-        count
-            Number of findings if there is no column.
+        They are: index of the road, -1 for none; lane id, `ABSENT` for none; station (m) and value in the rule's
+        unit, NaN for none; line of the file; what fills ``{other}`` in the rule's sentence, as texts or a function of
+        the row. `count` is n if there is no column.
         """
         columns = [column for column in (road, lane, s, value, line) if column is not None]
         n = len(columns[0]) if columns else (1 if count is None else count)
         if rule not in self._rules or n == 0:
             return
-        namer: Namer = other if callable(other) else (other.__getitem__ if other else (lambda _: ""))
         batch = _Batch(
             _integers(road, n, _NO_ROAD),
             _integers(lane, n, ABSENT),
             _reals(s, n),
             _reals(value, n),
             _integers(line, n, 0),
-            namer,
+            other if callable(other) else (other.__getitem__ if other else lambda _: ""),
         )
         self._batches.setdefault(rule, []).append(batch)
 
@@ -157,20 +133,15 @@ class Findings:
         return tuple(sorted(out, key=lambda count: (-count.severity, -count.findings, count.rule)))
 
     def records(self, most: int, readers: frozenset[str], locate: Locator) -> tuple[Finding, ...]:
-        """Return the worst findings of each rule and severity, errors first, then by how often they exceed the limit.
+        """Return the worst findings, `most` of each rule and severity.
 
-        Parameters
-        ----------
-        most
-            Findings per rule and severity.
-        readers
-            Those that were asked for.
-        locate
-            Finds x and y.
+        Errors come first, then what exceeds its limit most. `readers` are those that were asked for.
         """
-        ranked: list[tuple[_Rank, Finding]] = []
-        for name, batches in self._batches.items():
-            ranked += self._of_rule(RULES[name], batches, most, readers, locate)
+        ranked = [
+            item
+            for name, batches in self._batches.items()
+            for item in self._of_rule(RULES[name], batches, most, readers, locate)
+        ]
         return tuple(finding for _, finding in sorted(ranked, key=lambda item: item[0]))
 
     def _of_rule(

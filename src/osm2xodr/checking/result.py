@@ -72,10 +72,10 @@ class CheckResult:
 
     def by_rule(self) -> dict[str, int]:
         """Return the number of findings of each rule that was broken."""
-        out: dict[str, int] = {}
+        out: Counter[str] = Counter()
         for item in self.counts:
-            out[item.rule] = out.get(item.rule, 0) + item.findings
-        return out
+            out[item.rule] += item.findings
+        return dict(out)
 
     def worst(self, most: int) -> CheckResult:
         """Return the result with at most `most` findings of each rule and severity, the first ones."""
@@ -105,7 +105,8 @@ class CheckResult:
         """
         yield self.headline()
         for finding in (item for item in self.findings if item.severity >= least):
-            yield f"{finding.severity.word:8}{place(finding)}: {finding.text} [{finding.rule}]{_affected(finding)}"
+            affected = f" ({', '.join(finding.readers)})" if finding.readers else ""
+            yield f"{finding.severity.word:8}{place(finding)}: {finding.text} [{finding.rule}]{affected}"
         counts = [item for item in self.counts if item.severity >= least]
         if counts:
             yield ""
@@ -134,8 +135,3 @@ def place(finding: Finding) -> str:
     if finding.line:
         words.append(f"line {finding.line}")
     return " ".join(words) or "file"
-
-
-def _affected(finding: Finding) -> str:
-    """Name the readers that are affected."""
-    return f" ({', '.join(finding.readers)})" if finding.readers else ""

@@ -101,8 +101,7 @@ class Ramp:
         at = np.arange(len(table))
         mixed = np.stack([np.interp(place, at, table[:, k]) for k in range(3)], axis=-1)
         mixed[~np.isfinite(values)] = rgb(self.unknown)
-        rounded: Pixels = np.rint(mixed).astype(np.uint8)
-        return rounded
+        return np.asarray(np.rint(mixed).astype(np.uint8))
 
 
 def rgb(colour: Colour) -> tuple[int, int, int]:

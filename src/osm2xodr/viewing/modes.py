@@ -93,13 +93,16 @@ def make_modes(file: OpenDrive, scene: Scene, *, has_findings: bool) -> list[Mod
     used = {types[k] for k in type_of.tolist()}
     classes, class_of = strip_classes(file, scene)
     class_used = {classes[k] for k in class_of.tolist()}
+    grades = np.abs(scene.grade[np.isfinite(scene.grade)])
+    steepest = 100.0 * float(np.percentile(grades, _GRADE_END)) if len(grades) else 0.0
+    steep = colours.round_range(0.0, steepest, 4.0)[1]
     modes = [
         Mode("type", "lane type", "Lanes", _categories(types, colours.LANE_TYPES, colours.LANE_OTHER, used)),
         Mode(
             "class", "road class", "Roads", _categories(classes, colours.ROAD_TYPES, colours.ROAD_OTHER, class_used)
         ),
         Mode("height", "height", "Height, m", _ramp(colours.CIVIDIS, scene.z, *_HEIGHT_ENDS, 10.0, "m")),
-        Mode("grade", "grade", "Grade, %", Ramp(colours.STEEPNESS, 0.0, _steep(scene), "%")),
+        Mode("grade", "grade", "Grade, %", Ramp(colours.STEEPNESS, 0.0, steep, "%")),
     ]
     if np.isfinite(scene.ground).any():
         error = np.abs(scene.z - scene.ground)
@@ -134,9 +137,3 @@ def _ramp(stops: tuple[str, ...], values: FloatArray, low: float, high: float, l
     known = values[np.isfinite(values)]
     ends = np.percentile(known, (low, high)) if len(known) else (np.nan, np.nan)
     return Ramp(stops, *colours.round_range(float(ends[0]), float(ends[1]), least), unit)
-
-
-def _steep(scene: Scene) -> float:
-    """Return the grade at the upper end of the ramp, %."""
-    known = np.abs(scene.grade[np.isfinite(scene.grade)])
-    return colours.round_range(0.0, 100.0 * float(np.percentile(known, _GRADE_END)) if len(known) else 0.0, 4.0)[1]

@@ -77,18 +77,6 @@ class Scene:
             self.z[at] + self.border * np.sin(self.roll)[at],
         )
 
-    def edges(self) -> tuple[FloatArray, FloatArray]:
-        """Return t of the leftmost and the rightmost border at each station, m."""
-        first = self.border_start[:-1][self.station_strip]
-        row = np.arange(len(self.s)) - self.station_start[:-1][self.station_strip]
-        borders = self.strip_borders[self.station_strip]
-        left = first + row * borders
-        return self.border[left], self.border[left + borders - 1]
-
-    def with_ground(self, ground: FloatArray) -> Scene:
-        """Return the scene with heights of an elevation model at the stations."""
-        return replace(self, ground=ground)
-
     def only(self, strips: IntArray) -> Scene:
         """Return the scene of some of the strips, in the order in which they are given."""
         parts = {
@@ -99,8 +87,9 @@ class Scene:
         }
         return replace(
             self,
-            station_start=_starts(self.strip_stations[strips]),
-            lane_start=_starts(np.diff(self.lane_start)[strips]),
+            # Where the rows of each strip begin, and those of the last one end.
+            station_start=np.concatenate(([0], np.cumsum(self.strip_stations[strips]))),
+            lane_start=np.concatenate(([0], np.cumsum(np.diff(self.lane_start)[strips]))),
             **{name: getattr(self, name)[rows] for names, rows in parts.items() for name in names},
         )
 
@@ -108,8 +97,3 @@ class Scene:
 def _rows(start: IntArray, strips: IntArray) -> IntArray:
     """Return the rows of some strips, one strip after the other."""
     return runs(start[strips], np.diff(start)[strips])
-
-
-def _starts(count: IntArray) -> IntArray:
-    """Return where the rows of each owner begin, and those of the last one end, from how many each has."""
-    return np.concatenate(([0], np.cumsum(count)))

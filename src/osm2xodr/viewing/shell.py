@@ -39,8 +39,7 @@ def page_html(
     early_script
         JavaScript that is run before the body is read.
     blob_scripts
-        Whether scripts may load further ones from addresses of the kind ``blob:``, which only the page itself can
-        make.
+        Whether scripts may load further ones from addresses ``blob:``, which only the page itself can make.
     licences
         Texts of the licences of the libraries in the page.
     """

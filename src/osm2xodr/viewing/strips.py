@@ -47,14 +47,9 @@ _MARK_COLOURS: Final = {
 
 
 def make_scene(file: OpenDrive, tolerance: float = _TOLERANCE, step: float = _LONGEST_CHORD) -> Scene:
-    """Sample all roads, and all borders of their lanes.
+    """Sample all roads, and all borders of their lanes; `tolerance` and `step` are as for `sample_roads`, m.
 
-    Parameters
-    ----------
-    file
-        The network. Roads that cannot be drawn (no plan view, no lane section, unreadable numbers) have no strips.
-    tolerance, step
-        As for `osm2xodr.opendrive.sample_roads`, m.
+    Roads that cannot be drawn (no plan view, no lane section, unreadable numbers) have no strips.
     """
     road, s, section, is_end = _stations(file, tolerance, step)
     strip_first = np.flatnonzero(np.diff(section, prepend=ABSENT))
@@ -167,16 +162,10 @@ def _borders(
 
 
 def border_marks(file: OpenDrive, scene: Scene) -> tuple[list[list[Any]], IntArray]:
-    """Return the kinds of road marks, and the kind of mark on each border.
+    """Return name, style (`_MARK_STYLES`) and colour of each kind of road mark, and the kind on each border.
 
-    The mark of a lane is on its outer border, that of the centre lane on the border between left and right.
-
-    Returns
-    -------
-    kinds
-        Name, style (`_MARK_STYLES`) and colour of each kind.
-    kind : (borders,)
-        Index of the kind on each border of each strip, from left to right, one strip after the other.
+    The mark of a lane is on its outer border, that of the centre lane on the border between left and right. Borders
+    are those of each strip, from left to right, one strip after the other, (borders,).
     """
     lanes = file.lanes
     kinds: dict[tuple[str, str], int] = {("none", ""): 0}

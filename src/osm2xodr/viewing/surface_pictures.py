@@ -36,21 +36,10 @@ def error_ramp(limit: float) -> Ramp:
 
 
 def relief(z: FloatArray, steps: tuple[float, float], ramp: Ramp) -> Pixels:
-    """Return heights as colours, lit from the north-west.
+    """Return heights (rows, cols), m, NaN in voids, as colours, lit from the north-west.
 
-    Parameters
-    ----------
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    steps
-        Length of one column and of one row, m.
-    ramp
-        Colours of heights.
-
-    Returns
-    -------
-    (rows, cols, 3)
-        Of a coarser grid where there are more cells than pixels.
+    `steps` are the lengths of one column and of one row, m. The picture, (rows, cols, 3), is one of a coarser grid
+    where there are more cells than pixels.
     """
     block = _block_size(z)
     mean = block_means(z, block)
@@ -127,8 +116,7 @@ def block_means(z: FloatArray, block: int) -> FloatArray:
     known = np.isfinite(blocks)
     count = known.sum(axis=(1, 3))
     total = np.where(known, blocks, 0.0).sum(axis=(1, 3))
-    out: FloatArray = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    return out
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 def block_extremes(z: FloatArray, block: int) -> FloatArray:
@@ -137,8 +125,7 @@ def block_extremes(z: FloatArray, block: int) -> FloatArray:
     known = np.isfinite(blocks)
     highest = np.where(known, blocks, -np.inf).max(axis=(1, 3))
     lowest = np.where(known, blocks, np.inf).min(axis=(1, 3))
-    out: FloatArray = np.where(known.any(axis=(1, 3)), np.where(highest >= -lowest, highest, lowest), np.nan)
-    return out
+    return np.where(known.any(axis=(1, 3)), np.where(highest >= -lowest, highest, lowest), np.nan)
 
 
 def _blocks(z: FloatArray, block: int) -> FloatArray:

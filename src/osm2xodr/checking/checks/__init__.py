@@ -20,17 +20,7 @@ __all__ = ["check_tables", "schema_violations"]
 
 
 def check_tables(drive: OpenDrive, head: str, findings: Findings) -> None:
-    """Check everything that was read of a file.
-
-    Parameters
-    ----------
-    drive
-        What was read.
-    head
-        The text of the file up to its first road, as written.
-    findings
-        Receives the findings.
-    """
+    """Check everything that was read of a file; `head` is its text up to the first road, as written."""
     lanes = lane_index(drive)
     check_misfits(drive, findings)
     check_references(drive, lanes, findings)

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from osm2xodr.checking.findings import Findings
+from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.checking.rules import RULES
 from osm2xodr.curves import wrapped
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
-from osm2xodr.opendrive import Furniture, OpenDrive, pose
+from osm2xodr.opendrive import End, Furniture, OpenDrive, pose
 
 
 def above(rule: str, value: FloatArray) -> BoolArray:
@@ -35,6 +35,17 @@ def followers(start: IntArray) -> IntArray:
     """Return the rows that follow another row of the same owner."""
     owner = owners(start)
     return 1 + np.flatnonzero(owner[1:] == owner[:-1])
+
+
+def end_station(drive: OpenDrive, road: IntArray, end: IntArray | End) -> FloatArray:
+    """Return s of ends of roads, (n,), m."""
+    return np.where(end == End.END, drive.roads.length[road], 0.0)
+
+
+def road_place(drive: OpenDrive, road: IntArray, s: FloatArray | None = None) -> Place:
+    """Return where roads are, for findings: at s, or as a whole."""
+    place: Place = {"road": road, "line": drive.roads.line[road]}
+    return place if s is None else {**place, "s": s}
 
 
 def record_poses(drive: OpenDrive, row: IntArray, ds: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -66,14 +77,12 @@ def worst_of(group: IntArray, value: FloatArray) -> IntArray:
     """Return the row with the largest value of each group, in order of the groups."""
     order = np.lexsort((-value, group))
     first = np.concatenate([[True], np.diff(group[order]) > 0])[: len(order)]
-    worst: IntArray = np.asarray(order[first], np.int64)
-    return worst
+    return np.asarray(order[first], np.int64)
 
 
 def degrees(turn: FloatArray) -> FloatArray:
     """Return the size of turns (rad) in degrees, from 0 to 180."""
-    size: FloatArray = np.degrees(np.abs(wrapped(turn)))
-    return size
+    return np.asarray(np.degrees(np.abs(wrapped(turn))))
 
 
 def add_furniture(

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.checking.findings import Place
-from osm2xodr.model import BoolArray, IntArray
+from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, OpenDrive
 
 # Types of lanes that cars may be on, of all versions of the standard.
@@ -70,15 +70,11 @@ def lane_index(drive: OpenDrive) -> LaneIndex:
     return LaneIndex(road, driving, forward, both, first, last, keys, rows)
 
 
-def lane_place(drive: OpenDrive, lanes: LaneIndex, row: IntArray) -> Place:
-    """Return where lanes are, for findings."""
+def lane_place(drive: OpenDrive, lanes: LaneIndex, row: IntArray, s: FloatArray | None = None) -> Place:
+    """Return where lanes are, for findings: at s, or where their sections begin."""
     table = drive.lanes
-    return {
-        "road": lanes.road[row],
-        "lane": table.id[row],
-        "s": drive.sections.s[table.section[row]],
-        "line": table.line[row],
-    }
+    at = drive.sections.s[table.section[row]] if s is None else s
+    return {"road": lanes.road[row], "lane": table.id[row], "s": at, "line": table.line[row]}
 
 
 def _key(section: IntArray, lane_id: IntArray) -> IntArray:

@@ -6,10 +6,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from osm2xodr.checking.checks.index import LaneIndex
+from osm2xodr.checking.checks.common import end_station, owners
+from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.checks.references import ENDS, connection_name
 from osm2xodr.checking.findings import Findings
-from osm2xodr.model import BoolArray, FloatArray, IntArray
+from osm2xodr.model import BoolArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, LinkKind, OpenDrive, pose
 
 
@@ -32,11 +33,6 @@ class Transitions:
         return Transitions(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
 
 
-def end_station(drive: OpenDrive, road: IntArray, end: IntArray | End) -> FloatArray:
-    """Return s of ends of roads, (n,), m."""
-    return np.where(end == End.END, drive.roads.length[road], 0.0)
-
-
 def transitions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> Transitions:
     """Return all steps, and add findings about links and connections that lead nowhere."""
     links = ((End.START, drive.lanes.predecessor), (End.END, drive.lanes.successor))
@@ -54,11 +50,8 @@ def _check_section_links(drive: OpenDrive, lanes: LaneIndex, end: End, ids: IntA
     lost = row[lanes.find(table.section[row] + (1 if end else -1), ids[row]) < 0]
     findings.add(
         "lane-link",
-        road=lanes.road[lost],
-        lane=table.id[lost],
-        s=(sections.end if end else sections.s)[table.section[lost]],
-        line=table.line[lost],
         other=lambda k: f"{ENDS[end]} is lane {ids[lost[k]]} of the neighbouring section",
+        **lane_place(drive, lanes, lost, (sections.end if end else sections.s)[table.section[lost]]),
     )
 
 
@@ -75,11 +68,8 @@ def _road_steps(drive: OpenDrive, lanes: LaneIndex, end: End, ids: IntArray, fin
     lost = np.flatnonzero((to < 0) & (section >= 0))
     findings.add(
         "lane-link",
-        road=road[lost],
-        lane=table.id[row[lost]],
-        s=end_station(drive, road[lost], end),
-        line=table.line[row[lost]],
         other=lambda k: f"{ENDS[end]} is lane {ids[row[lost[k]]]} of road {roads.id[int(other[lost[k]])]}",
+        **lane_place(drive, lanes, row[lost], end_station(drive, road[lost], end)),
     )
     good = to >= 0
     n = int(good.sum())
@@ -102,7 +92,7 @@ def _connection_steps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) ->
         line=table.line[away],
         other=lambda k: connection_name(drive, int(away[k])),
     )
-    owner = np.repeat(np.arange(len(table.junction)), np.diff(table.link_start))
+    owner = owners(table.link_start)
     link = np.flatnonzero(end[owner] >= 0)
     owner = owner[link]
     section_a = lanes.end_section(table.incoming[owner], end[owner])

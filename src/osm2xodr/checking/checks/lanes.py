@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.checking import defaults
-from osm2xodr.checking.checks.common import above, first_rows, followers, owners, worst_of
+from osm2xodr.checking.checks.common import above, first_rows, followers, owners, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.curves import runs
@@ -33,8 +33,7 @@ def check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
 def _check_sections(drive: OpenDrive, findings: Findings) -> None:
     """Check where lane sections begin."""
     sections, roads = drive.sections, drive.roads
-    bare = np.flatnonzero(np.diff(sections.start) == 0)
-    findings.add("no-lane-section", road=bare, line=roads.line[bare])
+    findings.add("no-lane-section", **road_place(drive, np.flatnonzero(np.diff(sections.start) == 0)))
     first = first_rows(sections.start)
     late = first[above("section-order", np.abs(sections.s[first]))]
     beyond = np.flatnonzero((sections.s >= roads.length[sections.road]) & (sections.s > 0))
@@ -85,12 +84,9 @@ def _check_section_gaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) 
     bad = np.flatnonzero(above("section-gap", gap))
     findings.add(
         "section-gap",
-        road=lanes.road[row[bad]],
-        lane=table.id[row[bad]],
-        s=s[bad],
         value=gap[bad],
-        line=table.line[row[bad]],
         other=lambda k: str(table.id[to[bad[k]]]),
+        **lane_place(drive, lanes, row[bad], s[bad]),
     )
 
 

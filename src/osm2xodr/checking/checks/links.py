@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from osm2xodr.checking import defaults
-from osm2xodr.checking.checks.common import above, degrees
-from osm2xodr.checking.checks.index import LaneIndex
-from osm2xodr.checking.checks.lane_transitions import Transitions, end_station
+from osm2xodr.checking.checks.common import above, degrees, end_station, road_place
+from osm2xodr.checking.checks.index import LaneIndex, lane_place
+from osm2xodr.checking.checks.lane_transitions import Transitions
 from osm2xodr.checking.findings import Findings
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import ABSENT, End, LinkKind, OpenDrive, grade, lane_borders, pose, surface_points
@@ -108,11 +108,9 @@ def _check_road_contacts(drive: OpenDrive, findings: Findings) -> None:
     bad = np.flatnonzero(touching & above("wrong-contact-point", gap[0]))
     findings.add(
         "wrong-contact-point",
-        road=road[bad],
-        s=end_station(drive, road[bad], end[bad]),
         value=gap[0][bad],
-        line=roads.line[road[bad]],
         other=lambda k: f"the road's link to road {roads.id[int(other[bad[k]])]}",
+        **road_place(drive, road[bad], end_station(drive, road[bad], end[bad])),
     )
 
 
@@ -195,8 +193,7 @@ def _used_lanes(count: int, steps: Transitions, which: BoolArray) -> BoolArray:
 def _widths(drive: OpenDrive, lane: IntArray, s: FloatArray, *, before: bool) -> FloatArray:
     """Return the widths of lanes at s, (n,), m."""
     inner, outer = lane_borders(drive, lane, s, before=before)
-    width: FloatArray = np.abs(outer - inner)
-    return width
+    return np.asarray(np.abs(outer - inner))
 
 
 def _add_ends(
@@ -209,17 +206,9 @@ def _add_ends(
     findings: Findings,
 ) -> None:
     """Add findings about ends of lanes."""
-    road = lanes.road[lane]
-    end = (s > 0).astype(np.int64)
-    findings.add(
-        rule,
-        road=road,
-        lane=drive.lanes.id[lane],
-        s=s,
-        value=value,
-        line=drive.lanes.line[lane],
-        other=lambda k: drive.roads.link_id[int(road[k])][int(end[k])],
-    )
+    at = zip(lanes.road[lane].tolist(), (s > 0).tolist(), strict=True)
+    ids = [drive.roads.link_id[road][end] for road, end in at]
+    findings.add(rule, value=value, other=ids, **lane_place(drive, lanes, lane, s))
 
 
 def _check_lane_ends(

@@ -91,10 +91,8 @@ class _Signals:
         for name in signal_ids:
             items = self._at.get(name, [])
             inside = [item for item in items if int(self._drive.roads.junction[item.road]) == junction]
-            if inside:
-                out |= {movement: None for item in inside for movement in movements if _refers(item, movement)}
-            else:
-                out |= {movement: None for item in items for movement in movements if _stops(item, movement)}
+            governs = _refers if inside else _stops
+            out |= {movement: None for item in inside or items for movement in movements if governs(item, movement)}
         return list(out)
 
     def _movements(self, junction: int) -> list[_Movement]:
@@ -156,11 +154,10 @@ def _meeting(movements: Sequence[_Movement], paths: FloatArray) -> BoolArray:
     x, y, z = paths[..., 0], paths[..., 1], paths[..., 2]
     gap = np.hypot(x[:, None, -1] - x[None, :, -1], y[:, None, -1] - y[None, :, -1])
     out: BoolArray = (gap < _SAME_LANE) & (np.abs(z[:, None, -1] - z[None, :, -1]) < defaults.LEVEL_HEIGHT)
-    for k in range(len(movements)):
-        out[k] |= _crossed(paths[k], paths)
+    for k, path in enumerate(paths):
+        out[k] |= _crossed(path, paths)
     out |= out.T
-    found: BoolArray = out & (approach[:, None] != approach)
-    return found
+    return np.asarray(out & (approach[:, None] != approach))
 
 
 def _crossed(path: FloatArray, others: FloatArray) -> BoolArray:
@@ -168,5 +165,4 @@ def _crossed(path: FloatArray, others: FloatArray) -> BoolArray:
     a, b = path[:-1][:, None], path[1:][:, None]
     c, d = others[:, None, :-1], others[:, None, 1:]
     level = np.abs(a[..., 2] - c[..., 2]) < defaults.LEVEL_HEIGHT
-    out: BoolArray = (segments_cross(a, b, c, d) & level).any(axis=(1, 2))
-    return out
+    return np.asarray((segments_cross(a, b, c, d) & level).any(axis=(1, 2)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from osm2xodr.checking.checks.common import above, degrees, first_rows, followers, owners, record_poses
+from osm2xodr.checking.checks.common import above, degrees, first_rows, followers, owners, record_poses, road_place
 from osm2xodr.checking.findings import Findings, Place
 from osm2xodr.checking.rules import RULES
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -35,18 +35,17 @@ def _add(rule: str, drive: OpenDrive, row: IntArray, value: FloatArray, findings
 def _check_lengths(drive: OpenDrive, findings: Findings) -> None:
     """Check the lengths of roads and of their records."""
     plan, roads = drive.plan_view, drive.roads
-    bare = np.flatnonzero(np.diff(plan.start) == 0)
-    findings.add("no-plan-view", road=bare, line=roads.line[bare])
+    findings.add("no-plan-view", **road_place(drive, np.flatnonzero(np.diff(plan.start) == 0)))
     for rule, find in (("zero-length", lambda length: length <= 0), ("short-record", _is_short)):
         row = np.flatnonzero(find(plan.length))
         findings.add(rule, value=plan.length[row], other=lambda _: "the record", **_place(drive, row))
         road = np.flatnonzero(find(roads.length))
-        place: Place = {"road": road, "s": np.zeros(len(road)), "line": roads.line[road]}
+        place = road_place(drive, road, np.zeros(len(road)))
         findings.add(rule, value=roads.length[road], other=lambda _: "the road", **place)
     total = np.bincount(owners(plan.start), weights=plan.length, minlength=len(roads.id))
     off = np.abs(total - roads.length)
     wrong = np.flatnonzero(above("road-length", off) & (np.diff(plan.start) > 0))
-    findings.add("road-length", road=wrong, s=roads.length[wrong], value=off[wrong], line=roads.line[wrong])
+    findings.add("road-length", value=off[wrong], **road_place(drive, wrong, roads.length[wrong]))
     _add("record-length", drive, np.arange(len(plan.s)), np.abs(record_lengths(drive) - plan.length), findings)
 
 

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.checking.checks.common import above, add_furniture, owners
+from osm2xodr.checking.checks.common import above, add_furniture, owners, road_place
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings
 from osm2xodr.diagnostics import counted
@@ -146,7 +146,7 @@ def _check_crosswalks(drive: OpenDrive, findings: Findings) -> None:
 
 def _check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
     """Check lanes and cross sections."""
-    table, roads = drive.lanes, drive.roads
+    table = drive.lanes
     has_border = table.border.start[1:] > table.border.start[:-1]
     has_width = table.width.start[1:] > table.width.start[:-1]
     row = np.flatnonzero(has_border & ~has_width & (table.id != _CENTRE))
@@ -156,20 +156,15 @@ def _check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None
     # What follows is reported once for the file: all its roads have it for one reason.
     row = np.flatnonzero((table.height != 0).any(1))
     findings.add("lane-height-ignored", **lane_place(drive, lanes, row[:1]), other=[counted(len(row), "lane")])
-    left = np.flatnonzero(roads.left_hand)
-    findings.add("left-hand-ignored", road=left[:1], line=roads.line[left[:1]])
+    findings.add("left-hand-ignored", **road_place(drive, np.flatnonzero(drive.roads.left_hand)[:1]))
     bank = drive.superelevation
     tilted = (bank.a != 0) | (bank.b != 0) | (bank.c != 0) | (bank.d != 0)
     owner = owners(bank.start)
     banked = np.unique(owner[tilted])
     if len(banked):
         steepest = int(owner[tilted][np.argmax(np.abs(np.nan_to_num(bank.a[tilted])))])
-        findings.add(
-            "superelevation-ignored",
-            road=[steepest],
-            line=[int(roads.line[steepest])],
-            other=[counted(len(banked), "road")],
-        )
+        place = road_place(drive, np.array([steepest]))
+        findings.add("superelevation-ignored", other=[counted(len(banked), "road")], **place)
 
 
 def _check_coordinates(drive: OpenDrive, findings: Findings) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from osm2xodr.checking.checks.common import add_furniture
+from osm2xodr.checking.checks.common import add_furniture, end_station, road_place
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
 from osm2xodr.opendrive import ABSENT, End, Furniture, LinkKind, OpenDrive, section_at
@@ -26,20 +26,14 @@ def check_references(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
 
 def _repeated(ids: Sequence[object]) -> list[int]:
     """Return the indices of ids that stand before in the list."""
-    seen: set[object] = set()
-    out = []
-    for k, item in enumerate(ids):
-        if item in seen:
-            out.append(k)
-        seen.add(item)
-    return out
+    first = {item: k for k, item in reversed(list(enumerate(ids)))}
+    return [k for k, item in enumerate(ids) if first[item] != k]
 
 
 def _check_ids(drive: OpenDrive, findings: Findings) -> None:
     """Check for ids that are used twice."""
-    roads, junctions, connections = drive.roads, drive.junctions, drive.connections
-    twice = _repeated(roads.id)
-    findings.add("duplicate-road-id", road=twice, line=roads.line[twice])
+    junctions, connections = drive.junctions, drive.connections
+    findings.add("duplicate-road-id", **road_place(drive, np.array(_repeated(drive.roads.id), np.int64)))
     twice = _repeated(junctions.id)
     findings.add("duplicate-junction-id", line=junctions.line[twice], other=[junctions.id[k] for k in twice])
     numbered = [k for k, name in enumerate(connections.id) if name]
@@ -75,34 +69,20 @@ def _check_road_links(drive: OpenDrive, findings: Findings) -> None:
     roads = drive.roads
     road, end = np.nonzero(roads.link == ABSENT)
     kind = roads.link_kind[road, end]
-    station = np.where(end == 0, 0.0, roads.length[road])
+    station = end_station(drive, road, end)
     for wanted, word in ((LinkKind.ROAD, "road"), (LinkKind.JUNCTION, "junction")):
         at = np.flatnonzero(kind == wanted)
         texts = [f"{ENDS[end[k]]} is {word} {roads.link_id[road[k]][end[k]]}" for k in at]
-        findings.add(f"{word}-link", road=road[at], s=station[at], line=roads.line[road[at]], other=texts)
+        findings.add(f"{word}-link", other=texts, **road_place(drive, road[at], station[at]))
     lost = np.flatnonzero(roads.junction == ABSENT)
-    findings.add(
-        "road-junction", road=lost, line=roads.line[lost], other=lambda row: roads.junction_id[int(lost[row])]
-    )
+    findings.add("road-junction", other=[roads.junction_id[k] for k in lost], **road_place(drive, lost))
     road, end = np.nonzero((roads.link_kind == LinkKind.ROAD) & (roads.contact == End.UNSAID))
-    findings.add(
-        "no-contact-point", road=road, line=roads.line[road], other=lambda row: f"the road's {ENDS[end[row]]}"
-    )
-    _check_open(drive, findings)
-    _check_mutual(drive, findings)
-
-
-def _check_open(drive: OpenDrive, findings: Findings) -> None:
-    """Check for connecting roads without a neighbour at an end."""
-    roads = drive.roads
+    findings.add("no-contact-point", other=[f"the road's {ENDS[k]}" for k in end], **road_place(drive, road))
+    # Connecting roads without a neighbour at an end.
     road, end = np.nonzero((roads.link_kind == LinkKind.NONE) & (roads.junction >= 0)[:, None])
-    findings.add(
-        "open-connecting-road",
-        road=road,
-        s=np.where(end == 0, 0.0, roads.length[road]),
-        line=roads.line[road],
-        other=lambda row: ENDS[end[row]],
-    )
+    place = road_place(drive, road, end_station(drive, road, end))
+    findings.add("open-connecting-road", other=[ENDS[k] for k in end], **place)
+    _check_mutual(drive, findings)
 
 
 def _check_mutual(drive: OpenDrive, findings: Findings) -> None:
@@ -119,10 +99,8 @@ def _check_mutual(drive: OpenDrive, findings: Findings) -> None:
     lost = np.flatnonzero(~returned & ~to_junction)
     findings.add(
         "link-not-returned",
-        road=road[lost],
-        s=np.where(end == 0, 0.0, roads.length[road])[lost],
-        line=roads.line[road[lost]],
         other=lambda row: f"{ENDS[end[lost[row]]]} is road {roads.id[int(other[lost[row]])]}",
+        **road_place(drive, road[lost], end_station(drive, road[lost], end[lost])),
     )
 
 

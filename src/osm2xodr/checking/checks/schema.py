@@ -35,21 +35,9 @@ Violation: TypeAlias = tuple[int, str]
 def schema_violations(
     path: Path, revision: tuple[int, int], schema: Path | None
 ) -> tuple[tuple[Violation, ...], str | None]:
-    """Check a file against a schema.
+    """Return how a file violates its schema, and a note on why that was not checked, if so.
 
-    Parameters
-    ----------
-    path
-        The file.
-    revision
-        Its version.
-    schema
-        The schema; None takes that of the version from the package of ASAM's checker, if it is installed.
-
-    Returns
-    -------
-    tuple
-        Violations, and a note on why the schema was not checked, if so.
+    The schema is by default that of the file's version in the package of ASAM's checker, if it is installed.
 
     Raises
     ------

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.checking import defaults
-from osm2xodr.checking.checks.common import above, worst_of
+from osm2xodr.checking.checks.common import above, road_place, worst_of
 from osm2xodr.checking.checks.index import LaneIndex
 from osm2xodr.checking.findings import Findings
 from osm2xodr.curves import ranks
@@ -112,8 +112,7 @@ def _outer_driving(drive: OpenDrive, lanes: LaneIndex) -> tuple[IntArray, IntArr
 
 def _at(values: IntArray, index: IntArray) -> IntArray:
     """Return values by index; -1 where there is none."""
-    out: IntArray = np.append(values, -1)[np.where(index == ABSENT, len(values), index)]
-    return out
+    return np.asarray(np.append(values, -1)[np.where(index == ABSENT, len(values), index)])
 
 
 def _has_length(drive: OpenDrive) -> BoolArray:
@@ -149,11 +148,9 @@ def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
     other = high[worst]
     findings.add(
         "junction-surface",
-        road=road[first],
-        s=ways.s[row[first]],
         value=apart[pick],
-        line=drive.roads.line[road[first]],
         other=lambda k: f"road {drive.roads.id[int(other[k])]}",
+        **road_place(drive, road[first], ways.s[row[first]]),
     )
 
 
@@ -180,11 +177,9 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
     one, other = pair[bad] // len(length), pair[bad] % len(length)
     findings.add(
         "overlap",
-        road=one,
-        s=shared.s[first[bad]],
         value=area[bad],
-        line=drive.roads.line[one],
         other=lambda k: f"road {drive.roads.id[int(other[k])]}",
+        **road_place(drive, one, shared.s[first[bad]]),
     )
 
 

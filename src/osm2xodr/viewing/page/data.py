@@ -79,9 +79,9 @@ def make_subject(
     covers, on_roads = (None, None) if cover is None else cover
     if not structures and covers is not None and on_roads is not None:
         for item in on_roads:
-            kind = covers[item.way].structure
-            if kind:
-                place = (kind, item.begin, item.end, f"way/{covers[item.way].way}")
+            way = covers[item.way]
+            if way.structure:
+                place = (way.structure, item.begin, item.end, f"way/{way.way}")
                 structures.setdefault(item.road, []).append(place)
     _add_connecting(file, structures)
     return Subject(file, scene, frame, terrain, covers, on_roads, structures)
@@ -158,7 +158,7 @@ def page_arrays(subject: Subject) -> dict[str, Packed]:
 
 def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
     """Return the document without what other modules add: headline, accuracy, coverage, findings, log."""
-    file, scene = subject.file, subject.scene
+    file, scene, grid = subject.file, subject.scene, subject.terrain
     x0, y0 = origin_of(scene)
     jx, jy = junction_places(file, scene)
     return {
@@ -208,15 +208,18 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
         "user": _user_data(file),
         "ways": _ways(subject),
         "limits": _limits(subject),
-        "terrain": None if subject.terrain is None else _terrain(subject.terrain, x0, y0),
+        # The grid of the ground without its heights.
+        "terrain": None
+        if grid is None
+        else {
+            "x": rounded(grid.x - x0),
+            "y": rounded(grid.y - y0),
+            "dx": grid.dx,
+            "dy": grid.dy,
+            "nx": grid.z.shape[1],
+            "ny": grid.z.shape[0],
+        },
     }
-
-
-def _terrain(terrain: Terrain, x0: float, y0: float) -> dict[str, Any]:
-    """Return the grid of the ground without its heights."""
-    rows, columns = terrain.z.shape
-    place = {"x": rounded(terrain.x - x0), "y": rounded(terrain.y - y0)}
-    return {**place, "dx": terrain.dx, "dy": terrain.dy, "nx": columns, "ny": rows}
 
 
 def rounded(value: float | None, digits: int = 2) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,30 +107,24 @@ def station_lengths(scene: Scene) -> FloatArray:
 
 
 def height_errors(scene: Scene, groups: Sequence[tuple[str, BoolArray]]) -> list[HeightErrors]:
-    """Summarise heights above the ground by groups of stations; groups without a known height are left out."""
-    error = scene.z - scene.ground
-    weight = station_lengths(scene)
+    """Summarise heights above the ground by groups of stations, each weighted by the length it stands for.
+
+    Groups without a known height are left out.
+    """
+    heights, lengths = scene.z - scene.ground, station_lengths(scene)
     out = []
     for label, rows in groups:
-        kept = rows & np.isfinite(error) & (weight > 0.0)
-        if kept.any():
-            out.append(_summary(label, error[kept], weight[kept]))
+        kept = rows & np.isfinite(heights) & (lengths > 0.0)
+        if not kept.any():
+            continue
+        error, weight = heights[kept], lengths[kept]
+        size = np.abs(error)
+        order = np.argsort(size, kind="stable")
+        reached = np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())
+        mean, square = (float(np.average(values, weights=weight)) for values in (error, error**2))
+        p95 = float(size[order][min(int(reached), len(order) - 1)])
+        out.append(HeightErrors(label, float(weight.sum()), mean, math.sqrt(square), p95, float(size.max())))
     return out
-
-
-def _summary(label: str, error: FloatArray, weight: FloatArray) -> HeightErrors:
-    """Summarise errors, each weighted by the length it stands for."""
-    size = np.abs(error)
-    order = np.argsort(size, kind="stable")
-    reached = np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())
-    return HeightErrors(
-        label,
-        float(weight.sum()),
-        float(np.average(error, weights=weight)),
-        float(np.sqrt(np.average(error**2, weights=weight))),
-        float(size[order][min(int(reached), len(order) - 1)]),
-        float(size.max()),
-    )
 
 
 def worst_stations(value: FloatArray, scene: Scene, rows: BoolArray, most: int) -> IntArray:
@@ -139,5 +134,4 @@ def worst_stations(value: FloatArray, scene: Scene, rows: BoolArray, most: int) 
     order = np.lexsort((at, -np.abs(value[at]), road))
     first = np.diff(road[order], prepend=-1) != 0
     best = at[order][first]
-    ranked: IntArray = best[np.lexsort((best, -np.abs(value[best])))][:most]
-    return ranked
+    return np.asarray(best[np.lexsort((best, -np.abs(value[best])))][:most])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import gzip
 import json
 import re
@@ -83,18 +84,23 @@ def make_report(
     file = read_xodr(source) if isinstance(source, Path) else source
     subject = _subject(file, options, diagnostics)
     if result is None and options.check:
-        result = _checked(file)
+        # Not every report needs the checks.
+        from osm2xodr.checking import CheckOptions, check_drive
+
+        result = check_drive(file, CheckOptions(most=REPORT_FINDINGS))
     modes = make_modes(file, subject.scene, has_findings=result is not None)
     contents, arrays = pack_arrays(page_arrays(subject))
     rows, sentence = tables.findings(subject, result)
     errors = tables.accuracy(subject, [path.name for path in options.dem])
     cover = tables.coverage(subject)
+    heights = subject.scene.z[np.isfinite(subject.scene.z)]
     headline = _headline(subject, options, diagnostics)
     headline["figures"] += tables.verdict(errors, cover, result)
     info = {
         **headline,
         **page_info(subject, modes),
-        "first_mode": _first_mode(subject),
+        # What roads are coloured by at first: their height, unless the network is level.
+        "first_mode": "height" if len(heights) and float(np.ptp(heights)) > 1.0 else "type",
         "contents": contents,
         "findings": rows,
         "checked": sentence,
@@ -120,23 +126,10 @@ def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) 
             raise InputError(f"{file.path} has no road that can be drawn; there is nothing to compare")
     if options.dem and frame is not None:
         ground, terrain = read_ground(options.dem, scene, frame, diagnostics)
-        scene = scene.with_ground(ground)
+        scene = dataclasses.replace(scene, ground=ground)
     if options.osm is not None and frame is not None:
         cover = compare_with_osm(options.osm, file, frame)
     return make_subject(file, scene, frame, terrain, cover)
-
-
-def _checked(file: OpenDrive) -> CheckResult:
-    # Not every report needs the checks.
-    from osm2xodr.checking import CheckOptions, check_drive
-
-    return check_drive(file, CheckOptions(most=REPORT_FINDINGS))
-
-
-def _first_mode(subject: Subject) -> str:
-    """Return what roads are coloured by at first: their height, unless the network is level."""
-    known = subject.scene.z[np.isfinite(subject.scene.z)]
-    return "height" if len(known) and float(np.ptp(known)) > 1.0 else "type"
 
 
 def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics) -> dict[str, Any]:
@@ -168,8 +161,7 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
         ["report by", f"osm2xodr {__version__}"],
     ]
     notes = []
-    undrawn = len(file.roads.id) - len(np.unique(scene.strip_road))
-    if undrawn:
+    if undrawn := len(file.roads.id) - len(np.unique(scene.strip_road)):
         notes.append(
             f"Not drawn, for lack of a plan view, of lanes or of readable numbers: {counted(undrawn, 'road')}."
         )

@@ -129,8 +129,7 @@ def _seen(scene: Scene, x: FloatArray, y: FloatArray, box: tuple[float, float, f
     west, south, east, north = _strip_boxes(scene, x, y)
     seen = (east >= box[0]) & (west <= box[2]) & (north >= box[1]) & (south <= box[3])
     rows = np.flatnonzero(seen & (np.diff(scene.lane_start) > 0))
-    ordered: IntArray = rows[np.lexsort((rows, _heights(scene)[rows]))]
-    return ordered
+    return np.asarray(rows[np.lexsort((rows, _heights(scene)[rows]))])
 
 
 def _strip_boxes(scene: Scene, x: FloatArray, y: FloatArray) -> list[FloatArray]:
@@ -186,8 +185,7 @@ def _add_furniture(
 
 def _heights(scene: Scene) -> FloatArray:
     """Return the mean height of each strip, m."""
-    mean: FloatArray = np.add.reduceat(np.nan_to_num(scene.z), scene.station_start[:-1]) / scene.strip_stations
-    return np.nan_to_num(mean)
+    return np.nan_to_num(np.add.reduceat(np.nan_to_num(scene.z), scene.station_start[:-1]) / scene.strip_stations)
 
 
 def _colours(file: OpenDrive, scene: Scene, mode: Mode) -> tuple[list[str] | None, list[str] | None]:

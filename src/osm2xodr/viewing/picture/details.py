@@ -79,16 +79,9 @@ _Pixels = Callable[[float, float], tuple[float, float]]
 
 
 def mark_lines(grid: FloatArray, kinds: Sequence[Sequence[Any]], scale: float) -> list[Line]:
-    """Return the marks on the borders of a strip.
+    """Return the marks on the borders of a strip, of which `grid` gives the places, (stations, borders, 2), pixels.
 
-    Parameters
-    ----------
-    grid : (stations, borders, 2)
-        Pixels.
-    kinds
-        Of each border: name, style and colour, as of `border_marks`.
-    scale
-        Pixels per metre.
+    `kinds` are name, style and colour of each border's mark, as of `border_marks`; `scale` is pixels per metre.
     """
     out: list[Line] = []
     width = max(_WIDTH * scale, 0.5)
@@ -210,8 +203,7 @@ def _moved(line: FloatArray, aside: float) -> FloatArray:
     along = np.gradient(line, axis=0)
     length = np.hypot(along[:, 0], along[:, 1])
     length[length == 0.0] = 1.0
-    moved: FloatArray = line + aside * np.stack((-along[:, 1], along[:, 0]), axis=1) / length[:, None]
-    return moved
+    return np.asarray(line + aside * np.stack((-along[:, 1], along[:, 0]), axis=1) / length[:, None])
 
 
 def _dashed(line: FloatArray, dash: float, gap: float) -> Iterator[FloatArray]:

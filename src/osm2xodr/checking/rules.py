@@ -1,0 +1,112 @@
+"""The rules that a file is checked against: what a broken one means, for whom, and how to correct the file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from configparser import ConfigParser, ExtendedInterpolation, SectionProxy
+from dataclasses import dataclass
+from enum import IntEnum
+from importlib import resources
+from types import MappingProxyType
+from typing import Final
+
+from osm2xodr.checking import defaults
+from osm2xodr.defaults import CONNECTING_RADIUS
+
+# Programs that read OpenDRIVE, as `--for` names them.
+READERS: Final = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
+DEFAULT_READERS: Final = ("carla", "esmini", "sumo")
+# Numbers that ``rules.ini`` refers to by name.
+_NUMBERS: Final = {
+    "GAP": defaults.GAP,
+    "GAP_ERROR": defaults.GAP_ERROR,
+    "SAME_S": defaults.SAME_S,
+    "TAPERED_WIDTH": defaults.TAPERED_WIDTH,
+    "CONNECTING_RADIUS": CONNECTING_RADIUS,
+}
+_LIMIT: Final = re.compile(r"(?P<value>\S+) (?P<unit>[^ ,]+)(, error from (?P<error>\S+))?( \((?P<source>.*)\))?")
+
+
+class Severity(IntEnum):
+    """How bad a finding is."""
+
+    INFO = 0
+    WARNING = 1
+    ERROR = 2
+
+    @property
+    def word(self) -> str:
+        """Name as it is written."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A measured value above `value` is a finding."""
+
+    value: float  # In `unit`
+    unit: str
+    source: str  # Of the value; empty without one
+    error: float | None  # From here on a finding is an error, whatever the rule's severity; None: never
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One rule; ``rules.ini`` says what the fields mean."""
+
+    severity: Severity
+    name: str
+    meaning: str
+    text: str
+    remedy: str
+    impact: str  # Empty where nothing was measured
+    readers: tuple[str, ...]  # Of `READERS`
+    limit: Limit | None  # None where nothing is measured
+    standard: bool
+
+    @property
+    def unit(self) -> str:
+        """Unit of the value and the limit."""
+        return "" if self.limit is None else self.limit.unit
+
+    def matters_to(self, readers: frozenset[str]) -> bool:
+        """Whether the rule is required by the standard or by one of some readers."""
+        return self.standard or bool(readers.intersection(self.readers))
+
+
+def _read_rules() -> Iterator[tuple[str, Rule]]:
+    """Yield name and content of the rules in ``rules.ini``."""
+    parser = ConfigParser(
+        {name: str(value) for name, value in _NUMBERS.items()}, delimiters="=", interpolation=ExtendedInterpolation()
+    )
+    parser.read_string(resources.files("osm2xodr.checking").joinpath("rules.ini").read_text(encoding="utf-8"))
+    for name in parser.sections():
+        item = parser[name]
+        yield (
+            name,
+            Rule(
+                Severity[item["severity"].upper()],
+                name,
+                item["meaning"],
+                item["text"],
+                item["remedy"],
+                item.get("impact", ""),
+                tuple(item.get("readers", "").split()),
+                _limit(item),
+                item.getboolean("standard", True),
+            ),
+        )
+
+
+def _limit(item: SectionProxy) -> Limit | None:
+    """Return the limit of a rule as it is read, if it has one."""
+    if "limit" not in item:
+        return None
+    found = _LIMIT.fullmatch(item["limit"])
+    assert found, item["limit"]
+    error = found["error"]
+    return Limit(float(found["value"]), found["unit"], found["source"] or "", None if error is None else float(error))
+
+
+RULES: Final[Mapping[str, Rule]] = MappingProxyType(dict(_read_rules()))
