@@ -18,13 +18,7 @@ from osm2xodr.model import Direction, IntArray, LaneSpec, Rule, StreetNetwork
 
 
 def refuse_without_roads(layout: JunctionLayout) -> None:
-    """Refuse a network that has no street outside junctions.
-
-    Raises
-    ------
-    InputError
-        If all streets lie within junctions.
-    """
+    """Raise an InputError if all streets lie within junctions."""
     if layout.inner.all():
         raise InputError(
             "the streets lie within a few metres of each other, which leaves no road between their junctions; "
@@ -77,11 +71,7 @@ def _nodes(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) 
 def report_absorbed_streets(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> None:
-    """Report streets that have become part of a junction that nobody drives through.
-
-    Streets within a junction live on in its connecting roads. Where it has none, because no road leads to it or away
-    from it, nothing is left of them.
-    """
+    """Report streets that have become part of a junction that nobody drives through: nothing is left of them."""
     # Rings, which start at no intersection, have -1 there.
     junction_of = np.full(len(network.intersections) + 1, -1, np.int64)
     for junction in np.unique(connecting.junction).tolist():

@@ -40,11 +40,7 @@ _SHORTEST: Final = 1e-6
 
 
 def build_profile_problem(
-    network: StreetNetwork,
-    fitted: FittedStreets,
-    layout: JunctionLayout,
-    parts: RoadParts,
-    diagnostics: Diagnostics,
+    network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts, diagnostics: Diagnostics
 ) -> ProfileProblem:
     """Ask for the heights of all roads: their spans carry structure, class and grade tags.
 

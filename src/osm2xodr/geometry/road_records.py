@@ -243,11 +243,7 @@ def connecting_lane_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicPro
 
 
 def junction_records(
-    network: StreetNetwork,
-    layout: JunctionLayout,
-    connecting: ConnectingRoads,
-    priorities: Priorities,
-    ids: RoadIds,
+    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, priorities: Priorities, ids: RoadIds
 ) -> tuple[Junction, ...]:
     """Return the junctions that somebody drives or walks through, in the order of their first connecting road."""
     own = _own_lanes(connecting, network.rule).tolist()

@@ -31,17 +31,8 @@ def find_borders(
 
     A junction belongs to the area that its origin lies in, and with it the first metres of its arms
     (`defaults.BORDER_STUB`). A piece of road shorter than `defaults.BORDER_PIECE` belongs to its neighbour's area.
-
-    Parameters
-    ----------
-    partition
-        The areas.
-    plan_view
-        Reference lines of the roads outside junctions.
-    end_junction : (R, 2)
-        Junction at each road's start and end, -1 where there is none.
-    junction_xy : (J, 2)
-        Origin of each junction, local x, y, m. Their areas come in the same order.
+    `end_junction` (R, 2) is the junction at each road's start and end, -1 for none; `junction_xy` (J, 2) is each
+    junction's origin, local x, y, m, and their areas come in the same order.
     """
     length = lengths(plan_view)
     road, s = places_along(plan_view, _SAMPLES_EVERY)

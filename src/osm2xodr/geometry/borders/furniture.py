@@ -68,12 +68,7 @@ def _signals(
         elif reference.signal in gone:
             signal = gone[reference.signal]
             signals[signal.id] = replace(
-                signal,
-                road=there.road,
-                s=there.s,
-                t=there.t,
-                orientation=there.orientation,
-                validity=there.validity,
+                signal, road=there.road, s=there.s, t=there.t, orientation=there.orientation, validity=there.validity
             )
             diagnostics.repaired(
                 "border-signal",

@@ -74,18 +74,8 @@ def with_border_heights(
 ) -> ProfileProblem:
     """Return the problem with roads pinned to common heights where the own area ends and a neighbour begins.
 
-    Parameters
-    ----------
-    problem
-        Roads of the area and its surroundings.
-    borders
-        Which area they belong to.
-    surface_around
-        As of `Neighbourhood`.
-    options
-        The user's choices about heights.
-    diagnostics
-        Receives a note for each border that no elevation model reaches.
+    The problem is that of the area and its surroundings. `surface_around` is that of `Neighbourhood`; `diagnostics`
+    gets a note for each border that no elevation model reaches.
     """
     own = borders.partition.own
     road = np.repeat(np.arange(len(borders.piece_start) - 1), np.diff(borders.piece_start))
@@ -117,8 +107,7 @@ def _roads_near(points: _Points, partition: Partition, areas: list[int]) -> IntA
     near, reach = np.arange(len(points.road)), _BORDER_HEIGHT_REACH
     for area in areas:
         near = near[distance_to_outline(partition.outlines[area], points.x[near], points.y[near], reach) <= reach]
-    out: IntArray = np.unique(points.road[near])
-    return out
+    return np.asarray(np.unique(points.road[near]))
 
 
 def _heights(

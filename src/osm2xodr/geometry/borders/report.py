@@ -34,10 +34,9 @@ _GRADE_TOLERANCE: Final = 0.002
 
 
 def kept_report(road_map: RoadMap, pieces: Pieces) -> ElevationReport | None:
-    """Return the elevation report of the own area.
+    """Return the elevation report of the own area; a structure is kept if any piece of its roads is.
 
-    Its average distances from the elevation model include the surroundings, whose heights were found together with
-    the area's. A structure is kept if any piece of its roads is.
+    Average distances from the elevation model include the surroundings, whose heights were found with the area's.
     """
     report = road_map.elevation_report
     if report is None:
@@ -54,8 +53,8 @@ def kept_report(road_map: RoadMap, pieces: Pieces) -> ElevationReport | None:
 def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, float]:
     """Return the statistics of an area from those of the area and its surroundings (`whole`), in the same order.
 
-    What `road_map`, which is cut off already, lets count is counted again. Of the rest only the figures about heights
-    as a whole are kept.
+    What `road_map`, cut off already, lets count is counted again; else only figures about heights as a whole are
+    kept.
     """
     length = lengths(road_map.plan_view)
     inside = np.array([road.junction is not None for road in road_map.roads], np.bool_)

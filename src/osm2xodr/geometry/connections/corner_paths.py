@@ -94,8 +94,7 @@ def _has_several_corners(paths: StreetPaths, streets: PlanView) -> BoolArray:
     of = np.concatenate([owner, owner[joint]])
     whole = np.bincount(of, np.abs(turns), len(paths.length))
     net = np.abs(np.bincount(of, turns, len(paths.length)))
-    out: BoolArray = ~paths.on_ring & ((whole - net > SMOOTH_CORNER) | (whole > _TURN_OF_SEVERAL_CORNERS))
-    return out
+    return np.asarray(~paths.on_ring & ((whole - net > SMOOTH_CORNER) | (whole > _TURN_OF_SEVERAL_CORNERS)))
 
 
 def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArray, FloatArray]:
@@ -111,8 +110,7 @@ def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArra
 def _side_by_side(curve: FloatArray, way: FloatArray) -> FloatArray:
     """Return the largest distance of places at the same share: an upper bound of `_apart_at_most`, (n,), m."""
     gap = curve - way
-    out: FloatArray = np.hypot(gap[0], gap[1]).max(1)
-    return out
+    return np.asarray(np.hypot(gap[0], gap[1]).max(1))
 
 
 def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:
@@ -168,8 +166,7 @@ def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> di
 def _corners(hdg: FloatArray, start: IntArray, each: IntArray) -> tuple[IntArray, IntArray]:
     """Return the first and the last station of each corner, (corners,).
 
-    `hdg` are headings at stations along paths, rad, `start` the index of each path's first station, (paths + 1,),
-    `each` the path of each station.
+    `hdg`, rad, and `each`, its path, are those of each station; `start` (paths + 1,) has each path's first station.
     """
     at = np.arange(len(hdg))
     turn = np.where(np.diff(each, prepend=-1) > 0, 0.0, np.abs(wrapped(np.diff(hdg, prepend=0.0))))
@@ -185,10 +182,9 @@ def _corners(hdg: FloatArray, start: IntArray, each: IntArray) -> tuple[IntArray
 
 
 def _between_corners(gaps: list[tuple[float, float]], single: bool) -> FloatArray:
-    """Return the chainages on a path between its corners where a car drives straight, (places,), m.
+    """Return the chainages on a path, (places,), m, where a car drives straight between one corner and the next.
 
-    `gaps` says where one corner is over and the next begins; with `single`, there is one place between two corners,
-    in the middle, however far they are apart.
+    With `single`, there is one place between two corners, in the middle, however far they are apart.
     """
     out: list[float] = []
     for a, b in gaps:

@@ -65,12 +65,10 @@ LaneLink = tuple[int, int, int]
 def assign_lanes(
     movements: Sequence[LaneMovement], entries: dict[int, ArmLanes], exits: dict[int, ArmLanes], near_side_left: bool
 ) -> list[LaneLink]:
-    """Assign lanes to all movements of one junction.
+    """Assign lanes to all movements of one junction; `entries` and `exits` are lanes by arm.
 
     Every movement gets a lane, every lane of an entry with movements gets a movement, every lane of an exit that is
     reached at all gets a lane that feeds it. Movements whose links a relation names get these and no others.
-
-    `entries` and `exits` are lanes by arm; `near_side_left` says whether traffic drives on the left.
     """
     if have_one_lane(entries, exits):
         return [(k, 0, 0) for k in range(len(movements))]

@@ -59,15 +59,10 @@ class LaneLinks:
 def find_lane_links(
     parts: RoadParts, movements: list[Movement], rule: Rule, before: LaneLinks | None = None
 ) -> LaneLinks:
-    """Assign lanes to all movements.
+    """Assign lanes to all movements, which are grouped by junction.
 
-    Parameters
-    ----------
-    parts, movements, rule
-        The roads outside junctions, the ways through these, grouped by junction, and the side that one drives on.
-    before
-        What was found for the same movements before roads were cut again; junctions whose arms have not moved since
-        keep it.
+    `before` is what was found for the same movements before roads were cut again; junctions whose arms have not moved
+    since keep it.
     """
     roads = len(parts.length)
     s = np.column_stack([np.zeros(roads), parts.length]).ravel()
@@ -215,8 +210,8 @@ def _as_lanes_see_it(
 def _centre_rows(junction: int, numbers: list[int], view: _DriversView, arms: _Arms) -> list[LaneRow]:
     """Return the links between lanes for both directions that face each other.
 
-    Ids make readers take such a lane for one along its road (or, on the left of its centre, against it), so only
-    those are linked whose ids agree on a direction; the way back then runs against the id of its lane.
+    Readers take such a lane for one along its road (left of its centre: against it), so only those are linked whose
+    ids agree on a direction; the way back then runs against the id of its lane.
     """
     rows: list[LaneRow] = []
     for number in numbers:

@@ -174,9 +174,7 @@ def _biarc(
     root = np.sqrt(along * along + 2 * apart * square)
     # The stable form of (-along + root) / (2 apart) for either sign of `along`.
     tangent = np.where(
-        along > 0,
-        square / np.maximum(along + root, 1e-12),
-        (root - along) / np.maximum(2 * apart, 1e-12),
+        along > 0, square / np.maximum(along + root, 1e-12), (root - along) / np.maximum(2 * apart, 1e-12)
     )
     # A pose straight behind in the same heading is out of reach of two arcs.
     tangent = np.minimum(tangent, _LONGEST_TANGENT)

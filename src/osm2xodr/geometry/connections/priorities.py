@@ -1,11 +1,9 @@
 """Who has the right of way at a junction: pairs of connecting roads that cross or merge.
 
 What decides between two arms, in this order: signs (leaving a property counts as one), being on a roundabout,
-``priority_road``, the class of the road. Where none does, priority to the right (or the rule of the country) needs
-no record; at signals there is none either.
-
-OpenDRIVE 1.6 and 1.7 want ``high`` and ``low`` of ``<priority>`` to be connecting roads, 1.8 roads of the junction,
-which connecting roads are.
+``priority_road``, the class of the road. Where none does, priority to the right (or the rule of the country) needs no
+record; at signals there is none either. OpenDRIVE 1.6 and 1.7 want ``high`` and ``low`` of ``<priority>`` to be
+connecting roads, 1.8 roads of the junction, which connecting roads are.
 """
 
 from __future__ import annotations
@@ -64,12 +62,7 @@ def find_priorities(
 ) -> Priorities:
     """Find who has the right of way over whom at all junctions.
 
-    Parameters
-    ----------
-    network, ends, layout, parts, connecting
-        Streets, their ends, the junctions, the roads before them and through them.
-    diagnostics
-        Gets signs that say the opposite of the roads' classes.
+    `diagnostics` gets signs that say the opposite of the roads' classes.
     """
     signs = _with_inner_signs(network, ends, layout, read_signs(network))
     inside = _signalled_inside(network, layout, signs)
@@ -117,8 +110,7 @@ def _rows_by_entry(parts: RoadParts, connecting: ConnectingRoads) -> Iterator[tu
 def _merging(connecting: ConnectingRoads, one: IntArray, other: IntArray) -> BoolArray:
     """Say which pairs end on the same lane."""
     exit_, lane = connecting.exit, connecting.exit_lane
-    out: BoolArray = (exit_[one] == exit_[other]) & (lane[one] == lane[other])
-    return out
+    return np.asarray((exit_[one] == exit_[other]) & (lane[one] == lane[other]))
 
 
 def _arm(network: StreetNetwork, ends: StreetEnds, end: int, signs: Signs) -> Arm:

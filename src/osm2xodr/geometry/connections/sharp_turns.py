@@ -41,11 +41,6 @@ def set_back_arms(
 
     Both arms of a turn that is too sharp, too long or swings out are set back step by step, as long as their streets
     have room.
-
-    Parameters
-    ----------
-    ends, layout, parts, connecting
-        Street ends, what they give to their junctions, the roads that are left, and those within the junctions.
     """
     street_end = np.full(2 * len(parts.length), -1, np.int64)
     used = np.flatnonzero(parts.road_end >= 0)
@@ -74,8 +69,7 @@ def _lack_room(plan: PlanView) -> BoolArray:
 
 def _have_room(ends: StreetEnds, trim: FloatArray, end: IntArray) -> BoolArray:
     left = ends.length[end] - trim[end] - trim[end ^ 1]
-    out: BoolArray = left > 2 * ARM_SETBACK_STEP + SHORTEST_STREET_BETWEEN_JUNCTIONS
-    return out
+    return np.asarray(left > 2 * ARM_SETBACK_STEP + SHORTEST_STREET_BETWEEN_JUNCTIONS)
 
 
 def _curves(
@@ -98,15 +92,7 @@ def _curves(
 
 
 def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
-    """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way.
-
-    Parameters
-    ----------
-    connecting
-        All connecting roads.
-    parts
-        The roads outside junctions.
-    """
+    """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way."""
     plan = connecting.plan_view
     # Loops that turn back on their arm have their own room.
     sharp = smallest_radius(plan) < CONNECTING_RADIUS * (1 - 1e-9)

@@ -178,8 +178,7 @@ def _lane_offsets(
     inside = np.clip(direct, paths.inner_right[path], paths.inner_left[path])
     # The lane of the inner street is reached and left over a third of the way.
     weight = np.clip(3 * np.minimum(share, 1 - share), 0.0, 1.0)
-    out: FloatArray = direct + weight * (inside - direct)
-    return out
+    return np.asarray(direct + weight * (inside - direct))
 
 
 def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:

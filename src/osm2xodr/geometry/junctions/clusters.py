@@ -52,14 +52,9 @@ class JunctionLayout:
 def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayout:
     """Find the junctions: nodes where streets meet, joined where the streets between them have no room.
 
-    Each round measures how much of its arms every junction needs and joins two junctions where that leaves less
-    than `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes. Of a street across a
-    median, rounded corners count as needed, too. Streets shorter than any road always become part of a junction.
-
-    Parameters
-    ----------
-    network, ends
-        The streets and their ends.
+    Each round measures how much of its arms every junction needs and joins two junctions where that leaves less than
+    `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes. Of a street across a median,
+    rounded corners count as needed, too. Streets shorter than any road always become part of a junction.
     """
     xy = np.array([(node.x, node.y) for node in network.intersections]).reshape(-1, 2)
     degree = np.bincount(ends.node[ends.node >= 0], minlength=len(xy))
@@ -134,8 +129,7 @@ class _Clusters:
 def _with_short_reach_at_turns(ends: StreetEnds, degree: IntArray) -> StreetEnds:
     """Let arms reach less far where a street turns on the spot: there are two of them, and they lie on each other.
 
-    Two arms are an intersection only where the street could not simply run on. Where nobody can turn, or nobody would
-    at speed, they keep their reach, so that their roads end apart.
+    Where nobody can turn, or nobody would at speed, they keep their reach, so that their roads end apart.
     """
     on_the_spot = (ends.node >= 0) & (np.append(degree, 0)[ends.node] == 2)
     on_the_spot &= ~_without_a_turn(ends) & (ends.reach < ARM_REACH_MOTORWAY)
@@ -163,8 +157,7 @@ def _mergeable(ends: StreetEnds) -> BoolArray:
     """Say which streets may become part of a junction: all but bridges and tunnels, (streets,)."""
     kept = ends.raised | (ends.layer != 0)
     very_short = ends.length[0::2] < _SHORTEST_BRIDGE
-    out: BoolArray = ~(kept[0::2] | kept[1::2]) | very_short
-    return out
+    return np.asarray(~(kept[0::2] | kept[1::2]) | very_short)
 
 
 def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray:

@@ -77,14 +77,8 @@ def find_movements(
 ) -> list[Movement]:
     """List all movements through all junctions, by junction, entry and exit.
 
-    U-turns onto the street that one comes from are left out.
-
-    Parameters
-    ----------
-    network, ends, layout
-        The streets, their ends, the junctions.
-    diagnostics
-        Gets restrictions that lane links cannot state, and entries from which no way leads on.
+    U-turns onto the street that one comes from are left out. `diagnostics` gets restrictions that lane links cannot
+    state, and entries from which no way leads on.
     """
     rules = _rules(network, layout, diagnostics)
     osm_node = [node.osm_node_id for node in network.intersections]

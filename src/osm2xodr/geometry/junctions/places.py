@@ -21,14 +21,8 @@ def street_places(
 ) -> StreetPlaces:
     """Find where streets and their tagged nodes are in the road map.
 
-    Parameters
-    ----------
-    network, layout, parts
-        The streets, their junctions, the roads cut from them.
-    road_id
-        Gives the id of the k-th road.
-    junction_ids : (junctions of the layout + 1,)
-        Their ids, -1 for those that are not written; the last is -1.
+    `road_id` gives the id of the k-th road; `junction_ids` (junctions + 1,) are those of the layout's junctions, -1
+    for those that are not written; the last is -1.
     """
     end_road = np.array([road_id(end // 2) if end >= 0 else -1 for end in parts.road_end.tolist()], np.int64)
     end_junction = junction_ids[layout.junction]

@@ -1,8 +1,8 @@
 """Reference lines move to the outside of tight bends where roads end or lanes change.
 
-A reader that steps along the reference line steps too far in a lane outside of it. Within a road that does no harm,
-but over its end, or over the start of a lane section, it misses the lane. Where no junction can take the bend
-(`trims_clear_of_bends`), the reference line runs along its outer lane instead; the lanes stay in place.
+A reader that steps along the reference line steps too far in a lane outside of it, and misses the lane beyond a
+road's end or the start of a lane section. Where no junction can take the bend (`trims_clear_of_bends`), the reference
+line runs along its outer lane instead; the lanes stay in place.
 """
 
 from __future__ import annotations
@@ -40,15 +40,7 @@ def shift_lines_out_of_bends(
 ) -> tuple[FittedStreets, JunctionLayout]:
     """Move the reference lines of streets whose roads end, or whose lanes change, in a tight bend.
 
-    Parameters
-    ----------
-    fitted, layout, parts
-        Streets with their reference lines on the lines of OSM, their junctions, and the roads between these.
-
-    Returns
-    -------
-    fitted, layout
-        With the lines moved, and trims that end the roads in the same places.
+    The lines are OSM's so far. The layout returned has trims that end the roads in the same places.
     """
     aside = _aside(fitted, parts)
     if not aside.any():
@@ -96,8 +88,7 @@ def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray) -> Fl
     """Return s on moved curves of the places at s on the old ones, (n,), m."""
     k = find_record(old.start, old.s, curve, s)
     share = new.length[k] / np.maximum(old.length[k], 1e-12)
-    out: FloatArray = new.s[k] + (s - old.s[k]) * share
-    return out
+    return np.asarray(new.s[k] + (s - old.s[k]) * share)
 
 
 def _shifted(section: CrossSection, aside: float) -> CrossSection:

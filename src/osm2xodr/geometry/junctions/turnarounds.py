@@ -66,16 +66,7 @@ def add_turnarounds(
 ) -> tuple[JunctionLayout, list[Movement]]:
     """Make junctions of one arm of those dead ends where cars turn round, and return their movements.
 
-    Parameters
-    ----------
-    network, fitted, ends
-        The streets.
-    layout
-        The junctions so far.
-    options
-        What the user chose.
-    diagnostics
-        Gets the dead ends that have no room for a loop.
+    `diagnostics` gets the dead ends that have no room for a loop.
     """
     wanted = _wanted(network, ends, layout, options)
     free = _free_space(network, list(wanted), ends)
@@ -228,24 +219,16 @@ def _distance(place: FloatArray, start: FloatArray, end: FloatArray) -> FloatArr
     """Return the distances from a place to straight lines, (n,), m."""
     along = end - start
     share = ((place - start) * along).sum(1) / np.maximum((along * along).sum(1), 1e-12)
-    out: FloatArray = np.hypot(*(start + np.clip(share, 0.0, 1.0)[:, None] * along - place).T)
-    return out
+    return np.asarray(np.hypot(*(start + np.clip(share, 0.0, 1.0)[:, None] * along - place).T))
 
 
 def draw_loops(
     plan: PlanView, row: IntArray, movement: IntArray, loop: Sequence[Loop], half: FloatArray, left: bool
 ) -> PlanView:
-    """Return curves some of which are replaced by loops that start in the same poses.
+    """Return the curves of connecting roads, some of them (`row`) replaced by loops that start in the same poses.
 
-    Parameters
-    ----------
-    plan
-        Curves of connecting roads.
-    row, movement, loop, half : (n,)
-        Those that become loops, their movements (whose loops go round one middle), their loops, and half of the
-        distance between their lanes, m.
-    left
-        Whether traffic drives on the left and goes round clockwise.
+    `movement` is that of each, whose loops go round one middle, `half` half of the distance between its lanes, m, all
+    (n,). With traffic on the `left`, loops go round clockwise.
     """
     if not len(row):
         return plan

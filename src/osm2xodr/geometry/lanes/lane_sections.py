@@ -45,19 +45,7 @@ class LaneLayout:
 def lay_out_all(
     roads: Sequence[Sequence[Stretch]], rule: Rule, known: Connectivity | None = None, country: Country = GENERIC
 ) -> list[LaneLayout]:
-    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout.
-
-    Parameters
-    ----------
-    roads
-        The stretches of each road, at least one.
-    rule
-        Side of the road that traffic drives on.
-    known
-        What relations say about lanes.
-    country
-        How roads are painted.
-    """
+    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout."""
     alike: dict[tuple[CrossSection, Hashable, float | None, float | None], LaneLayout] = {}
     out: list[LaneLayout] = []
     for road in roads:
@@ -139,8 +127,8 @@ class _Run:
     def end_offset(self, following: CrossSection | None) -> float:
         """Return the lane offset at the end of the stretch, m.
 
-        Where lanes end and none opens, the others are led to where they continue; where some open as well, or nothing
-        follows, they come together about the middle of the carriageway.
+        Where lanes end and none opens, the others are led to where they continue; else they come together about the
+        middle.
         """
         section, widths = self.stretch.section, _widths(self.stretch.section)
         if not any(self.ends(lane) for lane in widths):

@@ -30,17 +30,10 @@ class Stretch:
 
 
 def stretches(pieces: Sequence[Piece], begin: float, end: float) -> list[Stretch]:
-    """Cut the pieces of a street to the part from s = begin to s = end, which becomes a road.
+    """Cut the pieces of a street, in ascending s, to the part from begin to end, s, m, which becomes a road.
 
     Pieces whose lanes are the same become one stretch; a stretch that is too short for a lane section of its own
     joins the longer of its neighbours.
-
-    Parameters
-    ----------
-    pieces
-        In ascending s.
-    begin, end
-        s on the street, m.
     """
     found: list[Stretch] = []
     for k, (s, attributes, section) in enumerate(pieces):

@@ -51,20 +51,14 @@ class _Corner:
 
 
 def sidewalk_corners(
-    parts: RoadParts,
-    margins: Sequence[Margins],
-    cars: ConnectingRoads,
-    rule: Rule,
-    junctions: IntArray | None = None,
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None = None
 ) -> tuple[ConnectingRoads, ConnectingRoads]:
-    """Connect the sidewalks of neighbouring arms.
+    """Connect the sidewalks of neighbouring arms (of `junctions`, if given); return roads, and those without room.
 
     A sidewalk runs beside the turn of cars from one arm to the other, on that turn's own reference line, if the turn
-    leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for
-    (ASAM OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars.
-
-    Returns a road for each corner, grouped by junction, and those for which there is no room. Looks only at
-    `junctions`, if given. Arms that no connecting road for `cars` touches are no part of the junction.
+    leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for (ASAM
+    OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars. Arms that no connecting
+    road for `cars` touches are no part of the junction.
     """
     corners = list(_corners(parts, margins, cars, rule, junctions))
     if not corners:
@@ -303,8 +297,7 @@ def _wasted_turn(plan: PlanView) -> FloatArray:
     turn = plan.curvature * plan.length
     whole = np.bincount(owner, np.abs(turn), len(plan.start) - 1).astype(np.float64)
     net = np.bincount(owner, turn, len(plan.start) - 1).astype(np.float64)
-    out: FloatArray = whole - np.abs(wrapped(net))
-    return out
+    return np.asarray(whole - np.abs(wrapped(net)))
 
 
 def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, parts: RoadParts) -> BoolArray:

@@ -41,17 +41,7 @@ class _Obstacle:
 
 
 def margins_with_room(parts: RoadParts, margins: Sequence[Margins], diagnostics: Diagnostics) -> tuple[Margins, ...]:
-    """Narrow or leave out strips that have no room beside their carriageway, and join stretches that are too short.
-
-    Parameters
-    ----------
-    parts
-        The roads.
-    margins
-        Of each of them.
-    diagnostics
-        Receives the ways that lose strips.
-    """
+    """Narrow or leave out strips that have no room beside their carriageway; join stretches that are too short."""
     with_any = np.array([bool(beside) for beside in margins], bool)
     if not with_any.any():
         return tuple(margins)
@@ -72,9 +62,7 @@ def margins_with_room(parts: RoadParts, margins: Sequence[Margins], diagnostics:
         out.append(settled(fitting, borders))
     for way in sorted(changed_ways):
         diagnostics.repaired(
-            "margin-no-room",
-            f"way/{way}",
-            "strips beside its carriageway have no room and are narrowed or left out",
+            "margin-no-room", f"way/{way}", "strips beside its carriageway have no room and are narrowed or left out"
         )
     return tuple(out)
 
@@ -123,8 +111,7 @@ def _widest(edge: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
     """Return the largest of the edges from each index `first` up to `last`, excluded, (n,)."""
     if not len(first):
         return np.zeros(0)
-    out: FloatArray = np.maximum.reduceat(np.append(edge, -np.inf), np.column_stack([first, last]).ravel())[0::2]
-    return out
+    return np.asarray(np.maximum.reduceat(np.append(edge, -np.inf), np.column_stack([first, last]).ravel())[0::2])
 
 
 def _parallel_roads(

@@ -21,16 +21,9 @@ _KERB_MARK: Final = RoadMark("curb", width=defaults.KERB_MARK_WIDTH)
 def add_margins(
     layouts: Sequence[LaneLayout], margins: Sequence[Margins], length: Sequence[float]
 ) -> list[LaneLayout]:
-    """Add lanes for the strips beside roads.
+    """Add lanes for the strips beside roads to those of their carriageways; `length` is each road's, m.
 
-    Parameters
-    ----------
-    layouts
-        The lanes of the roads' carriageways. Roads that share a layout and have the same margins share the result.
-    margins
-        Of each road, without stretches that are too short.
-    length
-        Of each road, m.
+    Roads that share a layout and have the same margins share the result.
     """
     alike: dict[tuple[int, tuple[MarginSpec, ...], tuple[MarginSpec, ...]], LaneLayout] = {}
     out: list[LaneLayout] = []

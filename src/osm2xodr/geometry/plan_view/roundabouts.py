@@ -196,8 +196,7 @@ def _sides(outline: FloatArray, most: float) -> BoolArray:
     size = np.hypot(*np.diff(outline, axis=0).T)
     radius = float(size.sum()) / (2 * np.pi)
     half = np.minimum(size / 2, radius)
-    out: BoolArray = radius - np.sqrt(radius**2 - half**2) > most
-    return out
+    return np.asarray(radius - np.sqrt(radius**2 - half**2) > most)
 
 
 def _with_points_on_sides(outline: FloatArray, side: BoolArray) -> tuple[FloatArray, list[int]]:
@@ -215,7 +214,7 @@ def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
     """Return the circle that passes nearest to points and s of each; None where a point lies too far off.
 
     Least squares of the algebraic distance (Kåsa 1976, doi:10.1109/TIM.1976.6312298). Its bias towards small circles
-    is negligible here: the points of a ring lie all around.
+    is negligible: the points of a ring lie all around.
     """
     system = np.column_stack([2 * points, np.ones(len(points))])
     x, y, rest = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)[0]
