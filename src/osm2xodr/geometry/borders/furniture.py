@@ -102,12 +102,14 @@ def _objects(thing: RoadObject, pieces: Pieces) -> list[RoadObject]:
 
 def _structures(item: RoadStructure, pieces: Pieces) -> list[RoadStructure]:
     """Return the parts of a bridge or tunnel on kept pieces of its road."""
-    found = []
-    for piece in pieces.of(item.road):
-        begin, end = max(item.s, piece.begin), min(item.s + item.length, piece.end)
-        if piece.id and end > begin:
-            found.append(replace(item, road=piece.id, s=begin - piece.begin, length=end - begin))
-    return found
+    parts = (
+        (piece, max(item.s, piece.begin), min(item.s + item.length, piece.end)) for piece in pieces.of(item.road)
+    )
+    return [
+        replace(item, road=piece.id, s=begin - piece.begin, length=end - begin)
+        for piece, begin, end in parts
+        if piece.id and end > begin
+    ]
 
 
 def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject | None:

@@ -72,11 +72,8 @@ def find_lane_links(
     sections = tuple(stretches[k].section for stretches in parts.stretches for k in (0, -1))
     known: dict[int, list[LaneRow]] = {}
     if before is not None and np.array_equal(before.road_end, parts.road_end):
-        still = (
-            (np.abs(before.x - x) < _SAME_POSE)
-            & (np.abs(before.y - y) < _SAME_POSE)
-            & (np.abs(before.hdg - hdg) < _SAME_POSE)
-        )
+        change = np.abs(np.stack([before.x - x, before.y - y, before.hdg - hdg])).max(axis=0)
+        still = change < _SAME_POSE
         still &= [one is other for one, other in zip(before.sections, sections, strict=True)]
         known = _kept(before, movements, still[entry] & still[exit_])
     # As drivers see it: headings into and out of the junction, and where entries lie as seen from exits.
@@ -141,13 +138,8 @@ class _Arms:
         self._known: dict[tuple[int, bool, float], tuple[tuple[EndLane, ...], ArmLanes]] = {}
         self._centre: dict[tuple[int, bool], tuple[EndLane, ...]] = {}
 
-    def into_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        return self._at(end, end % 2 == 1, 1.0)
-
-    def out_of_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        return self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
-
-    def _at(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
+    def lanes(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
+        """Return the lanes whose traffic runs along the road, or against it; their t times `sign` for the arm."""
         section = self._parts.at_end(end).section
         key = id(section), along, sign
         found = self._known.get(key)
@@ -174,10 +166,11 @@ def _junction_rows(
     entries: dict[int, ArmLanes] = {}
     exits: dict[int, ArmLanes] = {}
     for number in group:
-        into, entry_lanes = arms.into_junction(view.entry[number])
-        out, exit_lanes = arms.out_of_junction(view.exit[number])
+        entry, exit_ = view.entry[number], view.exit[number]
+        into, entry_lanes = arms.lanes(entry, entry % 2 == 1, 1.0)
+        out, exit_lanes = arms.lanes(exit_, exit_ % 2 == 0, -1.0 if exit_ % 2 else 1.0)
         if into and out:
-            entries[view.entry[number]], exits[view.exit[number]] = entry_lanes, exit_lanes
+            entries[entry], exits[exit_] = entry_lanes, exit_lanes
             lanes[number] = into, out
     numbers = list(lanes)
     links = [(k, 0, 0) for k in range(len(numbers))]

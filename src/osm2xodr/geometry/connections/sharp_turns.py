@@ -54,7 +54,8 @@ def set_back_arms(
     rows = np.flatnonzero(_lack_room(connecting.plan_view) & (connecting.entry != connecting.exit))
     for _ in range(_ARM_SETBACK_STEPS):
         arms = np.union1d(entry[rows], exit_[rows])
-        arms = arms[_have_room(ends, trim, arms)]
+        left = ends.length[arms] - trim[arms] - trim[arms ^ 1]
+        arms = arms[left > 2 * ARM_SETBACK_STEP + SHORTEST_STREET_BETWEEN_JUNCTIONS]
         if not len(arms):
             break
         trim[arms] += ARM_SETBACK_STEP
@@ -67,25 +68,14 @@ def _lack_room(plan: PlanView) -> BoolArray:
     return (smallest_radius(plan) < CONNECTING_RADIUS) | detours(plan) | swings_out(plan)
 
 
-def _have_room(ends: StreetEnds, trim: FloatArray, end: IntArray) -> BoolArray:
-    left = ends.length[end] - trim[end] - trim[end ^ 1]
-    return np.asarray(left > 2 * ARM_SETBACK_STEP + SHORTEST_STREET_BETWEEN_JUNCTIONS)
-
-
 def _curves(
     ends: StreetEnds, trim: FloatArray, entry: IntArray, exit_: IntArray, t_in: FloatArray, t_out: FloatArray
 ) -> PlanView:
     """Return the direct curves between lanes that lie t_in and t_out left of their arms, seen from the junction."""
     x0, y0, h0 = outward_pose(ends, entry, trim[entry])
     x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
-    return connect(
-        x0 - t_in * np.sin(h0),
-        y0 + t_in * np.cos(h0),
-        h0 + np.pi,
-        x1 - t_out * np.sin(h1),
-        y1 + t_out * np.cos(h1),
-        h1,
-    )
+    entries = x0 - t_in * np.sin(h0), y0 + t_in * np.cos(h0), h0 + np.pi
+    return connect(*entries, x1 - t_out * np.sin(h1), y1 + t_out * np.cos(h1), h1)
 
 
 # ---------------------------------------------------------------- turns swing out
