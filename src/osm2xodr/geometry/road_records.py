@@ -38,8 +38,7 @@ class RoadIds:
     """
 
     def __init__(self, roads: int, connecting: int) -> None:
-        self._roads = roads
-        self._connecting = connecting
+        self._roads, self._connecting = roads, connecting
 
     def road(self, index: int) -> int:
         """Return the id of a road outside junctions."""
@@ -158,16 +157,14 @@ def connecting_road_records(
         connecting.height,
     )
     out: list[Road] = []
-    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(
-        zip(*(column.tolist() for column in columns), strict=True)
-    ):
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(rows):
         outermost = InnerLane(connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
         across = (*reversed(connecting.inner[k]), outermost)
         tapers = any(item.entry_width != item.exit_width for item in across)
         key = own, across, length if tapers else 0.0
-        sections = known.get(key)
-        if sections is None:
-            sections = known[key] = _lanes_through(*key)
+        if key not in known:
+            known[key] = _lanes_through(*key)
         out.append(
             Road(
                 id=ids.connecting(k),
@@ -176,7 +173,7 @@ def connecting_road_records(
                 predecessor=links[entry],
                 successor=links[exit_],
                 types=types[entry],
-                lane_sections=sections,
+                lane_sections=known[key],
                 osm_way_ids=(),
             )
         )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -141,6 +141,7 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
     link = problem.end_link[chosen]
     linked = np.where(link >= 0, number[link // 2], -1)
     ele = np.flatnonzero(number[problem.ele_road] >= 0) if problem.ele_road is not None else None
+    columns: dict[str, Any] = {name: _rows(getattr(problem, name), span) for name in _SPAN_COLUMNS}
     return replace(
         problem,
         plan_view=cut_curves(plan_view, np.zeros(len(chosen)), lengths(plan_view)[chosen], chosen),
@@ -149,7 +150,7 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
         junction_xy=problem.junction_xy[junctions],
         span_start=np.concatenate([[0], np.cumsum(spans)]).astype(np.int64),
         span_highway=tuple(problem.span_highway[k] for k in span.tolist()),
-        **{name: _rows(getattr(problem, name), span) for name in _SPAN_COLUMNS},
+        **columns,
         ele_road=None if ele is None or problem.ele_road is None else number[problem.ele_road[ele]],
         ele_s=_rows(problem.ele_s, ele),
         ele_z=_rows(problem.ele_z, ele),

@@ -91,7 +91,7 @@ def _overlapping(starts: Sequence[float], piece: Piece) -> range:
 
 
 def _types(types: tuple[RoadType, ...], piece: Piece) -> tuple[RoadType, ...]:
-    kept, begin = _overlapping([item.s for item in types], piece) if types else (), piece.begin
+    kept, begin = _overlapping([item.s for item in types], piece) if types else range(0), piece.begin
     return tuple(replace(types[k], s=0.0 if k == kept[0] and begin else types[k].s - begin) for k in kept)
 
 

@@ -66,9 +66,9 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
             break
         turned = _turned_at_corners(plan, rows, lanes, gaps, single)
         stays_off = _apart_at_most(*_sampled(turned, np.arange(len(rows)), lanes))
-        bad = (smallest_radius(turned) < least) | (stays_off > _STRAY_LESS * strays) | detours(turned)
+        bad = (smallest_radius(turned) < least) | (stays_off > _STRAY_LESS * strays)
         # A way that goes to and fro turns round on the spot, and no curve does.
-        bad |= has_kinks(turned)
+        bad |= detours(turned) | has_kinks(turned)
         good = ~_any_above(0.5, bad.astype(float), lanes)
         plan = replace_curves(plan, rows[good], turned, np.flatnonzero(good))
         rows, lanes, strays, least = rows[~good], lanes.chosen(~good), strays[~good], least[~good]
@@ -109,8 +109,7 @@ def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArra
 
 def _side_by_side(curve: FloatArray, way: FloatArray) -> FloatArray:
     """Return the largest distance of places at the same share: an upper bound of `_apart_at_most`, (n,), m."""
-    gap = curve - way
-    return np.asarray(np.hypot(gap[0], gap[1]).max(1))
+    return np.asarray(np.hypot(*(curve - way)).max(1))
 
 
 def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:
@@ -199,8 +198,7 @@ def _turned_at_corners(
     plan: PlanView, row: IntArray, lanes: LanePaths, gaps: dict[int, list[tuple[float, float]]], single: bool
 ) -> PlanView:
     """Return curves that start and end as those in the rows do and pass the places between corners straight on."""
-    places = {number: _between_corners(gaps[number], single) for number in np.unique(lanes.path).tolist()}
-    chainages = [places[number] for number in lanes.path.tolist()]
+    chainages = [_between_corners(gaps[number], single) for number in lanes.path.tolist()]
     count = np.array([len(item) for item in chainages], np.int64)
     passed = lanes.at_chainage(np.repeat(np.arange(len(row)), count), np.concatenate(chainages))
     begin = pose(plan, row, np.zeros(len(row)))

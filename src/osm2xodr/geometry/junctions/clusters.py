@@ -65,7 +65,10 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     between = (a >= 0) & (b >= 0)
     between[between] &= is_junction[a[between]] & is_junction[b[between]]
     tiny = length < np.where(a < 0, _SHORTEST_RING, SHORTEST_ROAD)
-    via, median, mergeable = _restricted(network, ends), _between_carriageways(network, ends), _mergeable(ends)
+    via, median = _restricted(network, ends), _between_carriageways(network, ends)
+    # Bridges and tunnels stay, unless they are very short.
+    kept = ends.raised | (ends.layer != 0)
+    mergeable = ~(kept[0::2] | kept[1::2]) | (length < _SHORTEST_BRIDGE)
     needed = np.where(_on_ring(ends), 0.0, SHORTEST_STREET_BETWEEN_JUNCTIONS)
     clusters = _Clusters(xy, is_junction, tiny & ~between)
     bare, wished = np.zeros(len(ends.length)), np.zeros(len(ends.length))
@@ -153,13 +156,6 @@ def _without_a_turn(ends: StreetEnds) -> BoolArray:
     return out
 
 
-def _mergeable(ends: StreetEnds) -> BoolArray:
-    """Say which streets may become part of a junction: all but bridges and tunnels, (streets,)."""
-    kept = ends.raised | (ends.layer != 0)
-    very_short = ends.length[0::2] < _SHORTEST_BRIDGE
-    return np.asarray(~(kept[0::2] | kept[1::2]) | very_short)
-
-
 def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
     """Say which streets lead across a median, from a one-way carriageway to the opposite one, (streets,)."""
     out = np.zeros(len(network.streets), bool)
@@ -189,12 +185,8 @@ def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray
 def _restricted(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
     """Say which streets a turn restriction runs over, (streets,): lane links can state it only inside a junction."""
     via = {way for item in network.restrictions for way in item.via_ways}
-    out = np.zeros(len(network.streets), bool)
-    if via:
-        for street in network.streets:
-            out[street.id] = all(attributes.osm_way_id in via for _, attributes in street.pieces)
-    out &= ends.length[0::2] < _RESTRICTED_STREET
-    return out
+    over = [via.issuperset(attributes.osm_way_id for _, attributes in street.pieces) for street in network.streets]
+    return np.array(over, bool) & (ends.length[0::2] < _RESTRICTED_STREET)
 
 
 def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: FloatArray) -> JunctionLayout:
@@ -208,8 +200,7 @@ def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: Flo
     order = sorted(arms)
     for number, group in enumerate(order):
         junction[arms[group]] = number
-    bare = np.where(junction >= 0, bare, 0.0)
-    wished = np.where(junction >= 0, wished, 0.0)
+    bare, wished = (np.where(junction >= 0, needed, 0.0) for needed in (bare, wished))
     # Corners must leave a road that readers with steps of metres do not pass over. Between the arms of a small
     # roundabout there is room for less.
     least = np.where(_on_ring(ends), SHORTEST_ROAD + _SNAPPED, 2 * SHORTEST_ROAD)
@@ -233,8 +224,7 @@ def _share_streets(
     """
     room = np.maximum(length - SHORTEST_ROAD - _SNAPPED, _LEAST_ROAD_SHARE * length)
     need, wish = bare.sum(1), wished.sum(1)
-    spare = length - least - need
-    extra = np.clip(spare / np.maximum(wish - need, 1e-9), 0.0, 1.0)
+    extra = np.clip((length - least - need) / np.maximum(wish - need, 1e-9), 0.0, 1.0)
     scale = np.minimum(1.0, room / np.maximum(need, 1e-9))
     trim: FloatArray = bare * scale[:, None] + (wished - bare) * np.where(scale < 1, 0.0, extra)[:, None]
     return trim, need > room

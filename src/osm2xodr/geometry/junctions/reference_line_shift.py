@@ -12,11 +12,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import find_record, lengths
+from osm2xodr.curves import find_record, lengths, owners
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.road_parts import RoadParts
-from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import FittedStreets, has_tight_bend, outermost_lanes
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -51,10 +50,14 @@ def shift_lines_out_of_bends(
     pieces = list(fitted.pieces)
     for street in moved.tolist():
         s = _station(old, plan, np.full(len(pieces[street]), street), np.array([p[0] for p in pieces[street]]))
-        shift = float(aside[street])
+        d = float(aside[street])
         pieces[street] = tuple(
-            (place, attributes, _shifted(section, shift))
-            for place, (_, attributes, section) in zip(s.tolist(), pieces[street], strict=True)
+            (
+                place,
+                attributes,
+                replace(c, centre=c.centre - d, left_edge=c.left_edge - d, right_edge=c.right_edge - d),
+            )
+            for place, (_, attributes, c) in zip(s.tolist(), pieces[street], strict=True)
         )
     before, after = lengths(old)[moved], lengths(plan)[moved]
     trim = layout.trim.copy()
@@ -65,7 +68,7 @@ def shift_lines_out_of_bends(
 
 def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
     """Return curves that run beside others, `aside` to the left of each, (curves,), m."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    owner = owners(plan.start)
     d = aside[owner]
     share = 1.0 - plan.curvature * d
     length = plan.length * share
@@ -91,15 +94,6 @@ def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray) -> Fl
     return np.asarray(new.s[k] + (s - old.s[k]) * share)
 
 
-def _shifted(section: CrossSection, aside: float) -> CrossSection:
-    return replace(
-        section,
-        centre=section.centre - aside,
-        left_edge=section.left_edge - aside,
-        right_edge=section.right_edge - aside,
-    )
-
-
 def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
     """Return street and s of places that must not lie in a tight bend: in roads near their ends, and lane changes."""
     street: list[IntArray] = []
@@ -113,11 +107,10 @@ def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
         for road, stretches in enumerate(parts.stretches)
         for item in stretches[1:]
     ]
-    if changes:
-        where, s = np.array([k for k, _ in changes], np.int64), np.array([s for _, s in changes])
-        for probe in (*-_PROBES[:0:-1], *_PROBES):
-            street.append(where)
-            at.append(s + probe)
+    where, s = np.array([k for k, _ in changes], np.int64), np.array([s for _, s in changes])
+    for probe in (*-_PROBES[:0:-1], *_PROBES):
+        street.append(where)
+        at.append(s + probe)
     return np.concatenate(street), np.concatenate(at)
 
 
@@ -146,7 +139,7 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     candidates = best > 1.0 + defaults.TIGHT_BEND
     if not candidates.any():
         return out
-    owner = np.repeat(np.arange(len(out)), np.diff(plan.start))
+    owner = owners(plan.start)
 
     def moved_by(aside: FloatArray) -> FloatArray:
         shrunk = np.ones(len(out))

@@ -111,14 +111,10 @@ def _wanted(
             continue
         way = network.streets[street].pieces[0 if at_start else -1][1].osm_way_id
         if ends.enters[end] and ends.leaves[end] and (way, node.osm_node_id) not in barred:
-            out[end] = _diameter(place)
+            usual = defaults.TURNING_CIRCLE_DIAMETER if place.circle else defaults.TURNAROUND_DIAMETER
+            wanted = usual if place.diameter is None else place.diameter
+            out[end] = min(max(wanted, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
     return out
-
-
-def _diameter(place: TurningPlace) -> float:
-    if place.diameter is None:
-        return defaults.TURNING_CIRCLE_DIAMETER if place.circle else defaults.TURNAROUND_DIAMETER
-    return min(max(place.diameter, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
 
 
 def _largest_loop(
@@ -193,8 +189,10 @@ def _free_space(network: StreetNetwork, wanted: Sequence[int], ends: StreetEnds)
         away = whole[item // 2] - run[found] if item % 2 else run[found]
         own = (street[found] == item // 2) & (away < 3 * defaults.TURNAROUND_DIAMETER_MAX)
         found = found[~own & (ends.layer[2 * street[found]] == ends.layer[item])]
-        gap = _distance(place, start[found], end[found]) - half[street[found]]
-        out[item] = float(gap.min(initial=math.inf))
+        from_start, along = place - start[found], (end - start)[found]
+        share = (from_start * along).sum(1) / np.maximum((along * along).sum(1), 1e-12)
+        distance = np.hypot(*(from_start - np.clip(share, 0.0, 1.0)[:, None] * along).T)
+        out[item] = float((distance - half[street[found]]).min(initial=math.inf))
     return out
 
 
@@ -213,13 +211,6 @@ def _short_lines(network: StreetNetwork) -> tuple[FloatArray, FloatArray, IntArr
     start = points[first][line] + share[:, None] * step
     middle = run[line] + (share + 0.5 / count[line]) * size[line]
     return start, start + step / count[line][:, None], owner[first][line], middle
-
-
-def _distance(place: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the distances from a place to straight lines, (n,), m."""
-    along = end - start
-    share = ((place - start) * along).sum(1) / np.maximum((along * along).sum(1), 1e-12)
-    return np.asarray(np.hypot(*(start + np.clip(share, 0.0, 1.0)[:, None] * along - place).T))
 
 
 def draw_loops(

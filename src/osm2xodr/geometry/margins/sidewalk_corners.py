@@ -12,6 +12,7 @@ from osm2xodr.curves import (
     cut_curves,
     dubins_without_slivers,
     lengths,
+    owners,
     pose,
     replace_curves,
     reverse_curves,
@@ -291,15 +292,6 @@ def _as_rows(
     )
 
 
-def _wasted_turn(plan: PlanView) -> FloatArray:
-    """Return how much each curve turns back and forth, beyond the turn that it makes, (curves,), rad."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
-    turn = plan.curvature * plan.length
-    whole = np.bincount(owner, np.abs(turn), len(plan.start) - 1).astype(np.float64)
-    net = np.bincount(owner, turn, len(plan.start) - 1).astype(np.float64)
-    return np.asarray(whole - np.abs(wrapped(net)))
-
-
 def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, parts: RoadParts) -> BoolArray:
     """Say which sidewalks keep off carriageways and, on curves of their own, make no detours and do not fold."""
     plan, every = rows.plan_view, np.arange(len(rows.length))
@@ -308,7 +300,10 @@ def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, part
     half = np.maximum(rows.entry_width, rows.exit_width) / 2
     good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
     good &= smallest_radius(plan) >= half + defaults.CORNER_EDGE_RADIUS
-    good &= _wasted_turn(plan) <= defaults.CORNER_SWING
+    # Turns back and forth, beyond the turn that the curve makes.
+    owner, turn = owners(plan.start), plan.curvature * plan.length
+    whole, net = (np.bincount(owner, item, len(every)).astype(np.float64) for item in (np.abs(turn), turn))
+    good &= whole - np.abs(wrapped(net)) <= defaults.CORNER_SWING
     good |= ~own
     x, y = probes(rows, rows.entry_aside, rows.exit_aside)
     # Beside a turn a lane that swings wider may cover its edge, but no more.

@@ -37,8 +37,8 @@ def columns_of(margins: Margins, side: int) -> tuple[Column, ...]:
     for k, item in enumerate(margins):
         at = 0
         for strip in item.strips(side):
-            place = next((i for i in range(at, len(found)) if _same_kind(found[i], strip)), None)
-            if place is None:
+            place = next((i for i in range(at, len(found)) if _same_kind(found[i], strip)), -1)
+            if place < 0:
                 place = at
                 found.insert(place, [None] * k)
             found[place].append(strip)

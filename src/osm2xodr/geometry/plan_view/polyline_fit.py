@@ -207,10 +207,8 @@ def _share_segments(wish: FloatArray, length: FloatArray, interior: BoolArray) -
 
 
 def _without_slivers(tangent: FloatArray, length: FloatArray) -> FloatArray:
-    """Return tangents some of which are a little shorter, so that no line between two arcs is too short to write.
-
-    The longer of the two gives way, which leaves a line that is long enough on its other side, too.
-    """
+    """Return tangents some of which are a little shorter, so that no line between two arcs is too short to write."""
+    # The longer of the two gives way, which leaves a line that is long enough on its other side, too.
     left = length - tangent[:-1] - tangent[1:]
     short = np.flatnonzero((left > _ROUNDING) & (left < _SHORTEST_LINE))
     longer = np.where(tangent[short] >= tangent[short + 1], short, short + 1)
