@@ -62,8 +62,8 @@ def report_missing_corners(
 
 def _nodes(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) -> list[str]:
     """Return the OSM ids of the first nodes of junctions, each junction once."""
-    first = [layout.nodes[junction][0] for junction in np.unique(junctions).tolist()]
-    return [f"node/{network.intersections[node].osm_node_id}" for node in first]
+    first = [network.intersections[layout.nodes[junction][0]] for junction in np.unique(junctions).tolist()]
+    return [f"node/{node.osm_node_id}" for node in first]
 
 
 def report_absorbed_streets(

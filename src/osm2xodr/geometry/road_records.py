@@ -248,7 +248,7 @@ def junction_records(
     pairs: dict[int, list[tuple[int, int]]] = {}
     for high, low in zip(priorities.high.tolist(), priorities.low.tolist(), strict=True):
         pairs.setdefault(junction_of[high], []).append((ids.connecting(high), ids.connecting(low)))
-    entry, entry_lane = connecting.entry.tolist(), connecting.entry_lane.tolist()
+    entry, entry_lane, inner = connecting.entry.tolist(), connecting.entry_lane.tolist(), connecting.inner
     rows: dict[int, list[int]] = {}
     for k, junction in enumerate(junction_of):
         rows.setdefault(junction, []).append(k)
@@ -256,10 +256,7 @@ def junction_records(
     for junction, group in rows.items():
         connections = tuple(
             Connection(
-                id=number,
-                incoming_road=ids.road(entry[k] // 2),
-                connecting_road=ids.connecting(k),
-                lane_links=_lane_links(entry_lane[k], own[k], connecting.inner[k]),
+                number, ids.road(entry[k] // 2), ids.connecting(k), _lane_links(entry_lane[k], own[k], inner[k])
             )
             for number, k in enumerate(group)
         )

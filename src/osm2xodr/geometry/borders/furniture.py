@@ -70,11 +70,8 @@ def _signals(
             signals[signal.id] = replace(
                 signal, road=there.road, s=there.s, t=there.t, orientation=there.orientation, validity=there.validity
             )
-            diagnostics.repaired(
-                "border-signal",
-                signal.osm_id,
-                "it stands on a road of a neighbouring area and is moved to where the junction of this area begins",
-            )
+            text = "it stands on a road of a neighbouring area and is moved to where the junction of this area begins"
+            diagnostics.repaired("border-signal", signal.osm_id, text)
     return list(signals.values()), references
 
 

@@ -17,6 +17,7 @@ from osm2xodr.curves import (
     pose,
     replace_curves,
     smallest_radius,
+    starts,
     wrapped,
 )
 from osm2xodr.defaults import CONNECTING_RADIUS
@@ -204,7 +205,7 @@ def _turned_at_corners(
     begin = pose(plan, row, np.zeros(len(row)))
     end = pose(plan, row, lengths(plan)[row])
     # Per curve: its start, the places, its end; then one piece from each to the next.
-    start = np.concatenate([[0], np.cumsum(count + 2)]).astype(np.int64)
+    start = starts(count + 2)
     inside = np.ones(start[-1], bool)
     inside[start[:-1]] = inside[start[1:] - 1] = False
     columns = []
@@ -212,9 +213,7 @@ def _turned_at_corners(
         column = np.zeros(start[-1])
         column[start[:-1]], column[inside], column[start[1:] - 1] = one, middle, other
         columns.append(column)
-    last = np.zeros(start[-1], bool)
-    last[start[1:] - 1] = True
-    leave = np.flatnonzero(~last)
+    leave = np.delete(np.arange(start[-1]), start[1:] - 1)
     poses = [column[leave] for column in columns] + [column[leave + 1] for column in columns]
     pieces = connect(*poses)
     sharp = np.flatnonzero(smallest_radius(pieces) < CONNECTING_RADIUS)

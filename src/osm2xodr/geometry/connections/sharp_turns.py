@@ -11,6 +11,7 @@ from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curve
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out
+from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import (
     ARM_SETBACK_STEP,
     HALF_NARROW_LANE,
@@ -135,7 +136,7 @@ def _keep_off_roads(plan: PlanView, curve: IntArray, junction: IntArray, parts: 
     return np.array(free, bool)
 
 
-def _places_on_arms(ends: list[int], parts: RoadParts) -> dict[int, tuple[FloatArray, FloatArray, FloatArray]]:
+def _places_on_arms(ends: list[int], parts: RoadParts) -> dict[int, Poses]:
     """Return x, y and heading of places along the first stretch of the roads from each of their ends."""
     stations = []
     for end in ends:
@@ -155,9 +156,7 @@ def _places(plan: PlanView, curve: IntArray, stations: list[FloatArray]) -> tupl
     return tuple(np.split(column, np.cumsum(count)[:-1]) for column in found)
 
 
-def _runs_onto(
-    x: FloatArray, y: FloatArray, arm: tuple[FloatArray, FloatArray, FloatArray], section: CrossSection
-) -> bool:
+def _runs_onto(x: FloatArray, y: FloatArray, arm: Poses, section: CrossSection) -> bool:
     """Say whether places lie on the carriageway of an arm."""
     arm_x, arm_y, hdg = arm
     dx, dy = x[:, None] - arm_x, y[:, None] - arm_y

@@ -200,9 +200,6 @@ def _rules(network: StreetNetwork, layout: JunctionLayout, diagnostics: Diagnost
             else:
                 rules.over_ways.setdefault(from_way, []).append(item)
         if item.via_ways and not inside.issuperset(item.via_ways):
-            diagnostics.note(
-                "restriction-over-roads",
-                f"relation/{item.osm_relation_id}",
-                f"{item.value} runs over a way that is a road of its own here; lane links cannot state it",
-            )
+            text = f"{item.value} runs over a way that is a road of its own here; lane links cannot state it"
+            diagnostics.note("restriction-over-roads", f"relation/{item.osm_relation_id}", text)
     return rules

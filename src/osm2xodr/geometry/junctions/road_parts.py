@@ -67,13 +67,11 @@ def cut_back_dead_ends(
         # The first of those that are equally wide stays.
         widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
         for end in arms:
-            if end == widest or np.cos(ends.hdg[end] - ends.hdg[widest]) < _ACUTE_COSINE:
-                continue
-            trim[end] = before.trim[end]
-            way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id
-            diagnostics.repaired(
-                "lies-on-another", f"way/{way}", "it ends on another road, and is cut back to where it is apart"
-            )
+            if end != widest and np.cos(ends.hdg[end] - ends.hdg[widest]) >= _ACUTE_COSINE:
+                trim[end] = before.trim[end]
+                way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id
+                text = "it ends on another road, and is cut back to where it is apart"
+                diagnostics.repaired("lies-on-another", f"way/{way}", text)
     return replace(layout, trim=trim)
 
 

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, pose, ranks
+from osm2xodr.curves import find_record, owners, pose, ranks, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
@@ -52,18 +52,14 @@ def margins_with_room(parts: RoadParts, margins: Sequence[Margins], diagnostics:
     changed_ways: set[int] = set()
     out: list[Margins] = []
     for k, beside in enumerate(margins):
-        if not beside:
-            out.append(beside)
-            continue
         borders = [stretch.start for stretch in parts.stretches[k][1:]]
         fitting = list(beside)
-        for obstacle in obstacles.get(k, ()):
+        for obstacle in obstacles.get(k, ()) if beside else ():
             fitting = _cut_to_room(fitting, obstacle, borders, changed_ways)
         out.append(settled(fitting, borders))
+    text = "strips beside its carriageway have no room and are narrowed or left out"
     for way in sorted(changed_ways):
-        diagnostics.repaired(
-            "margin-no-room", f"way/{way}", "strips beside its carriageway have no room and are narrowed or left out"
-        )
+        diagnostics.repaired("margin-no-room", f"way/{way}", text)
     return tuple(out)
 
 
@@ -83,7 +79,7 @@ class _Edges:
         """Collect the edges of all stretches."""
         flat = [item for stretches in parts.stretches for item in stretches]
         return cls(
-            np.concatenate([[0], np.cumsum([len(stretches) for stretches in parts.stretches])]).astype(np.int64),
+            starts([len(stretches) for stretches in parts.stretches]),
             np.array([item.start for item in flat]),
             np.array([item.section.left_edge for item in flat]),
             np.array([item.section.right_edge for item in flat]),
@@ -94,7 +90,7 @@ class _Edges:
 def _bends(parts: RoadParts, edges: _Edges, with_any: BoolArray) -> list[tuple[int, _Obstacle]]:
     """Return the bends inside which strips would fold over themselves, with their roads."""
     plan = parts.plan_view
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    owner = owners(plan.start)
     bent = np.flatnonzero((np.abs(plan.curvature) > 1.0 / _GENTLE_RADIUS) & with_any[owner])
     inside = np.sign(plan.curvature[bent])
     # Lanes of neighbouring stretches reach into a bend with their tapers.

@@ -50,11 +50,9 @@ def narrow_parallel_streets(network: StreetNetwork, fitted: FittedStreets, diagn
             if key not in narrowed:
                 lanes = tuple(replace(lane, width=round(lane.width * share, 2)) for lane in attributes.lanes_ltr)
                 narrowed[key] = replace(attributes, lanes_ltr=lanes)
-                diagnostics.repaired(
-                    "lanes-narrowed",
-                    f"way/{attributes.osm_way_id}",
-                    f"its lanes are drawn at {100 * share:.0f} % of their width, a parallel road leaves no more room",
-                )
+                percent = f"{100 * share:.0f} %"
+                text = f"its lanes are drawn at {percent} of their width, a parallel road leaves no more room"
+                diagnostics.repaired("lanes-narrowed", f"way/{attributes.osm_way_id}", text)
             own.append((s, narrowed[key], cross_section(narrowed[key], network.rule)))
         pieces.append(tuple(own))
     return replace(fitted, pieces=tuple(pieces))
