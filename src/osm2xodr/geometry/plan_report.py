@@ -18,13 +18,7 @@ from osm2xodr.model import Direction, IntArray, LaneSpec, Rule, StreetNetwork
 
 
 def refuse_without_roads(layout: JunctionLayout) -> None:
-    """Refuse a network that has no street outside junctions.
-
-    Raises
-    ------
-    InputError
-        If all streets lie within junctions.
-    """
+    """Raise an InputError if all streets lie within junctions."""
     if layout.inner.all():
         raise InputError(
             "the streets lie within a few metres of each other, which leaves no road between their junctions; "
@@ -36,9 +30,8 @@ def report_squeezed_streets(network: StreetNetwork, layout: JunctionLayout, diag
     """Report streets that are too short for their junctions."""
     for street in np.flatnonzero(layout.squeezed).tolist():
         way = network.streets[street].pieces[0][1].osm_way_id
-        diagnostics.repaired(
-            "street-too-short", f"way/{way}", "too short for the junctions at its ends, which were cut back"
-        )
+        text = "too short for the junctions at its ends, which were cut back"
+        diagnostics.repaired("street-too-short", f"way/{way}", text)
 
 
 def report_impossible_turns(
@@ -63,25 +56,20 @@ def report_missing_corners(
 ) -> None:
     """Report junctions where sidewalks are not connected round a corner, (corners,)."""
     for osm_id in _nodes(network, layout, junctions):
-        diagnostics.dropped(
-            "sidewalk-corner", osm_id, "the sidewalks of two arms cannot be connected round their corner"
-        )
+        text = "the sidewalks of two arms cannot be connected round their corner"
+        diagnostics.dropped("sidewalk-corner", osm_id, text)
 
 
 def _nodes(network: StreetNetwork, layout: JunctionLayout, junctions: IntArray) -> list[str]:
     """Return the OSM ids of the first nodes of junctions, each junction once."""
-    first = [layout.nodes[junction][0] for junction in np.unique(junctions).tolist()]
-    return [f"node/{network.intersections[node].osm_node_id}" for node in first]
+    first = [network.intersections[layout.nodes[junction][0]] for junction in np.unique(junctions).tolist()]
+    return [f"node/{node.osm_node_id}" for node in first]
 
 
 def report_absorbed_streets(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> None:
-    """Report streets that have become part of a junction that nobody drives through.
-
-    Streets within a junction live on in its connecting roads. Where it has none, because no road leads to it or away
-    from it, nothing is left of them.
-    """
+    """Report streets that have become part of a junction that nobody drives through: nothing is left of them."""
     # Rings, which start at no intersection, have -1 there.
     junction_of = np.full(len(network.intersections) + 1, -1, np.int64)
     for junction in np.unique(connecting.junction).tolist():
@@ -91,11 +79,10 @@ def report_absorbed_streets(
         if junction_of[ends].max() >= 0:
             continue
         for way in dict.fromkeys(attributes.osm_way_id for _, attributes in network.streets[street].pieces):
-            diagnostics.dropped(
-                "within-junction",
-                f"way/{way}",
-                "it is shorter than any road, or lies within a junction that nobody drives through, and is left out",
+            text = (
+                "it is shorter than any road, or lies within a junction that nobody drives through, and is left out"
             )
+            diagnostics.dropped("within-junction", f"way/{way}", text)
 
 
 def report_unused_connectivity(
@@ -122,11 +109,8 @@ def report_unused_connectivity(
                     used.update(stated.relations)
     for relation in network.connectivities:
         if relation.osm_relation_id not in used:
-            diagnostics.dropped(
-                "connectivity",
-                f"relation/{relation.osm_relation_id}",
-                "it names lanes or a way that are missing or that nobody may drive to; lanes are linked by habit",
-            )
+            text = "it names lanes or a way that are missing or that nobody may drive to; lanes are linked by habit"
+            diagnostics.dropped("connectivity", f"relation/{relation.osm_relation_id}", text)
 
 
 def _lanes(section: CrossSection, rule: Rule, along: bool) -> tuple[LaneSpec, ...]:

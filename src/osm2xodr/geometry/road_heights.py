@@ -40,11 +40,7 @@ _SHORTEST: Final = 1e-6
 
 
 def build_profile_problem(
-    network: StreetNetwork,
-    fitted: FittedStreets,
-    layout: JunctionLayout,
-    parts: RoadParts,
-    diagnostics: Diagnostics,
+    network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts, diagnostics: Diagnostics
 ) -> ProfileProblem:
     """Ask for the heights of all roads: their spans carry structure, class and grade tags.
 
@@ -142,10 +138,8 @@ def _parse_ele(text: str) -> float | None:
     match = _ELE.fullmatch(text.strip())
     if match is None:
         return None
-    unit = (match[2] or "m").lower()
-    z = float(match[1]) * (1.0 if unit == "m" else _FOOT)
-    low, high = _ELE_PLAUSIBLE
-    return z if low <= z <= high else None
+    z = float(match[1]) * (1.0 if (match[2] or "m").lower() == "m" else _FOOT)
+    return z if _ELE_PLAUSIBLE[0] <= z <= _ELE_PLAUSIBLE[1] else None
 
 
 def _tagged_heights(
@@ -161,9 +155,8 @@ def _tagged_heights(
         if "ele" in tags:
             z = _parse_ele(tags["ele"])
             if z is None:
-                diagnostics.dropped(
-                    "ele", f"node/{node}", f"ele '{tags['ele']}' is not a height in metres, it is ignored"
-                )
+                text = f"ele '{tags['ele']}' is not a height in metres, it is ignored"
+                diagnostics.dropped("ele", f"node/{node}", text)
             else:
                 heights[node] = z
     roads_of = defaultdict(list)

@@ -71,17 +71,7 @@ class RoadPlan(CutStreets):
 
 
 def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics) -> RoadPlan:
-    """Lay out the roads of a network in plan.
-
-    Parameters
-    ----------
-    network
-        The streets.
-    options
-        What the user chose about roads.
-    diagnostics
-        Where repairs and compromises are recorded.
-    """
+    """Lay out the roads of a network in plan."""
     fitted = narrow_parallel_streets(network, fit_streets(network, diagnostics), diagnostics)
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)

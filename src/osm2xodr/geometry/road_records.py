@@ -38,8 +38,7 @@ class RoadIds:
     """
 
     def __init__(self, roads: int, connecting: int) -> None:
-        self._roads = roads
-        self._connecting = connecting
+        self._roads, self._connecting = roads, connecting
 
     def road(self, index: int) -> int:
         """Return the id of a road outside junctions."""
@@ -158,16 +157,14 @@ def connecting_road_records(
         connecting.height,
     )
     out: list[Road] = []
-    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(
-        zip(*(column.tolist() for column in columns), strict=True)
-    ):
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    for k, (junction, entry, exit_, lane_in, lane_out, w0, w1, length, own, height) in enumerate(rows):
         outermost = InnerLane(connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
         across = (*reversed(connecting.inner[k]), outermost)
         tapers = any(item.entry_width != item.exit_width for item in across)
         key = own, across, length if tapers else 0.0
-        sections = known.get(key)
-        if sections is None:
-            sections = known[key] = _lanes_through(*key)
+        if key not in known:
+            known[key] = _lanes_through(*key)
         out.append(
             Road(
                 id=ids.connecting(k),
@@ -176,7 +173,7 @@ def connecting_road_records(
                 predecessor=links[entry],
                 successor=links[exit_],
                 types=types[entry],
-                lane_sections=sections,
+                lane_sections=known[key],
                 osm_way_ids=(),
             )
         )
@@ -243,11 +240,7 @@ def connecting_lane_offsets(connecting: ConnectingRoads, rule: Rule) -> CubicPro
 
 
 def junction_records(
-    network: StreetNetwork,
-    layout: JunctionLayout,
-    connecting: ConnectingRoads,
-    priorities: Priorities,
-    ids: RoadIds,
+    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, priorities: Priorities, ids: RoadIds
 ) -> tuple[Junction, ...]:
     """Return the junctions that somebody drives or walks through, in the order of their first connecting road."""
     own = _own_lanes(connecting, network.rule).tolist()
@@ -255,7 +248,7 @@ def junction_records(
     pairs: dict[int, list[tuple[int, int]]] = {}
     for high, low in zip(priorities.high.tolist(), priorities.low.tolist(), strict=True):
         pairs.setdefault(junction_of[high], []).append((ids.connecting(high), ids.connecting(low)))
-    entry, entry_lane = connecting.entry.tolist(), connecting.entry_lane.tolist()
+    entry, entry_lane, inner = connecting.entry.tolist(), connecting.entry_lane.tolist(), connecting.inner
     rows: dict[int, list[int]] = {}
     for k, junction in enumerate(junction_of):
         rows.setdefault(junction, []).append(k)
@@ -263,10 +256,7 @@ def junction_records(
     for junction, group in rows.items():
         connections = tuple(
             Connection(
-                id=number,
-                incoming_road=ids.road(entry[k] // 2),
-                connecting_road=ids.connecting(k),
-                lane_links=_lane_links(entry_lane[k], own[k], connecting.inner[k]),
+                number, ids.road(entry[k] // 2), ids.connecting(k), _lane_links(entry_lane[k], own[k], inner[k])
             )
             for number, k in enumerate(group)
         )

@@ -6,6 +6,8 @@ the same place.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -31,17 +33,8 @@ def find_borders(
 
     A junction belongs to the area that its origin lies in, and with it the first metres of its arms
     (`defaults.BORDER_STUB`). A piece of road shorter than `defaults.BORDER_PIECE` belongs to its neighbour's area.
-
-    Parameters
-    ----------
-    partition
-        The areas.
-    plan_view
-        Reference lines of the roads outside junctions.
-    end_junction : (R, 2)
-        Junction at each road's start and end, -1 where there is none.
-    junction_xy : (J, 2)
-        Origin of each junction, local x, y, m. Their areas come in the same order.
+    `end_junction` (R, 2) is the junction at each road's start and end, -1 for none; `junction_xy` (J, 2) is each
+    junction's origin, local x, y, m, and their areas come in the same order.
     """
     length = lengths(plan_view)
     road, s = places_along(plan_view, _SAMPLES_EVERY)
@@ -59,7 +52,7 @@ def find_borders(
     areas = [area[k : k + 1] for k in first.tolist()]
     for k in np.flatnonzero(lowest != highest).tolist():
         part = slice(int(first[k]), int(first[k] + count[k]))
-        line = _Line(partition, box, plan_view, k, float(length[k]), *at_end[k].tolist())
+        line = _Line(partition, box, plan_view, k, float(length[k]), at_end[k].tolist())
         found[k], areas[k] = line.pieces(s[part])
     start = np.concatenate([[0], np.cumsum([len(item) for item in found])]).astype(np.int64)
     of_road = np.repeat(np.arange(len(length)), np.diff(start))
@@ -67,32 +60,26 @@ def find_borders(
     return Borders(partition, start, begin, np.concatenate(areas), junction_area)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class _Line:
     """A road that belongs to several areas."""
 
-    def __init__(
-        self,
-        partition: Partition,
-        box: FloatArray,
-        plan_view: PlanView,
-        road: int,
-        length: float,
-        start_area: int,
-        end_area: int,
-    ) -> None:
-        self._partition = partition
-        self._box = box
-        self._plan_view = plan_view
-        self._road = road
-        self._length = length
-        self._ends = start_area, end_area
-        stub = min(defaults.BORDER_STUB, length / 2)
-        self._start_stub = stub if start_area != _NO_JUNCTION else 0.0
-        self._end_stub = length - stub if end_area != _NO_JUNCTION else length
+    partition: Partition
+    box: FloatArray  # Bounds of its areas
+    plan_view: PlanView
+    road: int
+    length: float  # m
+    ends: Sequence[int]  # Areas of the junctions at its start and its end
+
+    def stubs(self) -> tuple[float, float]:
+        """Return up to where, and from where on, s, m, the road belongs to the junctions at its ends."""
+        stub = min(defaults.BORDER_STUB, self.length / 2)
+        start, end = (0.0 if area == _NO_JUNCTION else stub for area in self.ends)
+        return start, self.length - end
 
     def pieces(self, s: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return where pieces begin, m, and their areas, from samples s (n,) along the road that miss no piece."""
-        s = np.union1d(s, [self._start_stub, self._end_stub])
+        s = np.union1d(s, self.stubs())
         at = self._areas(s).tolist()
         runs: list[tuple[int, float]] = [(at[0], 0.0)]
         for (before, low), (after, high) in pairwise(zip(at, s.tolist(), strict=True)):
@@ -103,10 +90,10 @@ class _Line:
 
     def _areas(self, s: FloatArray) -> IntArray:
         """Return the areas of places, (n,), near junctions those of the junctions."""
-        x, y, _ = pose(self._plan_view, np.full(len(s), self._road), s)
-        out = area_at(self._partition, x, y, self._box)
-        out[s < self._start_stub] = self._ends[0]
-        out[s > self._end_stub] = self._ends[1]
+        x, y, _ = pose(self.plan_view, np.full(len(s), self.road), s)
+        out = area_at(self.partition, x, y, self.box)
+        start, end = self.stubs()
+        out[s < start], out[s > end] = self.ends
         return out
 
     def _between(self, area: int, low: float, high: float) -> float:
@@ -121,9 +108,9 @@ class _Line:
         """Give short pieces, the shortest first, to the longer of their neighbours."""
         runs = _joined(runs)
         while len(runs) > 1:
-            ends = [begin for _, begin in runs[1:]] + [self._length]
+            ends = [begin for _, begin in runs[1:]] + [self.length]
             size = [end - begin for (_, begin), end in zip(runs, ends, strict=True)]
-            at_junction = {k for k, area in zip((0, len(runs) - 1), self._ends, strict=True) if area != _NO_JUNCTION}
+            at_junction = {k for k, area in zip((0, len(runs) - 1), self.ends, strict=True) if area != _NO_JUNCTION}
             short = [k for k in range(len(runs)) if k not in at_junction and size[k] < defaults.BORDER_PIECE]
             if not short:
                 break

@@ -68,18 +68,10 @@ def _signals(
         elif reference.signal in gone:
             signal = gone[reference.signal]
             signals[signal.id] = replace(
-                signal,
-                road=there.road,
-                s=there.s,
-                t=there.t,
-                orientation=there.orientation,
-                validity=there.validity,
+                signal, road=there.road, s=there.s, t=there.t, orientation=there.orientation, validity=there.validity
             )
-            diagnostics.repaired(
-                "border-signal",
-                signal.osm_id,
-                "it stands on a road of a neighbouring area and is moved to where the junction of this area begins",
-            )
+            text = "it stands on a road of a neighbouring area and is moved to where the junction of this area begins"
+            diagnostics.repaired("border-signal", signal.osm_id, text)
     return list(signals.values()), references
 
 
@@ -107,12 +99,14 @@ def _objects(thing: RoadObject, pieces: Pieces) -> list[RoadObject]:
 
 def _structures(item: RoadStructure, pieces: Pieces) -> list[RoadStructure]:
     """Return the parts of a bridge or tunnel on kept pieces of its road."""
-    found = []
-    for piece in pieces.of(item.road):
-        begin, end = max(item.s, piece.begin), min(item.s + item.length, piece.end)
-        if piece.id and end > begin:
-            found.append(replace(item, road=piece.id, s=begin - piece.begin, length=end - begin))
-    return found
+    parts = (
+        (piece, max(item.s, piece.begin), min(item.s + item.length, piece.end)) for piece in pieces.of(item.road)
+    )
+    return [
+        replace(item, road=piece.id, s=begin - piece.begin, length=end - begin)
+        for piece, begin, end in parts
+        if piece.id and end > begin
+    ]
 
 
 def _part(thing: RoadObject, repeat: ObjectRepeat, piece: Piece) -> RoadObject | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from osm2xodr.curves import (
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
 from osm2xodr.geometry.heights import ElevationOptions, Pins, ProfileProblem, ground_around, solve_profiles
-from osm2xodr.model import Borders, FloatArray, IntArray, Partition, PlanView, Surface
+from osm2xodr.model import Borders, FloatArray, IntArray, Partition, Surface
 
 # Heights where roads are cut follow from the roads that come this near to both areas, m. Data farther off than the
 # length over which a road bends (some 100 m on coarse elevation models, `ROAD_FLEXIBILITY`) hardly move them.
@@ -37,7 +37,12 @@ _REACH_SAMPLES_EVERY: Final = 20.0
 COMMON_ORIGIN: Final = (0.0, 0.0)
 
 SurfaceAround: TypeAlias = Callable[[FloatArray, FloatArray], Surface]
+# Road, x and y of samples along roads, local, m, all (n,).
+_Points: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
 _Column = TypeVar("_Column", FloatArray, IntArray)
+_SPAN_COLUMNS: Final = tuple(
+    f"span_{name}" for name in ("s", "structure", "layer", "grade", "way", "name", "oneway", "width", "middle")
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,22 +54,6 @@ class Neighbourhood:
     surface_around: SurfaceAround
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Points:
-    """Places x, y along roads, local, m, all (n,)."""
-
-    road: IntArray
-    x: FloatArray
-    y: FloatArray
-
-    @classmethod
-    def along(cls, plan_view: PlanView) -> _Points:
-        """Return samples along all roads."""
-        road, s = places_along(plan_view, _REACH_SAMPLES_EVERY)
-        x, y, _ = pose(plan_view, road, s)
-        return cls(road, x, y)
-
-
 def with_border_heights(
     problem: ProfileProblem,
     borders: Borders,
@@ -74,18 +63,8 @@ def with_border_heights(
 ) -> ProfileProblem:
     """Return the problem with roads pinned to common heights where the own area ends and a neighbour begins.
 
-    Parameters
-    ----------
-    problem
-        Roads of the area and its surroundings.
-    borders
-        Which area they belong to.
-    surface_around
-        As of `Neighbourhood`.
-    options
-        The user's choices about heights.
-    diagnostics
-        Receives a note for each border that no elevation model reaches.
+    The problem is that of the area and its surroundings. `surface_around` is that of `Neighbourhood`; `diagnostics`
+    gets a note for each border that no elevation model reaches.
     """
     own = borders.partition.own
     road = np.repeat(np.arange(len(borders.piece_start) - 1), np.diff(borders.piece_start))
@@ -93,7 +72,8 @@ def with_border_heights(
     before, after = borders.piece_area[cut - 1], borders.piece_area[cut]
     ours = ((before == own) | (after == own)) & (before >= 0) & (after >= 0)
     cut, neighbour = cut[ours], np.where(before == own, after, before)[ours]
-    points = _Points.along(problem.plan_view)
+    sampled, s = places_along(problem.plan_view, _REACH_SAMPLES_EVERY)
+    points = sampled, *pose(problem.plan_view, sampled, s)[:2]
     found: list[tuple[IntArray, FloatArray, FloatArray]] = []
     for area in np.unique(neighbour).tolist():
         here = cut[neighbour == area]
@@ -114,11 +94,11 @@ def with_border_heights(
 
 def _roads_near(points: _Points, partition: Partition, areas: list[int]) -> IntArray:
     """Return the roads that come within `_BORDER_HEIGHT_REACH` of both areas, ascending."""
-    near, reach = np.arange(len(points.road)), _BORDER_HEIGHT_REACH
+    road, x, y = points
+    near, reach = np.arange(len(road)), _BORDER_HEIGHT_REACH
     for area in areas:
-        near = near[distance_to_outline(partition.outlines[area], points.x[near], points.y[near], reach) <= reach]
-    out: IntArray = np.unique(points.road[near])
-    return out
+        near = near[distance_to_outline(partition.outlines[area], x[near], y[near], reach) <= reach]
+    return np.asarray(np.unique(road[near]))
 
 
 def _heights(
@@ -137,8 +117,7 @@ def _heights(
     index = np.searchsorted(near, road)
     unknown = np.full(len(road), np.nan)
     alone = replace(chosen_roads(problem, near), pins=Pins(index, s, unknown, unknown))
-    along = np.isin(points.road, near)
-    x, y = points.x[along], points.y[along]
+    x, y = (column[np.isin(points[0], near)] for column in points[1:])
     try:
         surface = surface_around(x, y)
     except CoverageError:
@@ -162,6 +141,7 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
     link = problem.end_link[chosen]
     linked = np.where(link >= 0, number[link // 2], -1)
     ele = np.flatnonzero(number[problem.ele_road] >= 0) if problem.ele_road is not None else None
+    columns: dict[str, Any] = {name: _rows(getattr(problem, name), span) for name in _SPAN_COLUMNS}
     return replace(
         problem,
         plan_view=cut_curves(plan_view, np.zeros(len(chosen)), lengths(plan_view)[chosen], chosen),
@@ -169,16 +149,8 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
         end_link=np.where(linked >= 0, 2 * linked + link % 2, -1),
         junction_xy=problem.junction_xy[junctions],
         span_start=np.concatenate([[0], np.cumsum(spans)]).astype(np.int64),
-        span_s=problem.span_s[span],
-        span_structure=problem.span_structure[span],
-        span_layer=problem.span_layer[span],
         span_highway=tuple(problem.span_highway[k] for k in span.tolist()),
-        span_grade=problem.span_grade[span],
-        span_way=problem.span_way[span],
-        span_name=_rows(problem.span_name, span),
-        span_oneway=_rows(problem.span_oneway, span),
-        span_width=_rows(problem.span_width, span),
-        span_middle=_rows(problem.span_middle, span),
+        **columns,
         ele_road=None if ele is None or problem.ele_road is None else number[problem.ele_road[ele]],
         ele_s=_rows(problem.ele_s, ele),
         ele_z=_rows(problem.ele_z, ele),

@@ -38,9 +38,8 @@ def keep_own_area(road_map: RoadMap, diagnostics: Diagnostics) -> RoadMap:
     if road_map.borders is None:
         return road_map
     pieces = Pieces(road_map, road_map.borders)
+    begin, end = np.array([(piece.begin, piece.end) for piece in pieces.kept]).T.copy()
     curve = np.array([piece.curve for piece in pieces.kept], np.int64)
-    begin = np.array([piece.begin for piece in pieces.kept])
-    end = np.array([piece.end for piece in pieces.kept])
 
     def part(profile: CubicProfile) -> CubicProfile:
         return part_of_profile(profile, curve, begin, end)
@@ -71,24 +70,14 @@ def _border_ends(road_map: RoadMap, cut: RoadMap, pieces: Pieces) -> tuple[Borde
             if area is not None:
                 found.append((k, at_start, area))
     row = np.array([k for k, _, _ in found], np.int64)
-    length = lengths(cut.plan_view)
-    s = np.where([at_start for _, at_start, _ in found], 0.0, length[row])
-    x, y, hdg = pose(cut.plan_view, row, s)
-    z = cubic_value(cut.elevation, row, s)
+    s = np.where([at_start for _, at_start, _ in found], 0.0, lengths(cut.plan_view)[row])
+    along_x, along_y, along_hdg = pose(cut.plan_view, row, s)
+    columns = (along_x, along_y, cubic_value(cut.elevation, row, s), along_hdg)
+    places = zip(*(column.tolist() for column in columns), strict=True)
     names = pieces.partition.names
-    places = zip(*(column.tolist() for column in (x, y, z, hdg)), strict=True)
     return tuple(
-        BorderEnd(
-            road=cut.roads[k].id,
-            at_start=at_start,
-            neighbour=names[area] if area >= 0 else "",
-            x=place[0],
-            y=place[1],
-            z=place[2],
-            hdg=place[3],
-            osm_way_ids=cut.roads[k].osm_way_ids,
-        )
-        for (k, at_start, area), place in zip(found, places, strict=True)
+        BorderEnd(cut.roads[k].id, at_start, names[area] if area >= 0 else "", x, y, z, hdg, cut.roads[k].osm_way_ids)
+        for (k, at_start, area), (x, y, z, hdg) in zip(found, places, strict=True)
     )
 
 

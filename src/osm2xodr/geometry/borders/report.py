@@ -17,14 +17,12 @@ from osm2xodr.model import (
     CubicProfile,
     ElevationReport,
     FloatArray,
-    IntArray,
     LaneType,
     LayerCrossing,
     PlanView,
     Road,
     RoadMap,
     RoadPlace,
-    StructureRecord,
 )
 
 # Roads that cross on two levels are sampled this densely to find the crossing, m.
@@ -34,19 +32,22 @@ _GRADE_TOLERANCE: Final = 0.002
 
 
 def kept_report(road_map: RoadMap, pieces: Pieces) -> ElevationReport | None:
-    """Return the elevation report of the own area.
+    """Return the elevation report of the own area; a structure is kept if any piece of its roads is.
 
-    Its average distances from the elevation model include the surroundings, whose heights were found together with
-    the area's. A structure is kept if any piece of its roads is.
+    Average distances from the elevation model include the surroundings, whose heights were found with the area's.
     """
     report = road_map.elevation_report
     if report is None:
         return None
+    structures = [
+        replace(item, roads=tuple(piece.id for road in item.roads for piece in pieces.of(road) if piece.id))
+        for item in report.structures
+    ]
     return replace(
         report,
         farthest=_places(report.farthest, pieces),
         steep=_places(report.steep, pieces),
-        structures=tuple(item for item in (_structure(one, pieces) for one in report.structures) if item.roads),
+        structures=tuple(item for item in structures if item.roads),
         tight=tuple(item for item in (_crossing(one, road_map, pieces) for one in report.tight) if item is not None),
     )
 
@@ -54,8 +55,8 @@ def kept_report(road_map: RoadMap, pieces: Pieces) -> ElevationReport | None:
 def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, float]:
     """Return the statistics of an area from those of the area and its surroundings (`whole`), in the same order.
 
-    What `road_map`, which is cut off already, lets count is counted again. Of the rest only the figures about heights
-    as a whole are kept.
+    What `road_map`, cut off already, lets count is counted again; else only figures about heights as a whole are
+    kept.
     """
     length = lengths(road_map.plan_view)
     inside = np.array([road.junction is not None for road in road_map.roads], np.bool_)
@@ -100,11 +101,6 @@ def _places(places: tuple[RoadPlace, ...], pieces: Pieces) -> tuple[RoadPlace, .
     return tuple(replace(place, road=piece.id, s=place.s - piece.begin) for place, piece in found if piece.id)
 
 
-def _structure(item: StructureRecord, pieces: Pieces) -> StructureRecord:
-    roads = tuple(piece.id for road in item.roads for piece in pieces.of(road) if piece.id)
-    return replace(item, roads=roads)
-
-
 def _crossing(item: LayerCrossing, road_map: RoadMap, pieces: Pieces) -> LayerCrossing | None:
     """Return a crossing with the pieces that cross, None if either is another area's."""
     upper, lower = pieces.of(item.upper), pieces.of(item.lower)
@@ -116,12 +112,11 @@ def _crossing(item: LayerCrossing, road_map: RoadMap, pieces: Pieces) -> LayerCr
 def _nearest(plan: PlanView, one: int, other: int) -> tuple[float, float]:
     """Return where two curves are closest to each other, s on both, m."""
     length = lengths(plan)
-    places: list[tuple[FloatArray, FloatArray]] = []
-    for curve in (one, other):
-        s = np.linspace(0.0, length[curve], int(length[curve] / _CROSSING_SAMPLES_EVERY) + 2)
-        which: IntArray = np.full(len(s), curve, np.int64)
-        x, y, _ = pose(plan, which, s)
-        places.append((s, np.column_stack([x, y])))
-    distance, index = cKDTree(places[1][1]).query(places[0][1])
+    along = [np.linspace(0.0, length[k], int(length[k] / _CROSSING_SAMPLES_EVERY) + 2) for k in (one, other)]
+    here, there = (
+        np.column_stack(pose(plan, np.full(len(s), k, np.int64), s)[:2])
+        for k, s in zip((one, other), along, strict=True)
+    )
+    distance, index = cKDTree(there).query(here)
     k = int(np.argmin(distance))
-    return float(places[0][0][k]), float(places[1][0][np.asarray(index)[k]])
+    return float(along[0][k]), float(along[1][np.asarray(index)[k]])

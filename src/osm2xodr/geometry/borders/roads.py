@@ -22,15 +22,16 @@ def kept_roads(road_map: RoadMap, pieces: Pieces) -> tuple[Road, ...]:
 
 def kept_junctions(road_map: RoadMap, pieces: Pieces) -> tuple[Junction, ...]:
     """Return the junctions of the own area, in their order; `Borders` keeps the roads that touch them with them."""
-    out: list[Junction] = []
-    for junction in road_map.junctions:
-        number = pieces.junction(junction.id)
-        if number is None:
-            continue
-        connections = tuple(_connection(item, road_map, pieces) for item in junction.connections)
-        priorities = tuple((_any(pieces, high), _any(pieces, low)) for high, low in junction.priorities)
-        out.append(replace(junction, id=number, connections=connections, priorities=priorities))
-    return tuple(out)
+    return tuple(
+        replace(
+            junction,
+            id=number,
+            connections=tuple(_connection(item, road_map, pieces) for item in junction.connections),
+            priorities=tuple((_any(pieces, high), _any(pieces, low)) for high, low in junction.priorities),
+        )
+        for junction in road_map.junctions
+        if (number := pieces.junction(junction.id)) is not None
+    )
 
 
 def link_beyond(road: Road, piece: Piece, pieces: Pieces, *, at_start: bool) -> RoadLink | None:
@@ -90,10 +91,7 @@ def _overlapping(starts: Sequence[float], piece: Piece) -> range:
 
 
 def _types(types: tuple[RoadType, ...], piece: Piece) -> tuple[RoadType, ...]:
-    if not types:
-        return ()
-    kept = _overlapping([item.s for item in types], piece)
-    begin = piece.begin
+    kept, begin = _overlapping([item.s for item in types], piece) if types else range(0), piece.begin
     return tuple(replace(types[k], s=0.0 if k == kept[0] and begin else types[k].s - begin) for k in kept)
 
 

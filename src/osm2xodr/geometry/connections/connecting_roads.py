@@ -95,19 +95,9 @@ def build_connecting_roads(
 ) -> ConnectingRoads:
     """Draw a connecting road for each lane link.
 
-    Parameters
-    ----------
-    links
-        Which lane leads to which.
-    movements
-        The ways through junctions, grouped by junction.
-    ends, trim
-        The street ends and what they give to their junctions, m.
-    outer_lanes
-        For a street and whether it is driven along, t of the middles of its outermost lanes, right and left in the
-        direction of travel, m.
-    rule
-        Side of the road that one drives on.
+    The movements are grouped by junction; `trim` (ends,) is what street ends give to their junctions, m.
+    `outer_lanes` returns, for a street and whether it is driven along, t of the middles of its outermost lanes, right
+    and left in the direction of travel, m.
     """
     rows = links.rows
     entry = np.array([row.entry for row in rows], np.int64)

@@ -17,6 +17,7 @@ from osm2xodr.curves import (
     pose,
     replace_curves,
     smallest_radius,
+    starts,
     wrapped,
 )
 from osm2xodr.defaults import CONNECTING_RADIUS
@@ -66,9 +67,9 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
             break
         turned = _turned_at_corners(plan, rows, lanes, gaps, single)
         stays_off = _apart_at_most(*_sampled(turned, np.arange(len(rows)), lanes))
-        bad = (smallest_radius(turned) < least) | (stays_off > _STRAY_LESS * strays) | detours(turned)
+        bad = (smallest_radius(turned) < least) | (stays_off > _STRAY_LESS * strays)
         # A way that goes to and fro turns round on the spot, and no curve does.
-        bad |= has_kinks(turned)
+        bad |= detours(turned) | has_kinks(turned)
         good = ~_any_above(0.5, bad.astype(float), lanes)
         plan = replace_curves(plan, rows[good], turned, np.flatnonzero(good))
         rows, lanes, strays, least = rows[~good], lanes.chosen(~good), strays[~good], least[~good]
@@ -94,8 +95,7 @@ def _has_several_corners(paths: StreetPaths, streets: PlanView) -> BoolArray:
     of = np.concatenate([owner, owner[joint]])
     whole = np.bincount(of, np.abs(turns), len(paths.length))
     net = np.abs(np.bincount(of, turns, len(paths.length)))
-    out: BoolArray = ~paths.on_ring & ((whole - net > SMOOTH_CORNER) | (whole > _TURN_OF_SEVERAL_CORNERS))
-    return out
+    return np.asarray(~paths.on_ring & ((whole - net > SMOOTH_CORNER) | (whole > _TURN_OF_SEVERAL_CORNERS)))
 
 
 def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArray, FloatArray]:
@@ -110,9 +110,7 @@ def _sampled(plan: PlanView, row: IntArray, lanes: LanePaths) -> tuple[FloatArra
 
 def _side_by_side(curve: FloatArray, way: FloatArray) -> FloatArray:
     """Return the largest distance of places at the same share: an upper bound of `_apart_at_most`, (n,), m."""
-    gap = curve - way
-    out: FloatArray = np.hypot(gap[0], gap[1]).max(1)
-    return out
+    return np.asarray(np.hypot(*(curve - way)).max(1))
 
 
 def _apart_at_most(curve: FloatArray, way: FloatArray) -> FloatArray:
@@ -168,8 +166,7 @@ def _corner_gaps(paths: StreetPaths, streets: PlanView, numbers: IntArray) -> di
 def _corners(hdg: FloatArray, start: IntArray, each: IntArray) -> tuple[IntArray, IntArray]:
     """Return the first and the last station of each corner, (corners,).
 
-    `hdg` are headings at stations along paths, rad, `start` the index of each path's first station, (paths + 1,),
-    `each` the path of each station.
+    `hdg`, rad, and `each`, its path, are those of each station; `start` (paths + 1,) has each path's first station.
     """
     at = np.arange(len(hdg))
     turn = np.where(np.diff(each, prepend=-1) > 0, 0.0, np.abs(wrapped(np.diff(hdg, prepend=0.0))))
@@ -185,10 +182,9 @@ def _corners(hdg: FloatArray, start: IntArray, each: IntArray) -> tuple[IntArray
 
 
 def _between_corners(gaps: list[tuple[float, float]], single: bool) -> FloatArray:
-    """Return the chainages on a path between its corners where a car drives straight, (places,), m.
+    """Return the chainages on a path, (places,), m, where a car drives straight between one corner and the next.
 
-    `gaps` says where one corner is over and the next begins; with `single`, there is one place between two corners,
-    in the middle, however far they are apart.
+    With `single`, there is one place between two corners, in the middle, however far they are apart.
     """
     out: list[float] = []
     for a, b in gaps:
@@ -203,14 +199,13 @@ def _turned_at_corners(
     plan: PlanView, row: IntArray, lanes: LanePaths, gaps: dict[int, list[tuple[float, float]]], single: bool
 ) -> PlanView:
     """Return curves that start and end as those in the rows do and pass the places between corners straight on."""
-    places = {number: _between_corners(gaps[number], single) for number in np.unique(lanes.path).tolist()}
-    chainages = [places[number] for number in lanes.path.tolist()]
+    chainages = [_between_corners(gaps[number], single) for number in lanes.path.tolist()]
     count = np.array([len(item) for item in chainages], np.int64)
     passed = lanes.at_chainage(np.repeat(np.arange(len(row)), count), np.concatenate(chainages))
     begin = pose(plan, row, np.zeros(len(row)))
     end = pose(plan, row, lengths(plan)[row])
     # Per curve: its start, the places, its end; then one piece from each to the next.
-    start = np.concatenate([[0], np.cumsum(count + 2)]).astype(np.int64)
+    start = starts(count + 2)
     inside = np.ones(start[-1], bool)
     inside[start[:-1]] = inside[start[1:] - 1] = False
     columns = []
@@ -218,9 +213,7 @@ def _turned_at_corners(
         column = np.zeros(start[-1])
         column[start[:-1]], column[inside], column[start[1:] - 1] = one, middle, other
         columns.append(column)
-    last = np.zeros(start[-1], bool)
-    last[start[1:] - 1] = True
-    leave = np.flatnonzero(~last)
+    leave = np.delete(np.arange(start[-1]), start[1:] - 1)
     poses = [column[leave] for column in columns] + [column[leave + 1] for column in columns]
     pieces = connect(*poses)
     sharp = np.flatnonzero(smallest_radius(pieces) < CONNECTING_RADIUS)

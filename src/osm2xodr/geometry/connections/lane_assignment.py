@@ -26,8 +26,7 @@ _ANGLE: Final = {
     "sharp_right": -135.0,
 }
 _SET_APART: Final = (LaneType.BUS, LaneType.TAXI, LaneType.BIKING)
-# Turns below this lead straight on, rad (50 degrees): about half of a
-# square turn. A choice.
+# Turns below this lead straight on, rad (50 degrees): about half of a square turn. A choice.
 _STRAIGHT_ON: Final = math.radians(50.0)
 # Turns above this are to a side where a value of turn:lanes asks for one, rad (10 degrees). A choice.
 _TO_A_SIDE: Final = math.radians(10.0)
@@ -65,12 +64,10 @@ LaneLink = tuple[int, int, int]
 def assign_lanes(
     movements: Sequence[LaneMovement], entries: dict[int, ArmLanes], exits: dict[int, ArmLanes], near_side_left: bool
 ) -> list[LaneLink]:
-    """Assign lanes to all movements of one junction.
+    """Assign lanes to all movements of one junction; `entries` and `exits` are lanes by arm.
 
     Every movement gets a lane, every lane of an entry with movements gets a movement, every lane of an exit that is
     reached at all gets a lane that feeds it. Movements whose links a relation names get these and no others.
-
-    `entries` and `exits` are lanes by arm; `near_side_left` says whether traffic drives on the left.
     """
     if have_one_lane(entries, exits):
         return [(k, 0, 0) for k in range(len(movements))]
@@ -275,7 +272,9 @@ def _merge_offsets(
     """
     if len(merging) < 2:
         return {}
-    side_by_side = sorted(merging, key=lambda k: -_mean([movements[k].lateral[lane] for lane in served[k]]))
+    side_by_side = sorted(
+        merging, key=lambda k: -sum(movements[k].lateral[lane] for lane in served[k]) / len(served[k])
+    )
     counts = [len(served[k]) for k in side_by_side]
     out: dict[int, int] = {}
     taken = 0
@@ -329,7 +328,3 @@ def _side(spec: LaneSpec, near_side_left: bool) -> int:
     if not own:
         return 0
     return 1 if own <= left_turns(near_side_left) else -1 if own <= right_turns(near_side_left) else 0
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values)

@@ -59,15 +59,10 @@ class LaneLinks:
 def find_lane_links(
     parts: RoadParts, movements: list[Movement], rule: Rule, before: LaneLinks | None = None
 ) -> LaneLinks:
-    """Assign lanes to all movements.
+    """Assign lanes to all movements, which are grouped by junction.
 
-    Parameters
-    ----------
-    parts, movements, rule
-        The roads outside junctions, the ways through these, grouped by junction, and the side that one drives on.
-    before
-        What was found for the same movements before roads were cut again; junctions whose arms have not moved since
-        keep it.
+    `before` is what was found for the same movements before roads were cut again; junctions whose arms have not moved
+    since keep it.
     """
     roads = len(parts.length)
     s = np.column_stack([np.zeros(roads), parts.length]).ravel()
@@ -77,11 +72,8 @@ def find_lane_links(
     sections = tuple(stretches[k].section for stretches in parts.stretches for k in (0, -1))
     known: dict[int, list[LaneRow]] = {}
     if before is not None and np.array_equal(before.road_end, parts.road_end):
-        still = (
-            (np.abs(before.x - x) < _SAME_POSE)
-            & (np.abs(before.y - y) < _SAME_POSE)
-            & (np.abs(before.hdg - hdg) < _SAME_POSE)
-        )
+        change = np.abs(np.stack([before.x - x, before.y - y, before.hdg - hdg])).max(axis=0)
+        still = change < _SAME_POSE
         still &= [one is other for one, other in zip(before.sections, sections, strict=True)]
         known = _kept(before, movements, still[entry] & still[exit_])
     # As drivers see it: headings into and out of the junction, and where entries lie as seen from exits.
@@ -146,13 +138,8 @@ class _Arms:
         self._known: dict[tuple[int, bool, float], tuple[tuple[EndLane, ...], ArmLanes]] = {}
         self._centre: dict[tuple[int, bool], tuple[EndLane, ...]] = {}
 
-    def into_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        return self._at(end, end % 2 == 1, 1.0)
-
-    def out_of_junction(self, end: int) -> tuple[tuple[EndLane, ...], ArmLanes]:
-        return self._at(end, end % 2 == 0, 1.0 if end % 2 == 0 else -1.0)
-
-    def _at(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
+    def lanes(self, end: int, along: bool, sign: float) -> tuple[tuple[EndLane, ...], ArmLanes]:
+        """Return the lanes whose traffic runs along the road, or against it; their t times `sign` for the arm."""
         section = self._parts.at_end(end).section
         key = id(section), along, sign
         found = self._known.get(key)
@@ -179,10 +166,11 @@ def _junction_rows(
     entries: dict[int, ArmLanes] = {}
     exits: dict[int, ArmLanes] = {}
     for number in group:
-        into, entry_lanes = arms.into_junction(view.entry[number])
-        out, exit_lanes = arms.out_of_junction(view.exit[number])
+        entry, exit_ = view.entry[number], view.exit[number]
+        into, entry_lanes = arms.lanes(entry, entry % 2 == 1, 1.0)
+        out, exit_lanes = arms.lanes(exit_, exit_ % 2 == 0, -1.0 if exit_ % 2 else 1.0)
         if into and out:
-            entries[view.entry[number]], exits[view.exit[number]] = entry_lanes, exit_lanes
+            entries[entry], exits[exit_] = entry_lanes, exit_lanes
             lanes[number] = into, out
     numbers = list(lanes)
     links = [(k, 0, 0) for k in range(len(numbers))]
@@ -215,8 +203,8 @@ def _as_lanes_see_it(
 def _centre_rows(junction: int, numbers: list[int], view: _DriversView, arms: _Arms) -> list[LaneRow]:
     """Return the links between lanes for both directions that face each other.
 
-    Ids make readers take such a lane for one along its road (or, on the left of its centre, against it), so only
-    those are linked whose ids agree on a direction; the way back then runs against the id of its lane.
+    Readers take such a lane for one along its road (left of its centre: against it), so only those are linked whose
+    ids agree on a direction; the way back then runs against the id of its lane.
     """
     rows: list[LaneRow] = []
     for number in numbers:

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import arc_step, dubins_curves, lengths, pose, replace_curves, wrapped
+from osm2xodr.curves import arc_step, dubins_curves, lengths, owners, pose, replace_curves, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
@@ -105,7 +105,7 @@ def detours(plan: PlanView) -> BoolArray:
 
 def has_kinks(plan: PlanView) -> BoolArray:
     """Say which curves change their heading at once between two of their records, (curves,)."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    owner = owners(plan.start)
     jump = np.abs(wrapped(plan.hdg[1:] - (plan.hdg + plan.curvature * plan.length)[:-1]))
     out = np.zeros(len(plan.start) - 1, bool)
     out[owner[1:][(owner[1:] == owner[:-1]) & (jump > _MISSED)]] = True
@@ -127,12 +127,9 @@ def swings_out(plan: PlanView) -> BoolArray:
 
 def _turns(plan: PlanView) -> tuple[FloatArray, FloatArray]:
     """Return by how much curves change their heading, and by how much they turn in all, (curves,), rad."""
-    n = len(plan.start) - 1
-    owner = np.repeat(np.arange(n), np.diff(plan.start))
+    n, owner = len(plan.start) - 1, owners(plan.start)
     turn = plan.curvature * plan.length
-    net: FloatArray = np.abs(np.bincount(owner, turn, n), dtype=np.float64)
-    whole: FloatArray = np.bincount(owner, np.abs(turn), n).astype(np.float64)
-    return net, whole
+    return np.abs(np.bincount(owner, turn, n)), np.bincount(owner, np.abs(turn), n).astype(np.float64)
 
 
 def _line_and_arc(
@@ -174,9 +171,7 @@ def _biarc(
     root = np.sqrt(along * along + 2 * apart * square)
     # The stable form of (-along + root) / (2 apart) for either sign of `along`.
     tangent = np.where(
-        along > 0,
-        square / np.maximum(along + root, 1e-12),
-        (root - along) / np.maximum(2 * apart, 1e-12),
+        along > 0, square / np.maximum(along + root, 1e-12), (root - along) / np.maximum(2 * apart, 1e-12)
     )
     # A pose straight behind in the same heading is out of reach of two arcs.
     tangent = np.minimum(tangent, _LONGEST_TANGENT)

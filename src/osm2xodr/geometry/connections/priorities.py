@@ -1,11 +1,9 @@
 """Who has the right of way at a junction: pairs of connecting roads that cross or merge.
 
 What decides between two arms, in this order: signs (leaving a property counts as one), being on a roundabout,
-``priority_road``, the class of the road. Where none does, priority to the right (or the rule of the country) needs
-no record; at signals there is none either.
-
-OpenDRIVE 1.6 and 1.7 want ``high`` and ``low`` of ``<priority>`` to be connecting roads, 1.8 roads of the junction,
-which connecting roads are.
+``priority_road``, the class of the road. Where none does, priority to the right (or the rule of the country) needs no
+record; at signals there is none either. OpenDRIVE 1.6 and 1.7 want ``high`` and ``low`` of ``<priority>`` to be
+connecting roads, 1.8 roads of the junction, which connecting roads are.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import BoolArray, IntArray, Sign, StreetAttributes, StreetNetwork
+from osm2xodr.model import IntArray, Sign, StreetAttributes, StreetNetwork
 
 _COUNTS: Final = ("junctions_with_signals", "all_way_stops", "junctions_with_priorities", "roundabout_entries")
 
@@ -64,12 +62,7 @@ def find_priorities(
 ) -> Priorities:
     """Find who has the right of way over whom at all junctions.
 
-    Parameters
-    ----------
-    network, ends, layout, parts, connecting
-        Streets, their ends, the junctions, the roads before them and through them.
-    diagnostics
-        Gets signs that say the opposite of the roads' classes.
+    `diagnostics` gets signs that say the opposite of the roads' classes.
     """
     signs = _with_inner_signs(network, ends, layout, read_signs(network))
     inside = _signalled_inside(network, layout, signs)
@@ -79,7 +72,10 @@ def find_priorities(
     used: set[int] = set()
     for junction, rows in _rows_by_entry(parts, connecting):
         nodes = [network.intersections[node].osm_node_id for node in layout.nodes[junction]]
-        arms = {end: _arm(network, ends, end, signs) for end in rows}
+        arms: dict[int, Arm] = {}
+        for end in rows:
+            tagged = _attributes(network, end).priority_road
+            arms[end] = Arm(bool(ends.roundabout[end]), signs.before_end.get(end), tagged, _rank(network, end))
         if junction in inside or signs.signalled(nodes, list(arms)):
             counts["junctions_with_signals"] += 1
             continue
@@ -98,7 +94,9 @@ def find_priorities(
             message = "signs make a road of higher class yield to one of lower class, and are followed"
             diagnostics.note("priority", f"node/{nodes[0]}", message)
     first, second = np.array(high, np.int64), np.array(low, np.int64)
-    keep = _merging(connecting, first, second) | curves_cross(connecting.plan_view, first, second)
+    exit_, lane = connecting.exit, connecting.exit_lane
+    merging = (exit_[first] == exit_[second]) & (lane[first] == lane[second])
+    keep = merging | curves_cross(connecting.plan_view, first, second)
     statistics = {**counts, "signs_followed": len(used), "priorities": int(keep.sum())}
     return Priorities(first[keep], second[keep], {name: float(count) for name, count in statistics.items()})
 
@@ -112,18 +110,6 @@ def _rows_by_entry(parts: RoadParts, connecting: ConnectingRoads) -> Iterator[tu
         for k in group:
             rows.setdefault(street_end[entries[k]], []).append(k)
         yield junction, rows
-
-
-def _merging(connecting: ConnectingRoads, one: IntArray, other: IntArray) -> BoolArray:
-    """Say which pairs end on the same lane."""
-    exit_, lane = connecting.exit, connecting.exit_lane
-    out: BoolArray = (exit_[one] == exit_[other]) & (lane[one] == lane[other])
-    return out
-
-
-def _arm(network: StreetNetwork, ends: StreetEnds, end: int, signs: Signs) -> Arm:
-    attributes = _attributes(network, end)
-    return Arm(bool(ends.roundabout[end]), signs.before_end.get(end), attributes.priority_road, _rank(network, end))
 
 
 def _with_inner_signs(network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, signs: Signs) -> Signs:

@@ -11,6 +11,7 @@ from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curve
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out
+from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import (
     ARM_SETBACK_STEP,
     HALF_NARROW_LANE,
@@ -41,11 +42,6 @@ def set_back_arms(
 
     Both arms of a turn that is too sharp, too long or swings out are set back step by step, as long as their streets
     have room.
-
-    Parameters
-    ----------
-    ends, layout, parts, connecting
-        Street ends, what they give to their junctions, the roads that are left, and those within the junctions.
     """
     street_end = np.full(2 * len(parts.length), -1, np.int64)
     used = np.flatnonzero(parts.road_end >= 0)
@@ -59,7 +55,8 @@ def set_back_arms(
     rows = np.flatnonzero(_lack_room(connecting.plan_view) & (connecting.entry != connecting.exit))
     for _ in range(_ARM_SETBACK_STEPS):
         arms = np.union1d(entry[rows], exit_[rows])
-        arms = arms[_have_room(ends, trim, arms)]
+        left = ends.length[arms] - trim[arms] - trim[arms ^ 1]
+        arms = arms[left > 2 * ARM_SETBACK_STEP + SHORTEST_STREET_BETWEEN_JUNCTIONS]
         if not len(arms):
             break
         trim[arms] += ARM_SETBACK_STEP
@@ -72,41 +69,21 @@ def _lack_room(plan: PlanView) -> BoolArray:
     return (smallest_radius(plan) < CONNECTING_RADIUS) | detours(plan) | swings_out(plan)
 
 
-def _have_room(ends: StreetEnds, trim: FloatArray, end: IntArray) -> BoolArray:
-    left = ends.length[end] - trim[end] - trim[end ^ 1]
-    out: BoolArray = left > 2 * ARM_SETBACK_STEP + SHORTEST_STREET_BETWEEN_JUNCTIONS
-    return out
-
-
 def _curves(
     ends: StreetEnds, trim: FloatArray, entry: IntArray, exit_: IntArray, t_in: FloatArray, t_out: FloatArray
 ) -> PlanView:
     """Return the direct curves between lanes that lie t_in and t_out left of their arms, seen from the junction."""
     x0, y0, h0 = outward_pose(ends, entry, trim[entry])
     x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
-    return connect(
-        x0 - t_in * np.sin(h0),
-        y0 + t_in * np.cos(h0),
-        h0 + np.pi,
-        x1 - t_out * np.sin(h1),
-        y1 + t_out * np.cos(h1),
-        h1,
-    )
+    entries = x0 - t_in * np.sin(h0), y0 + t_in * np.cos(h0), h0 + np.pi
+    return connect(*entries, x1 - t_out * np.sin(h1), y1 + t_out * np.cos(h1), h1)
 
 
 # ---------------------------------------------------------------- turns swing out
 
 
 def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
-    """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way.
-
-    Parameters
-    ----------
-    connecting
-        All connecting roads.
-    parts
-        The roads outside junctions.
-    """
+    """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way."""
     plan = connecting.plan_view
     # Loops that turn back on their arm have their own room.
     sharp = smallest_radius(plan) < CONNECTING_RADIUS * (1 - 1e-9)
@@ -159,7 +136,7 @@ def _keep_off_roads(plan: PlanView, curve: IntArray, junction: IntArray, parts: 
     return np.array(free, bool)
 
 
-def _places_on_arms(ends: list[int], parts: RoadParts) -> dict[int, tuple[FloatArray, FloatArray, FloatArray]]:
+def _places_on_arms(ends: list[int], parts: RoadParts) -> dict[int, Poses]:
     """Return x, y and heading of places along the first stretch of the roads from each of their ends."""
     stations = []
     for end in ends:
@@ -179,9 +156,7 @@ def _places(plan: PlanView, curve: IntArray, stations: list[FloatArray]) -> tupl
     return tuple(np.split(column, np.cumsum(count)[:-1]) for column in found)
 
 
-def _runs_onto(
-    x: FloatArray, y: FloatArray, arm: tuple[FloatArray, FloatArray, FloatArray], section: CrossSection
-) -> bool:
+def _runs_onto(x: FloatArray, y: FloatArray, arm: Poses, section: CrossSection) -> bool:
     """Say whether places lie on the carriageway of an arm."""
     arm_x, arm_y, hdg = arm
     dx, dy = x[:, None] - arm_x, y[:, None] - arm_y

@@ -29,6 +29,9 @@ _STRAY_SHARES: Final = np.linspace(0.1, 0.9, 9)
 _POINT_SPACING: Final = 2.0
 _STRAIGHT_LEAD: Final = 1.5
 
+Poses = tuple[FloatArray, FloatArray, FloatArray]
+"""x, y, m, and heading, rad, each (n,)."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StreetPaths:
@@ -133,20 +136,21 @@ class LanePaths:
         """Return some of them."""
         return replace(self, path=self.path[rows], t_in=self.t_in[rows], t_out=self.t_out[rows])
 
-    def at_share(self, row: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def at_share(self, row: IntArray, share: FloatArray) -> Poses:
         """Return x, y and heading at shares of the ways of some rows, all (m,)."""
         return self._poses(row, share, share * self.paths.length[self.path[row]])
 
-    def at_chainage(self, row: IntArray, chainage: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def at_chainage(self, row: IntArray, chainage: FloatArray) -> Poses:
         """Return x, y and heading at chainages of some rows, all (m,)."""
         return self._poses(row, chainage / self.paths.length[self.path[row]], chainage)
 
-    def _poses(
-        self, row: IntArray, share: FloatArray, chainage: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        path = self.path[row]
-        offset = _lane_offsets(self.paths, path, self.t_in[row], self.t_out[row], share)
-        return poses_on(self.paths, self.streets, path, chainage, offset)
+    def _poses(self, row: IntArray, share: FloatArray, chainage: FloatArray) -> Poses:
+        path, t_in, t_out = self.path[row], self.t_in[row], self.t_out[row]
+        direct = t_in + (t_out - t_in) * (share * share * (3 - 2 * share))
+        inside = np.clip(direct, self.paths.inner_right[path], self.paths.inner_left[path])
+        # The lane of the inner street is reached and left over a third of the way.
+        weight = np.clip(3 * np.minimum(share, 1 - share), 0.0, 1.0)
+        return poses_on(self.paths, self.streets, path, chainage, direct + weight * (inside - direct))
 
 
 def lane_paths(
@@ -159,7 +163,7 @@ def lane_paths(
 
 def poses_on(
     paths: StreetPaths, streets: PlanView, path: IntArray, chainage: FloatArray, offset: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> Poses:
     """Return x, y and heading at places along paths, moved to the left of the direction of travel; all (n,)."""
     leg = find_record(paths.start, paths.chainage, path, chainage)
     sign = np.sign(paths.s_to[leg] - paths.s_from[leg])
@@ -167,19 +171,6 @@ def poses_on(
     x, y, hdg = pose(streets, paths.curve[leg], s)
     left = (offset - paths.aside[leg]) * np.where(sign < 0, -1.0, 1.0)
     return x - left * np.sin(hdg), y + left * np.cos(hdg), hdg + np.where(sign < 0, np.pi, 0.0)
-
-
-def _lane_offsets(
-    paths: StreetPaths, path: IntArray, t_in: FloatArray, t_out: FloatArray, share: FloatArray
-) -> FloatArray:
-    """Return the offset at a share of the way: from the entry lane to the exit lane, within inner lanes between."""
-    ease = share * share * (3 - 2 * share)
-    direct = t_in + (t_out - t_in) * ease
-    inside = np.clip(direct, paths.inner_right[path], paths.inner_left[path])
-    # The lane of the inner street is reached and left over a third of the way.
-    weight = np.clip(3 * np.minimum(share, 1 - share), 0.0, 1.0)
-    out: FloatArray = direct + weight * (inside - direct)
-    return out
 
 
 def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:

@@ -6,12 +6,7 @@ from osm2xodr.geometry.junctions.clusters import JunctionLayout, lay_out_junctio
 from osm2xodr.geometry.junctions.movements import Movement, find_movements
 from osm2xodr.geometry.junctions.places import street_places
 from osm2xodr.geometry.junctions.reference_line_shift import shift_lines_out_of_bends
-from osm2xodr.geometry.junctions.road_parts import (
-    RoadParts,
-    cut_back_dead_ends,
-    cut_roads,
-    without_idle_junctions,
-)
+from osm2xodr.geometry.junctions.road_parts import RoadParts, cut_back_dead_ends, cut_roads, without_idle_junctions
 from osm2xodr.geometry.junctions.turnarounds import RoadOptions, add_turnarounds, draw_loops
 
 __all__ = [

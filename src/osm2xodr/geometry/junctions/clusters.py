@@ -52,14 +52,9 @@ class JunctionLayout:
 def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayout:
     """Find the junctions: nodes where streets meet, joined where the streets between them have no room.
 
-    Each round measures how much of its arms every junction needs and joins two junctions where that leaves less
-    than `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes. Of a street across a
-    median, rounded corners count as needed, too. Streets shorter than any road always become part of a junction.
-
-    Parameters
-    ----------
-    network, ends
-        The streets and their ends.
+    Each round measures how much of its arms every junction needs and joins two junctions where that leaves less than
+    `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes. Of a street across a median,
+    rounded corners count as needed, too. Streets shorter than any road always become part of a junction.
     """
     xy = np.array([(node.x, node.y) for node in network.intersections]).reshape(-1, 2)
     degree = np.bincount(ends.node[ends.node >= 0], minlength=len(xy))
@@ -70,7 +65,10 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     between = (a >= 0) & (b >= 0)
     between[between] &= is_junction[a[between]] & is_junction[b[between]]
     tiny = length < np.where(a < 0, _SHORTEST_RING, SHORTEST_ROAD)
-    via, median, mergeable = _restricted(network, ends), _between_carriageways(network, ends), _mergeable(ends)
+    via, median = _restricted(network, ends), _between_carriageways(network, ends)
+    # Bridges and tunnels stay, unless they are very short.
+    kept = ends.raised | (ends.layer != 0)
+    mergeable = ~(kept[0::2] | kept[1::2]) | (length < _SHORTEST_BRIDGE)
     needed = np.where(_on_ring(ends), 0.0, SHORTEST_STREET_BETWEEN_JUNCTIONS)
     clusters = _Clusters(xy, is_junction, tiny & ~between)
     bare, wished = np.zeros(len(ends.length)), np.zeros(len(ends.length))
@@ -134,8 +132,7 @@ class _Clusters:
 def _with_short_reach_at_turns(ends: StreetEnds, degree: IntArray) -> StreetEnds:
     """Let arms reach less far where a street turns on the spot: there are two of them, and they lie on each other.
 
-    Two arms are an intersection only where the street could not simply run on. Where nobody can turn, or nobody would
-    at speed, they keep their reach, so that their roads end apart.
+    Where nobody can turn, or nobody would at speed, they keep their reach, so that their roads end apart.
     """
     on_the_spot = (ends.node >= 0) & (np.append(degree, 0)[ends.node] == 2)
     on_the_spot &= ~_without_a_turn(ends) & (ends.reach < ARM_REACH_MOTORWAY)
@@ -156,14 +153,6 @@ def _without_a_turn(ends: StreetEnds) -> BoolArray:
     ways_out = np.bincount(node, ends.leaves[at], nodes)
     out = np.zeros(len(ends.node), bool)
     out[at] = np.minimum(ways_in, ways_out)[node] == 0
-    return out
-
-
-def _mergeable(ends: StreetEnds) -> BoolArray:
-    """Say which streets may become part of a junction: all but bridges and tunnels, (streets,)."""
-    kept = ends.raised | (ends.layer != 0)
-    very_short = ends.length[0::2] < _SHORTEST_BRIDGE
-    out: BoolArray = ~(kept[0::2] | kept[1::2]) | very_short
     return out
 
 
@@ -196,12 +185,8 @@ def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray
 def _restricted(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
     """Say which streets a turn restriction runs over, (streets,): lane links can state it only inside a junction."""
     via = {way for item in network.restrictions for way in item.via_ways}
-    out = np.zeros(len(network.streets), bool)
-    if via:
-        for street in network.streets:
-            out[street.id] = all(attributes.osm_way_id in via for _, attributes in street.pieces)
-    out &= ends.length[0::2] < _RESTRICTED_STREET
-    return out
+    over = [via.issuperset(attributes.osm_way_id for _, attributes in street.pieces) for street in network.streets]
+    return np.array(over, bool) & (ends.length[0::2] < _RESTRICTED_STREET)
 
 
 def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: FloatArray) -> JunctionLayout:
@@ -215,8 +200,7 @@ def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: Flo
     order = sorted(arms)
     for number, group in enumerate(order):
         junction[arms[group]] = number
-    bare = np.where(junction >= 0, bare, 0.0)
-    wished = np.where(junction >= 0, wished, 0.0)
+    bare, wished = (np.where(junction >= 0, needed, 0.0) for needed in (bare, wished))
     # Corners must leave a road that readers with steps of metres do not pass over. Between the arms of a small
     # roundabout there is room for less.
     least = np.where(_on_ring(ends), SHORTEST_ROAD + _SNAPPED, 2 * SHORTEST_ROAD)
@@ -240,8 +224,7 @@ def _share_streets(
     """
     room = np.maximum(length - SHORTEST_ROAD - _SNAPPED, _LEAST_ROAD_SHARE * length)
     need, wish = bare.sum(1), wished.sum(1)
-    spare = length - least - need
-    extra = np.clip(spare / np.maximum(wish - need, 1e-9), 0.0, 1.0)
+    extra = np.clip((length - least - need) / np.maximum(wish - need, 1e-9), 0.0, 1.0)
     scale = np.minimum(1.0, room / np.maximum(need, 1e-9))
     trim: FloatArray = bare * scale[:, None] + (wished - bare) * np.where(scale < 1, 0.0, extra)[:, None]
     return trim, need > room

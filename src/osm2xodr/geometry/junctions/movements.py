@@ -20,6 +20,8 @@ from osm2xodr.model import Street, StreetNetwork, TurnRestriction
 _MOST_INNER_STREETS: Final = 8
 # Nobody turns on the spot from one fast road into another within the angle of this cosine (20 degrees). A choice.
 _NO_TURN_COSINE: Final = 0.94
+# Streets inside a junction, with True where driven along their direction.
+_Path = tuple[tuple[int, bool], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +40,7 @@ class Movement:
     # Street ends: traffic enters the junction from one and leaves it on the other
     entry: int
     exit: int
-    # Streets inside the junction that OSM's way through it follows, with True where along their direction
-    inner: tuple[tuple[int, bool], ...]
+    inner: _Path  # What OSM's way through the junction follows
     stated: StatedLanes | None = None  # What connectivity relations say about its lanes
     loop: Loop | None = None  # The loop that it goes round where it comes back on the arm that it enters from
 
@@ -77,14 +78,8 @@ def find_movements(
 ) -> list[Movement]:
     """List all movements through all junctions, by junction, entry and exit.
 
-    U-turns onto the street that one comes from are left out.
-
-    Parameters
-    ----------
-    network, ends, layout
-        The streets, their ends, the junctions.
-    diagnostics
-        Gets restrictions that lane links cannot state, and entries from which no way leads on.
+    U-turns onto the street that one comes from are left out. `diagnostics` gets restrictions that lane links cannot
+    state, and entries from which no way leads on.
     """
     rules = _rules(network, layout, diagnostics)
     osm_node = [node.osm_node_id for node in network.intersections]
@@ -99,12 +94,9 @@ def find_movements(
             if ends.enters[entry]:
                 ways_out = _ways_out(entry, network.streets, ends, osm_node, inner_at, exits_at, rules)
                 if not ways_out and any(exit_ != entry for there in exits_at.values() for exit_ in there):
-                    diagnostics.note(
-                        "no-way-on",
-                        f"way/{_way_at(network.streets, entry)}",
-                        "restrictions or one-way streets leave no way on from it at "
-                        f"node/{osm_node[ends.node[entry]]}",
-                    )
+                    node = osm_node[ends.node[entry]]
+                    text = f"restrictions or one-way streets leave no way on from it at node/{node}"
+                    diagnostics.note("no-way-on", f"way/{_way_at(network.streets, entry)}", text)
                 found += [Movement(junction, entry, exit_, path) for exit_, path in sorted(ways_out.items())]
     found = [item for item in found if not _turns_on_the_spot(item, layout, ends)]
     known = Connectivity.of(network.connectivities)
@@ -159,43 +151,29 @@ def _ways_out(
     inner_at: dict[int, list[tuple[int, bool]]],
     exits_at: dict[int, list[int]],
     rules: _Rules,
-) -> dict[int, tuple[tuple[int, bool], ...]]:
+) -> dict[int, _Path]:
     """Return the shortest inner path from an entry to each exit that it may reach; first of equal ones by number."""
-    best: dict[int, tuple[float, tuple[tuple[int, bool], ...]]] = {}
+    best: dict[int, tuple[float, _Path]] = {}
     first_way = _way_at(streets, entry)
-    stack: list[tuple[int, list[int], tuple[tuple[int, bool], ...], float]] = [
-        (int(ends.node[entry]), [first_way], (), 0.0)
-    ]
+    stack: list[tuple[int, list[int], _Path, float]] = [(int(ends.node[entry]), [first_way], (), 0.0)]
     while stack:
         node, ways, path, run = stack.pop()
         here = osm_node[node]
         for exit_ in exits_at.get(node, ()):
             way = _way_at(streets, exit_)
-            if (
-                exit_ == entry
-                or not rules.allows(ways[-1], here, way)
-                or not rules.allows_path([number for number, _ in groupby([*ways, way])])
-            ):
-                continue
-            if exit_ not in best or (run, path) < best[exit_]:
-                best[exit_] = (run, path)
+            if exit_ != entry and (exit_ not in best or (run, path) < best[exit_]):
+                whole = [number for number, _ in groupby([*ways, way])]
+                if rules.allows(ways[-1], here, way) and rules.allows_path(whole):
+                    best[exit_] = (run, path)
         if len(path) >= _MOST_INNER_STREETS:
             continue
         for street, along in inner_at.get(node, ()):
             near = 2 * street + (0 if along else 1)
-            far = near ^ 1
-            if any(street == passed for passed, _ in path) or not rules.allows(
-                ways[-1], here, _way_at(streets, near)
-            ):
-                continue
-            stack.append(
-                (
-                    int(ends.node[far]),
-                    [*ways, *_ways_of(streets[street], along)],
-                    (*path, (street, along)),
-                    run + float(ends.length[near]),
-                )
-            )
+            seen = any(street == passed for passed, _ in path)
+            if not seen and rules.allows(ways[-1], here, _way_at(streets, near)):
+                passed_ways = [*ways, *_ways_of(streets[street], along)]
+                length = run + float(ends.length[near])
+                stack.append((int(ends.node[near ^ 1]), passed_ways, (*path, (street, along)), length))
     return {exit_: path for exit_, (_, path) in best.items()}
 
 
@@ -212,10 +190,8 @@ def _ways_of(street: Street, along: bool) -> Iterator[int]:
 def _rules(network: StreetNetwork, layout: JunctionLayout, diagnostics: Diagnostics) -> _Rules:
     """Return the turn restrictions, and report those that cannot be kept."""
     rules = _Rules()
-    inside: set[int] = set()
-    for street in network.streets:
-        if layout.inner[street.id]:
-            inside.update(attributes.osm_way_id for _, attributes in street.pieces)
+    inner = (network.streets[street] for street in np.flatnonzero(layout.inner).tolist())
+    inside = {attributes.osm_way_id for street in inner for _, attributes in street.pieces}
     for item in network.restrictions:
         for from_way in item.from_ways:
             if item.via_node is not None:
@@ -224,9 +200,6 @@ def _rules(network: StreetNetwork, layout: JunctionLayout, diagnostics: Diagnost
             else:
                 rules.over_ways.setdefault(from_way, []).append(item)
         if item.via_ways and not inside.issuperset(item.via_ways):
-            diagnostics.note(
-                "restriction-over-roads",
-                f"relation/{item.osm_relation_id}",
-                f"{item.value} runs over a way that is a road of its own here; lane links cannot state it",
-            )
+            text = f"{item.value} runs over a way that is a road of its own here; lane links cannot state it"
+            diagnostics.note("restriction-over-roads", f"relation/{item.osm_relation_id}", text)
     return rules

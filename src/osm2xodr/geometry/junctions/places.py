@@ -21,23 +21,15 @@ def street_places(
 ) -> StreetPlaces:
     """Find where streets and their tagged nodes are in the road map.
 
-    Parameters
-    ----------
-    network, layout, parts
-        The streets, their junctions, the roads cut from them.
-    road_id
-        Gives the id of the k-th road.
-    junction_ids : (junctions of the layout + 1,)
-        Their ids, -1 for those that are not written; the last is -1.
+    `road_id` gives the id of the k-th road; `junction_ids` (junctions + 1,) are those of the layout's junctions, -1
+    for those that are not written; the last is -1.
     """
     end_road = np.array([road_id(end // 2) if end >= 0 else -1 for end in parts.road_end.tolist()], np.int64)
-    end_junction = junction_ids[layout.junction]
     of_node = np.full(len(network.intersections) + 1, -1, np.int64)
     for junction, nodes in enumerate(layout.nodes):
         of_node[list(nodes)] = junction_ids[junction]
     ends = np.array([node for street in network.streets for node in (street.start, street.end)], np.int64)
-    inside = np.repeat(layout.inner, 2)
-    end_junction = np.where(inside, of_node[ends], end_junction)
+    end_junction = np.where(np.repeat(layout.inner, 2), of_node[ends], junction_ids[layout.junction])
     node, street, x, y = _tagged(network)
     road, s, t = _on_roads(parts, street, x, y)
     within = _junctions(parts, layout, end_junction, street, road, s)
@@ -74,8 +66,7 @@ def _on_roads(
     second = first.copy()
     for k, owner in enumerate(parts.street.tolist()):
         (second if first[owner] >= 0 else first)[owner] = k
-    road = first[street]
-    other = second[street]
+    road, other = first[street], second[street]
     begin, end = np.append(parts.begin, 0.0), np.append(parts.end, 0.0)
 
     def off(k: IntArray) -> FloatArray:

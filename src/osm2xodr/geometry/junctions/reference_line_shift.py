@@ -1,8 +1,8 @@
 """Reference lines move to the outside of tight bends where roads end or lanes change.
 
-A reader that steps along the reference line steps too far in a lane outside of it. Within a road that does no harm,
-but over its end, or over the start of a lane section, it misses the lane. Where no junction can take the bend
-(`trims_clear_of_bends`), the reference line runs along its outer lane instead; the lanes stay in place.
+A reader that steps along the reference line steps too far in a lane outside of it, and misses the lane beyond a
+road's end or the start of a lane section. Where no junction can take the bend (`trims_clear_of_bends`), the reference
+line runs along its outer lane instead; the lanes stay in place.
 """
 
 from __future__ import annotations
@@ -12,11 +12,10 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import find_record, lengths
+from osm2xodr.curves import find_record, lengths, owners
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.road_parts import RoadParts
-from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import FittedStreets, has_tight_bend, outermost_lanes
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -40,15 +39,7 @@ def shift_lines_out_of_bends(
 ) -> tuple[FittedStreets, JunctionLayout]:
     """Move the reference lines of streets whose roads end, or whose lanes change, in a tight bend.
 
-    Parameters
-    ----------
-    fitted, layout, parts
-        Streets with their reference lines on the lines of OSM, their junctions, and the roads between these.
-
-    Returns
-    -------
-    fitted, layout
-        With the lines moved, and trims that end the roads in the same places.
+    The lines are OSM's so far. The layout returned has trims that end the roads in the same places.
     """
     aside = _aside(fitted, parts)
     if not aside.any():
@@ -59,10 +50,14 @@ def shift_lines_out_of_bends(
     pieces = list(fitted.pieces)
     for street in moved.tolist():
         s = _station(old, plan, np.full(len(pieces[street]), street), np.array([p[0] for p in pieces[street]]))
-        shift = float(aside[street])
+        d = float(aside[street])
         pieces[street] = tuple(
-            (place, attributes, _shifted(section, shift))
-            for place, (_, attributes, section) in zip(s.tolist(), pieces[street], strict=True)
+            (
+                place,
+                attributes,
+                replace(c, centre=c.centre - d, left_edge=c.left_edge - d, right_edge=c.right_edge - d),
+            )
+            for place, (_, attributes, c) in zip(s.tolist(), pieces[street], strict=True)
         )
     before, after = lengths(old)[moved], lengths(plan)[moved]
     trim = layout.trim.copy()
@@ -73,7 +68,7 @@ def shift_lines_out_of_bends(
 
 def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
     """Return curves that run beside others, `aside` to the left of each, (curves,), m."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    owner = owners(plan.start)
     d = aside[owner]
     share = 1.0 - plan.curvature * d
     length = plan.length * share
@@ -96,17 +91,7 @@ def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray) -> Fl
     """Return s on moved curves of the places at s on the old ones, (n,), m."""
     k = find_record(old.start, old.s, curve, s)
     share = new.length[k] / np.maximum(old.length[k], 1e-12)
-    out: FloatArray = new.s[k] + (s - old.s[k]) * share
-    return out
-
-
-def _shifted(section: CrossSection, aside: float) -> CrossSection:
-    return replace(
-        section,
-        centre=section.centre - aside,
-        left_edge=section.left_edge - aside,
-        right_edge=section.right_edge - aside,
-    )
+    return np.asarray(new.s[k] + (s - old.s[k]) * share)
 
 
 def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
@@ -122,11 +107,10 @@ def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
         for road, stretches in enumerate(parts.stretches)
         for item in stretches[1:]
     ]
-    if changes:
-        where, s = np.array([k for k, _ in changes], np.int64), np.array([s for _, s in changes])
-        for probe in (*-_PROBES[:0:-1], *_PROBES):
-            street.append(where)
-            at.append(s + probe)
+    where, s = np.array([k for k, _ in changes], np.int64), np.array([s for _, s in changes])
+    for probe in (*-_PROBES[:0:-1], *_PROBES):
+        street.append(where)
+        at.append(s + probe)
     return np.concatenate(street), np.concatenate(at)
 
 
@@ -155,7 +139,7 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     candidates = best > 1.0 + defaults.TIGHT_BEND
     if not candidates.any():
         return out
-    owner = np.repeat(np.arange(len(out)), np.diff(plan.start))
+    owner = owners(plan.start)
 
     def moved_by(aside: FloatArray) -> FloatArray:
         shrunk = np.ones(len(out))

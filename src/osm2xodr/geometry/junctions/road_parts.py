@@ -56,19 +56,10 @@ def without_idle_junctions(layout: JunctionLayout, movements: list[Movement]) ->
 def cut_back_dead_ends(
     network: StreetNetwork, ends: StreetEnds, before: JunctionLayout, layout: JunctionLayout, diagnostics: Diagnostics
 ) -> JunctionLayout:
-    """Cut back dead ends that lie on another that ends at the same node.
+    """Cut back dead ends that lie on another that ends at the same node, and report them.
 
     Areas are cut where carriageways part or merge, too: both roads are there, the rest of the way is not. The widest
-    keeps its length.
-
-    Parameters
-    ----------
-    network, ends
-        The streets.
-    before, layout
-        With the junctions that nobody can drive through, and without them.
-    diagnostics
-        Gets what was cut back.
+    keeps its length. `before` has the junctions that nobody can drive through, `layout` does not.
     """
     trim = layout.trim.copy()
     for junction in np.unique(before.junction[before.junction != layout.junction]).tolist():
@@ -76,30 +67,21 @@ def cut_back_dead_ends(
         # The first of those that are equally wide stays.
         widest = max(arms, key=lambda end: float(ends.left[end] - ends.right[end]))
         for end in arms:
-            if end == widest or np.cos(ends.hdg[end] - ends.hdg[widest]) < _ACUTE_COSINE:
-                continue
-            trim[end] = before.trim[end]
-            way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id
-            diagnostics.repaired(
-                "lies-on-another", f"way/{way}", "it ends on another road, and is cut back to where it is apart"
-            )
+            if end != widest and np.cos(ends.hdg[end] - ends.hdg[widest]) >= _ACUTE_COSINE:
+                trim[end] = before.trim[end]
+                way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id
+                text = "it ends on another road, and is cut back to where it is apart"
+                diagnostics.repaired("lies-on-another", f"way/{way}", text)
     return replace(layout, trim=trim)
 
 
 def cut_roads(
     network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, earlier: RoadParts | None = None
 ) -> RoadParts:
-    """Cut streets to roads at their junctions.
+    """Cut streets to roads at their junctions; what is unchanged since an earlier cut is taken from there.
 
     A closed ring, and a street that leaves a junction and comes back to it, become two roads that touch: no road may
     be its own successor, and readers take a road with one junction at both ends for a way through it.
-
-    Parameters
-    ----------
-    network, fitted, layout
-        The streets, and what the junctions take of them.
-    earlier
-        What they were cut to before, if they were: whatever is unchanged is taken from there.
     """
     length = lengths(fitted.plan_view)
     begin, end = layout.trim[0::2], length - layout.trim[1::2]
@@ -139,10 +121,10 @@ def cut_roads(
 def _road_ends(
     junction: IntArray, whole: IntArray, halves: IntArray, ring: BoolArray
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the road end of each street end, and the junction and the road end at either end of each road.
+    """Return the road end of each street end, and the junction and the road end at either end of each road; -1: none.
 
-    Roads are the whole streets, then the halves of those cut in two; -1 stands for none. `junction` is that of each
-    street end, `ring` says which of the halved streets are closed.
+    Roads are the whole streets, then the halves of those cut in two. `junction` is that of each street end, `ring`
+    says which of the halved streets are closed.
     """
     roads = len(whole) + 2 * len(halves)
     before = np.arange(len(whole), roads, 2)

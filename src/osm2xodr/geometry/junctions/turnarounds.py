@@ -66,16 +66,7 @@ def add_turnarounds(
 ) -> tuple[JunctionLayout, list[Movement]]:
     """Make junctions of one arm of those dead ends where cars turn round, and return their movements.
 
-    Parameters
-    ----------
-    network, fitted, ends
-        The streets.
-    layout
-        The junctions so far.
-    options
-        What the user chose.
-    diagnostics
-        Gets the dead ends that have no room for a loop.
+    `diagnostics` gets the dead ends that have no room for a loop.
     """
     wanted = _wanted(network, ends, layout, options)
     free = _free_space(network, list(wanted), ends)
@@ -120,14 +111,10 @@ def _wanted(
             continue
         way = network.streets[street].pieces[0 if at_start else -1][1].osm_way_id
         if ends.enters[end] and ends.leaves[end] and (way, node.osm_node_id) not in barred:
-            out[end] = _diameter(place)
+            usual = defaults.TURNING_CIRCLE_DIAMETER if place.circle else defaults.TURNAROUND_DIAMETER
+            wanted = usual if place.diameter is None else place.diameter
+            out[end] = min(max(wanted, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
     return out
-
-
-def _diameter(place: TurningPlace) -> float:
-    if place.diameter is None:
-        return defaults.TURNING_CIRCLE_DIAMETER if place.circle else defaults.TURNAROUND_DIAMETER
-    return min(max(place.diameter, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
 
 
 def _largest_loop(
@@ -202,8 +189,10 @@ def _free_space(network: StreetNetwork, wanted: Sequence[int], ends: StreetEnds)
         away = whole[item // 2] - run[found] if item % 2 else run[found]
         own = (street[found] == item // 2) & (away < 3 * defaults.TURNAROUND_DIAMETER_MAX)
         found = found[~own & (ends.layer[2 * street[found]] == ends.layer[item])]
-        gap = _distance(place, start[found], end[found]) - half[street[found]]
-        out[item] = float(gap.min(initial=math.inf))
+        from_start, along = place - start[found], (end - start)[found]
+        share = (from_start * along).sum(1) / np.maximum((along * along).sum(1), 1e-12)
+        distance = np.hypot(*(from_start - np.clip(share, 0.0, 1.0)[:, None] * along).T)
+        out[item] = float((distance - half[street[found]]).min(initial=math.inf))
     return out
 
 
@@ -224,28 +213,13 @@ def _short_lines(network: StreetNetwork) -> tuple[FloatArray, FloatArray, IntArr
     return start, start + step / count[line][:, None], owner[first][line], middle
 
 
-def _distance(place: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the distances from a place to straight lines, (n,), m."""
-    along = end - start
-    share = ((place - start) * along).sum(1) / np.maximum((along * along).sum(1), 1e-12)
-    out: FloatArray = np.hypot(*(start + np.clip(share, 0.0, 1.0)[:, None] * along - place).T)
-    return out
-
-
 def draw_loops(
     plan: PlanView, row: IntArray, movement: IntArray, loop: Sequence[Loop], half: FloatArray, left: bool
 ) -> PlanView:
-    """Return curves some of which are replaced by loops that start in the same poses.
+    """Return the curves of connecting roads, some of them (`row`) replaced by loops that start in the same poses.
 
-    Parameters
-    ----------
-    plan
-        Curves of connecting roads.
-    row, movement, loop, half : (n,)
-        Those that become loops, their movements (whose loops go round one middle), their loops, and half of the
-        distance between their lanes, m.
-    left
-        Whether traffic drives on the left and goes round clockwise.
+    `movement` is that of each, whose loops go round one middle, `half` half of the distance between its lanes, m, all
+    (n,). With traffic on the `left`, loops go round clockwise.
     """
     if not len(row):
         return plan

@@ -36,8 +36,8 @@ class EndLane:
 def cross_section(attributes: StreetAttributes, rule: Rule) -> CrossSection:
     """Lay out a street's lanes about the OSM line.
 
-    Lanes that run along the street lie right of the centre with right-hand traffic and left of it with left-hand
-    traffic; lanes for both directions lie on the same side as they, next to the centre.
+    Lanes along the street lie right of the centre with right-hand traffic, left of it with left-hand traffic; lanes
+    for both directions lie on the same side as they, next to the centre.
     """
     lanes = attributes.lanes_ltr
     total = sum(lane.width for lane in lanes)

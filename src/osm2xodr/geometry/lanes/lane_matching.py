@@ -122,10 +122,8 @@ def _in_line(
 
     ``placement`` is what moves lanes apart: it says where the OSM line runs, so which lanes continue straight.
     """
-    shifts = []
-    for at_left in range(change + 1):
-        pairs = ((k, k + at_left) if gains else (k + at_left, k) for k in range(fewer))
-        shifts.append(sum(abs(t_upstream[up] - t_downstream[down]) for up, down in pairs) / fewer)
+    more, less = (t_downstream, t_upstream) if gains else (t_upstream, t_downstream)
+    shifts = [sum(abs(less[k] - more[k + at_left]) for k in range(fewer)) / fewer for at_left in range(change + 1)]
     best = min(range(change + 1), key=lambda at_left: shifts[at_left])
     others = [shift for at_left, shift in enumerate(shifts) if at_left != best]
     return best if min(others) - shifts[best] > _CLEARLY_IN_LINE else None

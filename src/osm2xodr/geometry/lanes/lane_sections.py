@@ -45,19 +45,7 @@ class LaneLayout:
 def lay_out_all(
     roads: Sequence[Sequence[Stretch]], rule: Rule, known: Connectivity | None = None, country: Country = GENERIC
 ) -> list[LaneLayout]:
-    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout.
-
-    Parameters
-    ----------
-    roads
-        The stretches of each road, at least one.
-    rule
-        Side of the road that traffic drives on.
-    known
-        What relations say about lanes.
-    country
-        How roads are painted.
-    """
+    """Build the lane sections of many roads; roads of a single stretch that are alike share one layout."""
     alike: dict[tuple[CrossSection, Hashable, float | None, float | None], LaneLayout] = {}
     out: list[LaneLayout] = []
     for road in roads:
@@ -103,8 +91,12 @@ def lay_out_lanes(
         widths = _widths(stretch.section)
         start_widths = {} if ahead is None else {to: widths[lane] for lane, to in ahead.items()}
         start_offset = end_offset
-    types = [RoadType(item.start, _road_type(item.attributes), _road_speed(item.attributes)) for item in road]
-    return LaneLayout(tuple(sections), without_repeats(offset), _without_equal_types(types))
+    types: list[RoadType] = []
+    for item in road:
+        kind = _road_type(item.attributes), _road_speed(item.attributes)
+        if not types or kind != (types[-1].type, types[-1].speed):
+            types.append(RoadType(item.start, *kind))
+    return LaneLayout(tuple(sections), without_repeats(offset), tuple(types))
 
 
 def _widths(section: CrossSection) -> dict[int, float]:
@@ -139,8 +131,8 @@ class _Run:
     def end_offset(self, following: CrossSection | None) -> float:
         """Return the lane offset at the end of the stretch, m.
 
-        Where lanes end and none opens, the others are led to where they continue; where some open as well, or nothing
-        follows, they come together about the middle of the carriageway.
+        Where lanes end and none opens, the others are led to where they continue; else they come together about the
+        middle.
         """
         section, widths = self.stretch.section, _widths(self.stretch.section)
         if not any(self.ends(lane) for lane in widths):
@@ -196,16 +188,13 @@ def without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:
     """Leave out records that say what the one before says: neighbouring constants of the same value."""
     out: list[Cubic] = []
     for item in cubics:
-        if out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < _SAME_VALUE:
-            continue
-        out.append(item)
+        if not (out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < _SAME_VALUE):
+            out.append(item)
     return tuple(out)
 
 
 def _road_speed(attributes: StreetAttributes) -> float | None:
-    if attributes.speed_forward is not None:
-        return attributes.speed_forward
-    return attributes.speed_backward
+    return attributes.speed_backward if attributes.speed_forward is None else attributes.speed_forward
 
 
 def _road_type(attributes: StreetAttributes) -> str:
@@ -219,11 +208,3 @@ def _road_type(attributes: StreetAttributes) -> str:
     if attributes.highway in ("trunk", "trunk_link"):
         return "rural" if fast or speed is None else "townExpressway"
     return "rural" if fast or attributes.highway == "track" else "town"
-
-
-def _without_equal_types(types: list[RoadType]) -> tuple[RoadType, ...]:
-    return tuple(
-        item
-        for k, item in enumerate(types)
-        if k == 0 or (item.type, item.speed) != (types[k - 1].type, types[k - 1].speed)
-    )

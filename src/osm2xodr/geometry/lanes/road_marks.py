@@ -1,10 +1,9 @@
 """Marks between lanes, on centre lines and at the edges of carriageways, as the country paints them.
 
-Tags decide first (``change:lanes``, ``overtaking``, ``lane_markings``, ``divider``), then the road's class.
-
-A double mark names its lines from the inside outwards, that on the centre line from left to right, both seen along
-the road. ``laneChange`` names the direction in which drivers may cross, by lane ids: ``increase`` leftwards,
-``decrease`` rightwards (ASAM OpenDRIVE 1.8, road markings).
+Tags decide first (``change:lanes``, ``overtaking``, ``lane_markings``, ``divider``), then the road's class. A double
+mark names its lines from the inside outwards, that on the centre line from left to right, both seen along the road.
+``laneChange`` names the direction in which drivers may cross, by lane ids: ``increase`` leftwards, ``decrease``
+rightwards (ASAM OpenDRIVE 1.8, road markings).
 """
 
 from __future__ import annotations

@@ -30,17 +30,10 @@ class Stretch:
 
 
 def stretches(pieces: Sequence[Piece], begin: float, end: float) -> list[Stretch]:
-    """Cut the pieces of a street to the part from s = begin to s = end, which becomes a road.
+    """Cut the pieces of a street, in ascending s, to the part from begin to end, s, m, which becomes a road.
 
     Pieces whose lanes are the same become one stretch; a stretch that is too short for a lane section of its own
     joins the longer of its neighbours.
-
-    Parameters
-    ----------
-    pieces
-        In ascending s.
-    begin, end
-        s on the street, m.
     """
     found: list[Stretch] = []
     for k, (s, attributes, section) in enumerate(pieces):
@@ -96,7 +89,9 @@ def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
         missing, room = lacking[k], out[beside].length
         # Of two stretches neither grows at the cost of the other, which is at an end as well.
         spare = room / 2 if len(out) > 2 else room - defaults.SHORTEST_LANE_SECTION
-        if 0 < missing < spare and not _is_leftover(out[k]):
+        # A junction may have left next to nothing of a stretch: only turn lanes depend on that.
+        turns = any(lane.turns for lane in (*out[k].section.left, *out[k].section.right))
+        if 0 < missing < spare and (turns or not _is_tiny(out[k])):
             border = out[k].start - missing if k else out[k].end + missing
             one, other = min(k, beside), max(k, beside)
             out[one], out[other] = replace(out[one], end=border), replace(out[other], start=border)
@@ -105,11 +100,6 @@ def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
 
 def _is_tiny(item: Stretch) -> bool:
     return item.length < defaults.SHORTEST_ROAD
-
-
-def _is_leftover(item: Stretch) -> bool:
-    """Say whether a junction has left next to nothing of a stretch, and no turn lane depends on it."""
-    return _is_tiny(item) and not any(lane.turns for lane in (*item.section.left, *item.section.right))
 
 
 def _directions(item: Stretch) -> set[Direction]:

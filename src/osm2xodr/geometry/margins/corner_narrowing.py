@@ -1,8 +1,7 @@
 """Sidewalks move to the kerb, or become narrower, before corners that they otherwise would not get round.
 
-Parking lanes end some metres before a junction anyway; and behind wide strips, the sidewalks of two arms cross each
-other before they meet. Where no car turns from one arm into the other, their roads end so close to each other that
-even sidewalks at the kerb have no room for a bend.
+Behind wide strips, the sidewalks of two arms cross each other before they meet; parking ends some metres before a
+junction anyway. Where no car turns from one arm into the other, even sidewalks at the kerb may have no room to bend.
 """
 
 from __future__ import annotations
@@ -32,23 +31,8 @@ def lay_out_corners(
 ) -> tuple[tuple[Margins, ...], ConnectingRoads, IntArray]:
     """Connect the sidewalks of neighbouring arms; where necessary, leave out the strips inside them before corners.
 
-    Parameters
-    ----------
-    parts, margins
-        The roads, and the strips beside them.
-    cars
-        The connecting roads for cars.
-    rule
-        Side of the road that traffic drives on.
-
-    Returns
-    -------
-    tuple
-        The strips beside the roads afterwards.
-    ConnectingRoads
-        One for each corner, grouped by junction.
-    (k,)
-        The junctions of corners that could not be drawn, one for each.
+    Returns the strips beside the roads afterwards, a connecting road for each corner, grouped by junction, and the
+    junctions of corners that could not be drawn, one for each, (k,).
     """
     corners, failed = sidewalk_corners(parts, margins, cars, rule)
     for change in (_sidewalk_alone, _narrow_sidewalk):

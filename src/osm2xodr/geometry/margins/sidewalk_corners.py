@@ -12,6 +12,7 @@ from osm2xodr.curves import (
     cut_curves,
     dubins_without_slivers,
     lengths,
+    owners,
     pose,
     replace_curves,
     reverse_curves,
@@ -51,20 +52,14 @@ class _Corner:
 
 
 def sidewalk_corners(
-    parts: RoadParts,
-    margins: Sequence[Margins],
-    cars: ConnectingRoads,
-    rule: Rule,
-    junctions: IntArray | None = None,
+    parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None = None
 ) -> tuple[ConnectingRoads, ConnectingRoads]:
-    """Connect the sidewalks of neighbouring arms.
+    """Connect the sidewalks of neighbouring arms (of `junctions`, if given); return roads, and those without room.
 
     A sidewalk runs beside the turn of cars from one arm to the other, on that turn's own reference line, if the turn
-    leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for
-    (ASAM OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars.
-
-    Returns a road for each corner, grouped by junction, and those for which there is no room. Looks only at
-    `junctions`, if given. Arms that no connecting road for `cars` touches are no part of the junction.
+    leaves it room, else on a curve of its own. It is drawn in the direction that the ids of its lanes stand for (ASAM
+    OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars. Arms that no connecting
+    road for `cars` touches are no part of the junction.
     """
     corners = list(_corners(parts, margins, cars, rule, junctions))
     if not corners:
@@ -297,16 +292,6 @@ def _as_rows(
     )
 
 
-def _wasted_turn(plan: PlanView) -> FloatArray:
-    """Return how much each curve turns back and forth, beyond the turn that it makes, (curves,), rad."""
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
-    turn = plan.curvature * plan.length
-    whole = np.bincount(owner, np.abs(turn), len(plan.start) - 1).astype(np.float64)
-    net = np.bincount(owner, turn, len(plan.start) - 1).astype(np.float64)
-    out: FloatArray = whole - np.abs(wrapped(net))
-    return out
-
-
 def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, parts: RoadParts) -> BoolArray:
     """Say which sidewalks keep off carriageways and, on curves of their own, make no detours and do not fold."""
     plan, every = rows.plan_view, np.arange(len(rows.length))
@@ -315,7 +300,10 @@ def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, part
     half = np.maximum(rows.entry_width, rows.exit_width) / 2
     good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
     good &= smallest_radius(plan) >= half + defaults.CORNER_EDGE_RADIUS
-    good &= _wasted_turn(plan) <= defaults.CORNER_SWING
+    # Turns back and forth, beyond the turn that the curve makes.
+    owner, turn = owners(plan.start), plan.curvature * plan.length
+    whole, net = (np.bincount(owner, item, len(every)).astype(np.float64) for item in (np.abs(turn), turn))
+    good &= whole - np.abs(wrapped(net)) <= defaults.CORNER_SWING
     good |= ~own
     x, y = probes(rows, rows.entry_aside, rows.exit_aside)
     # Beside a turn a lane that swings wider may cover its edge, but no more.

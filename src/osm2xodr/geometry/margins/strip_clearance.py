@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, pose, ranks
+from osm2xodr.curves import find_record, owners, pose, ranks, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
@@ -41,17 +41,7 @@ class _Obstacle:
 
 
 def margins_with_room(parts: RoadParts, margins: Sequence[Margins], diagnostics: Diagnostics) -> tuple[Margins, ...]:
-    """Narrow or leave out strips that have no room beside their carriageway, and join stretches that are too short.
-
-    Parameters
-    ----------
-    parts
-        The roads.
-    margins
-        Of each of them.
-    diagnostics
-        Receives the ways that lose strips.
-    """
+    """Narrow or leave out strips that have no room beside their carriageway; join stretches that are too short."""
     with_any = np.array([bool(beside) for beside in margins], bool)
     if not with_any.any():
         return tuple(margins)
@@ -62,20 +52,14 @@ def margins_with_room(parts: RoadParts, margins: Sequence[Margins], diagnostics:
     changed_ways: set[int] = set()
     out: list[Margins] = []
     for k, beside in enumerate(margins):
-        if not beside:
-            out.append(beside)
-            continue
         borders = [stretch.start for stretch in parts.stretches[k][1:]]
         fitting = list(beside)
-        for obstacle in obstacles.get(k, ()):
+        for obstacle in obstacles.get(k, ()) if beside else ():
             fitting = _cut_to_room(fitting, obstacle, borders, changed_ways)
         out.append(settled(fitting, borders))
+    text = "strips beside its carriageway have no room and are narrowed or left out"
     for way in sorted(changed_ways):
-        diagnostics.repaired(
-            "margin-no-room",
-            f"way/{way}",
-            "strips beside its carriageway have no room and are narrowed or left out",
-        )
+        diagnostics.repaired("margin-no-room", f"way/{way}", text)
     return tuple(out)
 
 
@@ -95,7 +79,7 @@ class _Edges:
         """Collect the edges of all stretches."""
         flat = [item for stretches in parts.stretches for item in stretches]
         return cls(
-            np.concatenate([[0], np.cumsum([len(stretches) for stretches in parts.stretches])]).astype(np.int64),
+            starts([len(stretches) for stretches in parts.stretches]),
             np.array([item.start for item in flat]),
             np.array([item.section.left_edge for item in flat]),
             np.array([item.section.right_edge for item in flat]),
@@ -106,7 +90,7 @@ class _Edges:
 def _bends(parts: RoadParts, edges: _Edges, with_any: BoolArray) -> list[tuple[int, _Obstacle]]:
     """Return the bends inside which strips would fold over themselves, with their roads."""
     plan = parts.plan_view
-    owner = np.repeat(np.arange(len(plan.start) - 1), np.diff(plan.start))
+    owner = owners(plan.start)
     bent = np.flatnonzero((np.abs(plan.curvature) > 1.0 / _GENTLE_RADIUS) & with_any[owner])
     inside = np.sign(plan.curvature[bent])
     # Lanes of neighbouring stretches reach into a bend with their tapers.
@@ -123,8 +107,7 @@ def _widest(edge: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
     """Return the largest of the edges from each index `first` up to `last`, excluded, (n,)."""
     if not len(first):
         return np.zeros(0)
-    out: FloatArray = np.maximum.reduceat(np.append(edge, -np.inf), np.column_stack([first, last]).ravel())[0::2]
-    return out
+    return np.asarray(np.maximum.reduceat(np.append(edge, -np.inf), np.column_stack([first, last]).ravel())[0::2])
 
 
 def _parallel_roads(

@@ -37,8 +37,8 @@ def columns_of(margins: Margins, side: int) -> tuple[Column, ...]:
     for k, item in enumerate(margins):
         at = 0
         for strip in item.strips(side):
-            place = next((i for i in range(at, len(found)) if _same_kind(found[i], strip)), None)
-            if place is None:
+            place = next((i for i in range(at, len(found)) if _same_kind(found[i], strip)), -1)
+            if place < 0:
                 place = at
                 found.insert(place, [None] * k)
             found[place].append(strip)
@@ -67,8 +67,7 @@ def present(columns: Sequence[Column], margins: Margins, begin: float, end: floa
 def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
     """Return the width of a column along the whole road.
 
-    A strip that begins or ends at a border of stretches does so in a taper within its own stretch; one that continues
-    with another width reaches it beyond the border.
+    Strips begin and end in a taper within their own stretch; those that change their width do so beyond the border.
     """
     out: list[Cubic] = []
     for k, (item, strip) in enumerate(zip(margins, column.strips, strict=True)):

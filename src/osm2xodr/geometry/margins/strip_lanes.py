@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 from osm2xodr.curves import part_of_cubics
@@ -21,16 +22,9 @@ _KERB_MARK: Final = RoadMark("curb", width=defaults.KERB_MARK_WIDTH)
 def add_margins(
     layouts: Sequence[LaneLayout], margins: Sequence[Margins], length: Sequence[float]
 ) -> list[LaneLayout]:
-    """Add lanes for the strips beside roads.
+    """Add lanes for the strips beside roads to those of their carriageways; `length` is each road's, m.
 
-    Parameters
-    ----------
-    layouts
-        The lanes of the roads' carriageways. Roads that share a layout and have the same margins share the result.
-    margins
-        Of each road, without stretches that are too short.
-    length
-        Of each road, m.
+    Roads that share a layout and have the same margins share the result.
     """
     alike: dict[tuple[int, tuple[MarginSpec, ...], tuple[MarginSpec, ...]], LaneLayout] = {}
     out: list[LaneLayout] = []
@@ -89,6 +83,8 @@ class _Side:
     def lanes(self, k: int) -> list[Lane]:
         """Return the lanes of the k-th section, from the carriageway outwards."""
         here = self.present[k]
+        height = [self.columns[column].kind.height for column in here]
+        kerb = [*(_is_step(*pair) for pair in pairwise(height)), False]
         return [
             Lane(
                 id=self._id(k, column) or 0,
@@ -96,8 +92,8 @@ class _Side:
                 widths=part_of_cubics(self.widths[column], *self.borders[k]),
                 predecessor=self._linked(k - 1, column, self.borders[k][0]) if k else None,
                 successor=self._linked(k + 1, column, self.borders[k][1]) if k + 1 < len(self.borders) else None,
-                road_mark=_KERB_MARK if self._is_kerb(here[rank : rank + 2]) else NO_MARK,
-                height=self.columns[column].kind.height,
+                road_mark=_KERB_MARK if kerb[rank] else NO_MARK,
+                height=height[rank],
             )
             for rank, column in enumerate(here)
         ]
@@ -113,10 +109,6 @@ class _Side:
         ASAM OpenDRIVE 1.7, 11.6: a lane without width at the border of its section has no link beyond it.
         """
         return self._id(k, column) if _width_at(self.widths[column], s) > _NO_WIDTH else None
-
-    def _is_kerb(self, neighbours: Sequence[int]) -> bool:
-        heights = [self.columns[column].kind.height for column in neighbours]
-        return len(heights) == 2 and _is_step(*heights)
 
 
 def _is_step(inner: float, outer: float) -> bool:

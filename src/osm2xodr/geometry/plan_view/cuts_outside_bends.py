@@ -38,18 +38,9 @@ _ROUNDS: Final = 3
 def trims_clear_of_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray, least: FloatArray) -> FloatArray:
     """Return trims moved out of bends in which lanes are much longer than the reference line, (ends,), m.
 
-    Inside a junction a bend does no harm: connecting roads run along the middle of their lane.
-
-    Parameters
-    ----------
-    ends
-        All street ends.
-    junction : (ends,)
-        -1 for ends in no junction, whose trims stay.
-    trim : (ends,)
-        m.
-    least : (ends,)
-        What the junctions need: an end moves back before a bend where that is nearer and enough, m.
+    Inside a junction a bend does no harm: connecting roads run along the middle of their lane. Ends in no junction
+    (-1) stay. `least` (ends,), m, is what junctions need: an end moves back before a bend where that is nearer and
+    enough.
     """
     trim = trim.copy()
     candidates = np.flatnonzero(junction >= 0)
@@ -96,8 +87,7 @@ def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[Bool
 
 def _outer_excess(curvature: FloatArray, right: FloatArray, left: FloatArray) -> FloatArray:
     """Return by which share the lane on the outside of a bend is longer than the reference line, (n,)."""
-    out: FloatArray = -np.minimum(curvature * right, curvature * left)
-    return out
+    return np.asarray(-np.minimum(curvature * right, curvature * left))
 
 
 def outermost_lanes(pieces: Sequence[Piece]) -> tuple[float, float]:
@@ -114,8 +104,7 @@ def has_tight_bend(plan: PlanView, curve: IntArray, right: FloatArray, left: Flo
     np.minimum.at(least, owner, plan.curvature)
     np.maximum.at(most, owner, plan.curvature)
     excess = np.maximum(_outer_excess(least[curve], right, left), _outer_excess(most[curve], right, left))
-    out: BoolArray = excess > TIGHT_BEND
-    return out
+    return np.asarray(excess > TIGHT_BEND)
 
 
 def places_clear_of_bends(
@@ -123,16 +112,8 @@ def places_clear_of_bends(
 ) -> FloatArray:
     """Return places moved along their curves, by as little as possible, to where no bend is tight, (n,), m.
 
-    A place stays where there is no such place near enough.
-
-    Parameters
-    ----------
-    plan, length
-        Curves, and the length of each.
-    curve, s
-        Places.
-    right, left
-        t of the middles of the outermost lanes, m.
+    A place stays where there is none near enough. `right` and `left` (n,) are t of the middles of the outermost
+    lanes, `length` that of each curve, m.
     """
     moved = s.copy()
     # Most curves bend nowhere that much: their places stay unless they are close to an end.

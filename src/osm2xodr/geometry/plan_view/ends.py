@@ -46,16 +46,9 @@ def street_ends(
     sections: tuple[tuple[CrossSection, CrossSection], ...],
     aside: FloatArray | None = None,
 ) -> StreetEnds:
-    """Collect the ends of all streets.
+    """Collect the ends of all streets; `sections` are those at each street's start and end.
 
-    Parameters
-    ----------
-    network, plan
-        The streets and their curves.
-    sections
-        Cross-sections at each street's start and end.
-    aside : (streets,)
-        How far left of the lines of OSM the curves lie, m; 0 if left out.
+    `aside` (streets,) is how far left of the lines of OSM the curves lie, m; 0 if left out.
     """
     streets = network.streets
     length = np.repeat(lengths(plan), 2)

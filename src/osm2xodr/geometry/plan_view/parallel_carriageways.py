@@ -50,11 +50,9 @@ def narrow_parallel_streets(network: StreetNetwork, fitted: FittedStreets, diagn
             if key not in narrowed:
                 lanes = tuple(replace(lane, width=round(lane.width * share, 2)) for lane in attributes.lanes_ltr)
                 narrowed[key] = replace(attributes, lanes_ltr=lanes)
-                diagnostics.repaired(
-                    "lanes-narrowed",
-                    f"way/{attributes.osm_way_id}",
-                    f"its lanes are drawn at {100 * share:.0f} % of their width, a parallel road leaves no more room",
-                )
+                percent = f"{100 * share:.0f} %"
+                text = f"its lanes are drawn at {percent} of their width, a parallel road leaves no more room"
+                diagnostics.repaired("lanes-narrowed", f"way/{attributes.osm_way_id}", text)
             own.append((s, narrowed[key], cross_section(narrowed[key], network.rule)))
         pieces.append(tuple(own))
     return replace(fitted, pieces=tuple(pieces))
@@ -69,7 +67,11 @@ def _shares(network: StreetNetwork, fitted: FittedStreets) -> FloatArray:
     right = np.array([section.right_edge for _, _, section in every])
     layer = np.array([attributes.layer for _, attributes, _ in every])
     out = np.ones(len(every))
-    street, s = _samples(lengths(plan))
+    length = lengths(plan)
+    # Places `PARALLEL_SPACING` or a little more apart along all streets.
+    count = np.maximum((length / PARALLEL_SPACING).astype(np.int64), 1)
+    street = np.repeat(np.arange(len(length)), count)
+    s = (ranks(count) + 0.5) * (length / count)[street]
     if len(street) < 2:
         return out
     piece = find_record(first, np.array([s for s, _, _ in every]), street, s)
@@ -95,13 +97,6 @@ def _shares(network: StreetNetwork, fitted: FittedStreets) -> FloatArray:
     share = np.maximum(room[tight] / both[tight], defaults.NARROWEST_SHARE)
     np.minimum.at(out, piece[a[tight]], np.floor(100 * share) / 100)
     return out
-
-
-def _samples(length: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return street and s of places `PARALLEL_SPACING` or a little more apart along all streets."""
-    count = np.maximum((length / PARALLEL_SPACING).astype(np.int64), 1)
-    street = np.repeat(np.arange(len(length)), count)
-    return street, (ranks(count) + 0.5) * (length / count)[street]
 
 
 def _near_shared_node(

@@ -61,18 +61,10 @@ def fit_polylines(
 ) -> FittedPolylines:
     """Fit a curve of lines and arcs with continuous heading to each polyline.
 
-    Parameters
-    ----------
-    points : (points, 2)
-        Local x, y of all polylines in a row, m; no two in a row at the same place.
-    start : (polylines + 1,)
-        Index of each polyline's first point; each has at least two.
-    corner_radius : (polylines,)
-        Radius wished for at corners, m.
-    closed : (polylines,)
-        Polylines whose ends meet on a straight, so that heading continues from end to start.
-    fixed : (points,)
-        Points that are neither left out nor moved.
+    `points` (n, 2) are those of all polylines in a row, local x, y, m, no two in a row at the same place; `start`
+    (polylines + 1,) has each polyline's first point, of two at least; `corner_radius` (polylines,) is wished for at
+    corners, m. `closed` (polylines,) have ends that meet on a straight, so that heading continues from end to start;
+    `fixed` points (n,) are neither left out nor moved.
     """
     polyline = owners(start)
     keep, spikes = _simplify(points, polyline, np.zeros(len(points), bool) if fixed is None else fixed)
@@ -101,8 +93,8 @@ def fit_polylines(
 def _simplify(points: FloatArray, polyline: IntArray, fixed: BoolArray) -> tuple[BoolArray, IntArray]:
     """Say which points are needed to stay within `SIMPLIFY_TOLERANCE`, and which were spikes.
 
-    Each pass over all polylines takes out the least important point of each neighbourhood. The error that a segment
-    has already made adds to the error of leaving out its ends, so the tolerance holds.
+    Each pass takes out the least important point of each neighbourhood. The error that a segment has made already
+    adds to that of leaving out its ends, so the tolerance holds.
     """
     ends = np.flatnonzero(np.diff(polyline, prepend=-1)), np.flatnonzero(np.diff(polyline, append=-1))
     # A loop needs two points besides the one that it begins and ends at.
@@ -211,15 +203,12 @@ def _share_segments(wish: FloatArray, length: FloatArray, interior: BoolArray) -
         over = np.minimum(1.0, room / np.maximum(grown[:-1] + grown[1:], 1e-12))
         scale = np.minimum(np.concatenate([[1.0], over]), np.concatenate([over, [1.0]]))
         tangent = grown * scale
-    out: FloatArray = np.where(interior, tangent, 0.0)
-    return out
+    return np.asarray(np.where(interior, tangent, 0.0))
 
 
 def _without_slivers(tangent: FloatArray, length: FloatArray) -> FloatArray:
-    """Return tangents some of which are a little shorter, so that no line between two arcs is too short to write.
-
-    The longer of the two gives way, which leaves a line that is long enough on its other side, too.
-    """
+    """Return tangents some of which are a little shorter, so that no line between two arcs is too short to write."""
+    # The longer of the two gives way, which leaves a line that is long enough on its other side, too.
     left = length - tangent[:-1] - tangent[1:]
     short = np.flatnonzero((left > _ROUNDING) & (left < _SHORTEST_LINE))
     longer = np.where(tangent[short] >= tangent[short + 1], short, short + 1)

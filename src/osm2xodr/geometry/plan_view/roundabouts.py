@@ -120,10 +120,8 @@ def _chains(network: StreetNetwork) -> list[_Chain]:
             at.setdefault(street.start, []).append(2 * street.id)
             at.setdefault(street.end, []).append(2 * street.id + 1)
     crowded = {end // 2 for ends in at.values() if len(ends) > 2 for end in ends}
-    follows: dict[int, int] = {}
-    for ends in at.values():
-        if len(ends) == 2:
-            follows[ends[0]], follows[ends[1]] = ends[1], ends[0]
+    pairs = [ends for ends in at.values() if len(ends) == 2]
+    follows = {one: other for ends in pairs for one, other in (ends, ends[::-1])}
     chains: list[_Chain] = []
     seen: set[int] = set()
     for street in network.streets:
@@ -196,8 +194,7 @@ def _sides(outline: FloatArray, most: float) -> BoolArray:
     size = np.hypot(*np.diff(outline, axis=0).T)
     radius = float(size.sum()) / (2 * np.pi)
     half = np.minimum(size / 2, radius)
-    out: BoolArray = radius - np.sqrt(radius**2 - half**2) > most
-    return out
+    return np.asarray(radius - np.sqrt(radius**2 - half**2) > most)
 
 
 def _with_points_on_sides(outline: FloatArray, side: BoolArray) -> tuple[FloatArray, list[int]]:
@@ -215,7 +212,7 @@ def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
     """Return the circle that passes nearest to points and s of each; None where a point lies too far off.
 
     Least squares of the algebraic distance (Kåsa 1976, doi:10.1109/TIM.1976.6312298). Its bias towards small circles
-    is negligible here: the points of a ring lie all around.
+    is negligible: the points of a ring lie all around.
     """
     system = np.column_stack([2 * points, np.ones(len(points))])
     x, y, rest = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)[0]
@@ -235,16 +232,9 @@ def _circle(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
         turn = float(angle[-1] - angle[0])
     side = float(np.sign(turn))
     s = side * (angle - angle[0]) * radius
-    plan = PlanView(
-        np.array([0, 1]),
-        np.zeros(1),
-        np.array([x + radius * np.cos(angle[0])]),
-        np.array([y + radius * np.sin(angle[0])]),
-        np.array([angle[0] + side * np.pi / 2]),
-        np.array([abs(turn) * radius]),
-        np.array([side / radius]),
-    )
-    return plan, s
+    start = x + radius * np.cos(angle[0]), y + radius * np.sin(angle[0]), angle[0] + side * np.pi / 2
+    columns = (np.array([value]) for value in (0.0, *start, abs(turn) * radius, side / radius))
+    return PlanView(np.array([0, 1]), *columns), s
 
 
 def _cut_at_intersections(plan: PlanView, s: FloatArray, first: Sequence[int]) -> tuple[PlanView, list[FloatArray]]:

@@ -34,7 +34,10 @@ def fit_streets(network: StreetNetwork, diagnostics: Diagnostics) -> FittedStree
     on_ring = {street: number for number, street in enumerate(rings.streets)}
     lines = [_line(street, rings, street.id in on_ring) for street in network.streets]
     start = starts([len(points) for points, _ in lines])
-    radius = np.array([_corner_radius(pieces) for _, pieces in lines])
+    # Of several classes the least, in whatever order.
+    radius = np.array(
+        [min(CORNER_RADIUS.get(item.highway, CORNER_RADIUS_OTHER) for _, item in pieces) for _, pieces in lines]
+    )
     closed = np.array([street.start < 0 for street in network.streets], bool)
     fitted = fit_polylines(np.concatenate([points for points, _ in lines]), start, radius, closed)
     for index in fitted.spikes.tolist():
@@ -74,20 +77,14 @@ def _line(street: Street, rings: FittedRings, on_ring: bool) -> tuple[FloatArray
     return move_ends(street.points, rings.moved.get(street.start), rings.moved.get(street.end)), street.pieces
 
 
-def _corner_radius(pieces: _AttributesFrom) -> float:
-    """Return the radius wished for at a street's corners, m: of several classes the least, in whatever order."""
-    return min(CORNER_RADIUS.get(item.highway, CORNER_RADIUS_OTHER) for _, item in pieces)
-
-
 def _section(
     attributes: StreetAttributes, rule: Rule, known: dict[tuple[tuple[LaneSpec, ...], float], CrossSection]
 ) -> CrossSection:
     """Return the cross-section; streets whose lanes are alike share it."""
     key = attributes.lanes_ltr, attributes.middle_offset
-    found = known.get(key)
-    if found is None:
-        found = known[key] = cross_section(attributes, rule)
-    return found
+    if key not in known:
+        known[key] = cross_section(attributes, rule)
+    return known[key]
 
 
 def _opened(street: Street) -> tuple[FloatArray, _AttributesFrom]:

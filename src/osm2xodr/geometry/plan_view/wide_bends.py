@@ -1,9 +1,8 @@
 """Bends of streets become wide enough for their carriageways, which would fold over themselves otherwise.
 
 Where a bend is tighter than half of the carriageway is wide, its inner edge runs backwards. OSM's nodes are a metre
-or two off and seldom give the bends of steep lanes more room than that, so the line gives way: a part of it is
-replaced by the Dubins curve with the radius that the inner edge needs. Of the parts that can be replaced so, the one
-is taken for which the line moves least.
+or two off, so the line gives way: of the parts that the Dubins curve with the radius that the inner edge needs can
+replace, that is replaced for which the line moves least.
 """
 
 from __future__ import annotations
