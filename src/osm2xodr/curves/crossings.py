@@ -49,5 +49,4 @@ def segments_cross(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -
 def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
     """Return on which side of the lines from a to b points lie: positive on the left."""
     along_x, along_y = b[..., 0] - a[..., 0], b[..., 1] - a[..., 1]
-    out: FloatArray = along_x * (p[..., 1] - a[..., 1]) - along_y * (p[..., 0] - a[..., 0])
-    return out
+    return along_x * (p[..., 1] - a[..., 1]) - along_y * (p[..., 0] - a[..., 0])

@@ -49,8 +49,7 @@ def _nearest_on_records(plan: PlanView, record: IntArray, x: FloatArray, y: Floa
     angle = np.arctan2(np.sign(safe) * u, np.sign(safe) * (1.0 / safe - v))
     middle = 0.5 * length * safe
     turn = middle + (angle - middle + np.pi) % (2 * np.pi) - np.pi
-    out: FloatArray = np.clip(np.where(bent, turn / safe, u), 0.0, length)
-    return out
+    return np.clip(np.where(bent, turn / safe, u), 0.0, length)
 
 
 def sample_curves(plan: PlanView, curves: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:

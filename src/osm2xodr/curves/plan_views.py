@@ -28,8 +28,7 @@ _Pose = tuple[FloatArray, FloatArray, FloatArray]
 
 def wrapped(angle: FloatArray) -> FloatArray:
     """Return angles as turns: from -pi up to pi, rad."""
-    out: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
-    return out
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def arc_step(curvature: FloatArray, ds: FloatArray) -> _Pose:
@@ -55,8 +54,7 @@ def lengths(plan: PlanView) -> FloatArray:
     """Return the length of each curve, (curves,), m."""
     last = np.maximum(plan.start[1:] - 1, 0)
     has = plan.start[1:] > plan.start[:-1]
-    out: FloatArray = np.where(has, plan.s[last] + plan.length[last], 0.0) if len(plan.s) else np.zeros(len(has))
-    return out
+    return np.where(has, plan.s[last] + plan.length[last], 0.0) if len(plan.s) else np.zeros(len(has))
 
 
 def smallest_radius(plan: PlanView) -> FloatArray:
@@ -104,8 +102,7 @@ def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
 
 def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
     """Return the curvature at s of curves, (n,), 1/m."""
-    out: FloatArray = plan.curvature[find_record(plan.start, plan.s, curve, s)]
-    return out
+    return plan.curvature[find_record(plan.start, plan.s, curve, s)]
 
 
 def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None) -> tuple[IntArray, FloatArray]:
@@ -222,5 +219,4 @@ def snap_cuts(plan: PlanView, curve: IntArray, s: FloatArray, within: float = 0.
     k = find_record(plan.start, plan.s, curve, s)
     lower, upper = plan.s[k], plan.s[k] + plan.length[k]
     snapped = np.where(s - lower < within, lower, s)
-    out: FloatArray = np.where(upper - s < within, upper, snapped)
-    return out
+    return np.where(upper - s < within, upper, snapped)

@@ -95,12 +95,7 @@ class Locator:
         return self._finder.find(x, y)
 
     def on_roads(
-        self,
-        roads: Sequence[str],
-        s: FloatArray,
-        t: FloatArray,
-        lanes: Sequence[int | None],
-        offset: FloatArray,
+        self, roads: Sequence[str], s: FloatArray, t: FloatArray, lanes: Sequence[int | None], offset: FloatArray
     ) -> Places:
         """Return places given by the ids of their roads, s, and either t or the id of a lane.
 

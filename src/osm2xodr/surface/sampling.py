@@ -61,8 +61,7 @@ class _FilledLayer:
     def is_near(self, x: FloatArray, y: FloatArray) -> BoolArray:
         """Return which positions, local m, lie on the layer or within its ramp, (n,)."""
         west, south, east, north = self.bounds
-        out: BoolArray = (x > west) & (x < east) & (y > south) & (y < north)
-        return out
+        return (x > west) & (x < east) & (y > south) & (y < north)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,8 +79,7 @@ class Trend:
         """Return z (n,), m, at local x, y."""
         west, south, east, north = self.box
         z = self.polynomial.heights(np.clip(x, west, east), np.clip(y, south, north))
-        out: FloatArray = np.clip(z, self.lowest, self.highest)
-        return out
+        return np.clip(z, self.lowest, self.highest)
 
 
 class LayeredSurface:
@@ -209,5 +207,4 @@ class LayeredSurface:
 def _fade(t: FloatArray) -> FloatArray:
     """Fall from 1 for t <= 0 to 0 for t >= 1 (smoothstep, level at both ends)."""
     rest = np.clip(1.0 - t, 0.0, 1.0)
-    out: FloatArray = rest * rest * (3.0 - 2.0 * rest)
-    return out
+    return rest * rest * (3.0 - 2.0 * rest)

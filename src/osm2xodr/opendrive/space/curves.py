@@ -216,11 +216,9 @@ def _arc_length(u: FloatArray, v: FloatArray, low: FloatArray, high: FloatArray)
 
 def _value(c: FloatArray, q: FloatArray) -> FloatArray:
     """Return the values of cubics with coefficients (n, 4)."""
-    out: FloatArray = c[:, 0] + q * (c[:, 1] + q * (c[:, 2] + q * c[:, 3]))
-    return out
+    return c[:, 0] + q * (c[:, 1] + q * (c[:, 2] + q * c[:, 3]))
 
 
 def _slope(c: FloatArray, q: FloatArray) -> FloatArray:
     """Return the derivatives of cubics with coefficients (n, 4)."""
-    out: FloatArray = c[:, 1] + q * (2 * c[:, 2] + q * (3 * c[:, 3]))
-    return out
+    return c[:, 1] + q * (2 * c[:, 2] + q * (3 * c[:, 3]))

@@ -195,8 +195,8 @@ def _best(file: OpenDrive, places: Places) -> IntArray:
     again = np.zeros(len(kept), np.bool_)
     same = (np.diff(point[by_road]) == 0) & (np.diff(road[by_road]) == 0) & (np.diff(s[by_road]) < _SAME_FOOT)
     again[np.maximum(by_road[1:], by_road[:-1])[same]] = True
-    rows: IntArray = kept[~again]
-    return rows
+    out: IntArray = kept[~again]
+    return out
 
 
 def places_on(file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray) -> Places:

@@ -123,8 +123,8 @@ def _chords(
     second = np.fmax(bend * (1 + bend * reach) + sideways, fall)
     # Damaged records may have any second derivative.
     longest = np.fmin(np.sqrt(8 * tolerance / np.clip(second, 1e-12, 1e12)), step)
-    chords: IntArray = np.clip(np.ceil((high - low) / longest - SAME), 1, _MOST_CHORDS).astype(np.int64)
-    return chords
+    out: IntArray = np.clip(np.ceil((high - low) / longest - SAME), 1, _MOST_CHORDS).astype(np.int64)
+    return out
 
 
 def _reach(file: OpenDrive, road: IntArray, s: FloatArray) -> FloatArray:

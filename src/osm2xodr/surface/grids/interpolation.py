@@ -55,8 +55,7 @@ def _bilinear(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
 
 def _nearest(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
     """Return z (rows, cols) of the cell that each position lies in."""
-    out: FloatArray = z.reshape(-1)[_nearest_index(z.shape, col, row)].astype(np.float64)
-    return out
+    return z.reshape(-1)[_nearest_index(z.shape, col, row)].astype(np.float64)
 
 
 def all_corners(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray:
@@ -75,8 +74,7 @@ def all_corners(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray
 
 def nearest_known(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray:
     """Return where the cell that the position lies in is known."""
-    out: BoolArray = known.reshape(-1)[_nearest_index(known.shape, col, row)]
-    return out
+    return known.reshape(-1)[_nearest_index(known.shape, col, row)]
 
 
 def make_interpolator(z: Cells, method: str) -> Interpolator:

@@ -219,8 +219,7 @@ def _isolated_patches(
     off &= pairs <= rim_ratio_max * np.sqrt(sizes)
     off[0] = False
     off &= int(sizes[off].sum()) < _MODEL_SHARE * int(np.count_nonzero(known))
-    out: BoolArray = off[patches]
-    return out
+    return off[patches]
 
 
 def _shifted(shape: tuple[int, ...], i: int, j: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:

@@ -249,8 +249,7 @@ def _block_means(heights: npt.NDArray[np.float64], block: int) -> npt.NDArray[np
     known = np.isfinite(blocks)
     count = known.sum(axis=(1, 3))
     total = np.where(known, blocks, 0.0).sum(axis=(1, 3))
-    out: npt.NDArray[np.float64] = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    return out
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 def _check_path(path: Path) -> None:

@@ -43,8 +43,7 @@ class PolynomialTrend:
     def on_grid(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return z (len(y), len(x)), m, at all pairs of x and y, m, by two matrix products."""
         u, v = _scaled(np.asarray(x, np.float64), np.asarray(y, np.float64), self.centre, self.half_range)
-        out: FloatArray = (_chebyshev(v, self.order) @ self.coefficients.T) @ _chebyshev(u, self.order).T
-        return out
+        return (_chebyshev(v, self.order) @ self.coefficients.T) @ _chebyshev(u, self.order).T
 
 
 def term_count(order: int) -> int:
@@ -128,8 +127,7 @@ def _terms(order: int) -> tuple[IntArray, IntArray]:
 
 def _basis(u: FloatArray, v: FloatArray, i: IntArray, j: IntArray) -> FloatArray:
     """Return all terms at u, v, (n, terms)."""
-    out: FloatArray = _chebyshev(u, int(i.max()))[:, i] * _chebyshev(v, int(j.max()))[:, j]
-    return out
+    return _chebyshev(u, int(i.max()))[:, i] * _chebyshev(v, int(j.max()))[:, j]
 
 
 def _chebyshev(u: FloatArray, order: int) -> FloatArray:

@@ -103,8 +103,7 @@ def _shifted(below: Below, box: tuple[slice, slice]) -> Below:
 
 def rim_of(gap: BoolArray) -> BoolArray:
     """Return the cells around gaps that touch them by an edge or a corner."""
-    out: BoolArray = _spread(gap) & ~gap
-    return out
+    return _spread(gap) & ~gap
 
 
 def fill_from_rim(
