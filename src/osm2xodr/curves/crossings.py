@@ -15,15 +15,7 @@ _PAIRS_AT_ONCE: Final = 300
 
 
 def curves_cross(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
-    """Say which pairs of curves cross, (n,).
-
-    Parameters
-    ----------
-    plan
-        The curves.
-    one, other : (n,)
-        Indices of the curves of each pair.
-    """
+    """Say which pairs of curves, one and other (n,) by their indices, cross, (n,)."""
     used = np.unique(np.concatenate([one, other]))
     share = np.linspace(0.0, 1.0, _SEGMENTS + 1)
     s = lengths(plan)[used][:, None] * share

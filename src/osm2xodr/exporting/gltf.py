@@ -73,44 +73,25 @@ def _buffer_views(blocks: Sequence[bytes]) -> list[dict[str, Any]]:
 def _accessors(mesh: RoadMesh, points: npt.NDArray[np.float32]) -> list[dict[str, Any]]:
     """Return what the blocks hold."""
     low, high = points.min(0).astype(float).tolist(), points.max(0).astype(float).tolist()
-    vertices = {
-        "bufferView": 0,
-        "componentType": _FLOAT,
-        "count": len(points),
-        "type": "VEC3",
-        "min": low,
-        "max": high,
-    }
     triangles = [
-        {
-            "bufferView": k,
-            "componentType": _UNSIGNED_INT,
-            "count": rows.size,
-            "type": "SCALAR",
-            "min": [int(rows.min())],
-            "max": [int(rows.max())],
-        }
+        _accessor(k, _UNSIGNED_INT, rows.size, "SCALAR", [int(rows.min())], [int(rows.max())])
         for k, rows in enumerate(mesh.faces.values(), 1)
     ]
-    return [vertices, *triangles]
+    return [_accessor(0, _FLOAT, len(points), "VEC3", low, high), *triangles]
+
+
+def _accessor(view: int, component: int, count: int, kind: str, low: list[Any], high: list[Any]) -> dict[str, Any]:
+    """Return what one block holds."""
+    return {"bufferView": view, "componentType": component, "count": count, "type": kind, "min": low, "max": high}
 
 
 def _primitives(mesh: RoadMesh) -> list[dict[str, Any]]:
     """Return the parts of the mesh, one for each material; mode 4 is triangles."""
-    return [
-        {"attributes": {"POSITION": 0}, "indices": k, "material": k - 1, "mode": 4}
-        for k in range(1, len(mesh.faces) + 1)
-    ]
+    count = len(mesh.faces)
+    return [{"attributes": {"POSITION": 0}, "indices": k + 1, "material": k, "mode": 4} for k in range(count)]
 
 
 def _material(kind: str) -> dict[str, Any]:
     """Return the material of a type of lanes."""
-    return {
-        "name": kind,
-        "doubleSided": True,
-        "pbrMetallicRoughness": {
-            "baseColorFactor": [*color_of(kind), 1.0],
-            "metallicFactor": 0.0,
-            "roughnessFactor": 0.9,
-        },
-    }
+    finish = {"baseColorFactor": [*color_of(kind), 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
+    return {"name": kind, "doubleSided": True, "pbrMetallicRoughness": finish}

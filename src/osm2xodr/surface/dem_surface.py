@@ -59,10 +59,9 @@ class DemSurface:
         return z, source >= 0
 
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
-        """Return how far the heights at local x, y (n,), m, can be trusted.
+        """Return how far the heights at local x, y (n,), m, can be trusted, by the model that measures them.
 
-        The quality is that of the elevation model that measures them. Where none does, the standard error is that of
-        a guess (`defaults.GUESS_SIGMA`), and the cell size that of the model that most roads lie on.
+        Elsewhere the standard error is that of a guess, the cell size that of the model that most roads lie on.
         """
         # Index -1, no layer, is the last row.
         source = self.layers.sources(x, y)
@@ -76,9 +75,8 @@ def qualities_of(layers: LayeredSurface, main: int, sigmas: FloatArray) -> Surfa
     `main` is the index of the layer that most roads lie on; `sigmas` (layers,) are standard errors, m.
     """
     sizes = [layer.cell_size for layer in layers.layers]
-    covered = [layer.covered for layer in layers.layers]
     return SurfaceQuality(
         np.array([*sizes, sizes[main]]),
         np.array([*sigmas, max(defaults.GUESS_SIGMA, float(np.max(sigmas)))]),
-        np.array([*covered, False]),
+        np.array([*(layer.covered for layer in layers.layers), False]),
     )

@@ -221,17 +221,14 @@ def by_priority(windows: Sequence[DemWindow]) -> list[DemWindow]:
 
 
 def make_layers(windows: Sequence[DemWindow], cells_max: int, dem_type: str, diagnostics: Diagnostics) -> list[Layer]:
-    """Make layers of windows in order of priority; tiles of one model become one layer.
-
-    `dem_type` is as in `osm2xodr.surface.SurfaceOptions`.
-    """
+    """Make layers of windows in order of priority, for a `SurfaceOptions.dem_type`; tiles of one model become one."""
     grids: list[tuple[GridFrame, Cells, float, bool]] = []
     waiting = list(windows)
     while waiting:
         frame, z, taken = _join(waiting, cells_max, diagnostics)
-        unit = abs(waiting[0].source.metres * waiting[0].source.scale) if waiting[0].block == 1 else 0.0
+        quantum = quantum_of(z, waiting[0].source.quantum) if waiting[0].block == 1 else 0.0
         covered = dem_type == "dsm" if dem_type != "auto" else _is_covered(taken, frame, z, diagnostics)
-        grids.append((frame, z, quantum_of(z, unit) if unit else 0.0, covered))
+        grids.append((frame, z, quantum, covered))
         waiting = [window for window in waiting if not any(window is other for other in taken)]
     layers = []
     for index, (frame, z, quantum, covered) in enumerate(grids):
@@ -274,10 +271,7 @@ def _cells_for_detection(window: DemWindow, z: Cells) -> Cells:
 
 
 def fit_trend(layers: Sequence[Layer], order: int) -> Trend:
-    """Fit the polynomial trend to the measured cells of all layers, weighted by area.
-
-    The order is lowered where there are fewer than two cells per term.
-    """
+    """Fit the trend to the measured cells of all layers, weighted by area, with at least two cells per term."""
     parts = [_sample_cells(layer, _TREND_CELLS // len(layers)) for layer in layers]
     x, y, z, area = (np.concatenate(values) for values in zip(*parts, strict=True))
     while order > 0 and len(z) < 2 * term_count(order):

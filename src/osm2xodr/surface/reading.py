@@ -44,15 +44,7 @@ _FILES_NAMED: Final = 3
 
 
 def points_along(streets: Sequence[Street], step: float = _COVERAGE_STEP) -> tuple[FloatArray, FloatArray]:
-    """Return local x, y (n,) of points evenly spaced along all streets, the ends of each among them.
-
-    Parameters
-    ----------
-    streets
-        At least one.
-    step
-        Largest distance of neighbours along a street, m.
-    """
+    """Return local x, y (n,) of points along streets (one at least), their ends among them, up to `step` apart, m."""
     points = np.concatenate([street.points for street in streets])
     counts = np.array([len(street.points) for street in streets])
     first = np.concatenate([[0], np.cumsum(counts)])
@@ -115,12 +107,9 @@ def read_surface(
     layers = make_layers(by_priority(used), cells_max, options.dem_type, diagnostics)
     trend = fit_trend(layers, options.polynomial_order)
     if trend.polynomial.order < options.polynomial_order:
-        diagnostics.note(
-            "trend-order",
-            "",
-            f"{paths[0]}: too few heights for a trend of degree {options.polynomial_order}; degree "
-            f"{trend.polynomial.order} was fitted.",
-        )
+        wanted, fitted = options.polynomial_order, trend.polynomial.order
+        text = f"{paths[0]}: too few heights for a trend of degree {wanted}; degree {fitted} was fitted."
+        diagnostics.note("trend-order", "", text)
     layered = LayeredSurface(layers, trend, options.method)
     source = layered.sample(x, y)[1]
     coverage = _checked_coverage(paths, source, options, diagnostics)
@@ -171,13 +160,9 @@ def _report_averaged(windows: Sequence[DemWindow | None], diagnostics: Diagnosti
     """Report elevation models whose cells around the roads were averaged."""
     averaged = [window for window in windows if window is not None and window.block > 1]
     if averaged:
-        block = max(window.block for window in averaged)
-        diagnostics.note(
-            "dem-averaged",
-            "",
-            f"{_names([window.source.path for window in averaged])}: the roads span more cells than are kept; "
-            f"blocks of {block} x {block} cells were averaged.",
-        )
+        names, block = _names([window.source.path for window in averaged]), max(window.block for window in averaged)
+        why = f"the roads span more cells than are kept; blocks of {block} x {block} cells were averaged."
+        diagnostics.note("dem-averaged", "", f"{names}: {why}")
 
 
 def _used(
@@ -210,8 +195,10 @@ def _used(
         )
     lon, lat = to_geographic(frame, x, y)
     roads = float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
+    west, south, east, north = zip(*bounds, strict=True)
+    covered = min(west), min(south), max(east), max(north)
     raise CoverageError(
-        f"{names}: the elevation model covers {_box_text(_union(bounds))} but the roads lie at {_box_text(roads)}; "
+        f"{names}: the elevation model covers {_box_text(covered)} but the roads lie at {_box_text(roads)}; "
         "give one that covers the roads"
     )
 
@@ -230,11 +217,8 @@ def _checked_coverage(
             "cover the roads, or allow the rest to be guessed with --allow-partial"
         )
     if coverage < 1.0:
-        diagnostics.guessed(
-            "dem-gap",
-            "",
-            f"{names}: {_percent(1.0 - coverage)} of the roads have no measured height; it was filled in.",
-        )
+        gap = f"{_percent(1.0 - coverage)} of the roads have no measured height; it was filled in."
+        diagnostics.guessed("dem-gap", "", f"{names}: {gap}")
     return coverage
 
 
@@ -264,12 +248,6 @@ def _names(paths: Sequence[Path]) -> str:
     return ", ".join(str(path) for path in paths[:_FILES_NAMED]) + more
 
 
-def _union(boxes: Sequence[Bounds]) -> Bounds:
-    """Return the box around boxes."""
-    west, south, east, north = zip(*boxes, strict=True)
-    return min(west), min(south), max(east), max(north)
-
-
 def _box_text(box: Bounds) -> str:
     """Format a box for a message."""
     west, south, east, north = box
@@ -279,6 +257,4 @@ def _box_text(box: Bounds) -> str:
 def _percent(share: float) -> str:
     """Format a share with enough digits not to be rounded to nothing or everything."""
     percent = 100.0 * share
-    return (
-        f"{percent:.0f} %" if 1.0 <= percent <= 99.0 else f"{percent:.2g} %" if percent < 1.0 else f"{percent:.2f} %"
-    )
+    return f"{percent:{'.2g' if percent < 1.0 else '.0f' if percent <= 99.0 else '.2f'}} %"

@@ -83,16 +83,9 @@ class Trend:
 
 
 class LayeredSurface:
-    """Layers over a trend.
+    """Layers, from top to bottom, over a trend.
 
-    Parameters
-    ----------
-    layers
-        The layers from top to bottom.
-    trend
-        The heights below them.
-    method
-        As of `make_interpolator`, or ``"polynomial"`` for the trend alone.
+    `method` is as of `make_interpolator`, or ``"polynomial"`` for the trend alone.
     """
 
     def __init__(self, layers: Sequence[Layer], trend: Trend, method: str) -> None:
@@ -126,9 +119,7 @@ class LayeredSurface:
 
     def _fill(self, layer: Layer) -> _FilledLayer:
         """Fill the voids of a layer from those filled already."""
-        known = np.isfinite(layer.z)
-        steps = layer.frame.steps()
-        z = layer.z
+        known, steps, z = np.isfinite(layer.z), layer.frame.steps(), layer.z
 
         def below(col: FloatArray, row: FloatArray) -> FloatArray:
             return self._compose(0, *layer.frame.positions(col, row))[0]

@@ -72,10 +72,9 @@ def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagn
     Parameters
     ----------
     paths
-        Local raster files, one or more.
+        Local raster files, one or more; of large ones, evenly spread patches are taken.
     bbox
-        West, south, east, north, degrees, WGS 84; None for the whole of each. Of large models,
-        evenly spread patches are taken.
+        West, south, east, north, degrees, WGS 84; None for the whole of each.
     diagnostics
         Gets what is guessed or repaired.
 
@@ -89,18 +88,13 @@ def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagn
     if not paths:
         raise InputError("no elevation model was given; name at least one file")
     if bbox is not None:
-        _check_box(bbox)
+        west, south, east, north = bbox
+        if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
+            raise InputError(
+                f"{west:g},{south:g},{east:g},{north:g} is not a box; give west, south, east, north in degrees, the "
+                "smaller ones first"
+            )
     return SurfaceComparison(bbox, tuple(_compare(path, bbox, diagnostics) for path in paths))
-
-
-def _check_box(box: Box) -> None:
-    """Raise an error if a box is not valid."""
-    west, south, east, north = box
-    if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
-        raise InputError(
-            f"{west:g},{south:g},{east:g},{north:g} is not a box; give west, south, east, north in degrees, the "
-            "smaller ones first"
-        )
 
 
 def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemComparison:
@@ -113,11 +107,9 @@ def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemCompar
         )
     frame = _frame(source, first_col, first_row, cols, rows)
     patches, outliers = _patches(source, frame, first_col, first_row, diagnostics)
-    cells, voids = sum(patch.z.size for patch in patches), sum(int(np.isnan(patch.z).sum()) for patch in patches)
     z = max((patch.z for patch in patches), key=lambda part: int(np.isfinite(part).sum()))
     if not np.isfinite(z).any():
         raise CoverageError(f"{path}: there are no heights to compare, all is nodata; give another part with --bbox")
-    unit = abs(source.metres * source.scale)
     return DemComparison(
         path,
         source.driver,
@@ -126,10 +118,10 @@ def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemCompar
         source.unit,
         frame.cell_size(),
         (cols, rows),
-        cells,
-        voids,
+        sum(patch.z.size for patch in patches),
+        sum(int(np.isnan(patch.z).sum()) for patch in patches),
         outliers,
-        estimate_sigma(z, frame.steps(), quantum_of(z, unit)),
+        estimate_sigma(z, frame.steps(), quantum_of(z, source.quantum)),
         looks_covered(z, frame.steps()) if source.covered is None else source.covered,
         compare_grid([_upright(item, frame) for item in patches if np.isfinite(item.z).any()], frame.steps()),
     )
@@ -164,8 +156,7 @@ def _frame(source: DemSource, first_col: int, first_row: int, cols: int, rows: i
     a, b, c, d, e, f = source.affine
     u, v = first_col + 0.5 * cols, first_row + 0.5 * rows
     lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
-    limit = LATITUDE_MAX_DEG
-    local = make_frame(float(np.clip(lat, -limit, limit)), float(lon))
+    local = make_frame(float(np.clip(lat, -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG)), float(lon))
     whole = GridFrame(source.crs, transformer_to(local, source.crs), source.affine, source.rows, source.cols)
     return whole.window(first_col, first_row, cols, rows)
 
@@ -193,8 +184,7 @@ def _patches(
 
 def _starts(size: int, part: int, times: int) -> list[int]:
     """Return the starts of parts that are spread evenly over a size."""
-    room = size - part * times
-    return [k * part + (2 * k + 1) * room // (2 * times) for k in range(times)]
+    return [k * part + (2 * k + 1) * (size - part * times) // (2 * times) for k in range(times)]
 
 
 def _upright(patch: Patch, frame: GridFrame) -> Patch:

@@ -15,26 +15,10 @@ _KINDS: Final = {
 }
 # Elements without a t of their own.
 _ALONG: Final = frozenset({"bridge", "tunnel"})
-_UNREAD: Final = frozenset(
-    {
-        "material",
-        "parkingSpace",
-        "markings",
-        "borders",
-        "surface",
-        "skeleton",
-        "dependency",
-        "reference",
-        "positionRoad",
-        "positionInertial",
-        "board",
-        "staticBoard",
-        "vmsBoard",
-        "semantics",
-        "vmsGroup",
-        "laneValidity",
-    }
-)
+_UNREAD: Final = frozenset({
+    "material", "parkingSpace", "markings", "borders", "surface", "skeleton", "dependency", "reference",
+    "positionRoad", "positionInertial", "board", "staticBoard", "vmsBoard", "semantics", "vmsGroup", "laneValidity",
+})  # fmt: skip
 _CORNERS: Final = {"cornerRoad": ("s", "t", "dz", "height"), "cornerLocal": ("u", "v", "z", "height")}
 _REPEAT: Final = ("s", "length", "distance", "tStart", "tEnd")
 

@@ -44,13 +44,7 @@ class _DoctypeError(Exception):
 
 
 class TreeReader:
-    """Reads a document; see `trees`.
-
-    Attributes
-    ----------
-    root
-        The outermost element, once it has begun; its children are yielded instead of kept.
-    """
+    """Reads a document; its outermost element is `root`, once that has begun, whose children are not kept."""
 
     def __init__(self, path: Path) -> None:
         self.root: Node | None = None
@@ -65,13 +59,7 @@ class TreeReader:
         parser.StartDoctypeDeclHandler = self._refuse
 
     def trees(self) -> Iterator[Node]:
-        """Yield the children of the root, each as a whole.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read or is not XML.
-        """
+        """Yield the children of the root, each as a whole; `InputError` if the file cannot be read or is not XML."""
         try:
             with _opened(self._path) as stream:
                 while chunk := stream.read(_CHUNK):

@@ -50,21 +50,22 @@ class Records:
 
     def table(self) -> tuple[FloatArray, IntArray, IntArray]:
         """Return all rows (rows, width) in ascending s per owner, their lines, and their places in the file."""
-        rows = np.array(self._flat, np.float64).reshape(-1, self._width)
-        lines = np.array(self._lines, np.int64)
-        order = np.arange(len(rows))
-        if len(self.unsorted(rows[:, 0])):
-            order = np.lexsort((rows[:, 0], self.owner))
+        rows, lines = self._rows, np.array(self._lines, np.int64)
+        order = np.lexsort((rows[:, 0], self.owner)) if len(self._unsorted(rows[:, 0])) else np.arange(len(rows))
         return rows[order], lines[order], order
 
-    def unsorted(self, s: FloatArray) -> IntArray:
+    @property
+    def _rows(self) -> FloatArray:
+        return np.array(self._flat, np.float64).reshape(-1, self._width)
+
+    def _unsorted(self, s: FloatArray) -> IntArray:
         """Return the rows whose s is less than that of the row before them, of the same owner."""
         owner = self.owner
         return 1 + np.flatnonzero((np.diff(s) < 0) & (owner[1:] == owner[:-1]))
 
     def misfits(self, roads: IntArray | None = None) -> list[Misfit]:
         """Report rows out of order; `roads` holds the road of each owner, (owners,), unless owners are roads."""
-        rows = np.array(self._flat, np.float64).reshape(-1, self._width)
+        rows = self._rows
         owner = self.owner if roads is None else roads[self.owner]
         return [
             Misfit(
@@ -73,7 +74,7 @@ class Records:
                 int(owner[row]),
                 f"<{self.element}> at {rows[row, 0]:g} follows one at {rows[row - 1, 0]:g}; they are sorted",
             )
-            for row in self.unsorted(rows[:, 0]).tolist()
+            for row in self._unsorted(rows[:, 0]).tolist()
         ]
 
     def profile(self) -> tuple[CubicProfile, IntArray]:

@@ -70,18 +70,15 @@ class RoadFinder:
         Points that are not finite have no places.
         """
         asked = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-        if self._tree is None or not len(asked):
-            return _selected(_no_places(len(x)), np.zeros(0, np.int64), len(x))
         point, station = self._near(x[asked], y[asked])
-        point = asked[point]
-        road = self._stations.road[station]
-        s = self._feet(x[point], y[point], road, station)
-        places = self._places(x, y, point, road, s)
+        point, road = asked[point], self._stations.road[station]
+        places = self._places(x, y, point, road, self._feet(x[point], y[point], road, station))
         return _selected(places, _best(self._file, places), len(x))
 
     def _near(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
         """Return pairs of points and stations near possible perpendiculars: the nearest of each pass of a road."""
-        assert self._tree is not None
+        if self._tree is None or not len(x):
+            return np.zeros(0, np.int64), np.zeros(0, np.int64)
         points = np.column_stack([x, y])
         nearest, _ = self._tree.query(points)
         radius = np.maximum(nearest, self._reach) + _FIND_STEP
@@ -205,23 +202,12 @@ def places_on(file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray) -> 
     inside = (lane != ABSENT) & (outside <= _FIND_SLACK)
     level = np.cos(superelevation(file, road, s))
     distance = np.where(inside, 0.0, np.where(np.isfinite(outside), outside, np.abs(t)) * level)
-    point = np.arange(len(s))
-    start = np.arange(len(s) + 1)
-    return Places(start, point, road, s, t, section, lane, inside, distance)
-
-
-def _no_places(points: int) -> Places:
-    """Return a table without places."""
-    rows, numbers, flags = np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.bool_)
-    return Places(np.zeros(points + 1, np.int64), rows, rows, numbers, numbers, rows, rows, flags, numbers)
+    return Places(np.arange(len(s) + 1), np.arange(len(s)), road, s, t, section, lane, inside, distance)
 
 
 def _selected(places: Places, rows: IntArray, points: int) -> Places:
     """Return some rows of a table."""
     point = places.point[rows]
     start = np.searchsorted(point, np.arange(points + 1)).astype(np.int64)
-    return Places(
-        start,
-        point,
-        *(getattr(places, name)[rows] for name in ("road", "s", "t", "section", "lane", "inside", "distance")),
-    )
+    columns = ("road", "s", "t", "section", "lane", "inside", "distance")
+    return Places(start, point, *(getattr(places, name)[rows] for name in columns))

@@ -51,24 +51,14 @@ class Outliers:
 
 
 def find_outliers(z: Cells, cell_size: float, averaged: bool = False) -> Outliers:
-    """Find cells that differ from all ground around them by more than ground does.
+    """Find cells of z (rows, cols), m, that differ from all ground around them by more than ground does.
 
-    Parameters
-    ----------
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    cell_size
-        m.
-    averaged
-        Whether cells are means of several, so that those on the rim of a filling contain some of it.
-
-    Notes
-    -----
-    Blobs of up to 3 x 3 cells are compared with the ring of cells around them: they are outliers if they are above
-    its highest (below its lowest) by the step, or its grade over the blob's reach, plus the range of the ring. Larger
-    patches need the step along nearly all of their rim, and must either be compact and off the polynomial trend of
-    the window by 6 standard deviations, or have the window's lowest or highest height throughout, as fillings do.
-    Hills, ridges, cliffs, canyons and shores do neither.
+    Voids are NaN. `averaged` says that cells are means of several, so that those on the rim of a filling contain some
+    of it. Blobs of up to 3 x 3 cells are compared with the ring of cells around them: they are outliers if they are
+    above its highest (below its lowest) by the step, or its grade over the blob's reach, plus the range of the ring.
+    Larger patches need the step along nearly all of their rim, and must either be compact and off the polynomial
+    trend of the window by 6 standard deviations, or have the window's lowest or highest height throughout, as
+    fillings do. Hills, ridges, cliffs, canyons and shores do neither.
     """
     step = max(_STEP, _STEP_GRADE * cell_size, _STEP_SIGMAS * usual_sigma(cell_size))
     mask = np.zeros(z.shape, bool)

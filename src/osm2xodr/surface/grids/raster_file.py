@@ -79,6 +79,11 @@ class DemSource:
     # Whether its name or description is that of a surface model (canopy and roofs); None if they do not say
     covered: bool | None
 
+    @property
+    def quantum(self) -> float:
+        """Step between heights that neighbouring whole numbers stand for, m."""
+        return abs(self.metres * self.scale)
+
 
 @contextmanager
 def _gdal() -> Iterator[Any]:
@@ -122,10 +127,7 @@ def _open(rasterio: Any, path: Path) -> Any:
 def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
     """Read the description of an elevation model, and check that the file is one.
 
-    Raises
-    ------
-    InputError
-        Not an existing local file, not a raster, an image, or without CRS or position.
+    `InputError` if it is not an existing local file, not a raster, an image, or without CRS or position.
     """
     _check_path(path)
     with _gdal() as rasterio:
@@ -164,32 +166,11 @@ def read_heights(
     single: bool,
     diagnostics: Diagnostics,
 ) -> Cells:
-    """Read a window of an elevation model's first band.
+    """Read a window of an elevation model's first band: heights (rows, cols), m; NaN in voids.
 
-    Parameters
-    ----------
-    source
-        The model.
-    frame
-        Frame of the window.
-    first_col, first_row
-        The window's first cell.
-    block
-        Each cell of the window is the mean of block x block cells of the model (of those with a height).
-    single
-        Whether to return single precision.
-    diagnostics
-        Gets values that are not heights.
-
-    Returns
-    -------
-    (rows, cols)
-        Heights, m; NaN in voids.
-
-    Raises
-    ------
-    InputError
-        The file is damaged.
+    `frame` is that of the window, `first_col` and `first_row` its first cell. Each of its cells is the mean of block
+    x block cells of the model (of those with a height), in single precision if asked for. Values that are not heights
+    are reported. A damaged file raises `InputError`.
     """
     heights = empty_cells(frame.rows, frame.cols, single)
     strip = max(1, _STRIP_CELLS // (frame.cols * block * block))

@@ -54,25 +54,11 @@ def term_count(order: int) -> int:
 def fit_polynomial(
     x: FloatArray, y: FloatArray, z: FloatArray, order: int = 4, weights: FloatArray | None = None
 ) -> PolynomialTrend:
-    """Fit a polynomial of a total degree to heights by linear least squares.
+    """Fit a polynomial of a total degree to heights z at x, y, all (n,), m, by linear least squares.
 
-    Parameters
-    ----------
-    x, y, z : (n,)
-        Finite positions and heights, m, in any metric frame; n at least the number of terms,
-        (order + 1) (order + 2) / 2.
-    order
-        Total degree, 0 or more.
-    weights : (n,), optional
-        Weights of the squared residuals, 0 or more; equal by default.
+    All numbers are finite, n is at least the number of terms (else `ValueError`); `weights` (n,), 0 or more, are
+    those of the squared residuals, equal by default.
 
-    Raises
-    ------
-    ValueError
-        Too few points, negative order, or values that are not finite.
-
-    Notes
-    -----
     A QR factorisation is updated with a chunk of points at a time (sequential TSQR, Demmel et al. 2012), so that
     memory is bounded and the normal matrix never formed. Where the points do not determine all terms (as on one
     line), the solution has minimum norm.

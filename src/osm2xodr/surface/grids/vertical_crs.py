@@ -74,18 +74,10 @@ def horizontal_crs(crs: CRS) -> CRS:
 
 
 def parse_datum(text: str) -> CRS:
-    """Return the CRS of the heights that a user names.
+    """Return the CRS of the heights that a user names; `InputError` if it has none.
 
-    Parameters
-    ----------
-    text
-        ``ellipsoid`` (WGS 84), or a vertical, compound or three-dimensional CRS in any form that PROJ reads, such as
-        ``EPSG:3855`` (EGM2008) or ``EPSG:5773`` (EGM96).
-
-    Raises
-    ------
-    InputError
-        It is neither.
+    That is ``ellipsoid`` (WGS 84), or a vertical, compound or three-dimensional CRS in any form that PROJ reads, such
+    as ``EPSG:3855`` (EGM2008) or ``EPSG:5773`` (EGM96).
     """
     remedy = f"give '{_ELLIPSOID}' or the code of a vertical reference system, such as EPSG:3855 (EGM2008)"
     if text.strip().casefold() == _ELLIPSOID:
@@ -102,9 +94,7 @@ def parse_datum(text: str) -> CRS:
 
 def heights_of(crs: CRS) -> CRS | None:
     """Return the CRS of a CRS's heights: vertical, or geographic with ellipsoidal heights; None if it has none."""
-    if crs.is_vertical and not crs.is_compound:
-        return crs
-    for part in crs.sub_crs_list if crs.is_compound else ():
+    for part in crs.sub_crs_list if crs.is_compound else (crs,):
         if part.is_vertical:
             return part
     geodetic = crs.geodetic_crs
@@ -114,28 +104,11 @@ def heights_of(crs: CRS) -> CRS | None:
 def convert_heights(
     path: Path, z: Cells, frame: GridFrame, source: CRS, target: CRS, diagnostics: Diagnostics
 ) -> Cells:
-    """Return heights converted to another vertical datum.
+    """Return heights z (rows, cols), m, NaN in voids, converted from one vertical datum to another (`parse_datum`).
 
     The difference between two datums is computed at points about 1 km apart and interpolated, as geoids change by
-    centimetres over kilometres.
-
-    Parameters
-    ----------
-    path
-        Path of the elevation model, for messages.
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    frame
-        Frame of the cells.
-    source, target
-        Datums, as of `parse_datum`.
-    diagnostics
-        Gets the transformation and the shift.
-
-    Raises
-    ------
-    InputError
-        There is no transformation, or it needs a grid that is not installed or does not reach the cells.
+    centimetres over kilometres. The transformation and the shift are reported. `InputError` if there is no
+    transformation, or if it needs a grid that is not installed or does not reach the cells.
     """
     if source.equals(target, ignore_axis_order=True) or _label(source) == _label(target):
         return z

@@ -31,24 +31,15 @@ _BLOCK: Final = 64
 
 
 def fill_voids(z: Cells, below: Below, steps: tuple[float, float], fade: float) -> Cells:
-    """Return z with its voids filled by the heights below plus the correction from the rim.
+    """Return z (rows, cols), m, with its voids (NaN) filled by the heights below plus the correction from the rim.
 
-    Parameters
-    ----------
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    below
-        Heights in voids without the correction, m, as a function of col, row.
-    steps
-        Length of one column and of one row, m.
-    fade
-        Length over which the correction decays, m.
+    `below` gives the heights without the correction, m, by col and row; `steps` are the lengths of one column and of
+    one row, `fade` is that over which the correction decays, m.
     """
     gap = np.isnan(z)
     filled = z.copy()
     for box, own in _groups(gap):
-        part = _fill_box(z[box], own, _shifted(below, box), steps, fade)
-        np.copyto(filled[box], part, where=own)
+        np.copyto(filled[box], _fill_box(z[box], own, _shifted(below, box), steps, fade), where=own)
     return filled
 
 
@@ -109,23 +100,15 @@ def rim_of(gap: BoolArray) -> BoolArray:
 def fill_from_rim(
     values: Cells, known: BoolArray, free: BoolArray, steps: tuple[float, float], fade: float = np.inf
 ) -> None:
-    """Fill the free cells, in place, with the solution of laplace(r) = r / fade² from the known ones.
+    """Fill the free cells of values (rows, cols), in place, with the solution of laplace(r) = r / fade².
 
-    The normal derivative is 0 at the border of the grid. Cascadic multigrid (Bornemann and Deuflhard 1996): the
-    equation is solved on coarser grids first; on each finer grid only cells near the rim are relaxed, by red-black
-    Gauss-Seidel, as those farther inside are smooth. The effort is proportional to the length of the rim.
+    Known cells, one at least, keep their values; free cells are surrounded by known and free ones; any others take no
+    part, their values are finite. The normal derivative is 0 at the border of the grid. For `steps` and `fade` see
+    `fill_voids`.
 
-    Parameters
-    ----------
-    values : (rows, cols)
-        Values of the known cells; anything finite in other cells.
-    known, free : (rows, cols)
-        Cells with given values, and cells to fill. Every free cell is surrounded by known and free ones; there is at
-        least one known cell. Other cells take no part.
-    steps
-        Length of one column and of one row, m.
-    fade
-        Length over which the solution decays, m.
+    Cascadic multigrid (Bornemann and Deuflhard 1996): the equation is solved on coarser grids first; on each finer
+    grid only cells near the rim are relaxed, by red-black Gauss-Seidel, as those farther inside are smooth. The
+    effort is proportional to the length of the rim.
     """
     if not free.any():
         return

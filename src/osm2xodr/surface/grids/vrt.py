@@ -28,10 +28,7 @@ def is_virtual(path: Path) -> bool:
 def virtual_sources(path: Path, depth: int = 0) -> list[Path]:
     """Return the local rasters that a virtual raster refers to, directly or through others; refuse anything else.
 
-    Raises
-    ------
-    InputError
-        It is not XML, has a document type or entities, refers to the network or an archive, or nests too deeply.
+    `InputError` if it is not XML, has a document type or entities, refers to elsewhere, or nests too deeply.
     """
     if depth > _DEPTH_MAX:
         raise InputError(
