@@ -27,9 +27,8 @@ def curves_cross(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
     near = np.flatnonzero(found)
     for part in np.array_split(near, max(1, -(-len(near) // _PAIRS_AT_ONCE))):
         first, second = points[one[part]][:, :, None], points[other[part]][:, None]
-        found[part] = segments_cross(first[:, :-1], first[:, 1:], second[:, :, :-1], second[:, :, 1:]).any(
-            axis=(1, 2)
-        )
+        cross = segments_cross(first[:, :-1], first[:, 1:], second[:, :, :-1], second[:, :, 1:])
+        found[part] = cross.any(axis=(1, 2))
     return found
 
 

@@ -121,10 +121,8 @@ def stack_plan_views(*plans: PlanView) -> PlanView:
     """Return the curves of several tables in one, table after table."""
     first = starts([len(plan.s) for plan in plans])
     start = [plan.start[:-1] + begin for plan, begin in zip(plans, first.tolist(), strict=False)]
-    columns = ([getattr(plan, name) for plan in plans] for name in _COLUMNS)
-    return PlanView(
-        np.concatenate([*start, first[-1:]]), *(np.concatenate([np.zeros(0), *column]) for column in columns)
-    )
+    columns = ([np.zeros(0), *(getattr(plan, name) for plan in plans)] for name in _COLUMNS)
+    return PlanView(np.concatenate([*start, first[-1:]]), *map(np.concatenate, columns))
 
 
 def curves_of(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray, curvature: FloatArray) -> PlanView:
@@ -176,13 +174,8 @@ def reverse_curves(plan: PlanView, which: BoolArray, *, wrap: bool = True) -> Pl
     x, y, hdg = advance(plan.x, plan.y, plan.hdg, plan.curvature, plan.length)
     s = lengths(plan)[owner] - (plan.s + plan.length)
     backwards = s, x, y, wrapped(hdg + np.pi) if wrap else hdg + np.pi, plan.length, -plan.curvature
-    return PlanView(
-        plan.start,
-        *(
-            np.where(back, after[source], getattr(plan, name))
-            for name, after in zip(_COLUMNS, backwards, strict=True)
-        ),
-    )
+    columns = [(getattr(plan, name), after) for name, after in zip(_COLUMNS, backwards, strict=True)]
+    return PlanView(plan.start, *(np.where(back, after[source], before) for before, after in columns))
 
 
 def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[int] | IntArray) -> PlanView:

@@ -61,13 +61,12 @@ def write_geojson(
     stations = sample_roads(file, tolerance, step)
     ribbons = lane_ribbons(file, stations)
     texts = _coordinates(frame, ribbons.x, ribbons.y, ribbons.z)
+    signals = [item for item in file.furniture if item.kind.startswith("signal")]
     makers: dict[str, Callable[[], Iterator[str]]] = {
         "roads": lambda: _roads(file, frame, stations),
         "lanes": lambda: _lanes(file, ribbons, texts),
         "junctions": lambda: _junctions(file, ribbons, texts),
-        "signals": lambda: _points(
-            file, frame, "signals", [x for x in file.furniture if x.kind.startswith("signal")]
-        ),
+        "signals": lambda: _points(file, frame, "signals", signals),
         "objects": lambda: _objects(file, frame),
     }
     stream.write(b'{"type":"FeatureCollection","features":[')
@@ -188,7 +187,8 @@ def _objects(file: OpenDrive, frame: Frame) -> Iterator[str]:
     for item in others:
         for corners, local in zip(item.outlines, item.local_outlines, strict=True):
             x, y, z = _outline(file, item, np.array(corners), local)
-            turned = _area(x, y) < 0
+            # Rings run counter-clockwise: their signed area is positive.
+            turned = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0
             texts = _coordinates(frame, *(values[::-1] if turned else values for values in (x, y, z)))
             yield _feature("objects", _polygon(texts), _properties(file, item))
 
@@ -220,11 +220,6 @@ def _outline(
     turn = pose(file, one, at)[2] + (0.0 if math.isnan(item.hdg) else item.hdg)
     u, v, up, _ = corners.T
     return x + np.cos(turn) * u - np.sin(turn) * v, y + np.sin(turn) * u + np.cos(turn) * v, z + up
-
-
-def _area(x: FloatArray, y: FloatArray) -> float:
-    """Return the signed area of a ring, m²."""
-    return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def _number(value: float) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 from osm2xodr.curves import owners, runs
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, points_beside, sample_roads
+from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, lane_ribbons, points_beside, sample_roads
 
 # Coordinates of meshes are those of the file up to here, m: single precision (24 bits) resolves them to 1 mm. Larger
 # ones count from an origin on a grid of this width, m. Choices.
@@ -67,17 +67,19 @@ class RoadMesh:
 def road_mesh(file: OpenDrive, tolerance: float, step: float) -> RoadMesh:
     """Return the surface of all lanes; for `tolerance` and `step`, m, see `osm2xodr.opendrive.sample_roads`.
 
-    Raises
-    ------
-    InputError
-        If no lane has a surface.
+    `InputError` if no lane has a surface.
     """
     stations = sample_roads(file, tolerance, step)
     ribbons = lane_ribbons(file, stations)
     lane, side, point = _corners(file, ribbons)
-    lift = np.where(side == 0, *_heights(file, lane))
-    vertex, unique = _merged(ribbons.station[point], ribbons.t[point], lift)
-    vertices = _points_in_space(stations, ribbons.station[point][unique], ribbons.t[point][unique], lift[unique])
+    # Heights above the road, m: the left border of lanes on the left is the outer one.
+    inner, outer = np.nan_to_num(file.lanes.height[lane]).T
+    lift = np.where((side == 0) == (file.lanes.id[lane] > 0), outer, inner)
+    station, t = ribbons.station[point], ribbons.t[point]
+    vertex, unique = _merged(station, t, lift)
+    columns = stations.x, stations.y, stations.z, stations.hdg, stations.roll
+    x, y, z, hdg, roll = (column[station[unique]] for column in columns)
+    vertices = np.column_stack(points_beside(x, y, z, hdg, roll, t[unique], lift[unique]))
     faces = _faces(file, lane, side, vertex)
     faces[KERB] = _kerbs(file, ribbons, lane, side, point, vertex)
     # Damaged files have points that are unknown or too far out for single precision.
@@ -101,13 +103,6 @@ def _corners(file: OpenDrive, ribbons: Ribbons) -> tuple[IntArray, IntArray, Int
     return np.repeat(lanes, 2)[row], row % 2, point
 
 
-def _heights(file: OpenDrive, lane: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return the heights of the left and right borders of lanes above the road, m."""
-    inner, outer = np.nan_to_num(file.lanes.height[lane]).T
-    left = file.lanes.id[lane] > 0
-    return np.where(left, outer, inner), np.where(left, inner, outer)
-
-
 def _merged(station: IntArray, t: FloatArray, lift: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the vertex of each corner, and one corner of each vertex.
 
@@ -120,12 +115,6 @@ def _merged(station: IntArray, t: FloatArray, lift: FloatArray) -> tuple[IntArra
     vertex = np.empty(len(order), np.int64)
     vertex[order] = np.cumsum(apart) - 1
     return vertex, order[apart]
-
-
-def _points_in_space(stations: Stations, station: IntArray, t: FloatArray, lift: FloatArray) -> FloatArray:
-    """Return vertices in space, (n, 3)."""
-    x, y, z = stations.x[station], stations.y[station], stations.z[station]
-    return np.column_stack(points_beside(x, y, z, stations.hdg[station], stations.roll[station], t, lift))
 
 
 def _faces(file: OpenDrive, lane: IntArray, side: IntArray, vertex: IntArray) -> dict[str, IntArray]:

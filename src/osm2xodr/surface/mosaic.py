@@ -156,16 +156,11 @@ def _blocks(plans: Sequence[_Plan], cells_max: int) -> dict[int, int]:
                 " than can be read; resample it with gdalwarp -tr, or choose a smaller area"
             )
     for times in range(1, 10_000):
-        blocks = {
-            id(plan): min(
-                times
-                if plan.cell_size < _SAME_SIZE_AVERAGING * finest
-                else max(1, int(times * finest / plan.cell_size)),
-                plan.cells.rows,
-                plan.cells.cols,
-            )
-            for plan in plans
-        }
+        blocks = {}
+        for plan in plans:
+            alike = plan.cell_size < _SAME_SIZE_AVERAGING * finest
+            wanted = times if alike else max(1, int(times * finest / plan.cell_size))
+            blocks[id(plan)] = min(wanted, plan.cells.rows, plan.cells.cols)
         if sum(_count(plan, blocks[id(plan)]) for plan in plans) <= cells_max:
             break
     return blocks
@@ -188,21 +183,20 @@ def _read(plan: _Plan, block: int, single: bool, points: int, diagnostics: Diagn
 
 def void_outliers(source: DemSource, frame: GridFrame, z: Cells, block: int, diagnostics: Diagnostics) -> int:
     """Turn outliers into voids, in place; report and count them."""
-    found = find_outliers(z, frame.cell_size(), averaged=block > 1)
-    count = int(np.count_nonzero(found.mask))
+    outliers, step = find_outliers(z, frame.cell_size(), averaged=block > 1)
+    count = int(np.count_nonzero(outliers))
     if not count:
         return 0
-    at = int(np.flatnonzero(found.mask)[0])
-    row, col = divmod(at, frame.cols)
+    row, col = divmod(int(np.flatnonzero(outliers)[0]), frame.cols)
     lon, lat = frame.lon_lat(col, row)
-    lowest, highest = float(z[found.mask].min()), float(z[found.mask].max())
+    lowest, highest = float(z[outliers].min()), float(z[outliers].max())
     # Averaged cells on the rim contain some of the outlier.
-    z[found.mask | rim_of(found.mask) if block > 1 else found.mask] = np.nan
+    z[outliers | rim_of(outliers) if block > 1 else outliers] = np.nan
     diagnostics.repaired(
         "dem-outlier",
         "",
         f"{source.path}: {count} cells of {lowest:.0f} to {highest:.0f} m, the first at {lon:.5f} E, {lat:.5f} N, "
-        f"differ from all ground around them by more than {found.step:.0f} m, as no ground does; they were taken for "
+        f"differ from all ground around them by more than {step:.0f} m, as no ground does; they were taken for "
         "voids.",
     )
     return count
@@ -318,12 +312,9 @@ def _join(
             part[...] = np.where(np.isfinite(part), part, window.z)
             taken.append((window, place))
         else:
-            diagnostics.note(
-                "dem-step",
-                "",
-                f"{window.source.path}: the elevation model does not agree with {anchor.source.path} where they "
-                "meet; the step was spread over some distance.",
-            )
+            what = f"the elevation model does not agree with {anchor.source.path} where they meet"
+            text = f"{window.source.path}: {what}; the step was spread over some distance."
+            diagnostics.note("dem-step", "", text)
     (col, row), (cols, rows) = _span(taken)
     z = z[row - first_row : row - first_row + rows, col - first_col : col - first_col + cols].copy()
     return anchor.frame.window(col, row, cols, rows), z, [window for window, _ in taken]

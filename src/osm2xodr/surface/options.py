@@ -16,13 +16,7 @@ DEM_TYPES = ("auto", "dtm", "dsm")
 
 @dataclass(frozen=True, slots=True)
 class SurfaceOptions:
-    """How heights are made from elevation models.
-
-    Raises
-    ------
-    InputError
-        A value is not offered.
-    """
+    """How heights are made from elevation models; `InputError` if a value is not offered."""
 
     # One of `METHODS`: the interpolation between cells, or ``polynomial`` for the trend alone, which loses terrain
     # shorter than about 1 km

@@ -102,7 +102,6 @@ def read_surface(
     bounds = [bounds_deg(cells) for _, cells in described]
     cells_max = _CELLS_MAX_BICUBIC if options.method == "bicubic" else _CELLS_MAX
     windows = read_windows(described, x, y, cells_max, diagnostics)
-    _report_averaged(windows, diagnostics)
     used = _in_datum(_used(paths, windows, bounds, frame, x, y, diagnostics), options, diagnostics)
     layers = make_layers(by_priority(used), cells_max, options.dem_type, diagnostics)
     trend = fit_trend(layers, options.polynomial_order)
@@ -156,15 +155,6 @@ def _in_datum(windows: list[DemWindow], options: SurfaceOptions, diagnostics: Di
     return out
 
 
-def _report_averaged(windows: Sequence[DemWindow | None], diagnostics: Diagnostics) -> None:
-    """Report elevation models whose cells around the roads were averaged."""
-    averaged = [window for window in windows if window is not None and window.block > 1]
-    if averaged:
-        names, block = _names([window.source.path for window in averaged]), max(window.block for window in averaged)
-        why = f"the roads span more cells than are kept; blocks of {block} x {block} cells were averaged."
-        diagnostics.note("dem-averaged", "", f"{names}: {why}")
-
-
 def _used(
     paths: Sequence[Path],
     windows: Sequence[DemWindow | None],
@@ -174,7 +164,12 @@ def _used(
     y: FloatArray,
     diagnostics: Diagnostics,
 ) -> list[DemWindow]:
-    """Return the windows with heights, report the other elevation models; fail if none has heights at the roads."""
+    """Return the windows with heights, report averaged and unused models; fail if none has heights at the roads."""
+    averaged = [window for window in windows if window is not None and window.block > 1]
+    if averaged:
+        names, block = _names([window.source.path for window in averaged]), max(window.block for window in averaged)
+        why = f"the roads span more cells than are kept; blocks of {block} x {block} cells were averaged."
+        diagnostics.note("dem-averaged", "", f"{names}: {why}")
     used, away, empty = [], [], []
     for path, window in zip(paths, windows, strict=True):
         if window is None:

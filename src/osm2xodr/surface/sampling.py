@@ -159,7 +159,9 @@ class LayeredSurface:
             away = np.hypot((col - edge_col) * item.steps[0], (row - edge_row) * item.steps[1])[outside]
             low, low_source = self._compose(index + 1, x[outside], y[outside])
             at_edge = self._compose(index + 1, *frame.positions(edge_col[outside], edge_row[outside]))[0]
-            z[outside] = low + (z[outside] - at_edge) * _fade((away - 0.5 * max(item.steps)) / item.layer.ramp)
+            # From 1 at the footprint to 0 at the ramp's end, level at both (smoothstep).
+            rest = np.clip(1.0 - (away - 0.5 * max(item.steps)) / item.layer.ramp, 0.0, 1.0)
+            z[outside] = low + (z[outside] - at_edge) * (rest * rest * (3.0 - 2.0 * rest))
             source[outside] = np.where(measured[outside], index, low_source)
         inner_void = ~measured & ~outside
         if inner_void.any() and index + 1 < len(self._filled):
@@ -193,9 +195,3 @@ class LayeredSurface:
             source[near[measured]] = number
             left = left[source[left] < 0]
         return source
-
-
-def _fade(t: FloatArray) -> FloatArray:
-    """Fall from 1 for t <= 0 to 0 for t >= 1 (smoothstep, level at both ends)."""
-    rest = np.clip(1.0 - t, 0.0, 1.0)
-    return rest * rest * (3.0 - 2.0 * rest)

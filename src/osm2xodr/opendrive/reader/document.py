@@ -28,16 +28,11 @@ _NO_HEADER: Final = Header((-1, -1), MappingProxyType({}), None, None)
 
 
 def read_xodr(path: Path) -> OpenDrive:
-    """Read a file of OpenDRIVE.
+    """Read a file of OpenDRIVE, plain or compressed by gzip; ``-`` is standard input.
 
     Numbers that are missing or unreadable become NaN, references to what is not in the file `ABSENT`; each becomes a
-    `Misfit` with the line of the file. Where ids are used twice, references lead to the first of them. Records of
-    one owner stand in ascending s (lanes from left to right), whatever their order in the file.
-
-    Parameters
-    ----------
-    path
-        The file, plain or compressed by gzip; ``-`` is standard input.
+    `Misfit` with the line of the file. Where ids are used twice, references lead to the first of them. Records of one
+    owner stand in ascending s (lanes from left to right), whatever their order in the file.
 
     Raises
     ------
@@ -145,21 +140,18 @@ class _Document:
     def _read_header(self, node: Node) -> Header:
         """Read the header."""
         values = self.values
-        reference: Node | None = None
-        offset: Node | None = None
+        found: dict[str, Node | None] = {"geoReference": None, "offset": None}
         for child in node.children:
-            if child.tag == "geoReference":
-                reference = values.first_only(child, node, reference)
-            elif child.tag == "offset":
-                offset = values.first_only(child, node, offset)
+            if child.tag in found:
+                found[child.tag] = values.first_only(child, node, found[child.tag])
             elif child.tag == "userData":
                 self._user_data(child)
             else:
                 values.check_known(child, node, _HEADER_UNREAD)
         numbers = (values.number(node, "revMajor"), values.number(node, "revMinor"))
         major, minor = (int(value) if value.is_integer() else -1 for value in numbers)
-        shift = None
-        if offset is not None:
+        shift, reference = None, found["geoReference"]
+        if offset := found["offset"]:
             x, y, z, hdg = (values.optional(offset, name, NAN) for name in ("x", "y", "z", "hdg"))
             shift = (x, y, z, hdg)
         text = None if reference is None else reference.text.strip()

@@ -111,15 +111,13 @@ class LaneReader:
 
     def _links(self, node: Node) -> tuple[int, int]:
         """Return a lane's first predecessor and successor."""
-        before, after = ABSENT, ABSENT
+        found = {"predecessor": ABSENT, "successor": ABSENT}
         for child in node.children:
-            if child.tag == "predecessor":
-                before = self._values.lane_id(child) if before == ABSENT else before
-            elif child.tag == "successor":
-                after = self._values.lane_id(child) if after == ABSENT else after
-            else:
+            if child.tag not in found:
                 self._values.check_known(child, node)
-        return before, after
+            elif found[child.tag] == ABSENT:
+                found[child.tag] = self._values.lane_id(child)
+        return found["predecessor"], found["successor"]
 
     def tables(self, lengths: FloatArray) -> tuple[SectionTable, LaneTable, dict[str, IntArray], list[Misfit]]:
         """Return sections, lanes, the lines of widths and borders, and reports of those out of order.

@@ -143,16 +143,13 @@ class RoadReader:
         """Return a road's predecessor and successor."""
         if node is None or not node.children:
             return _NO_LINK, _NO_LINK
-        before: Node | None = None
-        after: Node | None = None
+        found: dict[str, Node | None] = {"predecessor": None, "successor": None}
         for child in node.children:
-            if child.tag == "predecessor":
-                before = self._values.first_only(child, node, before)
-            elif child.tag == "successor":
-                after = self._values.first_only(child, node, after)
+            if child.tag in found:
+                found[child.tag] = self._values.first_only(child, node, found[child.tag])
             else:
                 self._values.check_known(child, node, frozenset({"neighbor"}))
-        return self._side(before), self._side(after)
+        return self._side(found["predecessor"]), self._side(found["successor"])
 
     def _side(self, node: Node | None) -> _Link:
         """Read a ``<predecessor>`` or ``<successor>`` of a road."""

@@ -51,15 +51,17 @@ def pose_and_curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before
     if not len(plan.s):
         unknown = np.full(len(s), np.nan)
         return unknown, unknown.copy(), unknown.copy(), unknown.copy()
-    k = _record(plan, road, s, before)
+    # Roads without records get any, and then NaN.
+    has = plan.start[road + 1] > plan.start[road]
+    k = np.zeros(len(s), np.int64)
+    k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
     # Damaged records may overflow: then the pose is unknown.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         u, v, turn, bend = _local_pose(plan, k, s - plan.s[k])
     cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
     out = (plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn, bend)
-    missing = plan.start[road + 1] == plan.start[road]
     for values in out:
-        values[missing | ~np.isfinite(values)] = np.nan
+        values[~has | ~np.isfinite(values)] = np.nan
     return out
 
 
@@ -74,15 +76,6 @@ def record_lengths(file: OpenDrive) -> FloatArray:
     ends = plan.shape[table.record] == Shape.PARAM_POLY3
     out[table.record[ends]] = table.arc[ends, -1]
     return out
-
-
-def _record(plan: GeometryTable, road: IntArray, s: FloatArray, before: bool) -> IntArray:
-    """Return the records that hold at s; any record for roads that have none."""
-    k = np.zeros(len(s), np.int64)
-    has = np.flatnonzero(plan.start[road + 1] > plan.start[road])
-    if len(has):
-        k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
-    return k
 
 
 def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:

@@ -62,7 +62,11 @@ class RoadFinder:
         self._usable = np.flatnonzero(np.isfinite(self._stations.x) & np.isfinite(self._stations.y))
         points = np.column_stack([self._stations.x, self._stations.y])[self._usable]
         self._tree = cKDTree(points) if len(points) else None
-        self._reach = min(_reach(file, self._stations), _FIND_REACH)
+        section = section_at(file, self._stations.road, self._stations.s)
+        lanes = outermost_lanes(file, section)
+        borders = [border for has, lane in lanes for border in lane_borders(file, lane, self._stations.s[has])]
+        aside = np.abs(np.concatenate(borders))
+        self._reach = min(float(np.max(aside[np.isfinite(aside)], initial=0.0)), _FIND_REACH)
 
     def find(self, x: FloatArray, y: FloatArray) -> Places:
         """Return all roads whose lanes lie at inertial x, y, (points,), m, or else the nearest road, for each point.
@@ -144,16 +148,6 @@ class RoadFinder:
         inside = (lane != ABSENT) & (outside <= _FIND_SLACK) & (np.abs(beyond) <= _FIND_SLACK)
         distance = np.where(inside, 0.0, np.hypot(aside, beyond))
         return Places(np.zeros(0, np.int64), point, road, s, t, section, lane, inside, distance)
-
-
-def _reach(file: OpenDrive, stations: Stations) -> float:
-    """Return how far any lane lies from its reference line at most, m."""
-    reach = 0.0
-    for has, lane in outermost_lanes(file, section_at(file, stations.road, stations.s)):
-        for border in lane_borders(file, lane, stations.s[has]):
-            finite = np.abs(border[np.isfinite(border)])
-            reach = max(reach, float(np.max(finite, initial=0.0)))
-    return reach
 
 
 def _nearest_lane(

@@ -8,7 +8,7 @@ import numpy as np
 
 from osm2xodr.curves import owners, ranks, runs, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive.space.lanes import lane_borders, lane_ranks
+from osm2xodr.opendrive.space.lanes import LaneRanks, lane_borders, lane_ranks
 from osm2xodr.opendrive.space.profiles import lane_offset, points_beside
 from osm2xodr.opendrive.space.sampling import SAME, Stations
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
@@ -54,8 +54,7 @@ def lane_ribbons(file: OpenDrive, stations: Stations) -> Ribbons:
     t = _border_t(file, stations, section[border], lane[border], station, last)
     base_x, base_y, base_z = stations.x[station], stations.y[station], stations.z[station]
     x, y, z = points_beside(base_x, base_y, base_z, stations.hdg[station], stations.roll[station], t)
-    left, right = _bounds(file, border_start, count)
-    return Ribbons(start, section, station, t, x, y, z, left, right)
+    return Ribbons(start, section, station, t, x, y, z, *_bounds(file, lanes, border_start, count))
 
 
 def _stations_of_sections(file: OpenDrive, stations: Stations) -> tuple[IntArray, IntArray]:
@@ -92,15 +91,12 @@ def _border_t(
     return out
 
 
-def _bounds(file: OpenDrive, border_start: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
+def _bounds(file: OpenDrive, ranked: LaneRanks, border_start: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     """Return the borders to the left and right of each lane."""
-    lanes = file.lanes
-    counted = lane_ranks(file)
-    section = lanes.section
-    centre = border_start[section] + counted.left_count[section]
-    inner = np.where(lanes.id > 0, centre - counted.rank + 1, centre + counted.rank - 1)
-    outer = np.where(lanes.id > 0, centre - counted.rank, centre + counted.rank)
+    section, rank = file.lanes.section, ranked.rank
+    outer = border_start[section] + ranked.left_count[section] + np.where(file.lanes.id > 0, -rank, rank)
+    inner = outer + np.where(file.lanes.id > 0, 1, -1)
     left, right = np.minimum(inner, outer), np.maximum(inner, outer)
-    missing = (counted.rank <= 0) | (count[section] == 0)
+    missing = (rank <= 0) | (count[section] == 0)
     left[missing] = right[missing] = ABSENT
     return left, right

@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.curves import cubic_value, owners, ranks
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
-from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space.curves import curvature, pose
 from osm2xodr.opendrive.space.lanes import lane_borders, lanes_of, outermost_lanes, section_at
 from osm2xodr.opendrive.tables import OpenDrive
@@ -90,9 +90,8 @@ def _breaks(file: OpenDrive) -> tuple[IntArray, FloatArray]:
     with np.errstate(invalid="ignore"):
         kept = usable[road] & (s >= 0) & (s <= length[road])
     # The road's end replaces places that are too close to it.
-    near_end = kept & (s > length[road] - SAME)
-    s = np.where(near_end, length[road], s)
-    road, s = road[kept], s[kept]
+    s = np.where(s > length[road] - SAME, length[road], s)[kept]
+    road = road[kept]
     order = np.lexsort((s, road))
     road, s = road[order], s[order]
     new = np.ones(len(s), np.bool_)
@@ -145,7 +144,10 @@ def _sideways(file: OpenDrive, road: IntArray, low: FloatArray, high: FloatArray
     section = section_at(file, road, 0.5 * (low + high))
     place, lane = lanes_of(file, section)
     for profile in (file.lanes.width, file.lanes.border):
-        bent = _bent(profile)[lane]
+        # Only lanes with records that are not straight.
+        curved = np.zeros(len(profile.start) - 1, np.bool_)
+        curved[owners(profile.start)[(profile.c != 0) | (profile.d != 0)]] = True
+        bent = curved[lane]
         at, which = place[bent], lane[bent]
         begin = file.sections.s[section[at]]
         most = np.fmax(
@@ -154,11 +156,3 @@ def _sideways(file: OpenDrive, road: IntArray, low: FloatArray, high: FloatArray
         )
         np.add.at(out, at, np.nan_to_num(most))
     return np.nan_to_num(out)
-
-
-def _bent(profile: CubicProfile) -> BoolArray:
-    """Return which curves have records that are not straight, (curves,)."""
-    out = np.zeros(len(profile.start) - 1, np.bool_)
-    owner = owners(profile.start)
-    out[owner[(profile.c != 0) | (profile.d != 0)]] = True
-    return out

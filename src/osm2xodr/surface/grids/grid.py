@@ -119,8 +119,6 @@ def _transform(
     """Transform positions (n,)."""
     # pyproj treats an array of one as a scalar, which NumPy deprecates.
     single = len(x) == 1
-    px, py = transformer.transform(
-        np.repeat(x, 2) if single else x, np.repeat(y, 2) if single else y, direction=direction
-    )
-    px, py = np.asarray(px, np.float64), np.asarray(py, np.float64)
+    both = (np.repeat(x, 2), np.repeat(y, 2)) if single else (x, y)
+    px, py = (np.asarray(values, np.float64) for values in transformer.transform(*both, direction=direction))
     return (px[:1], py[:1]) if single else (px, py)

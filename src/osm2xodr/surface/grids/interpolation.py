@@ -53,11 +53,6 @@ def _bilinear(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
     return out
 
 
-def _nearest(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
-    """Return z (rows, cols) of the cell that each position lies in."""
-    return z.reshape(-1)[_nearest_index(z.shape, col, row)].astype(np.float64)
-
-
 def all_corners(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray:
     """Return where every cell that takes part in bilinear interpolation is known."""
     first, right, down, u, v = _corners(known.shape, col, row)
@@ -84,7 +79,7 @@ def make_interpolator(z: Cells, method: str) -> Interpolator:
     cells (less where the grid has fewer than four rows or columns), C2.
     """
     if method == "nearest":
-        return lambda col, row: _nearest(z, col, row)
+        return lambda col, row: z.reshape(-1)[_nearest_index(z.shape, col, row)].astype(np.float64)
     if method == "bicubic" and min(z.shape) > 1:
         # Takes a tenth of a second to load.
         from scipy.interpolate import RectBivariateSpline

@@ -180,15 +180,12 @@ def read_heights(
             with _open(rasterio, source.path) as dataset:
                 for row in range(0, frame.rows, strip):
                     count = min(strip, frame.rows - row)
-                    window = rasterio.windows.Window(
-                        first_col, first_row + row * block, frame.cols * block, count * block
-                    )
-                    raw = dataset.read(1, window=window, masked=True)
+                    place = first_col, first_row + row * block, frame.cols * block, count * block
+                    raw = dataset.read(1, window=rasterio.windows.Window(*place), masked=True)
                     heights[row : row + count] = _block_means(_metres(source, raw, sentinels), block)
         except (rasterio.errors.RasterioError, OSError, ValueError):
-            why = (
-                "refers to a file that is missing or damaged" if source.driver == "VRT" else "is damaged or cut short"
-            )
+            virtual = source.driver == "VRT"
+            why = "refers to a file that is missing or damaged" if virtual else "is damaged or cut short"
             raise InputError(f"{source.path}: the raster {why}, its cells cannot be read; get it whole") from None
     if sentinels:
         values = ", ".join(f"{value:g}" for value in sorted(sentinels)[:4])
@@ -277,9 +274,8 @@ def _check_bands(path: Path, dataset: Any, diagnostics: Diagnostics) -> None:
     if dataset.dtypes[0].startswith("complex"):
         raise InputError(f"{path}: the raster holds complex numbers and no heights; give an elevation model")
     if dataset.count > 1 and not (dataset.count == 2 and "alpha" in colours):
-        diagnostics.note(
-            "dem-bands", "", f"{path}: of the raster's {dataset.count} bands the first was taken for heights."
-        )
+        text = f"{path}: of the raster's {dataset.count} bands the first was taken for heights."
+        diagnostics.note("dem-bands", "", text)
 
 
 def _is_placed(dataset: Any, crs: CRS) -> bool:
@@ -344,17 +340,14 @@ def _crs_of(path: Path, dataset: Any) -> CRS:
 
 def _unit_of(path: Path, dataset: Any, crs: CRS, diagnostics: Diagnostics) -> tuple[str, float]:
     """Return name and metres of the unit of heights: the band's, else the CRS's, else metres."""
-    named = (dataset.units[0] or "").strip()
-    if named:
+    if named := (dataset.units[0] or "").strip():
         metres = metres_per(named)
         if metres is not None:
             return named, metres
-        diagnostics.guessed(
-            "dem-unit", "", f"{path}: the unit of heights '{named}' is not known; they were taken as metres."
-        )
+        text = f"{path}: the unit of heights '{named}' is not known; they were taken as metres."
+        diagnostics.guessed("dem-unit", "", text)
         return "metre", 1.0
-    vertical = vertical_unit(crs)
-    if vertical is not None:
+    if vertical := vertical_unit(crs):
         return vertical
     if crs.is_projected and abs(crs.axis_info[0].unit_conversion_factor - 1.0) > 1e-9:
         diagnostics.guessed(

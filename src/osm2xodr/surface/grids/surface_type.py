@@ -36,15 +36,8 @@ _TERRAIN_WORDS: Final = frozenset({"dtm", "dgm", "mnt", "mdt", "fabdem", "merit"
 # Products with other names. SRTM, NASADEM and similar models see through part of the canopy: they are judged by their
 # heights.
 _SURFACE_PRODUCTS: Final = (
-    "copernicus_dsm",
-    "glo30",
-    "glo-30",
-    "glo_30",
-    "aw3d",
-    "alpsmlc",
-    "astgtm",
-    "swisssurface3d",
-)
+    "copernicus_dsm", "glo30", "glo-30", "glo_30", "aw3d", "alpsmlc", "astgtm", "swisssurface3d",
+)  # fmt: skip
 _TERRAIN_PRODUCTS: Final = ("usgs_13_", "usgs_1_", "usgs_1m_", "swissalti3d", "tinitaly", "bare_earth", "bareearth")
 _SURFACE_PHRASES: Final = ("digital surface model", "digitales oberflächenmodell", "modèle numérique de surface")
 _TERRAIN_PHRASES: Final = (

@@ -78,9 +78,8 @@ def fit_polynomial(
         basis = _basis(*_scaled(x[part], y[part], centre, half_range), i, j)
         rows = np.column_stack([basis, z[part] - mean]) * root[part, None]
         factor = np.linalg.qr(np.vstack([factor, rows]))[1]
-    solution = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=1e-12)[0]
     coefficients = np.zeros((order + 1, order + 1))
-    coefficients[i, j] = solution
+    coefficients[i, j] = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=1e-12)[0]
     coefficients[0, 0] += mean
     coefficients.flags.writeable = False
     trend = PolynomialTrend(order, coefficients, centre, half_range, 0.0)

@@ -161,9 +161,7 @@ def _shift(
 
 def _with_heights(base: CRS, heights: CRS) -> CRS:
     """Return a geographic CRS with heights, above its ellipsoid or in a vertical CRS."""
-    if heights.is_vertical:
-        return CompoundCRS(f"{base.name} + {heights.name}", [base, heights])
-    return base.to_3d()
+    return CompoundCRS(f"{base.name} + {heights.name}", [base, heights]) if heights.is_vertical else base.to_3d()
 
 
 def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> InputError:
@@ -171,12 +169,12 @@ def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> Inpu
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            group = TransformerGroup(begin, end, always_xy=True, allow_ballpark=False)
+            unavailable = TransformerGroup(begin, end, always_xy=True, allow_ballpark=False).unavailable_operations
         except ProjError:
-            group = None
+            unavailable = []
     lacking = [
         [grid.short_name for grid in operation.grids if not grid.available]
-        for operation in (group.unavailable_operations if group is not None else ())
+        for operation in unavailable
         if all(grid.available or grid.url for grid in operation.grids)
     ]
     what = f"{path}: heights cannot be converted from {_label(source)} to {_label(target)}"

@@ -155,10 +155,9 @@ def _surround(values: Cells, known: BoolArray, free: BoolArray) -> BoolArray:
     weights = np.pad(known, 1)
     padded = np.pad(np.where(known, values, np.zeros((), values.dtype)), 1)
     count, total = np.zeros(len(row)), np.zeros(len(row))
-    for i in range(3):
-        for j in range(3):
-            count += weights[row + i, col + j]
-            total += padded[row + i, col + j]
+    for i, j in np.ndindex(3, 3):
+        count += weights[row + i, col + j]
+        total += padded[row + i, col + j]
     values[row, col] = total / np.maximum(count, 1.0)
     new[row, col] = count > 0.0
     return new
@@ -191,18 +190,13 @@ def _relax(values: Cells, free: BoolArray, steps: tuple[float, float], fade: flo
         pick = (row + col) % 2 == colour
         r, c = row[pick], col[pick]
         # Beyond the border the neighbour is the cell itself, so that the normal derivative is 0.
-        colours.append(
-            (
-                r * cols + c,
-                r * cols + np.maximum(c - 1, 0),
-                r * cols + np.minimum(c + 1, cols - 1),
-                np.maximum(r - 1, 0) * cols + c,
-                np.minimum(r + 1, rows - 1) * cols + c,
-            )
-        )
+        left, right = np.maximum(c - 1, 0), np.minimum(c + 1, cols - 1)
+        up, down = np.maximum(r - 1, 0), np.minimum(r + 1, rows - 1)
+        places = (r, c), (r, left), (r, right), (up, c), (down, c)
+        colours.append(tuple(at_row * cols + at_col for at_row, at_col in places))
     for _ in range(_SWEEPS):
-        for here, left, right, up, down in colours:
-            flat[here] = (across * (flat[left] + flat[right]) + along * (flat[up] + flat[down])) / total
+        for here, west, east, north, south in colours:
+            flat[here] = (across * (flat[west] + flat[east]) + along * (flat[north] + flat[south])) / total
 
 
 def _evaluate_lattice(touched: BoolArray, stride: int, below: Below) -> FloatArray:
@@ -211,9 +205,8 @@ def _evaluate_lattice(touched: BoolArray, stride: int, below: Below) -> FloatArr
     padded = np.pad(touched, ((0, rows * stride - touched.shape[0]), (0, cols * stride - touched.shape[1])))
     block = padded.reshape(rows, stride, cols, stride).any(axis=(1, 3))
     wanted = np.zeros((rows + 1, cols + 1), bool)
-    for i in (0, 1):
-        for j in (0, 1):
-            wanted[i : i + rows, j : j + cols] |= block
+    for i, j in np.ndindex(2, 2):
+        wanted[i : i + rows, j : j + cols] |= block
     out = np.zeros(wanted.shape)
     row, col = np.nonzero(wanted)
     out[row, col] = below((col * stride).astype(np.float64), (row * stride).astype(np.float64))
