@@ -43,17 +43,12 @@ _BLOCK: Final = 2000
 def write_geojson(
     file: OpenDrive, stream: ByteSink, tolerance: float, step: float, layers: Sequence[str] = LAYERS
 ) -> None:
-    """Write a road network as GeoJSON.
+    """Write a road network as GeoJSON; `InputError` if the file does not say where it is on Earth.
 
     The property ``layer`` holds one of `LAYERS`: reference lines of ``roads`` as lines; ``lanes`` as polygons;
     ``junctions`` as the convex hulls of their connecting roads; ``signals`` as points; ``objects`` as points, or as
     polygons where they have an outline. The attributes of signals and objects are properties by their names in
     OpenDRIVE, as texts. For `tolerance` and `step`, m, see `osm2xodr.opendrive.sample_roads`.
-
-    Raises
-    ------
-    InputError
-        If the file does not say where it is on Earth.
     """
     frame, reason = frame_of(file.header)
     if frame is None:
@@ -121,12 +116,10 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
     for k in np.flatnonzero(ribbons.left != ABSENT).tolist():
         left = slice(start[ribbons.left[k]], start[ribbons.left[k] + 1])
         right = slice(start[ribbons.right[k]], start[ribbons.right[k] + 1])
-        width = ribbons.t[left] - ribbons.t[right]
-        if not np.nanmax(np.abs(width), initial=0.0) > _NARROWEST_LANE:
-            continue
+        width = np.abs(ribbons.t[left] - ribbons.t[right])
         # Counter-clockwise: along the right border, and back along the left one.
         geometry = _polygon([*texts[right], *reversed(texts[left])])
-        if geometry == _NO_GEOMETRY:
+        if geometry == _NO_GEOMETRY or not np.nanmax(width, initial=0.0) > _NARROWEST_LANE:
             continue
         section = int(lanes.section[k])
         road = int(sections.road[section])
@@ -137,7 +130,7 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
             "section_s": _number(float(sections.s[section])),
             "lane": int(lanes.id[k]),
             "type": lanes.type[k],
-            "width": _number(float(np.nanmean(np.abs(width)))),
+            "width": _number(float(np.nanmean(width))),
             "speed": _number(float(lanes.speed[k])),
         }
         yield _feature("lanes", geometry, properties)

@@ -110,8 +110,7 @@ def _merged(station: IntArray, t: FloatArray, lift: FloatArray) -> tuple[IntArra
     """
     order = np.lexsort((t, lift, station))
     apart = np.ones(len(order), np.bool_)
-    same = (np.diff(station[order]) == 0) & (np.diff(lift[order]) == 0) & (np.diff(t[order]) < _SAME)
-    apart[1:] = ~same
+    apart[1:] = (np.diff(station[order]) != 0) | (np.diff(lift[order]) != 0) | ~(np.diff(t[order]) < _SAME)
     vertex = np.empty(len(order), np.int64)
     vertex[order] = np.cumsum(apart) - 1
     return vertex, order[apart]
@@ -157,14 +156,9 @@ def _compact(vertices: FloatArray, faces: dict[str, IntArray]) -> RoadMesh:
     used = np.zeros(len(vertices), np.bool_)
     for triangles in faces.values():
         used[triangles] = True
-    number = np.cumsum(used) - 1
-    kept = vertices[used]
-    low, high = kept.min(0), kept.max(0)
-    origin = np.where(
-        np.maximum(np.abs(low), np.abs(high)) > _LARGEST_COORDINATE,
-        np.round(0.5 * (low + high) / _ORIGIN_GRID) * _ORIGIN_GRID,
-        0.0,
-    )
+    number, kept = np.cumsum(used) - 1, vertices[used]
+    middle = np.round(0.5 * (kept.min(0) + kept.max(0)) / _ORIGIN_GRID) * _ORIGIN_GRID
+    origin = np.where(np.abs(kept).max(0) > _LARGEST_COORDINATE, middle, 0.0)
     x, y, z = origin.tolist()
     return RoadMesh(kept - origin, (x, y, z), {kind: number[triangles] for kind, triangles in faces.items()})
 

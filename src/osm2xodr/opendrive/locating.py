@@ -71,10 +71,12 @@ class Locator:
         `offset` counts from the middle of the lane to the left, m; places without a lane (None) are at t, m.
         `InputError` if there is no such road, s or lane.
         """
-        index = np.array([self._road(name) for name in roads], np.int64)
+        for name in roads:
+            if name not in self._ids:
+                raise InputError(f"{self.file.path} has no road {name!r}; give the id of a <road>")
+        index = np.array([self._ids[name] for name in roads], np.int64)
         for name, k, at in zip(roads, index.tolist(), s.tolist(), strict=True):
-            length = float(self.file.roads.length[k])
-            if not 0 <= at <= length:
+            if not 0 <= at <= (length := float(self.file.roads.length[k])):
                 raise InputError(f"{self.file.path}: s={at:g} is not on road {name}, which is {length:g} m long")
         asked = [k for k, lane in enumerate(lanes) if lane is not None]
         across = np.array(t, np.float64)
@@ -83,12 +85,6 @@ class Locator:
             rows = [self._lane(roads[k], part, lanes[k]) for k, part in zip(asked, section.tolist(), strict=True)]
             across[asked] = lane_middles(self.file, np.array(rows, np.int64), s[asked]) + offset[asked]
         return places_on(self.file, index, s, across)
-
-    def _road(self, name: str) -> int:
-        """Return the index of a road."""
-        if name not in self._ids:
-            raise InputError(f"{self.file.path} has no road {name!r}; give the id of a <road>")
-        return self._ids[name]
 
     def _lane(self, road: str, section: int, lane: int | None) -> int:
         """Return the row of a lane of a section."""

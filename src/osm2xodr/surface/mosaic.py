@@ -81,8 +81,7 @@ def describe_all(
         source = describe_dem(path, diagnostics)
         if source.crs not in transformers:
             transformers[source.crs] = transformer_to(frame, source.crs)
-        cells = GridFrame(source.crs, transformers[source.crs], source.affine, source.rows, source.cols)
-        out.append((source, cells))
+        out.append((source, source.frame(transformers[source.crs])))
     return out
 
 
@@ -252,7 +251,7 @@ def _cells_for_detection(window: DemWindow, z: Cells) -> Cells:
     """Return a layer's heights, or if they are few, those of more cells around its first window."""
     wanted = _DETECTION_CELLS
     source, frame = window.source, window.frame
-    whole = GridFrame(source.crs, frame.to_crs, source.affine, source.rows, source.cols)
+    whole = source.frame(frame.to_crs)
     place = frame.offset_in(whole)
     if z.size >= wanted**2 or window.block > 1 or place is None:
         return z
@@ -282,10 +281,9 @@ def _sample_cells(layer: Layer, count: int) -> tuple[FloatArray, FloatArray, Flo
     known = np.isfinite(layer.z)
     stride = max(1, int(np.ceil(np.sqrt(np.count_nonzero(known) / max(count, 1)))))
     start = stride // 2
-    row, col = np.nonzero(known[start::stride, start::stride])
-    if not len(row):
+    if not known[start::stride, start::stride].any():
         start, stride = 0, 1
-        row, col = np.nonzero(known)
+    row, col = np.nonzero(known[start::stride, start::stride])
     row, col = row * stride + start, col * stride + start
     x, y = layer.frame.positions(col.astype(np.float64), row.astype(np.float64))
     return x, y, layer.z[row, col].astype(np.float64), np.full(len(x), (layer.frame.cell_size() * stride) ** 2)

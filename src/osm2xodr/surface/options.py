@@ -40,9 +40,8 @@ class SurfaceOptions:
         if self.sigma is not None and not 0.0 < self.sigma < np.inf:
             raise InputError(f"the elevation model's standard error {self.sigma} m is not above 0; give metres")
         if self.dem_type not in DEM_TYPES:
-            raise InputError(
-                f"the type of elevation model '{self.dem_type}' is not known; choose one of {', '.join(DEM_TYPES)}"
-            )
+            remedy = f"choose one of {', '.join(DEM_TYPES)}"
+            raise InputError(f"the type of elevation model '{self.dem_type}' is not known; {remedy}")
         if self.dem_vertical_datum is not None and self.vertical_datum is None:
             raise InputError(
                 "the vertical datum of the elevation models is used only to convert heights to another; give "

@@ -67,23 +67,12 @@ def read_surface(
     options: SurfaceOptions,
     diagnostics: Diagnostics,
 ) -> DemSurface:
-    """Make the surface of the ground from elevation models.
+    """Make the surface of the ground from elevation models: local raster files of any CRS, cells and unit.
 
     Where several overlap, finer cells come first, then the order given; their seams are blended. Neither positions
-    nor cells are resampled: heights are found in each raster's own CRS.
-
-    Parameters
-    ----------
-    paths
-        Local raster files, one or more: any CRS, cell size, type of cells, unit of heights.
-    frame
-        The local frame of x and y.
-    x, y : (n,)
-        Points along all roads, m, evenly spaced: they decide what is read, and the coverage.
-    options
-        How heights are made.
-    diagnostics
-        Gets what is guessed or repaired, and the share of the roads without a measured height.
+    nor cells are resampled: heights are found in each raster's own CRS. x, y (n,), m, are points along all roads in a
+    local frame, evenly spaced: they decide what is read, and the coverage. Diagnostics get what is guessed or
+    repaired, and the share of the roads without a measured height.
 
     Raises
     ------
@@ -170,14 +159,10 @@ def _used(
         names, block = _names([window.source.path for window in averaged]), max(window.block for window in averaged)
         why = f"the roads span more cells than are kept; blocks of {block} x {block} cells were averaged."
         diagnostics.note("dem-averaged", "", f"{names}: {why}")
-    used, away, empty = [], [], []
-    for path, window in zip(paths, windows, strict=True):
-        if window is None:
-            away.append(path)
-        elif bool(np.isfinite(window.z).any()):
-            used.append(window)
-        else:
-            empty.append(path)
+    away = [path for path, window in zip(paths, windows, strict=True) if window is None]
+    reached = [window for window in windows if window is not None]
+    used = [window for window in reached if np.isfinite(window.z).any()]
+    empty = [window.source.path for window in reached if not np.isfinite(window.z).any()]
     for unused, why in ((away, "it does not reach the roads"), (empty, "it has only nodata around the roads")):
         if unused:
             diagnostics.note("dem-unused", "", f"{_names(unused)}: not used, {why}.")
@@ -185,25 +170,21 @@ def _used(
         return used
     names = _names(paths)
     if empty:
-        raise CoverageError(
-            f"{names}: all cells around the roads are nodata; give an elevation model with heights there"
-        )
+        remedy = "give an elevation model with heights there"
+        raise CoverageError(f"{names}: all cells around the roads are nodata; {remedy}")
     lon, lat = to_geographic(frame, x, y)
     roads = float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
     west, south, east, north = zip(*bounds, strict=True)
     covered = min(west), min(south), max(east), max(north)
-    raise CoverageError(
-        f"{names}: the elevation model covers {_box_text(covered)} but the roads lie at {_box_text(roads)}; "
-        "give one that covers the roads"
-    )
+    places = f"covers {_box_text(covered)} but the roads lie at {_box_text(roads)}"
+    raise CoverageError(f"{names}: the elevation model {places}; give one that covers the roads")
 
 
 def _checked_coverage(
     paths: Sequence[Path], source: IntArray, options: SurfaceOptions, diagnostics: Diagnostics
 ) -> float:
     """Return the share of measured points; fail if it is too small, report what is filled in."""
-    coverage = float(np.mean(source >= 0))
-    names = _names(paths)
+    coverage, names = float(np.mean(source >= 0)), _names(paths)
     if coverage == 0.0:
         raise CoverageError(f"{names}: no road has a measured height; give an elevation model that covers the roads")
     if coverage < _COVERAGE_MIN and not options.allow_partial:

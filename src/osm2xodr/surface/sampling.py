@@ -150,7 +150,7 @@ class LayeredSurface:
 
     def _near(self, index: int, x: FloatArray, y: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return heights and measuring layers at positions on or near a layer."""
-        item, frame = self._filled[index], self._filled[index].layer.frame
+        item = self._filled[index]
         col, row, edge_col, edge_row, measured = self._places(item, x, y)
         z = item.interpolate(edge_col, edge_row)
         source = np.where(measured, index, -1)
@@ -158,7 +158,7 @@ class LayeredSurface:
         if outside.any():
             away = np.hypot((col - edge_col) * item.steps[0], (row - edge_row) * item.steps[1])[outside]
             low, low_source = self._compose(index + 1, x[outside], y[outside])
-            at_edge = self._compose(index + 1, *frame.positions(edge_col[outside], edge_row[outside]))[0]
+            at_edge = self._compose(index + 1, *item.layer.frame.positions(edge_col[outside], edge_row[outside]))[0]
             # From 1 at the footprint to 0 at the ramp's end, level at both (smoothstep).
             rest = np.clip(1.0 - (away - 0.5 * max(item.steps)) / item.layer.ramp, 0.0, 1.0)
             z[outside] = low + (z[outside] - at_edge) * (rest * rest * (3.0 - 2.0 * rest))

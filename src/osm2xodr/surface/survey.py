@@ -67,16 +67,10 @@ class SurfaceComparison:
 
 
 def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagnostics) -> SurfaceComparison:
-    """Compare interpolations and polynomials on elevation models.
+    """Compare interpolations and polynomials on elevation models: local raster files, one or more.
 
-    Parameters
-    ----------
-    paths
-        Local raster files, one or more; of large ones, evenly spread patches are taken.
-    bbox
-        West, south, east, north, degrees, WGS 84; None for the whole of each.
-    diagnostics
-        Gets what is guessed or repaired.
+    `bbox` is west, south, east, north, degrees, WGS 84; None for the whole of each. Of large parts, evenly spread
+    patches are taken. Diagnostics get what is guessed or repaired.
 
     Raises
     ------
@@ -90,10 +84,8 @@ def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagn
     if bbox is not None:
         west, south, east, north = bbox
         if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
-            raise InputError(
-                f"{west:g},{south:g},{east:g},{north:g} is not a box; give west, south, east, north in degrees, the "
-                "smaller ones first"
-            )
+            remedy = "give west, south, east, north in degrees, the smaller ones first"
+            raise InputError(f"{west:g},{south:g},{east:g},{north:g} is not a box; {remedy}")
     return SurfaceComparison(bbox, tuple(_compare(path, bbox, diagnostics) for path in paths))
 
 
@@ -102,9 +94,8 @@ def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemCompar
     source = describe_dem(path, diagnostics)
     first_col, first_row, cols, rows = _window(source, box)
     if min(cols, rows) < _CELLS_IN_ROW_MIN:
-        raise InputError(
-            f"{path}: {cols} x {rows} cells are too few to compare anything; give a larger elevation model or --bbox"
-        )
+        remedy = "give a larger elevation model or --bbox"
+        raise InputError(f"{path}: {cols} x {rows} cells are too few to compare anything; {remedy}")
     frame = _frame(source, first_col, first_row, cols, rows)
     patches, outliers = _patches(source, frame, first_col, first_row, diagnostics)
     z = max((patch.z for patch in patches), key=lambda part: int(np.isfinite(part).sum()))
@@ -134,18 +125,14 @@ def _window(source: DemSource, box: Box | None) -> tuple[int, int, int, int]:
     west, south, east, north = box
     t = np.linspace(0.0, 1.0, _BOX_POINTS)
     lon, lat = (place.reshape(-1) for place in np.meshgrid(west + (east - west) * t, south + (north - south) * t))
-    to_crs = Transformer.from_crs(WGS84, source.crs, always_xy=True)
-    cells = GridFrame(source.crs, to_crs, source.affine, source.rows, source.cols)
-    col, row = cells.cells(lon, lat)
+    col, row = source.frame(Transformer.from_crs(WGS84, source.crs, always_xy=True)).cells(lon, lat)
     inside = np.isfinite(col) & np.isfinite(row)
     low = np.array([np.min(place[inside], initial=np.inf) for place in (col, row)])
     high = np.array([np.max(place[inside], initial=-np.inf) for place in (col, row)])
     size = np.array([source.cols, source.rows])
     if not (np.all(high >= 0) and np.all(low <= size - 1)):
-        raise CoverageError(
-            f"{source.path}: the elevation model does not reach into the box {west:g},{south:g},{east:g},{north:g}; "
-            "give another --bbox"
-        )
+        asked = f"{west:g},{south:g},{east:g},{north:g}; give another --bbox"
+        raise CoverageError(f"{source.path}: the elevation model does not reach into the box {asked}")
     first = np.maximum(np.floor(low), 0).astype(np.int64)
     last = np.minimum(np.ceil(high), size - 1).astype(np.int64)
     return int(first[0]), int(first[1]), int(last[0] - first[0]) + 1, int(last[1] - first[1]) + 1
@@ -157,8 +144,7 @@ def _frame(source: DemSource, first_col: int, first_row: int, cols: int, rows: i
     u, v = first_col + 0.5 * cols, first_row + 0.5 * rows
     lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
     local = make_frame(float(np.clip(lat, -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG)), float(lon))
-    whole = GridFrame(source.crs, transformer_to(local, source.crs), source.affine, source.rows, source.cols)
-    return whole.window(first_col, first_row, cols, rows)
+    return source.frame(transformer_to(local, source.crs)).window(first_col, first_row, cols, rows)
 
 
 def _patches(

@@ -53,9 +53,8 @@ def _item(values: Values, node: Node) -> Furniture:
             repeats.append((s, length, distance, start, end, values.optional(child, "widthStart", NAN)))
         else:
             values.check_known(child, node, _UNREAD)
-    along = node.tag in _ALONG
+    along, used = node.tag in _ALONG, outlines or old
     heading = "hOffset" if node.tag.startswith("signal") else "hdg"
-    used = outlines or old
     return Furniture(
         kind=node.tag,
         road=values.road,

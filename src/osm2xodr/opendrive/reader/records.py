@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TypeVar
+from collections.abc import Iterable
 
 import numpy as np
 
 from osm2xodr.curves import owners
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.tables import Misfit
-
-_Item = TypeVar("_Item")
 
 
 class Records:
@@ -86,8 +83,3 @@ class Records:
 def columns(rows: FloatArray) -> list[FloatArray]:
     """Return the columns of a table, each on its own."""
     return [np.ascontiguousarray(column) for column in rows.T]
-
-
-def in_order(items: Sequence[_Item], order: IntArray) -> tuple[_Item, ...]:
-    """Return items in another order."""
-    return tuple(items[k] for k in order.tolist())

@@ -8,7 +8,7 @@ import numpy as np
 
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.reader.nodes import Node
-from osm2xodr.opendrive.reader.records import Records, columns, in_order
+from osm2xodr.opendrive.reader.records import Records, columns
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import ABSENT, GeometryTable, LinkKind, Misfit, RoadTable, Shape, TypeTable
 
@@ -190,7 +190,7 @@ class RoadReader:
         """Return the table of types, and their lines."""
         rows, lines, order = self._types.table()
         s, speed = columns(rows)
-        return TypeTable(self._types.start, s, speed, in_order(self._type_words, order)), lines
+        return TypeTable(self._types.start, s, speed, tuple(self._type_words[k] for k in order.tolist())), lines
 
     def plan(self) -> GeometryTable:
         """Return the plan views."""

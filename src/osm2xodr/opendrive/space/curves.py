@@ -85,8 +85,7 @@ def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
     u, v, turn = arc_step(bend, ds)
     spiral = np.flatnonzero(shape == Shape.SPIRAL)
     if len(spiral):
-        first, last = p[spiral, 0], p[spiral, 1]
-        length = plan.length[k[spiral]]
+        first, last, length = p[spiral, 0], p[spiral, 1], plan.length[k[spiral]]
         rate = np.where(length > 0, (last - first) / length, 0.0)
         u[spiral], v[spiral], turn[spiral] = spiral_step(first, rate, ds[spiral])
         bend[spiral] = first + rate * ds[spiral]
@@ -117,9 +116,6 @@ def spiral_step(first: FloatArray, rate: FloatArray, ds: FloatArray) -> _Triple:
     return u, v, ds * (first + 0.5 * rate * ds)
 
 
-# ---------------------------------------------------------------- polynomials
-
-
 @dataclass(frozen=True, eq=False)
 class _Polynomials:
     """Poly3 and ParamPoly3 records as curves u(q), v(q), with their arc lengths."""
@@ -141,14 +137,8 @@ _CACHE: WeakKeyDictionary[GeometryTable, _Polynomials] = WeakKeyDictionary()
 
 def _polynomials(plan: GeometryTable) -> _Polynomials:
     """Return the polynomials of a plan view; measured once, then remembered."""
-    found = _CACHE.get(plan)
-    if found is None:
-        found = _CACHE[plan] = _measure(plan)
-    return found
-
-
-def _measure(plan: GeometryTable) -> _Polynomials:
-    """Find the arc lengths of all polynomials."""
+    if plan in _CACHE:
+        return _CACHE[plan]
     record = np.flatnonzero((plan.shape == Shape.POLY3) | (plan.shape == Shape.PARAM_POLY3))
     row = np.zeros(len(plan.shape), np.int64)
     row[record] = np.arange(len(record))
@@ -163,7 +153,8 @@ def _measure(plan: GeometryTable) -> _Polynomials:
         arc[:, panel + 1] = arc[:, panel] + _arc_length(u, v, low, high)
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.where(plain, 1.0, np.where(length > 0, arc[:, -1] / length, 0.0))
-    return _Polynomials(record, row, u, v, end, arc, scale)
+    found = _CACHE[plan] = _Polynomials(record, row, u, v, end, arc, scale)
+    return found
 
 
 def _polynomial_step(table: _Polynomials, record: IntArray, ds: FloatArray) -> _Quadruple:

@@ -167,8 +167,7 @@ def _nearest_lane(
     off, middle = np.where(np.isfinite(off), off, np.inf), np.where(np.isfinite(middle), middle, np.inf)
     # The best of each place comes last and stays.
     order = np.lexsort((lane, middle, off, place))[::-1]
-    lanes[place[order]] = lane[order]
-    outside[place[order]] = off[order]
+    lanes[place[order]], outside[place[order]] = lane[order], off[order]
     lanes[~np.isfinite(outside)] = ABSENT
     return section, lanes, outside
 

@@ -47,17 +47,13 @@ def sample_roads(file: OpenDrive, tolerance: float = SAMPLE_TOLERANCE, step: flo
     than `step`, m.
     """
     road, s = _breaks(file)
-    follows = road[1:] == road[:-1]
-    piece = np.flatnonzero(follows)
+    piece = np.flatnonzero(road[1:] == road[:-1])
     low, high = s[piece], s[piece + 1]
     count = _chords(file, road[piece], low, high, tolerance, step)
     # Each break is a station, and so are the inner points of the piece that it begins.
-    repeat = np.ones(len(s), np.int64)
-    repeat[piece] = count
-    length = np.zeros(len(s))
-    length[piece] = (high - low) / count
-    inside = ranks(repeat)
-    at = np.repeat(s, repeat) + inside * np.repeat(length, repeat)
+    repeat, length = np.ones(len(s), np.int64), np.zeros(len(s))
+    repeat[piece], length[piece] = count, (high - low) / count
+    at = np.repeat(s, repeat) + ranks(repeat) * np.repeat(length, repeat)
     owner = np.repeat(road, repeat)
     x, y, hdg = pose(file, owner, at)
     z = cubic_value(file.elevation, owner, at)
@@ -111,15 +107,13 @@ def _chords(
         return np.zeros(0, np.int64)
     middle = 0.5 * (low + high)
     reach = _reach(file, road, middle)
-    bend = np.zeros(len(road))
-    fall = np.zeros(len(road))
+    bend, fall = np.zeros(len(road)), np.zeros(len(road))
     for s, before in ((low, False), (middle, False), (high, True)):
         bend = np.fmax(bend, np.abs(curvature(file, road, s, before=before)))
         rise = np.abs(cubic_value(file.elevation, road, s, order=2, before=before))
         roll = np.abs(cubic_value(file.superelevation, road, s, order=2, before=before))
         fall = np.fmax(fall, rise + reach * roll)
-    sideways = _sideways(file, road, low, high)
-    second = np.fmax(bend * (1 + bend * reach) + sideways, fall)
+    second = np.fmax(bend * (1 + bend * reach) + _sideways(file, road, low, high), fall)
     # Damaged records may have any second derivative.
     longest = np.fmin(np.sqrt(8 * tolerance / np.clip(second, 1e-12, 1e12)), step)
     out: IntArray = np.clip(np.ceil((high - low) / longest - SAME), 1, _MOST_CHORDS).astype(np.int64)

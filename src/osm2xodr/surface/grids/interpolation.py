@@ -38,10 +38,7 @@ def _corners(
 
 
 def _bilinear(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
-    """Return the bilinear interpolation of z (rows, cols) at positions on the grid.
-
-    The same surface as a bivariate spline of degree 1, but several times as fast.
-    """
+    """Return z (rows, cols) between its cells, as a spline of degree 1, but several times as fast."""
     first, right, down, u, v = _corners(z.shape, col, row)
     flat = z.reshape(-1)
     top = flat[first] * (1.0 - u)

@@ -208,5 +208,4 @@ def _shifted(shape: tuple[int, ...], i: int, j: int) -> tuple[tuple[slice, slice
     """Return the slices of a grid that pair each cell with the one i rows down and j columns on."""
     rows, cols = shape
     here = slice(0, rows - i), slice(max(0, -j), cols - max(0, j))
-    there = slice(i, rows), slice(max(0, j), cols + min(0, j))
-    return here, there
+    return here, (slice(i, rows), slice(max(0, j), cols + min(0, j)))

@@ -84,6 +84,10 @@ class DemSource:
         """Step between heights that neighbouring whole numbers stand for, m."""
         return abs(self.metres * self.scale)
 
+    def frame(self, to_crs: Transformer) -> GridFrame:
+        """Return the frame of all cells; `to_crs` leads from local positions to the CRS."""
+        return GridFrame(self.crs, to_crs, self.affine, self.rows, self.cols)
+
 
 @contextmanager
 def _gdal() -> Iterator[Any]:
@@ -138,16 +142,13 @@ def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
                 crs = _crs_of(path, dataset)
                 a, b, c, d, e, f = (float(value) for value in tuple(dataset.transform)[:6])
                 if not _is_placed(dataset, crs):
-                    raise InputError(
-                        f"{path}: the raster does not say where it lies; georeference it with gdal_translate -a_ullr"
-                    )
+                    remedy = "georeference it with gdal_translate -a_ullr"
+                    raise InputError(f"{path}: the raster does not say where it lies; {remedy}")
                 unit, metres = _unit_of(path, dataset, crs, diagnostics)
                 scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
                 if not (np.isfinite([scale, offset]).all() and scale != 0.0):
-                    raise InputError(
-                        f"{path}: scale {scale} and offset {offset} are not valid for heights; correct them with "
-                        "gdal_edit.py"
-                    )
+                    remedy = "correct them with gdal_edit.py"
+                    raise InputError(f"{path}: scale {scale} and offset {offset} are not valid for heights; {remedy}")
                 return DemSource(
                     path, dataset.driver, dataset.dtypes[0], horizontal_crs(crs), (a, b, c, d, e, f),
                     dataset.height, dataset.width, dataset.nodata, scale, offset, unit, metres,
@@ -237,16 +238,14 @@ def _check_path(path: Path) -> None:
     if not path.exists():
         raise InputError(f"{path}: there is no such elevation model; check the path")
     if not path.is_file():
-        raise InputError(
-            f"{path}: an elevation model is one file; give the raster itself, several with several --dem"
-        )
+        remedy = "give the raster itself, several with several --dem"
+        raise InputError(f"{path}: an elevation model is one file; {remedy}")
     try:
         if is_virtual(path):
             virtual_sources(path)
     except OSError as error:
-        raise InputError(
-            f"{path}: the elevation model cannot be opened ({error.strerror}); check its permissions"
-        ) from None
+        why = f"cannot be opened ({error.strerror}); check its permissions"
+        raise InputError(f"{path}: the elevation model {why}") from None
 
 
 def _unreadable(path: Path) -> str:
@@ -262,15 +261,13 @@ def _unreadable(path: Path) -> str:
 def _check_bands(path: Path, dataset: Any, diagnostics: Diagnostics) -> None:
     """Refuse images, and report further bands."""
     if dataset.count == 0:
-        raise InputError(
-            f"{path}: the file has no raster band but maybe several rasters; extract one with gdal_translate"
-        )
+        remedy = "extract one with gdal_translate"
+        raise InputError(f"{path}: the file has no raster band but maybe several rasters; {remedy}")
     colours = {interpretation.name for interpretation in dataset.colorinterp}
     is_byte = all(dtype in ("uint8", "int8") for dtype in dataset.dtypes)
     if is_byte and (dataset.count in (3, 4) or "palette" in colours):
-        raise InputError(
-            f"{path}: the raster is a picture in colours and holds no heights; give the elevation model itself"
-        )
+        remedy = "give the elevation model itself"
+        raise InputError(f"{path}: the raster is a picture in colours and holds no heights; {remedy}")
     if dataset.dtypes[0].startswith("complex"):
         raise InputError(f"{path}: the raster holds complex numbers and no heights; give an elevation model")
     if dataset.count > 1 and not (dataset.count == 2 and "alpha" in colours):
@@ -298,10 +295,8 @@ def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
     rows, cols = dataset.block_shapes[0]
     size = rows * cols * np.dtype(dataset.dtypes[0]).itemsize
     if size > _BLOCK_MAX:
-        raise InputError(
-            f"{path}: the raster's cells are packed in blocks of {size / 1e6:,.0f} MB;"
-            " pack it in tiles with gdal_translate -co TILED=YES"
-        )
+        remedy = "pack it in tiles with gdal_translate -co TILED=YES"
+        raise InputError(f"{path}: the raster's cells are packed in blocks of {size / 1e6:,.0f} MB; {remedy}")
     for name in dataset.files if dataset.driver == "VRT" else ():
         if Path(name).is_file() and not path.samefile(name):
             with _open(rasterio, Path(name)) as source:
@@ -332,9 +327,8 @@ def _crs_of(path: Path, dataset: Any) -> CRS:
     except CRSError:
         raise InputError(f"{path}: the raster's coordinate reference system is not understood; {remedy}") from None
     if not placed:
-        raise InputError(
-            f"{path}: the raster's coordinate reference system '{crs.name}' is not one on Earth; {remedy}"
-        )
+        why = f"'{crs.name}' is not one on Earth; {remedy}"
+        raise InputError(f"{path}: the raster's coordinate reference system {why}")
     return crs
 
 

@@ -69,7 +69,10 @@ def fit_polynomial(
         raise ValueError(f"a polynomial of degree {order} needs {term_count(max(order, 0))} points, not {len(z)}")
     if not all(np.isfinite(value).all() for value in (x, y, z, root)):
         raise ValueError("positions, heights and weights must be finite to fit a polynomial to them")
-    centre, half_range = _box(x, y)
+    (west, east), (south, north) = (float(x.min()), float(x.max())), (float(y.min()), float(y.max()))
+    centre = 0.5 * (west + east), 0.5 * (south + north)
+    # Points on one line have no extent across it.
+    half_range = 0.5 * (east - west) or 1.0, 0.5 * (north - south) or 1.0
     i, j = _terms(order)
     mean = float(z.mean())
     factor = np.zeros((0, len(i) + 1))
@@ -86,14 +89,6 @@ def fit_polynomial(
     residual = trend.heights(x, y) - z
     rms = np.sqrt(np.sum((root * residual) ** 2) / max(float(np.sum(root**2)), np.finfo(float).tiny))
     return replace(trend, rms=float(rms))
-
-
-def _box(x: FloatArray, y: FloatArray) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return centre and half extent of points, m; half extents of 0 become 1."""
-    low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
-    centre, half = 0.5 * (low + high), 0.5 * (high - low)
-    half[half <= 0.0] = 1.0
-    return (float(centre[0]), float(centre[1])), (float(half[0]), float(half[1]))
 
 
 def _scaled(

@@ -138,10 +138,8 @@ def _shift(
     """Return the increase of heights at col, row (n,), m, and the name of the transformation."""
     geodetic = frame.crs.geodetic_crs
     if geodetic is None:
-        raise InputError(
-            f"{path}: the raster's coordinate reference system has no datum, so that heights cannot be converted to "
-            "another vertical datum; leave --vertical-datum out"
-        )
+        why = "so that heights cannot be converted to another vertical datum; leave --vertical-datum out"
+        raise InputError(f"{path}: the raster's coordinate reference system has no datum, {why}")
     # Heights in a vertical CRS belong to the raster's own positions, ellipsoidal ones to those on their ellipsoid.
     base = geodetic.to_2d() if source.is_vertical else source.to_2d()
     lon, lat = Transformer.from_crs(frame.crs, base, always_xy=True).transform(*frame.in_crs(col, row))
@@ -181,13 +179,10 @@ def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> Inpu
     if lacking:
         grids = min(lacking, key=len)
         commands = " and ".join(f"'projsync --file {name}'" for name in grids)
-        return InputError(
-            f"{what}: PROJ lacks the grid {', '.join(grids)}, or it does not reach there; get it with {commands}, or "
-            "leave --vertical-datum out"
-        )
-    return InputError(
-        f"{what}: PROJ knows no transformation that is valid there; give another --vertical-datum, or leave it out"
-    )
+        remedy = f"get it with {commands}, or leave --vertical-datum out"
+        return InputError(f"{what}: PROJ lacks the grid {', '.join(grids)}, or it does not reach there; {remedy}")
+    remedy = "give another --vertical-datum, or leave it out"
+    return InputError(f"{what}: PROJ knows no transformation that is valid there; {remedy}")
 
 
 def _label(crs: CRS) -> str:
