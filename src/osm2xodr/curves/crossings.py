@@ -15,15 +15,7 @@ _PAIRS_AT_ONCE: Final = 300
 
 
 def curves_cross(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
-    """Say which pairs of curves cross, (n,).
-
-    Parameters
-    ----------
-    plan
-        The curves.
-    one, other : (n,)
-        Indices of the curves of each pair.
-    """
+    """Say which pairs of curves, one and other (n,) by their indices, cross, (n,)."""
     used = np.unique(np.concatenate([one, other]))
     share = np.linspace(0.0, 1.0, _SEGMENTS + 1)
     s = lengths(plan)[used][:, None] * share
@@ -35,9 +27,8 @@ def curves_cross(plan: PlanView, one: IntArray, other: IntArray) -> BoolArray:
     near = np.flatnonzero(found)
     for part in np.array_split(near, max(1, -(-len(near) // _PAIRS_AT_ONCE))):
         first, second = points[one[part]][:, :, None], points[other[part]][:, None]
-        found[part] = segments_cross(first[:, :-1], first[:, 1:], second[:, :, :-1], second[:, :, 1:]).any(
-            axis=(1, 2)
-        )
+        cross = segments_cross(first[:, :-1], first[:, 1:], second[:, :, :-1], second[:, :, 1:])
+        found[part] = cross.any(axis=(1, 2))
     return found
 
 
@@ -49,5 +40,4 @@ def segments_cross(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -
 def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
     """Return on which side of the lines from a to b points lie: positive on the left."""
     along_x, along_y = b[..., 0] - a[..., 0], b[..., 1] - a[..., 1]
-    out: FloatArray = along_x * (p[..., 1] - a[..., 1]) - along_y * (p[..., 0] - a[..., 0])
-    return out
+    return along_x * (p[..., 1] - a[..., 1]) - along_y * (p[..., 0] - a[..., 0])

@@ -20,16 +20,9 @@ _SHORTEST_RECORD: Final = 1e-6
 def cubic_value(
     profile: CubicProfile, curve: IntArray, s: FloatArray, *, order: int = 0, before: bool = False
 ) -> FloatArray:
-    """Return piecewise cubics or their derivatives at s of curves, (n,); 0 for curves without records.
+    """Return piecewise cubics, or their first or second derivatives by `order`, at s of curves, (n,), m.
 
-    Parameters
-    ----------
-    profile, curve, s
-        Which cubics, and where, m.
-    order
-        0: the value; 1, 2: its first or second derivative.
-    before
-        Whether the limit from the left is meant.
+    Curves without records have 0. `before` asks for the limit from the left.
     """
     out = np.zeros(len(s))
     has = np.flatnonzero(profile.start[curve + 1] > profile.start[curve])
@@ -67,14 +60,9 @@ def profile_of(curves: Sequence[Sequence[Cubic]]) -> CubicProfile:
 
 
 def part_of_profile(profile: CubicProfile, curve: IntArray, begin: FloatArray, end: FloatArray) -> CubicProfile:
-    """Return parts of piecewise cubics as curves of their own; s of each starts at 0.
+    """Return parts from begin to end of piecewise cubics, (parts,), m, as curves of their own; s of each starts at 0.
 
-    Parameters
-    ----------
-    profile
-        The cubics; parts of curves without records have none.
-    curve, begin, end : (parts,)
-        Index of the curve, and from where to where along it, m. A curve may be cut several times.
+    `curve` holds the index of each part's curve, which may be cut several times. Curves without records give none.
     """
     has: BoolArray = profile.start[curve + 1] > profile.start[curve]
     count, low = np.zeros(len(curve), np.int64), np.zeros(len(curve), np.int64)

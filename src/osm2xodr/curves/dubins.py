@@ -130,5 +130,4 @@ def _three_arcs(
 def _turn(angle: FloatArray) -> FloatArray:
     """Return angles as turns from 0 to less than 2 pi."""
     turn = angle % (2 * np.pi)
-    out: FloatArray = np.where(turn > _FULL_TURN, 0.0, turn)
-    return out
+    return np.where(turn > _FULL_TURN, 0.0, turn)

@@ -49,8 +49,7 @@ def _nearest_on_records(plan: PlanView, record: IntArray, x: FloatArray, y: Floa
     angle = np.arctan2(np.sign(safe) * u, np.sign(safe) * (1.0 / safe - v))
     middle = 0.5 * length * safe
     turn = middle + (angle - middle + np.pi) % (2 * np.pi) - np.pi
-    out: FloatArray = np.clip(np.where(bent, turn / safe, u), 0.0, length)
-    return out
+    return np.clip(np.where(bent, turn / safe, u), 0.0, length)
 
 
 def sample_curves(plan: PlanView, curves: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -71,24 +70,16 @@ class CurveFinder:
     def near(
         self, x: FloatArray, y: FloatArray, reach: float
     ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:
-        """Return all curves within `reach`, m, of points (n,).
+        """Return all curves within `reach`, m, of points (n,): point, curve, s, t and distance as of `project`, (m,).
 
-        Returns
-        -------
-        point, curve : (m,)
-            Indices of the points, ascending, and of the curves, ascending for each point.
-        s, t, distance : (m,)
-            As of `project`.
+        Points and curves are indices in ascending order, curves for each point.
         """
         if self._tree is None or not len(x):
             index, number = np.zeros(0, np.int64), np.zeros(0)
             return index, index, number, number, number
         found = self._tree.query_ball_point(np.column_stack([x, y]), reach + SAMPLE_SPACING)
-        pairs = [
-            (k, curve)
-            for k, rows in enumerate(found)
-            for curve in np.unique(self._curve[np.array(rows, int)]).tolist()
-        ]
+        near = (np.unique(self._curve[np.array(rows, int)]).tolist() for rows in found)
+        pairs = [(k, curve) for k, curves in enumerate(near) for curve in curves]
         point, curve = np.array(pairs, np.int64).reshape(-1, 2).T
         s, t, distance = project(self._plan, curve, x[point], y[point])
         inside = distance <= reach

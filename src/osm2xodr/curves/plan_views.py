@@ -28,8 +28,7 @@ _Pose = tuple[FloatArray, FloatArray, FloatArray]
 
 def wrapped(angle: FloatArray) -> FloatArray:
     """Return angles as turns: from -pi up to pi, rad."""
-    out: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
-    return out
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def arc_step(curvature: FloatArray, ds: FloatArray) -> _Pose:
@@ -55,8 +54,7 @@ def lengths(plan: PlanView) -> FloatArray:
     """Return the length of each curve, (curves,), m."""
     last = np.maximum(plan.start[1:] - 1, 0)
     has = plan.start[1:] > plan.start[:-1]
-    out: FloatArray = np.where(has, plan.s[last] + plan.length[last], 0.0) if len(plan.s) else np.zeros(len(has))
-    return out
+    return np.where(has, plan.s[last] + plan.length[last], 0.0) if len(plan.s) else np.zeros(len(has))
 
 
 def smallest_radius(plan: PlanView) -> FloatArray:
@@ -104,8 +102,7 @@ def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
 
 def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
     """Return the curvature at s of curves, (n,), 1/m."""
-    out: FloatArray = plan.curvature[find_record(plan.start, plan.s, curve, s)]
-    return out
+    return plan.curvature[find_record(plan.start, plan.s, curve, s)]
 
 
 def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None) -> tuple[IntArray, FloatArray]:
@@ -124,10 +121,8 @@ def stack_plan_views(*plans: PlanView) -> PlanView:
     """Return the curves of several tables in one, table after table."""
     first = starts([len(plan.s) for plan in plans])
     start = [plan.start[:-1] + begin for plan, begin in zip(plans, first.tolist(), strict=False)]
-    columns = ([getattr(plan, name) for plan in plans] for name in _COLUMNS)
-    return PlanView(
-        np.concatenate([*start, first[-1:]]), *(np.concatenate([np.zeros(0), *column]) for column in columns)
-    )
+    columns = ([np.zeros(0), *(getattr(plan, name) for plan in plans)] for name in _COLUMNS)
+    return PlanView(np.concatenate([*start, first[-1:]]), *map(np.concatenate, columns))
 
 
 def curves_of(x: FloatArray, y: FloatArray, hdg: FloatArray, length: FloatArray, curvature: FloatArray) -> PlanView:
@@ -179,13 +174,8 @@ def reverse_curves(plan: PlanView, which: BoolArray, *, wrap: bool = True) -> Pl
     x, y, hdg = advance(plan.x, plan.y, plan.hdg, plan.curvature, plan.length)
     s = lengths(plan)[owner] - (plan.s + plan.length)
     backwards = s, x, y, wrapped(hdg + np.pi) if wrap else hdg + np.pi, plan.length, -plan.curvature
-    return PlanView(
-        plan.start,
-        *(
-            np.where(back, after[source], getattr(plan, name))
-            for name, after in zip(_COLUMNS, backwards, strict=True)
-        ),
-    )
+    columns = [(getattr(plan, name), after) for name, after in zip(_COLUMNS, backwards, strict=True)]
+    return PlanView(plan.start, *(np.where(back, after[source], before) for before, after in columns))
 
 
 def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[int] | IntArray) -> PlanView:
@@ -222,5 +212,4 @@ def snap_cuts(plan: PlanView, curve: IntArray, s: FloatArray, within: float = 0.
     k = find_record(plan.start, plan.s, curve, s)
     lower, upper = plan.s[k], plan.s[k] + plan.length[k]
     snapped = np.where(s - lower < within, lower, s)
-    out: FloatArray = np.where(upper - s < within, upper, snapped)
-    return out
+    return np.where(upper - s < within, upper, snapped)

@@ -62,14 +62,7 @@ def area_bounds(partition: Partition) -> FloatArray:
 def area_at(partition: Partition, x: FloatArray, y: FloatArray, bounds: FloatArray | None = None) -> IntArray:
     """Return the index of the area that each point (n,) belongs to; -1 outside of all, the first where they overlap.
 
-    Parameters
-    ----------
-    partition
-        The areas.
-    x, y : (n,)
-        Local position, m.
-    bounds : (areas, 4), optional
-        The result of `area_bounds`, where it is at hand.
+    `bounds` is the result of `area_bounds`, where it is at hand.
     """
     out = np.full(len(x), -1, np.int64)
     if not len(x):

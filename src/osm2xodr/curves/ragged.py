@@ -11,8 +11,7 @@ from osm2xodr.model import IntArray
 
 def starts(count: IntArray | Sequence[int]) -> IntArray:
     """Return where each group begins, and behind them where the last ends, (groups + 1,), by the groups' sizes."""
-    out: IntArray = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
-    return out
+    return np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
 
 
 def owners(start: IntArray) -> IntArray:
@@ -22,8 +21,7 @@ def owners(start: IntArray) -> IntArray:
 
 def ranks(count: IntArray) -> IntArray:
     """Return 0, 1, 2 … within each group, for all groups in a row; `count` holds their sizes, (groups,)."""
-    out: IntArray = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
-    return out
+    return np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
 
 
 def runs(first: IntArray, count: IntArray) -> IntArray:
@@ -31,5 +29,4 @@ def runs(first: IntArray, count: IntArray) -> IntArray:
 
     `first` says where the rows of each group begin in another array and `count` how many they are, (groups,).
     """
-    out: IntArray = np.repeat(first, count) + ranks(count)
-    return out
+    return np.repeat(first, count) + ranks(count)

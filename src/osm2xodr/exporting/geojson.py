@@ -43,17 +43,12 @@ _BLOCK: Final = 2000
 def write_geojson(
     file: OpenDrive, stream: ByteSink, tolerance: float, step: float, layers: Sequence[str] = LAYERS
 ) -> None:
-    """Write a road network as GeoJSON.
+    """Write a road network as GeoJSON; `InputError` if the file does not say where it is on Earth.
 
     The property ``layer`` holds one of `LAYERS`: reference lines of ``roads`` as lines; ``lanes`` as polygons;
     ``junctions`` as the convex hulls of their connecting roads; ``signals`` as points; ``objects`` as points, or as
     polygons where they have an outline. The attributes of signals and objects are properties by their names in
     OpenDRIVE, as texts. For `tolerance` and `step`, m, see `osm2xodr.opendrive.sample_roads`.
-
-    Raises
-    ------
-    InputError
-        If the file does not say where it is on Earth.
     """
     frame, reason = frame_of(file.header)
     if frame is None:
@@ -61,13 +56,12 @@ def write_geojson(
     stations = sample_roads(file, tolerance, step)
     ribbons = lane_ribbons(file, stations)
     texts = _coordinates(frame, ribbons.x, ribbons.y, ribbons.z)
+    signals = [item for item in file.furniture if item.kind.startswith("signal")]
     makers: dict[str, Callable[[], Iterator[str]]] = {
         "roads": lambda: _roads(file, frame, stations),
         "lanes": lambda: _lanes(file, ribbons, texts),
         "junctions": lambda: _junctions(file, ribbons, texts),
-        "signals": lambda: _points(
-            file, frame, "signals", [x for x in file.furniture if x.kind.startswith("signal")]
-        ),
+        "signals": lambda: _points(file, frame, "signals", signals),
         "objects": lambda: _objects(file, frame),
     }
     stream.write(b'{"type":"FeatureCollection","features":[')
@@ -122,12 +116,10 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
     for k in np.flatnonzero(ribbons.left != ABSENT).tolist():
         left = slice(start[ribbons.left[k]], start[ribbons.left[k] + 1])
         right = slice(start[ribbons.right[k]], start[ribbons.right[k] + 1])
-        width = ribbons.t[left] - ribbons.t[right]
-        if not np.nanmax(np.abs(width), initial=0.0) > _NARROWEST_LANE:
-            continue
+        width = np.abs(ribbons.t[left] - ribbons.t[right])
         # Counter-clockwise: along the right border, and back along the left one.
         geometry = _polygon([*texts[right], *reversed(texts[left])])
-        if geometry == _NO_GEOMETRY:
+        if geometry == _NO_GEOMETRY or not np.nanmax(width, initial=0.0) > _NARROWEST_LANE:
             continue
         section = int(lanes.section[k])
         road = int(sections.road[section])
@@ -138,7 +130,7 @@ def _lanes(file: OpenDrive, ribbons: Ribbons, texts: list[str]) -> Iterator[str]
             "section_s": _number(float(sections.s[section])),
             "lane": int(lanes.id[k]),
             "type": lanes.type[k],
-            "width": _number(float(np.nanmean(np.abs(width)))),
+            "width": _number(float(np.nanmean(width))),
             "speed": _number(float(lanes.speed[k])),
         }
         yield _feature("lanes", geometry, properties)
@@ -188,7 +180,8 @@ def _objects(file: OpenDrive, frame: Frame) -> Iterator[str]:
     for item in others:
         for corners, local in zip(item.outlines, item.local_outlines, strict=True):
             x, y, z = _outline(file, item, np.array(corners), local)
-            turned = _area(x, y) < 0
+            # Rings run counter-clockwise: their signed area is positive.
+            turned = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0
             texts = _coordinates(frame, *(values[::-1] if turned else values for values in (x, y, z)))
             yield _feature("objects", _polygon(texts), _properties(file, item))
 
@@ -220,11 +213,6 @@ def _outline(
     turn = pose(file, one, at)[2] + (0.0 if math.isnan(item.hdg) else item.hdg)
     u, v, up, _ = corners.T
     return x + np.cos(turn) * u - np.sin(turn) * v, y + np.sin(turn) * u + np.cos(turn) * v, z + up
-
-
-def _area(x: FloatArray, y: FloatArray) -> float:
-    """Return the signed area of a ring, m²."""
-    return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def _number(value: float) -> float | None:

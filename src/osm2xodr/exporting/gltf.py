@@ -38,12 +38,16 @@ def write_glb(mesh: RoadMesh, header: Header, stream: ByteSink, version: str) ->
     blocks = [points.tobytes(), *(np.ascontiguousarray(rows, "<u4").tobytes() for rows in mesh.faces.values())]
     size = sum(map(len, blocks))
     extras = {"inertial_origin": list(mesh.origin), "geo_reference": header.geo_reference, "offset": header.offset}
+    # Mode 4 is triangles.
+    parts = [
+        {"attributes": {"POSITION": 0}, "indices": k, "material": k - 1, "mode": 4} for k in range(1, len(blocks))
+    ]
     document = {
         "asset": {"version": "2.0", "generator": f"osm2xodr {version}"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": "road surface", "mesh": 0, "extras": extras}],
-        "meshes": [{"name": "road surface", "primitives": _primitives(mesh)}],
+        "meshes": [{"name": "road surface", "primitives": parts}],
         "materials": [_material(kind) for kind in mesh.faces],
         "accessors": _accessors(mesh, points),
         "bufferViews": _buffer_views(blocks),
@@ -53,10 +57,8 @@ def write_glb(mesh: RoadMesh, header: Header, stream: ByteSink, version: str) ->
     text += b" " * (-len(text) % 4)
     # Floats and unsigned integers both have 4 bytes: the binary chunk needs no padding.
     stream.write(struct.pack("<III", _MAGIC, 2, 12 + 8 + len(text) + 8 + size))
-    stream.write(struct.pack("<II", len(text), _JSON_CHUNK))
-    stream.write(text)
-    stream.write(struct.pack("<II", size, _BINARY_CHUNK))
-    for block in blocks:
+    stream.write(struct.pack("<II", len(text), _JSON_CHUNK) + text)
+    for block in (struct.pack("<II", size, _BINARY_CHUNK), *blocks):
         stream.write(block)
 
 
@@ -73,44 +75,19 @@ def _buffer_views(blocks: Sequence[bytes]) -> list[dict[str, Any]]:
 def _accessors(mesh: RoadMesh, points: npt.NDArray[np.float32]) -> list[dict[str, Any]]:
     """Return what the blocks hold."""
     low, high = points.min(0).astype(float).tolist(), points.max(0).astype(float).tolist()
-    vertices = {
-        "bufferView": 0,
-        "componentType": _FLOAT,
-        "count": len(points),
-        "type": "VEC3",
-        "min": low,
-        "max": high,
-    }
     triangles = [
-        {
-            "bufferView": k,
-            "componentType": _UNSIGNED_INT,
-            "count": rows.size,
-            "type": "SCALAR",
-            "min": [int(rows.min())],
-            "max": [int(rows.max())],
-        }
+        _accessor(k, _UNSIGNED_INT, rows.size, "SCALAR", [int(rows.min())], [int(rows.max())])
         for k, rows in enumerate(mesh.faces.values(), 1)
     ]
-    return [vertices, *triangles]
+    return [_accessor(0, _FLOAT, len(points), "VEC3", low, high), *triangles]
 
 
-def _primitives(mesh: RoadMesh) -> list[dict[str, Any]]:
-    """Return the parts of the mesh, one for each material; mode 4 is triangles."""
-    return [
-        {"attributes": {"POSITION": 0}, "indices": k, "material": k - 1, "mode": 4}
-        for k in range(1, len(mesh.faces) + 1)
-    ]
+def _accessor(view: int, component: int, count: int, kind: str, low: list[Any], high: list[Any]) -> dict[str, Any]:
+    """Return what one block holds."""
+    return {"bufferView": view, "componentType": component, "count": count, "type": kind, "min": low, "max": high}
 
 
 def _material(kind: str) -> dict[str, Any]:
     """Return the material of a type of lanes."""
-    return {
-        "name": kind,
-        "doubleSided": True,
-        "pbrMetallicRoughness": {
-            "baseColorFactor": [*color_of(kind), 1.0],
-            "metallicFactor": 0.0,
-            "roughnessFactor": 0.9,
-        },
-    }
+    finish = {"baseColorFactor": [*color_of(kind), 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
+    return {"name": kind, "doubleSided": True, "pbrMetallicRoughness": finish}

@@ -11,7 +11,7 @@ import numpy as np
 from osm2xodr.curves import owners, runs
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, Stations, lane_ribbons, points_beside, sample_roads
+from osm2xodr.opendrive import ABSENT, OpenDrive, Ribbons, lane_ribbons, points_beside, sample_roads
 
 # Coordinates of meshes are those of the file up to here, m: single precision (24 bits) resolves them to 1 mm. Larger
 # ones count from an origin on a grid of this width, m. Choices.
@@ -67,17 +67,19 @@ class RoadMesh:
 def road_mesh(file: OpenDrive, tolerance: float, step: float) -> RoadMesh:
     """Return the surface of all lanes; for `tolerance` and `step`, m, see `osm2xodr.opendrive.sample_roads`.
 
-    Raises
-    ------
-    InputError
-        If no lane has a surface.
+    `InputError` if no lane has a surface.
     """
     stations = sample_roads(file, tolerance, step)
     ribbons = lane_ribbons(file, stations)
     lane, side, point = _corners(file, ribbons)
-    lift = np.where(side == 0, *_heights(file, lane))
-    vertex, unique = _merged(ribbons.station[point], ribbons.t[point], lift)
-    vertices = _points_in_space(stations, ribbons.station[point][unique], ribbons.t[point][unique], lift[unique])
+    # Heights above the road, m: the left border of lanes on the left is the outer one.
+    inner, outer = np.nan_to_num(file.lanes.height[lane]).T
+    lift = np.where((side == 0) == (file.lanes.id[lane] > 0), outer, inner)
+    station, t = ribbons.station[point], ribbons.t[point]
+    vertex, unique = _merged(station, t, lift)
+    columns = stations.x, stations.y, stations.z, stations.hdg, stations.roll
+    x, y, z, hdg, roll = (column[station[unique]] for column in columns)
+    vertices = np.column_stack(points_beside(x, y, z, hdg, roll, t[unique], lift[unique]))
     faces = _faces(file, lane, side, vertex)
     faces[KERB] = _kerbs(file, ribbons, lane, side, point, vertex)
     # Damaged files have points that are unknown or too far out for single precision.
@@ -101,13 +103,6 @@ def _corners(file: OpenDrive, ribbons: Ribbons) -> tuple[IntArray, IntArray, Int
     return np.repeat(lanes, 2)[row], row % 2, point
 
 
-def _heights(file: OpenDrive, lane: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return the heights of the left and right borders of lanes above the road, m."""
-    inner, outer = np.nan_to_num(file.lanes.height[lane]).T
-    left = file.lanes.id[lane] > 0
-    return np.where(left, outer, inner), np.where(left, inner, outer)
-
-
 def _merged(station: IntArray, t: FloatArray, lift: FloatArray) -> tuple[IntArray, IntArray]:
     """Return the vertex of each corner, and one corner of each vertex.
 
@@ -115,17 +110,10 @@ def _merged(station: IntArray, t: FloatArray, lift: FloatArray) -> tuple[IntArra
     """
     order = np.lexsort((t, lift, station))
     apart = np.ones(len(order), np.bool_)
-    same = (np.diff(station[order]) == 0) & (np.diff(lift[order]) == 0) & (np.diff(t[order]) < _SAME)
-    apart[1:] = ~same
+    apart[1:] = (np.diff(station[order]) != 0) | (np.diff(lift[order]) != 0) | ~(np.diff(t[order]) < _SAME)
     vertex = np.empty(len(order), np.int64)
     vertex[order] = np.cumsum(apart) - 1
     return vertex, order[apart]
-
-
-def _points_in_space(stations: Stations, station: IntArray, t: FloatArray, lift: FloatArray) -> FloatArray:
-    """Return vertices in space, (n, 3)."""
-    x, y, z = stations.x[station], stations.y[station], stations.z[station]
-    return np.column_stack(points_beside(x, y, z, stations.hdg[station], stations.roll[station], t, lift))
 
 
 def _faces(file: OpenDrive, lane: IntArray, side: IntArray, vertex: IntArray) -> dict[str, IntArray]:
@@ -168,14 +156,9 @@ def _compact(vertices: FloatArray, faces: dict[str, IntArray]) -> RoadMesh:
     used = np.zeros(len(vertices), np.bool_)
     for triangles in faces.values():
         used[triangles] = True
-    number = np.cumsum(used) - 1
-    kept = vertices[used]
-    low, high = kept.min(0), kept.max(0)
-    origin = np.where(
-        np.maximum(np.abs(low), np.abs(high)) > _LARGEST_COORDINATE,
-        np.round(0.5 * (low + high) / _ORIGIN_GRID) * _ORIGIN_GRID,
-        0.0,
-    )
+    number, kept = np.cumsum(used) - 1, vertices[used]
+    middle = np.round(0.5 * (kept.min(0) + kept.max(0)) / _ORIGIN_GRID) * _ORIGIN_GRID
+    origin = np.where(np.abs(kept).max(0) > _LARGEST_COORDINATE, middle, 0.0)
     x, y, z = origin.tolist()
     return RoadMesh(kept - origin, (x, y, z), {kind: number[triangles] for kind, triangles in faces.items()})
 

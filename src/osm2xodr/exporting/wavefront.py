@@ -15,16 +15,9 @@ _BLOCK: Final = 100_000
 
 
 def write_obj(mesh: RoadMesh, stream: ByteSink, library: str | None, *, y_up: bool) -> None:
-    """Write a mesh as OBJ, one group and material per type of lane.
+    """Write a mesh as OBJ, one group and material per type of lane, which the file `library`, if any, describes.
 
-    Parameters
-    ----------
-    mesh, stream
-        What to write, and where.
-    library
-        Name of the file of materials; None without one.
-    y_up
-        Whether y is up and -z north, as in most programs for 3D scenes; else z is up and y north, as in OpenDRIVE.
+    `y_up` makes y up and -z north, as in most programs for 3D scenes; else z is up and y north, as in OpenDRIVE.
     """
     x, y, z = mesh.origin
     axes = "y up, x east, -z north" if y_up else "z up, x east, y north"

@@ -14,7 +14,6 @@ from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
 from osm2xodr.opendrive.reader import first_index
 from osm2xodr.opendrive.space import (
-    Frame,
     Places,
     RoadFinder,
     frame_of,
@@ -32,44 +31,17 @@ FieldValue = str | int | float | None
 
 # What is known of a place, in order, with the decimals of its numbers: lengths to 1 um, angles to match at 1 km.
 LOCATION_FIELDS: Final[dict[str, int]] = {
-    "lat": 10,
-    "lon": 10,
-    "x": 6,
-    "y": 6,
-    "z": 6,
-    "height": 6,
-    "hdg": 9,
-    "grade": 9,
-    "superelevation": 9,
-    "road": 0,
-    "road_name": 0,
-    "junction": 0,
-    "section_s": 6,
-    "lane": 0,
-    "lane_type": 0,
-    "s": 6,
-    "t": 6,
-    "offset": 6,
-    "distance": 6,
-}
+    "lat": 10, "lon": 10, "x": 6, "y": 6, "z": 6, "height": 6, "hdg": 9, "grade": 9, "superelevation": 9,
+    "road": 0, "road_name": 0, "junction": 0, "section_s": 6, "lane": 0, "lane_type": 0,
+    "s": 6, "t": 6, "offset": 6, "distance": 6,
+}  # fmt: skip
 
 
 class Locator:
-    """Finds places in a road network.
-
-    Attributes
-    ----------
-    file
-        The network.
-    frame
-        Where it is on Earth; None where that is unknown.
-    reason
-        Why it is unknown.
-    """
+    """Finds places in a network, `file`; `frame` says where it is on Earth, or is None and `reason` says why not."""
 
     def __init__(self, file: OpenDrive) -> None:
         self.file = file
-        self.frame: Frame | None
         self.frame, self.reason = frame_of(file.header)
         self._ids = first_index(list(file.roads.id))
 
@@ -81,10 +53,7 @@ class Locator:
     def at_geographic(self, lat_deg: FloatArray, lon_deg: FloatArray) -> Places:
         """Return roads at places on Earth (degrees, WGS 84), the best first for each; see `RoadFinder.find`.
 
-        Raises
-        ------
-        InputError
-            If the file does not say where it is.
+        `InputError` if the file does not say where it is.
         """
         if self.frame is None:
             raise InputError(f"{self.file.path}: {self.reason}; give --x and --y instead")
@@ -95,26 +64,19 @@ class Locator:
         return self._finder.find(x, y)
 
     def on_roads(
-        self,
-        roads: Sequence[str],
-        s: FloatArray,
-        t: FloatArray,
-        lanes: Sequence[int | None],
-        offset: FloatArray,
+        self, roads: Sequence[str], s: FloatArray, t: FloatArray, lanes: Sequence[int | None], offset: FloatArray
     ) -> Places:
         """Return places given by the ids of their roads, s, and either t or the id of a lane.
 
         `offset` counts from the middle of the lane to the left, m; places without a lane (None) are at t, m.
-
-        Raises
-        ------
-        InputError
-            If there is no such road, s or lane.
+        `InputError` if there is no such road, s or lane.
         """
-        index = np.array([self._road(name) for name in roads], np.int64)
+        for name in roads:
+            if name not in self._ids:
+                raise InputError(f"{self.file.path} has no road {name!r}; give the id of a <road>")
+        index = np.array([self._ids[name] for name in roads], np.int64)
         for name, k, at in zip(roads, index.tolist(), s.tolist(), strict=True):
-            length = float(self.file.roads.length[k])
-            if not 0 <= at <= length:
+            if not 0 <= at <= (length := float(self.file.roads.length[k])):
                 raise InputError(f"{self.file.path}: s={at:g} is not on road {name}, which is {length:g} m long")
         asked = [k for k, lane in enumerate(lanes) if lane is not None]
         across = np.array(t, np.float64)
@@ -123,12 +85,6 @@ class Locator:
             rows = [self._lane(roads[k], part, lanes[k]) for k, part in zip(asked, section.tolist(), strict=True)]
             across[asked] = lane_middles(self.file, np.array(rows, np.int64), s[asked]) + offset[asked]
         return places_on(self.file, index, s, across)
-
-    def _road(self, name: str) -> int:
-        """Return the index of a road."""
-        if name not in self._ids:
-            raise InputError(f"{self.file.path} has no road {name!r}; give the id of a <road>")
-        return self._ids[name]
 
     def _lane(self, road: str, section: int, lane: int | None) -> int:
         """Return the row of a lane of a section."""
@@ -151,21 +107,11 @@ class Locator:
         known = places.section != ABSENT
         section_s[known] = file.sections.s[places.section[known]]
         numbers = {
-            "lat": lat,
-            "lon": lon,
-            "x": x,
-            "y": y,
-            "z": z,
-            "height": z if self.frame is None else self.frame.height(z),
-            "hdg": wrapped(hdg),
-            "grade": grade(file, road, s),
-            "superelevation": superelevation(file, road, s),
-            "section_s": section_s,
-            "s": s,
-            "t": t,
-            "offset": t - lane_middles(file, places.lane, s),
-            "distance": places.distance,
-        }
+            "lat": lat, "lon": lon, "x": x, "y": y, "z": z, "s": s, "t": t, "section_s": section_s,
+            "height": z if self.frame is None else self.frame.height(z), "hdg": wrapped(hdg),
+            "grade": grade(file, road, s), "superelevation": superelevation(file, road, s),
+            "offset": t - lane_middles(file, places.lane, s), "distance": places.distance,
+        }  # fmt: skip
         rounded = {name: np.round(values, LOCATION_FIELDS[name]).tolist() for name, values in numbers.items()}
         return [self._description(places, k, rounded) for k in range(len(s))]
 
@@ -186,12 +132,10 @@ class Locator:
 def caveats(file: OpenDrive) -> list[str]:
     """Return sentences about what is wrong in a file or left out of its places and surfaces."""
     out = []
-    if file.misfits:
-        count = len(file.misfits)
+    if count := len(file.misfits):
         what = "1 thing" if count == 1 else f"{count} things"
         out.append(f"{file.path} has {what} that OpenDRIVE does not allow; osm2xodr check lists them")
-    shapes = int(np.count_nonzero(file.crossfall_shape))
-    if shapes:
+    if shapes := int(np.count_nonzero(file.crossfall_shape)):
         roads = "1 road has" if shapes == 1 else f"{shapes} roads have"
         out.append(f"{roads} a lateral <shape>, which is left out: heights beside the reference line are wrong there")
     return out

@@ -82,14 +82,12 @@ def _leave_out(method: str, patches: Sequence[Patch], steps: tuple[float, float]
     for patch in patches:
         kept = np.ascontiguousarray(patch.z[::2, ::2])
         known = np.isfinite(kept)
-        filled = kept
+        error = np.full(patch.z.shape, np.nan)
+        errors.append(error)
         if not known.any():
-            errors.append(np.full(patch.z.shape, np.nan))
             continue
-        if not known.all():
-            middle = float(np.mean(kept[known]))
-            level = partial(_level, middle)
-            filled = fill_voids(kept, level, (2.0 * steps[0], 2.0 * steps[1]), np.inf)
+        below = partial(_level, float(np.mean(kept[known])))
+        filled = fill_voids(kept, below, (2.0 * steps[0], 2.0 * steps[1]), np.inf)
         # Cells beyond the last row and column kept are not predicted.
         rows, cols = 2 * kept.shape[0] - 1, 2 * kept.shape[1] - 1
         row, col = (place.reshape(-1) for place in np.mgrid[:rows, :cols])
@@ -98,11 +96,9 @@ def _leave_out(method: str, patches: Sequence[Patch], steps: tuple[float, float]
         began = time.perf_counter()
         predicted = make_interpolator(filled, method)(at_col, at_row)
         seconds += time.perf_counter() - began
-        error = np.full(patch.z.shape, np.nan)
         fair = all_corners(known, at_col, at_row)
         target = row[between][fair], col[between][fair]
         error[target] = predicted[fair] - patch.z[target]
-        errors.append(error)
     return _result(method, patches, errors, seconds, steps)
 
 

@@ -59,26 +59,23 @@ class DemSurface:
         return z, source >= 0
 
     def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
-        """Return how far the heights at local x, y (n,), m, can be trusted.
+        """Return how far the heights at local x, y (n,), m, can be trusted, by the model that measures them.
 
-        The quality is that of the elevation model that measures them. Where none does, the standard error is that of
-        a guess (`defaults.GUESS_SIGMA`), and the cell size that of the model that most roads lie on.
+        Elsewhere the standard error is that of a guess, the cell size that of the model that most roads lie on.
         """
         # Index -1, no layer, is the last row.
-        source = self.layers.sources(x, y)
-        table = self.qualities
+        source, table = self.layers.sources(x, y), self.qualities
         return SurfaceQuality(table.cell_size[source], table.sigma[source], table.covered[source])
 
 
 def qualities_of(layers: LayeredSurface, main: int, sigmas: FloatArray) -> SurfaceQuality:
-    """Return the quality of the heights that each layer measures, and last that of a guess.
+    """Return the quality of each layer's heights by `sigmas` (layers,), m, and last that of a guess.
 
-    `main` is the index of the layer that most roads lie on; `sigmas` (layers,) are standard errors, m.
+    The cell size of a guess is that of layer `main`, on which most roads lie.
     """
     sizes = [layer.cell_size for layer in layers.layers]
-    covered = [layer.covered for layer in layers.layers]
     return SurfaceQuality(
         np.array([*sizes, sizes[main]]),
         np.array([*sigmas, max(defaults.GUESS_SIGMA, float(np.max(sigmas)))]),
-        np.array([*covered, False]),
+        np.array([*(layer.covered for layer in layers.layers), False]),
     )

@@ -81,8 +81,7 @@ def describe_all(
         source = describe_dem(path, diagnostics)
         if source.crs not in transformers:
             transformers[source.crs] = transformer_to(frame, source.crs)
-        cells = GridFrame(source.crs, transformers[source.crs], source.affine, source.rows, source.cols)
-        out.append((source, cells))
+        out.append((source, source.frame(transformers[source.crs])))
     return out
 
 
@@ -156,16 +155,11 @@ def _blocks(plans: Sequence[_Plan], cells_max: int) -> dict[int, int]:
                 " than can be read; resample it with gdalwarp -tr, or choose a smaller area"
             )
     for times in range(1, 10_000):
-        blocks = {
-            id(plan): min(
-                times
-                if plan.cell_size < _SAME_SIZE_AVERAGING * finest
-                else max(1, int(times * finest / plan.cell_size)),
-                plan.cells.rows,
-                plan.cells.cols,
-            )
-            for plan in plans
-        }
+        blocks = {}
+        for plan in plans:
+            alike = plan.cell_size < _SAME_SIZE_AVERAGING * finest
+            wanted = times if alike else max(1, int(times * finest / plan.cell_size))
+            blocks[id(plan)] = min(wanted, plan.cells.rows, plan.cells.cols)
         if sum(_count(plan, blocks[id(plan)]) for plan in plans) <= cells_max:
             break
     return blocks
@@ -188,21 +182,20 @@ def _read(plan: _Plan, block: int, single: bool, points: int, diagnostics: Diagn
 
 def void_outliers(source: DemSource, frame: GridFrame, z: Cells, block: int, diagnostics: Diagnostics) -> int:
     """Turn outliers into voids, in place; report and count them."""
-    found = find_outliers(z, frame.cell_size(), averaged=block > 1)
-    count = int(np.count_nonzero(found.mask))
+    outliers, step = find_outliers(z, frame.cell_size(), averaged=block > 1)
+    count = int(np.count_nonzero(outliers))
     if not count:
         return 0
-    at = int(np.flatnonzero(found.mask)[0])
-    row, col = divmod(at, frame.cols)
+    row, col = divmod(int(np.flatnonzero(outliers)[0]), frame.cols)
     lon, lat = frame.lon_lat(col, row)
-    lowest, highest = float(z[found.mask].min()), float(z[found.mask].max())
+    lowest, highest = float(z[outliers].min()), float(z[outliers].max())
     # Averaged cells on the rim contain some of the outlier.
-    z[found.mask | rim_of(found.mask) if block > 1 else found.mask] = np.nan
+    z[outliers | rim_of(outliers) if block > 1 else outliers] = np.nan
     diagnostics.repaired(
         "dem-outlier",
         "",
         f"{source.path}: {count} cells of {lowest:.0f} to {highest:.0f} m, the first at {lon:.5f} E, {lat:.5f} N, "
-        f"differ from all ground around them by more than {found.step:.0f} m, as no ground does; they were taken for "
+        f"differ from all ground around them by more than {step:.0f} m, as no ground does; they were taken for "
         "voids.",
     )
     return count
@@ -221,17 +214,14 @@ def by_priority(windows: Sequence[DemWindow]) -> list[DemWindow]:
 
 
 def make_layers(windows: Sequence[DemWindow], cells_max: int, dem_type: str, diagnostics: Diagnostics) -> list[Layer]:
-    """Make layers of windows in order of priority; tiles of one model become one layer.
-
-    `dem_type` is as in `osm2xodr.surface.SurfaceOptions`.
-    """
+    """Make layers of windows in order of priority, for a `SurfaceOptions.dem_type`; tiles of one model become one."""
     grids: list[tuple[GridFrame, Cells, float, bool]] = []
     waiting = list(windows)
     while waiting:
         frame, z, taken = _join(waiting, cells_max, diagnostics)
-        unit = abs(waiting[0].source.metres * waiting[0].source.scale) if waiting[0].block == 1 else 0.0
+        quantum = quantum_of(z, waiting[0].source.quantum) if waiting[0].block == 1 else 0.0
         covered = dem_type == "dsm" if dem_type != "auto" else _is_covered(taken, frame, z, diagnostics)
-        grids.append((frame, z, quantum_of(z, unit) if unit else 0.0, covered))
+        grids.append((frame, z, quantum, covered))
         waiting = [window for window in waiting if not any(window is other for other in taken)]
     layers = []
     for index, (frame, z, quantum, covered) in enumerate(grids):
@@ -261,7 +251,7 @@ def _cells_for_detection(window: DemWindow, z: Cells) -> Cells:
     """Return a layer's heights, or if they are few, those of more cells around its first window."""
     wanted = _DETECTION_CELLS
     source, frame = window.source, window.frame
-    whole = GridFrame(source.crs, frame.to_crs, source.affine, source.rows, source.cols)
+    whole = source.frame(frame.to_crs)
     place = frame.offset_in(whole)
     if z.size >= wanted**2 or window.block > 1 or place is None:
         return z
@@ -274,10 +264,7 @@ def _cells_for_detection(window: DemWindow, z: Cells) -> Cells:
 
 
 def fit_trend(layers: Sequence[Layer], order: int) -> Trend:
-    """Fit the polynomial trend to the measured cells of all layers, weighted by area.
-
-    The order is lowered where there are fewer than two cells per term.
-    """
+    """Fit the trend to the measured cells of all layers, weighted by area, with at least two cells per term."""
     parts = [_sample_cells(layer, _TREND_CELLS // len(layers)) for layer in layers]
     x, y, z, area = (np.concatenate(values) for values in zip(*parts, strict=True))
     while order > 0 and len(z) < 2 * term_count(order):
@@ -294,10 +281,9 @@ def _sample_cells(layer: Layer, count: int) -> tuple[FloatArray, FloatArray, Flo
     known = np.isfinite(layer.z)
     stride = max(1, int(np.ceil(np.sqrt(np.count_nonzero(known) / max(count, 1)))))
     start = stride // 2
-    row, col = np.nonzero(known[start::stride, start::stride])
-    if not len(row):
+    if not known[start::stride, start::stride].any():
         start, stride = 0, 1
-        row, col = np.nonzero(known)
+    row, col = np.nonzero(known[start::stride, start::stride])
     row, col = row * stride + start, col * stride + start
     x, y = layer.frame.positions(col.astype(np.float64), row.astype(np.float64))
     return x, y, layer.z[row, col].astype(np.float64), np.full(len(x), (layer.frame.cell_size() * stride) ** 2)
@@ -324,12 +310,9 @@ def _join(
             part[...] = np.where(np.isfinite(part), part, window.z)
             taken.append((window, place))
         else:
-            diagnostics.note(
-                "dem-step",
-                "",
-                f"{window.source.path}: the elevation model does not agree with {anchor.source.path} where they "
-                "meet; the step was spread over some distance.",
-            )
+            what = f"the elevation model does not agree with {anchor.source.path} where they meet"
+            text = f"{window.source.path}: {what}; the step was spread over some distance."
+            diagnostics.note("dem-step", "", text)
     (col, row), (cols, rows) = _span(taken)
     z = z[row - first_row : row - first_row + rows, col - first_col : col - first_col + cols].copy()
     return anchor.frame.window(col, row, cols, rows), z, [window for window, _ in taken]

@@ -16,13 +16,7 @@ DEM_TYPES = ("auto", "dtm", "dsm")
 
 @dataclass(frozen=True, slots=True)
 class SurfaceOptions:
-    """How heights are made from elevation models.
-
-    Raises
-    ------
-    InputError
-        A value is not offered.
-    """
+    """How heights are made from elevation models; `InputError` if a value is not offered."""
 
     # One of `METHODS`: the interpolation between cells, or ``polynomial`` for the trend alone, which loses terrain
     # shorter than about 1 km
@@ -46,9 +40,8 @@ class SurfaceOptions:
         if self.sigma is not None and not 0.0 < self.sigma < np.inf:
             raise InputError(f"the elevation model's standard error {self.sigma} m is not above 0; give metres")
         if self.dem_type not in DEM_TYPES:
-            raise InputError(
-                f"the type of elevation model '{self.dem_type}' is not known; choose one of {', '.join(DEM_TYPES)}"
-            )
+            remedy = f"choose one of {', '.join(DEM_TYPES)}"
+            raise InputError(f"the type of elevation model '{self.dem_type}' is not known; {remedy}")
         if self.dem_vertical_datum is not None and self.vertical_datum is None:
             raise InputError(
                 "the vertical datum of the elevation models is used only to convert heights to another; give "

@@ -44,15 +44,7 @@ _FILES_NAMED: Final = 3
 
 
 def points_along(streets: Sequence[Street], step: float = _COVERAGE_STEP) -> tuple[FloatArray, FloatArray]:
-    """Return local x, y (n,) of points evenly spaced along all streets, the ends of each among them.
-
-    Parameters
-    ----------
-    streets
-        At least one.
-    step
-        Largest distance of neighbours along a street, m.
-    """
+    """Return local x, y (n,) of points along streets (one at least), their ends among them, up to `step` apart, m."""
     points = np.concatenate([street.points for street in streets])
     counts = np.array([len(street.points) for street in streets])
     first = np.concatenate([[0], np.cumsum(counts)])
@@ -75,23 +67,12 @@ def read_surface(
     options: SurfaceOptions,
     diagnostics: Diagnostics,
 ) -> DemSurface:
-    """Make the surface of the ground from elevation models.
+    """Make the surface of the ground from elevation models: local raster files of any CRS, cells and unit.
 
     Where several overlap, finer cells come first, then the order given; their seams are blended. Neither positions
-    nor cells are resampled: heights are found in each raster's own CRS.
-
-    Parameters
-    ----------
-    paths
-        Local raster files, one or more: any CRS, cell size, type of cells, unit of heights.
-    frame
-        The local frame of x and y.
-    x, y : (n,)
-        Points along all roads, m, evenly spaced: they decide what is read, and the coverage.
-    options
-        How heights are made.
-    diagnostics
-        Gets what is guessed or repaired, and the share of the roads without a measured height.
+    nor cells are resampled: heights are found in each raster's own CRS. x, y (n,), m, are points along all roads in a
+    local frame, evenly spaced: they decide what is read, and the coverage. Diagnostics get what is guessed or
+    repaired, and the share of the roads without a measured height.
 
     Raises
     ------
@@ -110,17 +91,13 @@ def read_surface(
     bounds = [bounds_deg(cells) for _, cells in described]
     cells_max = _CELLS_MAX_BICUBIC if options.method == "bicubic" else _CELLS_MAX
     windows = read_windows(described, x, y, cells_max, diagnostics)
-    _report_averaged(windows, diagnostics)
     used = _in_datum(_used(paths, windows, bounds, frame, x, y, diagnostics), options, diagnostics)
     layers = make_layers(by_priority(used), cells_max, options.dem_type, diagnostics)
     trend = fit_trend(layers, options.polynomial_order)
     if trend.polynomial.order < options.polynomial_order:
-        diagnostics.note(
-            "trend-order",
-            "",
-            f"{paths[0]}: too few heights for a trend of degree {options.polynomial_order}; degree "
-            f"{trend.polynomial.order} was fitted.",
-        )
+        wanted, fitted = options.polynomial_order, trend.polynomial.order
+        text = f"{paths[0]}: too few heights for a trend of degree {wanted}; degree {fitted} was fitted."
+        diagnostics.note("trend-order", "", text)
     layered = LayeredSurface(layers, trend, options.method)
     source = layered.sample(x, y)[1]
     coverage = _checked_coverage(paths, source, options, diagnostics)
@@ -167,19 +144,6 @@ def _in_datum(windows: list[DemWindow], options: SurfaceOptions, diagnostics: Di
     return out
 
 
-def _report_averaged(windows: Sequence[DemWindow | None], diagnostics: Diagnostics) -> None:
-    """Report elevation models whose cells around the roads were averaged."""
-    averaged = [window for window in windows if window is not None and window.block > 1]
-    if averaged:
-        block = max(window.block for window in averaged)
-        diagnostics.note(
-            "dem-averaged",
-            "",
-            f"{_names([window.source.path for window in averaged])}: the roads span more cells than are kept; "
-            f"blocks of {block} x {block} cells were averaged.",
-        )
-
-
 def _used(
     paths: Sequence[Path],
     windows: Sequence[DemWindow | None],
@@ -189,15 +153,16 @@ def _used(
     y: FloatArray,
     diagnostics: Diagnostics,
 ) -> list[DemWindow]:
-    """Return the windows with heights, report the other elevation models; fail if none has heights at the roads."""
-    used, away, empty = [], [], []
-    for path, window in zip(paths, windows, strict=True):
-        if window is None:
-            away.append(path)
-        elif bool(np.isfinite(window.z).any()):
-            used.append(window)
-        else:
-            empty.append(path)
+    """Return the windows with heights, report averaged and unused models; fail if none has heights at the roads."""
+    averaged = [window for window in windows if window is not None and window.block > 1]
+    if averaged:
+        names, block = _names([window.source.path for window in averaged]), max(window.block for window in averaged)
+        why = f"the roads span more cells than are kept; blocks of {block} x {block} cells were averaged."
+        diagnostics.note("dem-averaged", "", f"{names}: {why}")
+    away = [path for path, window in zip(paths, windows, strict=True) if window is None]
+    reached = [window for window in windows if window is not None]
+    used = [window for window in reached if np.isfinite(window.z).any()]
+    empty = [window.source.path for window in reached if not np.isfinite(window.z).any()]
     for unused, why in ((away, "it does not reach the roads"), (empty, "it has only nodata around the roads")):
         if unused:
             diagnostics.note("dem-unused", "", f"{_names(unused)}: not used, {why}.")
@@ -205,23 +170,21 @@ def _used(
         return used
     names = _names(paths)
     if empty:
-        raise CoverageError(
-            f"{names}: all cells around the roads are nodata; give an elevation model with heights there"
-        )
+        remedy = "give an elevation model with heights there"
+        raise CoverageError(f"{names}: all cells around the roads are nodata; {remedy}")
     lon, lat = to_geographic(frame, x, y)
     roads = float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
-    raise CoverageError(
-        f"{names}: the elevation model covers {_box_text(_union(bounds))} but the roads lie at {_box_text(roads)}; "
-        "give one that covers the roads"
-    )
+    west, south, east, north = zip(*bounds, strict=True)
+    covered = min(west), min(south), max(east), max(north)
+    places = f"covers {_box_text(covered)} but the roads lie at {_box_text(roads)}"
+    raise CoverageError(f"{names}: the elevation model {places}; give one that covers the roads")
 
 
 def _checked_coverage(
     paths: Sequence[Path], source: IntArray, options: SurfaceOptions, diagnostics: Diagnostics
 ) -> float:
     """Return the share of measured points; fail if it is too small, report what is filled in."""
-    coverage = float(np.mean(source >= 0))
-    names = _names(paths)
+    coverage, names = float(np.mean(source >= 0)), _names(paths)
     if coverage == 0.0:
         raise CoverageError(f"{names}: no road has a measured height; give an elevation model that covers the roads")
     if coverage < _COVERAGE_MIN and not options.allow_partial:
@@ -230,11 +193,8 @@ def _checked_coverage(
             "cover the roads, or allow the rest to be guessed with --allow-partial"
         )
     if coverage < 1.0:
-        diagnostics.guessed(
-            "dem-gap",
-            "",
-            f"{names}: {_percent(1.0 - coverage)} of the roads have no measured height; it was filled in.",
-        )
+        gap = f"{_percent(1.0 - coverage)} of the roads have no measured height; it was filled in."
+        diagnostics.guessed("dem-gap", "", f"{names}: {gap}")
     return coverage
 
 
@@ -264,12 +224,6 @@ def _names(paths: Sequence[Path]) -> str:
     return ", ".join(str(path) for path in paths[:_FILES_NAMED]) + more
 
 
-def _union(boxes: Sequence[Bounds]) -> Bounds:
-    """Return the box around boxes."""
-    west, south, east, north = zip(*boxes, strict=True)
-    return min(west), min(south), max(east), max(north)
-
-
 def _box_text(box: Bounds) -> str:
     """Format a box for a message."""
     west, south, east, north = box
@@ -279,6 +233,4 @@ def _box_text(box: Bounds) -> str:
 def _percent(share: float) -> str:
     """Format a share with enough digits not to be rounded to nothing or everything."""
     percent = 100.0 * share
-    return (
-        f"{percent:.0f} %" if 1.0 <= percent <= 99.0 else f"{percent:.2g} %" if percent < 1.0 else f"{percent:.2f} %"
-    )
+    return f"{percent:{'.2g' if percent < 1.0 else '.0f' if percent <= 99.0 else '.2f'}} %"

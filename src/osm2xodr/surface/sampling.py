@@ -61,8 +61,7 @@ class _FilledLayer:
     def is_near(self, x: FloatArray, y: FloatArray) -> BoolArray:
         """Return which positions, local m, lie on the layer or within its ramp, (n,)."""
         west, south, east, north = self.bounds
-        out: BoolArray = (x > west) & (x < east) & (y > south) & (y < north)
-        return out
+        return (x > west) & (x < east) & (y > south) & (y < north)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,21 +79,13 @@ class Trend:
         """Return z (n,), m, at local x, y."""
         west, south, east, north = self.box
         z = self.polynomial.heights(np.clip(x, west, east), np.clip(y, south, north))
-        out: FloatArray = np.clip(z, self.lowest, self.highest)
-        return out
+        return np.clip(z, self.lowest, self.highest)
 
 
 class LayeredSurface:
-    """Layers over a trend.
+    """Layers, from top to bottom, over a trend.
 
-    Parameters
-    ----------
-    layers
-        The layers from top to bottom.
-    trend
-        The heights below them.
-    method
-        As of `make_interpolator`, or ``"polynomial"`` for the trend alone.
+    `method` is as of `make_interpolator`, or ``"polynomial"`` for the trend alone.
     """
 
     def __init__(self, layers: Sequence[Layer], trend: Trend, method: str) -> None:
@@ -128,9 +119,7 @@ class LayeredSurface:
 
     def _fill(self, layer: Layer) -> _FilledLayer:
         """Fill the voids of a layer from those filled already."""
-        known = np.isfinite(layer.z)
-        steps = layer.frame.steps()
-        z = layer.z
+        known, steps, z = np.isfinite(layer.z), layer.frame.steps(), layer.z
 
         def below(col: FloatArray, row: FloatArray) -> FloatArray:
             return self._compose(0, *layer.frame.positions(col, row))[0]
@@ -161,7 +150,7 @@ class LayeredSurface:
 
     def _near(self, index: int, x: FloatArray, y: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return heights and measuring layers at positions on or near a layer."""
-        item, frame = self._filled[index], self._filled[index].layer.frame
+        item = self._filled[index]
         col, row, edge_col, edge_row, measured = self._places(item, x, y)
         z = item.interpolate(edge_col, edge_row)
         source = np.where(measured, index, -1)
@@ -169,8 +158,10 @@ class LayeredSurface:
         if outside.any():
             away = np.hypot((col - edge_col) * item.steps[0], (row - edge_row) * item.steps[1])[outside]
             low, low_source = self._compose(index + 1, x[outside], y[outside])
-            at_edge = self._compose(index + 1, *frame.positions(edge_col[outside], edge_row[outside]))[0]
-            z[outside] = low + (z[outside] - at_edge) * _fade((away - 0.5 * max(item.steps)) / item.layer.ramp)
+            at_edge = self._compose(index + 1, *item.layer.frame.positions(edge_col[outside], edge_row[outside]))[0]
+            # From 1 at the footprint to 0 at the ramp's end, level at both (smoothstep).
+            rest = np.clip(1.0 - (away - 0.5 * max(item.steps)) / item.layer.ramp, 0.0, 1.0)
+            z[outside] = low + (z[outside] - at_edge) * (rest * rest * (3.0 - 2.0 * rest))
             source[outside] = np.where(measured[outside], index, low_source)
         inner_void = ~measured & ~outside
         if inner_void.any() and index + 1 < len(self._filled):
@@ -204,10 +195,3 @@ class LayeredSurface:
             source[near[measured]] = number
             left = left[source[left] < 0]
         return source
-
-
-def _fade(t: FloatArray) -> FloatArray:
-    """Fall from 1 for t <= 0 to 0 for t >= 1 (smoothstep, level at both ends)."""
-    rest = np.clip(1.0 - t, 0.0, 1.0)
-    out: FloatArray = rest * rest * (3.0 - 2.0 * rest)
-    return out

@@ -67,17 +67,10 @@ class SurfaceComparison:
 
 
 def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagnostics) -> SurfaceComparison:
-    """Compare interpolations and polynomials on elevation models.
+    """Compare interpolations and polynomials on elevation models: local raster files, one or more.
 
-    Parameters
-    ----------
-    paths
-        Local raster files, one or more.
-    bbox
-        West, south, east, north, degrees, WGS 84; None for the whole of each. Of large models,
-        evenly spread patches are taken.
-    diagnostics
-        Gets what is guessed or repaired.
+    `bbox` is west, south, east, north, degrees, WGS 84; None for the whole of each. Of large parts, evenly spread
+    patches are taken. Diagnostics get what is guessed or repaired.
 
     Raises
     ------
@@ -89,18 +82,11 @@ def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagn
     if not paths:
         raise InputError("no elevation model was given; name at least one file")
     if bbox is not None:
-        _check_box(bbox)
+        west, south, east, north = bbox
+        if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
+            remedy = "give west, south, east, north in degrees, the smaller ones first"
+            raise InputError(f"{west:g},{south:g},{east:g},{north:g} is not a box; {remedy}")
     return SurfaceComparison(bbox, tuple(_compare(path, bbox, diagnostics) for path in paths))
-
-
-def _check_box(box: Box) -> None:
-    """Raise an error if a box is not valid."""
-    west, south, east, north = box
-    if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
-        raise InputError(
-            f"{west:g},{south:g},{east:g},{north:g} is not a box; give west, south, east, north in degrees, the "
-            "smaller ones first"
-        )
 
 
 def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemComparison:
@@ -108,16 +94,13 @@ def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemCompar
     source = describe_dem(path, diagnostics)
     first_col, first_row, cols, rows = _window(source, box)
     if min(cols, rows) < _CELLS_IN_ROW_MIN:
-        raise InputError(
-            f"{path}: {cols} x {rows} cells are too few to compare anything; give a larger elevation model or --bbox"
-        )
+        remedy = "give a larger elevation model or --bbox"
+        raise InputError(f"{path}: {cols} x {rows} cells are too few to compare anything; {remedy}")
     frame = _frame(source, first_col, first_row, cols, rows)
     patches, outliers = _patches(source, frame, first_col, first_row, diagnostics)
-    cells, voids = sum(patch.z.size for patch in patches), sum(int(np.isnan(patch.z).sum()) for patch in patches)
     z = max((patch.z for patch in patches), key=lambda part: int(np.isfinite(part).sum()))
     if not np.isfinite(z).any():
         raise CoverageError(f"{path}: there are no heights to compare, all is nodata; give another part with --bbox")
-    unit = abs(source.metres * source.scale)
     return DemComparison(
         path,
         source.driver,
@@ -126,10 +109,10 @@ def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemCompar
         source.unit,
         frame.cell_size(),
         (cols, rows),
-        cells,
-        voids,
+        sum(patch.z.size for patch in patches),
+        sum(int(np.isnan(patch.z).sum()) for patch in patches),
         outliers,
-        estimate_sigma(z, frame.steps(), quantum_of(z, unit)),
+        estimate_sigma(z, frame.steps(), quantum_of(z, source.quantum)),
         looks_covered(z, frame.steps()) if source.covered is None else source.covered,
         compare_grid([_upright(item, frame) for item in patches if np.isfinite(item.z).any()], frame.steps()),
     )
@@ -142,18 +125,14 @@ def _window(source: DemSource, box: Box | None) -> tuple[int, int, int, int]:
     west, south, east, north = box
     t = np.linspace(0.0, 1.0, _BOX_POINTS)
     lon, lat = (place.reshape(-1) for place in np.meshgrid(west + (east - west) * t, south + (north - south) * t))
-    to_crs = Transformer.from_crs(WGS84, source.crs, always_xy=True)
-    cells = GridFrame(source.crs, to_crs, source.affine, source.rows, source.cols)
-    col, row = cells.cells(lon, lat)
+    col, row = source.frame(Transformer.from_crs(WGS84, source.crs, always_xy=True)).cells(lon, lat)
     inside = np.isfinite(col) & np.isfinite(row)
     low = np.array([np.min(place[inside], initial=np.inf) for place in (col, row)])
     high = np.array([np.max(place[inside], initial=-np.inf) for place in (col, row)])
     size = np.array([source.cols, source.rows])
     if not (np.all(high >= 0) and np.all(low <= size - 1)):
-        raise CoverageError(
-            f"{source.path}: the elevation model does not reach into the box {west:g},{south:g},{east:g},{north:g}; "
-            "give another --bbox"
-        )
+        asked = f"{west:g},{south:g},{east:g},{north:g}; give another --bbox"
+        raise CoverageError(f"{source.path}: the elevation model does not reach into the box {asked}")
     first = np.maximum(np.floor(low), 0).astype(np.int64)
     last = np.minimum(np.ceil(high), size - 1).astype(np.int64)
     return int(first[0]), int(first[1]), int(last[0] - first[0]) + 1, int(last[1] - first[1]) + 1
@@ -164,10 +143,8 @@ def _frame(source: DemSource, first_col: int, first_row: int, cols: int, rows: i
     a, b, c, d, e, f = source.affine
     u, v = first_col + 0.5 * cols, first_row + 0.5 * rows
     lon, lat = Transformer.from_crs(source.crs, WGS84, always_xy=True).transform(a * u + b * v + c, d * u + e * v + f)
-    limit = LATITUDE_MAX_DEG
-    local = make_frame(float(np.clip(lat, -limit, limit)), float(lon))
-    whole = GridFrame(source.crs, transformer_to(local, source.crs), source.affine, source.rows, source.cols)
-    return whole.window(first_col, first_row, cols, rows)
+    local = make_frame(float(np.clip(lat, -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG)), float(lon))
+    return source.frame(transformer_to(local, source.crs)).window(first_col, first_row, cols, rows)
 
 
 def _patches(
@@ -193,8 +170,7 @@ def _patches(
 
 def _starts(size: int, part: int, times: int) -> list[int]:
     """Return the starts of parts that are spread evenly over a size."""
-    room = size - part * times
-    return [k * part + (2 * k + 1) * room // (2 * times) for k in range(times)]
+    return [k * part + (2 * k + 1) * (size - part * times) // (2 * times) for k in range(times)]
 
 
 def _upright(patch: Patch, frame: GridFrame) -> Patch:

@@ -28,16 +28,11 @@ _NO_HEADER: Final = Header((-1, -1), MappingProxyType({}), None, None)
 
 
 def read_xodr(path: Path) -> OpenDrive:
-    """Read a file of OpenDRIVE.
+    """Read a file of OpenDRIVE, plain or compressed by gzip; ``-`` is standard input.
 
     Numbers that are missing or unreadable become NaN, references to what is not in the file `ABSENT`; each becomes a
-    `Misfit` with the line of the file. Where ids are used twice, references lead to the first of them. Records of
-    one owner stand in ascending s (lanes from left to right), whatever their order in the file.
-
-    Parameters
-    ----------
-    path
-        The file, plain or compressed by gzip; ``-`` is standard input.
+    `Misfit` with the line of the file. Where ids are used twice, references lead to the first of them. Records of one
+    owner stand in ascending s (lanes from left to right), whatever their order in the file.
 
     Raises
     ------
@@ -107,38 +102,30 @@ class _Document:
         """Read a road."""
         self._roads.begin(node)
         parts: dict[str, Node] = {}
-        sections: list[Node] = []
         for child in node.children:
-            tag = child.tag
-            if tag in _ONCE:
-                if tag in parts:
-                    self.values.first_only(child, node, parts[tag])
+            if child.tag in _ONCE:
+                if child.tag in parts:
+                    self.values.first_only(child, node, parts[child.tag])
                     continue
-                parts[tag] = child
-            self._road_part(child, node, sections)
-        if "lanes" not in parts or not sections:
+                parts[child.tag] = child
+            self._road_part(child, node)
+        sections = (
+            [child for child in parts["lanes"].children if child.tag == "laneSection"] if "lanes" in parts else []
+        )
+        if not sections:
             self.values.report("missing-element", node, "<road> has no <lanes> with a <laneSection>")
         self._lanes.road(sections)
         self._roads.end(node, parts.get("link"))
 
-    def _road_part(self, child: Node, road: Node, sections: list[Node]) -> None:
-        """Read a child of a road, except its link; lane sections are added to `sections`."""
-        roads = self._roads
+    def _road_part(self, child: Node, road: Node) -> None:
+        """Read a child of a road, except its link and lane sections."""
         tag = child.tag
         if tag == "planView":
-            roads.plan_view(child)
-        elif tag == "elevationProfile":
-            roads.elevation_profile(child)
-        elif tag == "lateralProfile":
-            roads.lateral_profile(child)
-        elif tag == "lanes":
-            for part in child.children:
-                if part.tag == "laneSection":
-                    sections.append(part)
-                else:
-                    roads.lane_offset(part, child)
+            self._roads.plan_view(child)
+        elif tag in ("elevationProfile", "lateralProfile", "lanes"):
+            self._roads.profile(child)
         elif tag == "type":
-            roads.type(child)
+            self._roads.type(child)
         elif tag in ("objects", "signals"):
             self._furniture.extend(read_furniture(self.values, child))
         elif tag == "userData":
@@ -153,29 +140,22 @@ class _Document:
     def _read_header(self, node: Node) -> Header:
         """Read the header."""
         values = self.values
-        reference: Node | None = None
-        offset: Node | None = None
+        found: dict[str, Node | None] = {"geoReference": None, "offset": None}
         for child in node.children:
-            if child.tag == "geoReference":
-                reference = values.first_only(child, node, reference)
-            elif child.tag == "offset":
-                offset = values.first_only(child, node, offset)
+            if child.tag in found:
+                found[child.tag] = values.first_only(child, node, found[child.tag])
             elif child.tag == "userData":
                 self._user_data(child)
             else:
                 values.check_known(child, node, _HEADER_UNREAD)
-        revision = (self._revision(node, "revMajor"), self._revision(node, "revMinor"))
-        shift = None
-        if offset is not None:
+        numbers = (values.number(node, "revMajor"), values.number(node, "revMinor"))
+        major, minor = (int(value) if value.is_integer() else -1 for value in numbers)
+        shift, reference = None, found["geoReference"]
+        if offset := found["offset"]:
             x, y, z, hdg = (values.optional(offset, name, NAN) for name in ("x", "y", "z", "hdg"))
             shift = (x, y, z, hdg)
         text = None if reference is None else reference.text.strip()
-        return Header(revision, MappingProxyType(node.attributes), text, shift)
-
-    def _revision(self, node: Node, name: str) -> int:
-        """Return a part of the version; -1 where it is missing or not an integer."""
-        value = self.values.number(node, name)
-        return int(value) if value == value and value == int(value) else -1
+        return Header((major, minor), MappingProxyType(node.attributes), text, shift)
 
     def tables(self, path: Path, root: Node) -> OpenDrive:
         """Return all tables."""
@@ -183,28 +163,28 @@ class _Document:
             self.values.report("missing-element", root, "the file has no <header>")
         road_index, junction_index = first_index(self._roads.ids), first_index(self._junctions.ids)
         types, type_lines = self._roads.types()
-        profiles, lines = self._roads.profiles()
+        profiles, lines = zip(*self._roads.profiles(), strict=True)
+        road_lines = dict(zip(("elevation", "superelevation", "lane_offset"), lines, strict=True))
         sections, lanes, lane_lines, lane_misfits = self._lanes.tables(self._roads.lengths)
         junctions, connections = self._junctions.tables(road_index)
         misfits = [*self.values.misfits, *self._roads.misfits(), *lane_misfits]
-        misfits.sort(key=lambda item: item.line)
         return OpenDrive(
             path=path,
             header=self._header or _NO_HEADER,
             roads=self._roads.roads(junction_index),
             types=types,
             plan_view=self._roads.plan(),
-            elevation=profiles["elevation"],
-            superelevation=profiles["superelevation"],
+            elevation=profiles[0],
+            superelevation=profiles[1],
             crossfall_shape=self._roads.shapes(),
-            lane_offset=profiles["lane_offset"],
+            lane_offset=profiles[2],
             sections=sections,
             lanes=lanes,
             junctions=junctions,
             connections=connections,
-            record_lines=MappingProxyType({**lines, **lane_lines, "type": type_lines}),
+            record_lines=MappingProxyType({**road_lines, **lane_lines, "type": type_lines}),
             furniture=tuple(self._furniture),
             controllers=tuple(self._controllers),
             provenance=MappingProxyType(self._provenance),
-            misfits=tuple(misfits),
+            misfits=tuple(sorted(misfits, key=lambda item: item.line)),
         )

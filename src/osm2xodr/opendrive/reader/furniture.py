@@ -15,26 +15,10 @@ _KINDS: Final = {
 }
 # Elements without a t of their own.
 _ALONG: Final = frozenset({"bridge", "tunnel"})
-_UNREAD: Final = frozenset(
-    {
-        "material",
-        "parkingSpace",
-        "markings",
-        "borders",
-        "surface",
-        "skeleton",
-        "dependency",
-        "reference",
-        "positionRoad",
-        "positionInertial",
-        "board",
-        "staticBoard",
-        "vmsBoard",
-        "semantics",
-        "vmsGroup",
-        "laneValidity",
-    }
-)
+_UNREAD: Final = frozenset({
+    "material", "parkingSpace", "markings", "borders", "surface", "skeleton", "dependency", "reference",
+    "positionRoad", "positionInertial", "board", "staticBoard", "vmsBoard", "semantics", "vmsGroup", "laneValidity",
+})  # fmt: skip
 _CORNERS: Final = {"cornerRoad": ("s", "t", "dz", "height"), "cornerLocal": ("u", "v", "z", "height")}
 _REPEAT: Final = ("s", "length", "distance", "tStart", "tEnd")
 
@@ -69,9 +53,8 @@ def _item(values: Values, node: Node) -> Furniture:
             repeats.append((s, length, distance, start, end, values.optional(child, "widthStart", NAN)))
         else:
             values.check_known(child, node, _UNREAD)
-    along = node.tag in _ALONG
+    along, used = node.tag in _ALONG, outlines or old
     heading = "hOffset" if node.tag.startswith("signal") else "hdg"
-    used = outlines or old
     return Furniture(
         kind=node.tag,
         road=values.road,

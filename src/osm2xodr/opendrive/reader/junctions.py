@@ -11,20 +11,10 @@ from osm2xodr.opendrive.reader.values import Values
 from osm2xodr.opendrive.tables import ABSENT, ConnectionTable, Controller, JunctionTable
 
 # Other elements that a junction may have in version 1.8.
-_UNREAD: Final = frozenset(
-    {
-        "surface",
-        "junctionReference",
-        "boundary",
-        "elevationGrid",
-        "planView",
-        "objects",
-        "signals",
-        "crossPath",
-        "roadSection",
-        "trafficIsland",
-    }
-)
+_UNREAD: Final = frozenset({
+    "surface", "junctionReference", "boundary", "elevationGrid", "planView", "objects", "signals", "crossPath",
+    "roadSection", "trafficIsland",
+})  # fmt: skip
 _CONNECTION_UNREAD: Final = frozenset({"predecessor", "successor"})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -37,11 +38,10 @@ class LaneReader:
     def road(self, nodes: list[Node]) -> None:
         """Read the sections of a road."""
         sections = [(self._values.number(node, "s"), node) for node in nodes]
-        for k in range(1, len(sections)):
-            if sections[k][0] < sections[k - 1][0]:
-                self._values.report("unsorted-records", sections[k][1], "<laneSection> follows one of a greater s")
-                sections.sort(key=lambda item: (item[0] != item[0], item[0]))
-                break
+        behind = [node for (before, _), (s, node) in pairwise(sections) if s < before]
+        if behind:
+            self._values.report("unsorted-records", behind[0], "<laneSection> follows one of a greater s")
+            sections.sort(key=lambda item: (item[0] != item[0], item[0]))
         for s, node in sections:
             self._section_s.append(s)
             self._section_lines.append(node.line)
@@ -57,27 +57,27 @@ class LaneReader:
                 values.check_known(side, node)
                 continue
             for lane in side.children:
-                if lane.tag != "lane":
+                if lane.tag == "lane":
+                    lanes.append((self._lane_id(lane, side.tag), lane))
+                else:
                     values.check_known(lane, side)
-                    continue
-                number = values.lane_id(lane)
-                self._check_side(number, lane, side.tag)
-                lanes.append((number, lane))
         ids = [number for number, _ in lanes]
         if 0 not in ids:
             values.report("missing-element", node, "<laneSection> has no centre lane")
-        if any(b > a for a, b in zip(ids, ids[1:])):  # noqa: B905, RUF007 - pairs, and fast
+        if any(b > a for a, b in pairwise(ids)):
             values.report("unsorted-records", node, "the lanes do not stand from left to right; they are sorted")
             lanes.sort(key=lambda item: -item[0])
         for number, lane in lanes:
             self._lane(number, lane)
         self._lane_start.append(len(self._texts))
 
-    def _check_side(self, number: int, lane: Node, side: str) -> None:
-        """Check that a lane stands on the side that its id says."""
+    def _lane_id(self, lane: Node, side: str) -> int:
+        """Return the id of a lane, and check that it stands on the side that its id says."""
+        number = self._values.lane_id(lane)
         right = number > 0 if side == "left" else number < 0 if side == "right" else number == 0
         if not right and number != ABSENT:
             self._values.report("misplaced-element", lane, f"lane {number} stands in <{side}>")
+        return number
 
     def _lane(self, number: int, node: Node) -> None:
         """Read a lane."""
@@ -111,15 +111,13 @@ class LaneReader:
 
     def _links(self, node: Node) -> tuple[int, int]:
         """Return a lane's first predecessor and successor."""
-        before, after = ABSENT, ABSENT
+        found = {"predecessor": ABSENT, "successor": ABSENT}
         for child in node.children:
-            if child.tag == "predecessor":
-                before = self._values.lane_id(child) if before == ABSENT else before
-            elif child.tag == "successor":
-                after = self._values.lane_id(child) if after == ABSENT else after
-            else:
+            if child.tag not in found:
                 self._values.check_known(child, node)
-        return before, after
+            elif found[child.tag] == ABSENT:
+                found[child.tag] = self._values.lane_id(child)
+        return found["predecessor"], found["successor"]
 
     def tables(self, lengths: FloatArray) -> tuple[SectionTable, LaneTable, dict[str, IntArray], list[Misfit]]:
         """Return sections, lanes, the lines of widths and borders, and reports of those out of order.
@@ -155,6 +153,5 @@ class LaneReader:
             line=numbers[:, 3].copy(),
             direction=directions,
         )
-        roads = road[section]
-        misfits = self._width.misfits(roads) + self._border.misfits(roads)
+        misfits = self._width.misfits(road[section]) + self._border.misfits(road[section])
         return sections, lanes, {"width": width_lines, "border": border_lines}, misfits

@@ -44,13 +44,7 @@ class _DoctypeError(Exception):
 
 
 class TreeReader:
-    """Reads a document; see `trees`.
-
-    Attributes
-    ----------
-    root
-        The outermost element, once it has begun; its children are yielded instead of kept.
-    """
+    """Reads a document; its outermost element is `root`, once that has begun, whose children are not kept."""
 
     def __init__(self, path: Path) -> None:
         self.root: Node | None = None
@@ -65,47 +59,35 @@ class TreeReader:
         parser.StartDoctypeDeclHandler = self._refuse
 
     def trees(self) -> Iterator[Node]:
-        """Yield the children of the root, each as a whole.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read or is not XML.
-        """
+        """Yield the children of the root, each as a whole; `InputError` if the file cannot be read or is not XML."""
         try:
             with _opened(self._path) as stream:
-                while chunk := stream.read(_CHUNK):
-                    self._parser.Parse(chunk, False)
-                    yield from self._taken()
-                self._parser.Parse(b"", True)
-                yield from self._taken()
+                more = True
+                while more:
+                    chunk = stream.read(_CHUNK)
+                    more = bool(chunk)
+                    self._parser.Parse(chunk, not more)
+                    done, self._done = self._done, []
+                    yield from done
         except expat.ExpatError as error:
             reason = expat.errors.messages.get(error.code, "it cannot be parsed")
             raise InputError(
                 f"{self._path} is not XML that can be read: {reason} in line {error.lineno}; give a file of OpenDRIVE"
             ) from error
         except _DoctypeError as error:
-            raise InputError(
-                f"{self._path} declares a document type, which OpenDRIVE does not have; remove <!DOCTYPE>"
-            ) from error
+            reason = "declares a document type, which OpenDRIVE does not have; remove <!DOCTYPE>"
+            raise InputError(f"{self._path} {reason}") from error
         except (LookupError, ValueError) as error:
             # Raised by expat when Python has no codec for the declared encoding.
-            raise InputError(
-                f"{self._path} has an encoding that cannot be read ({error}); write it in UTF-8"
-            ) from error
+            reason = f"has an encoding that cannot be read ({error}); write it in UTF-8"
+            raise InputError(f"{self._path} {reason}") from error
         except (OSError, EOFError, zlib.error) as error:
             reason = (getattr(error, "strerror", None) or str(error)).lower()
             raise InputError(f"cannot read {self._path}: {reason}; give a file of OpenDRIVE") from error
 
-    def _taken(self) -> list[Node]:
-        """Return the trees that are complete and forget them."""
-        done, self._done = self._done, []
-        return done
-
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         """Begin an element."""
-        if ":" in tag:
-            tag = tag.rpartition(":")[2]
+        tag = tag.rpartition(":")[2]
         node = Node(tag, attributes, self._parser.CurrentLineNumber)
         if self._open:
             self._open[-1].children.append(node)

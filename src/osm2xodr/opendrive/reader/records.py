@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TypeVar
+from collections.abc import Iterable
 
 import numpy as np
 
 from osm2xodr.curves import owners
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.tables import Misfit
-
-_Item = TypeVar("_Item")
 
 
 class Records:
@@ -50,21 +47,22 @@ class Records:
 
     def table(self) -> tuple[FloatArray, IntArray, IntArray]:
         """Return all rows (rows, width) in ascending s per owner, their lines, and their places in the file."""
-        rows = np.array(self._flat, np.float64).reshape(-1, self._width)
-        lines = np.array(self._lines, np.int64)
-        order = np.arange(len(rows))
-        if len(self.unsorted(rows[:, 0])):
-            order = np.lexsort((rows[:, 0], self.owner))
+        rows, lines = self._rows, np.array(self._lines, np.int64)
+        order = np.lexsort((rows[:, 0], self.owner)) if len(self._unsorted(rows[:, 0])) else np.arange(len(rows))
         return rows[order], lines[order], order
 
-    def unsorted(self, s: FloatArray) -> IntArray:
+    @property
+    def _rows(self) -> FloatArray:
+        return np.array(self._flat, np.float64).reshape(-1, self._width)
+
+    def _unsorted(self, s: FloatArray) -> IntArray:
         """Return the rows whose s is less than that of the row before them, of the same owner."""
         owner = self.owner
         return 1 + np.flatnonzero((np.diff(s) < 0) & (owner[1:] == owner[:-1]))
 
     def misfits(self, roads: IntArray | None = None) -> list[Misfit]:
         """Report rows out of order; `roads` holds the road of each owner, (owners,), unless owners are roads."""
-        rows = np.array(self._flat, np.float64).reshape(-1, self._width)
+        rows = self._rows
         owner = self.owner if roads is None else roads[self.owner]
         return [
             Misfit(
@@ -73,7 +71,7 @@ class Records:
                 int(owner[row]),
                 f"<{self.element}> at {rows[row, 0]:g} follows one at {rows[row - 1, 0]:g}; they are sorted",
             )
-            for row in self.unsorted(rows[:, 0]).tolist()
+            for row in self._unsorted(rows[:, 0]).tolist()
         ]
 
     def profile(self) -> tuple[CubicProfile, IntArray]:
@@ -85,8 +83,3 @@ class Records:
 def columns(rows: FloatArray) -> list[FloatArray]:
     """Return the columns of a table, each on its own."""
     return [np.ascontiguousarray(column) for column in rows.T]
-
-
-def in_order(items: Sequence[_Item], order: IntArray) -> tuple[_Item, ...]:
-    """Return items in another order."""
-    return tuple(items[k] for k in order.tolist())

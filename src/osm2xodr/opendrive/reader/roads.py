@@ -8,7 +8,7 @@ import numpy as np
 
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 from osm2xodr.opendrive.reader.nodes import Node
-from osm2xodr.opendrive.reader.records import Records, columns, in_order
+from osm2xodr.opendrive.reader.records import Records, columns
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import ABSENT, GeometryTable, LinkKind, Misfit, RoadTable, Shape, TypeTable
 
@@ -21,6 +21,12 @@ _SHAPES: Final[dict[str, tuple[Shape, tuple[str, ...]]]] = {
     "spiral": (Shape.SPIRAL, ("curvStart", "curvEnd")),
     "poly3": (Shape.POLY3, ("a", "b", "c", "d")),
     "paramPoly3": (Shape.PARAM_POLY3, ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")),
+}
+# The records of piecewise cubics in each element of a road, and what else it may have.
+_PROFILES: Final[dict[str, tuple[str, frozenset[str]]]] = {
+    "elevationProfile": ("elevation", frozenset()),
+    "lateralProfile": ("superelevation", frozenset({"shape", "crossfall", "crossSectionSurface"})),
+    "lanes": ("laneOffset", frozenset({"laneSection"})),
 }
 _LINK_KINDS: Final = {"road": LinkKind.ROAD, "junction": LinkKind.JUNCTION}
 # Padding of the parameters of a shape, by their number.
@@ -46,9 +52,8 @@ class RoadReader:
         self._types = Records("type", 2)
         self._type_words: list[str] = []
         self._plan = Records("geometry", 7 + _PARAMETERS)
-        self._elevation = Records("elevation", 5)
-        self._superelevation = Records("superelevation", 5)
-        self._lane_offset = Records("laneOffset", 5)
+        self._cubics = {element: Records(element, 5) for element, _ in _PROFILES.values()}
+        self._records = (self._types, self._plan, *self._cubics.values())
         self._shapes: list[int] = []
 
     def begin(self, node: Node) -> None:
@@ -70,7 +75,7 @@ class RoadReader:
         if self._plan.is_empty:
             self._values.report("missing-element", node, "<road> has no <planView> with a <geometry>")
         self._links.append(self._link(link))
-        for records in (self._types, self._plan, self._elevation, self._superelevation, self._lane_offset):
+        for records in self._records:
             records.close()
 
     def type(self, node: Node) -> None:
@@ -117,53 +122,34 @@ class RoadReader:
 
     def _normalized(self, node: Node) -> float:
         """Return 1 if the parameter of a ``<paramPoly3>`` runs from 0 to 1, as it does by default, else 0."""
-        word = node.get("pRange")
-        if word not in ("arcLength", "normalized"):
-            if word:
-                text = f"pRange={word!r} of <paramPoly3> is neither arcLength nor normalized"
-                self._values.report("bad-value", node, text)
-            else:
-                self._values.text(node, "pRange")
+        word = self._values.text(node, "pRange")
+        if word not in ("arcLength", "normalized", ""):
+            text = f"pRange={word!r} of <paramPoly3> is neither arcLength nor normalized"
+            self._values.report("bad-value", node, text)
         return 0.0 if word == "arcLength" else 1.0
 
-    def elevation_profile(self, node: Node) -> None:
-        """Read an ``<elevationProfile>``."""
+    def profile(self, node: Node) -> None:
+        """Read the piecewise cubics in one of `_PROFILES`."""
+        element, known = _PROFILES[node.tag]
         for child in node.children:
-            self._cubic(self._elevation, child, node)
-
-    def lateral_profile(self, node: Node) -> None:
-        """Read a ``<lateralProfile>``."""
-        for child in node.children:
-            if child.tag == "shape":
-                self._shapes[-1] += 1
+            if child.tag == element:
+                self._cubics[element].add(self._values.row(child, _CUBIC), child.line)
             else:
-                self._cubic(self._superelevation, child, node, frozenset({"crossfall", "crossSectionSurface"}))
-
-    def lane_offset(self, node: Node, parent: Node) -> None:
-        """Read a ``<laneOffset>``, or report another element of ``<lanes>``."""
-        self._cubic(self._lane_offset, node, parent)
-
-    def _cubic(self, records: Records, node: Node, parent: Node, known: frozenset[str] = frozenset()) -> None:
-        """Add an element to its records, or report it unless it is known."""
-        if node.tag == records.element:
-            records.add(self._values.row(node, _CUBIC), node.line)
-        else:
-            self._values.check_known(node, parent, known)
+                self._values.check_known(child, node, known)
+        if node.tag == "lateralProfile":
+            self._shapes[-1] = sum(child.tag == "shape" for child in node.children)
 
     def _link(self, node: Node | None) -> tuple[_Link, _Link]:
         """Return a road's predecessor and successor."""
         if node is None or not node.children:
             return _NO_LINK, _NO_LINK
-        before: Node | None = None
-        after: Node | None = None
+        found: dict[str, Node | None] = {"predecessor": None, "successor": None}
         for child in node.children:
-            if child.tag == "predecessor":
-                before = self._values.first_only(child, node, before)
-            elif child.tag == "successor":
-                after = self._values.first_only(child, node, after)
+            if child.tag in found:
+                found[child.tag] = self._values.first_only(child, node, found[child.tag])
             else:
                 self._values.check_known(child, node, frozenset({"neighbor"}))
-        return self._side(before), self._side(after)
+        return self._side(found["predecessor"]), self._side(found["successor"])
 
     def _side(self, node: Node | None) -> _Link:
         """Read a ``<predecessor>`` or ``<successor>`` of a road."""
@@ -176,8 +162,6 @@ class RoadReader:
             self._values.report("bad-value", node, text)
         return kind, self._values.text(node, "elementId"), self._values.contact(node)
 
-    # ------------------------------------------------------------ tables
-
     @property
     def lengths(self) -> FloatArray:
         """Lengths of the roads as written, (roads,), m."""
@@ -185,8 +169,7 @@ class RoadReader:
 
     def roads(self, junctions: dict[str, int]) -> RoadTable:
         """Return the table of roads; `junctions` are the indices of junctions by id."""
-        index = first_index(self.ids)
-        where: dict[int, dict[str, int]] = {LinkKind.ROAD: index, LinkKind.JUNCTION: junctions}
+        where: dict[int, dict[str, int]] = {LinkKind.ROAD: first_index(self.ids), LinkKind.JUNCTION: junctions}
         target = [[where.get(kind, {}).get(name, ABSENT) for kind, name, _ in pair] for pair in self._links]
         own = [-1 if name in ("-1", "") else junctions.get(name, ABSENT) for name in self._junctions]
         return RoadTable(
@@ -207,7 +190,7 @@ class RoadReader:
         """Return the table of types, and their lines."""
         rows, lines, order = self._types.table()
         s, speed = columns(rows)
-        return TypeTable(self._types.start, s, speed, in_order(self._type_words, order)), lines
+        return TypeTable(self._types.start, s, speed, tuple(self._type_words[k] for k in order.tolist())), lines
 
     def plan(self) -> GeometryTable:
         """Return the plan views."""
@@ -226,14 +209,9 @@ class RoadReader:
             line=lines,
         )
 
-    def profiles(self) -> tuple[dict[str, CubicProfile], dict[str, IntArray]]:
+    def profiles(self) -> list[tuple[CubicProfile, IntArray]]:
         """Return elevation, superelevation and lane offset, and the lines of their records."""
-        found = {
-            "elevation": self._elevation.profile(),
-            "superelevation": self._superelevation.profile(),
-            "lane_offset": self._lane_offset.profile(),
-        }
-        return {name: pair[0] for name, pair in found.items()}, {name: pair[1] for name, pair in found.items()}
+        return [records.profile() for records in self._cubics.values()]
 
     def shapes(self) -> IntArray:
         """Return how many ``<shape>`` records each road has, (roads,)."""
@@ -241,8 +219,7 @@ class RoadReader:
 
     def misfits(self) -> list[Misfit]:
         """Report records out of order."""
-        records = (self._types, self._plan, self._elevation, self._superelevation, self._lane_offset)
-        return [item for record in records for item in record.misfits()]
+        return [item for records in self._records for item in records.misfits()]
 
 
 def first_index(ids: list[str]) -> dict[str, int]:

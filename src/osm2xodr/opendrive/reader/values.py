@@ -13,26 +13,19 @@ NAN: Final = math.nan
 
 # No length, coefficient or curvature of a road is as large as this; larger ones might overflow when multiplied.
 _TOO_LARGE: Final = 1e12
-
+_ENDS: Final = {"start": End.START, "end": End.END, "": End.UNSAID}
 # m/s per unit; m/s is OpenDRIVE's default.
 _UNITS: Final = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
-
 # Elements that may stand anywhere.
 _ANYWHERE: Final = frozenset({"userData", "include", "dataQuality"})
-
 # Elements of which some readers take the last child for the content, whatever it is.
 _NO_USER_DATA: Final = frozenset({"geometry", "elevationProfile"})
 
 
 class Values:
-    """Reads attributes and reports what it could not read.
+    """Reads attributes and reports what it could not read in `misfits`.
 
-    Attributes
-    ----------
-    misfits
-        Reports so far.
-    road
-        Index of the road that is being read; -1 outside roads.
+    `road` is the index of the road that is being read, -1 outside roads.
     """
 
     def __init__(self) -> None:
@@ -55,9 +48,7 @@ class Values:
 
     def number(self, node: Node, name: str) -> float:
         """Return the number of a required attribute; NaN where it is missing or not a number."""
-        if name not in node.attributes:
-            self.report("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
-            return NAN
+        self.text(node, name)
         return self.optional(node, name, NAN)
 
     def optional(self, node: Node, name: str, default: float) -> float:
@@ -76,37 +67,29 @@ class Values:
 
     def lane_id(self, node: Node, name: str = "id") -> int:
         """Return a lane id; `ABSENT` where it is missing or not an integer."""
-        text = node.attributes.get(name)
-        if text is None:
-            self.report("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
-            return ABSENT
+        text = self.text(node, name)
         try:
             value = int(text)
         except ValueError:
             value = ABSENT
-        if not -(2**62) < value < 2**62:
+        if -(2**62) < value < 2**62:
+            return value
+        if name in node.attributes:
             self.report("bad-number", node, f"{name}={text!r} of <{node.tag}> is not a lane id")
-            return ABSENT
-        return value
+        return ABSENT
 
     def text(self, node: Node, name: str) -> str:
         """Return a required attribute; empty where it is missing."""
-        text = node.attributes.get(name)
-        if text is None:
+        if name not in node.attributes:
             self.report("missing-attribute", node, f"<{node.tag}> has no attribute {name}")
-            return ""
-        return text
+        return node.get(name)
 
     def contact(self, node: Node) -> int:
         """Return the `End` that ``contactPoint`` names."""
         text = node.get("contactPoint")
-        if text == "start":
-            return End.START
-        if text == "end":
-            return End.END
-        if text:
+        if text not in _ENDS:
             self.report("bad-value", node, f"contactPoint={text!r} of <{node.tag}> is neither start nor end")
-        return End.UNSAID
+        return _ENDS.get(text, End.UNSAID)
 
     def speed(self, node: Node) -> float:
         """Return the speed limit of a ``<speed>``, m/s; infinity for no limit, NaN where it is unknown."""

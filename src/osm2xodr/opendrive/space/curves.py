@@ -51,15 +51,17 @@ def pose_and_curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before
     if not len(plan.s):
         unknown = np.full(len(s), np.nan)
         return unknown, unknown.copy(), unknown.copy(), unknown.copy()
-    k = _record(plan, road, s, before)
+    # Roads without records get any, and then NaN.
+    has = plan.start[road + 1] > plan.start[road]
+    k = np.zeros(len(s), np.int64)
+    k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
     # Damaged records may overflow: then the pose is unknown.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         u, v, turn, bend = _local_pose(plan, k, s - plan.s[k])
     cos, sin = np.cos(plan.hdg[k]), np.sin(plan.hdg[k])
     out = (plan.x[k] + cos * u - sin * v, plan.y[k] + sin * u + cos * v, plan.hdg[k] + turn, bend)
-    missing = plan.start[road + 1] == plan.start[road]
     for values in out:
-        values[missing | ~np.isfinite(values)] = np.nan
+        values[~has | ~np.isfinite(values)] = np.nan
     return out
 
 
@@ -76,15 +78,6 @@ def record_lengths(file: OpenDrive) -> FloatArray:
     return out
 
 
-def _record(plan: GeometryTable, road: IntArray, s: FloatArray, before: bool) -> IntArray:
-    """Return the records that hold at s; any record for roads that have none."""
-    k = np.zeros(len(s), np.int64)
-    has = np.flatnonzero(plan.start[road + 1] > plan.start[road])
-    if len(has):
-        k[has] = find_record(plan.start, plan.s, road[has], s[has], before=before)
-    return k
-
-
 def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
     """Return u, v, the turn and the curvature after ds of records, in the frames of their starts."""
     shape, p = plan.shape[k], plan.parameters[k]
@@ -92,8 +85,7 @@ def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
     u, v, turn = arc_step(bend, ds)
     spiral = np.flatnonzero(shape == Shape.SPIRAL)
     if len(spiral):
-        first, last = p[spiral, 0], p[spiral, 1]
-        length = plan.length[k[spiral]]
+        first, last, length = p[spiral, 0], p[spiral, 1], plan.length[k[spiral]]
         rate = np.where(length > 0, (last - first) / length, 0.0)
         u[spiral], v[spiral], turn[spiral] = spiral_step(first, rate, ds[spiral])
         bend[spiral] = first + rate * ds[spiral]
@@ -124,9 +116,6 @@ def spiral_step(first: FloatArray, rate: FloatArray, ds: FloatArray) -> _Triple:
     return u, v, ds * (first + 0.5 * rate * ds)
 
 
-# ---------------------------------------------------------------- polynomials
-
-
 @dataclass(frozen=True, eq=False)
 class _Polynomials:
     """Poly3 and ParamPoly3 records as curves u(q), v(q), with their arc lengths."""
@@ -148,14 +137,8 @@ _CACHE: WeakKeyDictionary[GeometryTable, _Polynomials] = WeakKeyDictionary()
 
 def _polynomials(plan: GeometryTable) -> _Polynomials:
     """Return the polynomials of a plan view; measured once, then remembered."""
-    found = _CACHE.get(plan)
-    if found is None:
-        found = _CACHE[plan] = _measure(plan)
-    return found
-
-
-def _measure(plan: GeometryTable) -> _Polynomials:
-    """Find the arc lengths of all polynomials."""
+    if plan in _CACHE:
+        return _CACHE[plan]
     record = np.flatnonzero((plan.shape == Shape.POLY3) | (plan.shape == Shape.PARAM_POLY3))
     row = np.zeros(len(plan.shape), np.int64)
     row[record] = np.arange(len(record))
@@ -170,7 +153,8 @@ def _measure(plan: GeometryTable) -> _Polynomials:
         arc[:, panel + 1] = arc[:, panel] + _arc_length(u, v, low, high)
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.where(plain, 1.0, np.where(length > 0, arc[:, -1] / length, 0.0))
-    return _Polynomials(record, row, u, v, end, arc, scale)
+    found = _CACHE[plan] = _Polynomials(record, row, u, v, end, arc, scale)
+    return found
 
 
 def _polynomial_step(table: _Polynomials, record: IntArray, ds: FloatArray) -> _Quadruple:
@@ -216,11 +200,9 @@ def _arc_length(u: FloatArray, v: FloatArray, low: FloatArray, high: FloatArray)
 
 def _value(c: FloatArray, q: FloatArray) -> FloatArray:
     """Return the values of cubics with coefficients (n, 4)."""
-    out: FloatArray = c[:, 0] + q * (c[:, 1] + q * (c[:, 2] + q * c[:, 3]))
-    return out
+    return c[:, 0] + q * (c[:, 1] + q * (c[:, 2] + q * c[:, 3]))
 
 
 def _slope(c: FloatArray, q: FloatArray) -> FloatArray:
     """Return the derivatives of cubics with coefficients (n, 4)."""
-    out: FloatArray = c[:, 1] + q * (2 * c[:, 2] + q * (3 * c[:, 3]))
-    return out
+    return c[:, 1] + q * (2 * c[:, 2] + q * (3 * c[:, 3]))

@@ -62,7 +62,11 @@ class RoadFinder:
         self._usable = np.flatnonzero(np.isfinite(self._stations.x) & np.isfinite(self._stations.y))
         points = np.column_stack([self._stations.x, self._stations.y])[self._usable]
         self._tree = cKDTree(points) if len(points) else None
-        self._reach = min(_reach(file, self._stations), _FIND_REACH)
+        section = section_at(file, self._stations.road, self._stations.s)
+        lanes = outermost_lanes(file, section)
+        borders = [border for has, lane in lanes for border in lane_borders(file, lane, self._stations.s[has])]
+        aside = np.abs(np.concatenate(borders))
+        self._reach = min(float(np.max(aside[np.isfinite(aside)], initial=0.0)), _FIND_REACH)
 
     def find(self, x: FloatArray, y: FloatArray) -> Places:
         """Return all roads whose lanes lie at inertial x, y, (points,), m, or else the nearest road, for each point.
@@ -70,18 +74,15 @@ class RoadFinder:
         Points that are not finite have no places.
         """
         asked = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-        if self._tree is None or not len(asked):
-            return _selected(_no_places(len(x)), np.zeros(0, np.int64), len(x))
         point, station = self._near(x[asked], y[asked])
-        point = asked[point]
-        road = self._stations.road[station]
-        s = self._feet(x[point], y[point], road, station)
-        places = self._places(x, y, point, road, s)
+        point, road = asked[point], self._stations.road[station]
+        places = self._places(x, y, point, road, self._feet(x[point], y[point], road, station))
         return _selected(places, _best(self._file, places), len(x))
 
     def _near(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
         """Return pairs of points and stations near possible perpendiculars: the nearest of each pass of a road."""
-        assert self._tree is not None
+        if self._tree is None or not len(x):
+            return np.zeros(0, np.int64), np.zeros(0, np.int64)
         points = np.column_stack([x, y])
         nearest, _ = self._tree.query(points)
         radius = np.maximum(nearest, self._reach) + _FIND_STEP
@@ -149,16 +150,6 @@ class RoadFinder:
         return Places(np.zeros(0, np.int64), point, road, s, t, section, lane, inside, distance)
 
 
-def _reach(file: OpenDrive, stations: Stations) -> float:
-    """Return how far any lane lies from its reference line at most, m."""
-    reach = 0.0
-    for has, lane in outermost_lanes(file, section_at(file, stations.road, stations.s)):
-        for border in lane_borders(file, lane, stations.s[has]):
-            finite = np.abs(border[np.isfinite(border)])
-            reach = max(reach, float(np.max(finite, initial=0.0)))
-    return reach
-
-
 def _nearest_lane(
     file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray]:
@@ -176,8 +167,7 @@ def _nearest_lane(
     off, middle = np.where(np.isfinite(off), off, np.inf), np.where(np.isfinite(middle), middle, np.inf)
     # The best of each place comes last and stays.
     order = np.lexsort((lane, middle, off, place))[::-1]
-    lanes[place[order]] = lane[order]
-    outside[place[order]] = off[order]
+    lanes[place[order]], outside[place[order]] = lane[order], off[order]
     lanes[~np.isfinite(outside)] = ABSENT
     return section, lanes, outside
 
@@ -195,8 +185,8 @@ def _best(file: OpenDrive, places: Places) -> IntArray:
     again = np.zeros(len(kept), np.bool_)
     same = (np.diff(point[by_road]) == 0) & (np.diff(road[by_road]) == 0) & (np.diff(s[by_road]) < _SAME_FOOT)
     again[np.maximum(by_road[1:], by_road[:-1])[same]] = True
-    rows: IntArray = kept[~again]
-    return rows
+    out: IntArray = kept[~again]
+    return out
 
 
 def places_on(file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray) -> Places:
@@ -205,23 +195,12 @@ def places_on(file: OpenDrive, road: IntArray, s: FloatArray, t: FloatArray) -> 
     inside = (lane != ABSENT) & (outside <= _FIND_SLACK)
     level = np.cos(superelevation(file, road, s))
     distance = np.where(inside, 0.0, np.where(np.isfinite(outside), outside, np.abs(t)) * level)
-    point = np.arange(len(s))
-    start = np.arange(len(s) + 1)
-    return Places(start, point, road, s, t, section, lane, inside, distance)
-
-
-def _no_places(points: int) -> Places:
-    """Return a table without places."""
-    rows, numbers, flags = np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.bool_)
-    return Places(np.zeros(points + 1, np.int64), rows, rows, numbers, numbers, rows, rows, flags, numbers)
+    return Places(np.arange(len(s) + 1), np.arange(len(s)), road, s, t, section, lane, inside, distance)
 
 
 def _selected(places: Places, rows: IntArray, points: int) -> Places:
     """Return some rows of a table."""
     point = places.point[rows]
     start = np.searchsorted(point, np.arange(points + 1)).astype(np.int64)
-    return Places(
-        start,
-        point,
-        *(getattr(places, name)[rows] for name in ("road", "s", "t", "section", "lane", "inside", "distance")),
-    )
+    columns = ("road", "s", "t", "section", "lane", "inside", "distance")
+    return Places(start, point, *(getattr(places, name)[rows] for name in columns))

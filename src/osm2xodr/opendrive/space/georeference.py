@@ -81,8 +81,7 @@ def frame_of(header: Header) -> tuple[Frame | None, str]:
             return None, f"the geoReference {_short(text)} is not in metres"
         Transformer.from_crs(crs, WGS84, always_xy=True)
     except (CRSError, ProjError) as error:
-        reason = " ".join(str(error).split())
-        return None, f"the geoReference {_short(text)} cannot be used ({reason})"
+        return None, f"the geoReference {_short(text)} cannot be used ({' '.join(str(error).split())})"
     return Frame(crs, offset), ""
 
 

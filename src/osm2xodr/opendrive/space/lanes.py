@@ -36,11 +36,9 @@ def lane_ranks(file: OpenDrive) -> LaneRanks:
     centres = np.bincount(lanes.section[lanes.id == 0], minlength=sections)
     right_count = np.bincount(lanes.section[known & (lanes.id < 0)], minlength=sections)
     left = lanes.start[:-1] + left_count - 1
-    right = lanes.start[:-1] + left_count + centres
-    row = np.arange(len(lanes.id))
+    right, row = left + 1 + centres, np.arange(len(lanes.id))
     rank = np.where(lanes.id > 0, left[lanes.section] - row + 1, row - right[lanes.section] + 1)
-    rank[lanes.id == 0] = 0
-    rank[~known] = -1
+    rank[lanes.id == 0], rank[~known] = 0, -1
     return LaneRanks(left, right, left_count, right_count, rank)
 
 

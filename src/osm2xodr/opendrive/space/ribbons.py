@@ -8,7 +8,7 @@ import numpy as np
 
 from osm2xodr.curves import owners, ranks, runs, starts
 from osm2xodr.model import BoolArray, FloatArray, IntArray
-from osm2xodr.opendrive.space.lanes import lane_borders, lane_ranks
+from osm2xodr.opendrive.space.lanes import LaneRanks, lane_borders, lane_ranks
 from osm2xodr.opendrive.space.profiles import lane_offset, points_beside
 from osm2xodr.opendrive.space.sampling import SAME, Stations
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
@@ -52,10 +52,10 @@ def lane_ribbons(file: OpenDrive, stations: Stations) -> Ribbons:
     station = runs(first[section], count[section])
     last = station == (first + count - 1)[section[border]]
     t = _border_t(file, stations, section[border], lane[border], station, last)
-    base_x, base_y, base_z = stations.x[station], stations.y[station], stations.z[station]
-    x, y, z = points_beside(base_x, base_y, base_z, stations.hdg[station], stations.roll[station], t)
-    left, right = _bounds(file, border_start, count)
-    return Ribbons(start, section, station, t, x, y, z, left, right)
+    columns = stations.x, stations.y, stations.z, stations.hdg, stations.roll
+    x, y, z, hdg, roll = (column[station] for column in columns)
+    points = points_beside(x, y, z, hdg, roll, t)
+    return Ribbons(start, section, station, t, *points, *_bounds(file, lanes, border_start, count))
 
 
 def _stations_of_sections(file: OpenDrive, stations: Stations) -> tuple[IntArray, IntArray]:
@@ -66,15 +66,13 @@ def _stations_of_sections(file: OpenDrive, stations: Stations) -> tuple[IntArray
     keys = stations.road * span + stations.s
     # Rounding of the keys.
     slack = max(SAME, 4 * float(np.finfo(np.float64).eps) * span * len(stations.start))
-    low = np.clip(np.nan_to_num(sections.s, nan=-1.0), -1.0, span - 1.0)
-    high = np.clip(np.nan_to_num(sections.end, nan=-1.0), -1.0, span - 1.0)
-    begin = stations.start[sections.road]
-    end = stations.start[sections.road + 1]
-    lower: IntArray = np.searchsorted(keys, sections.road * span + low - slack).astype(np.int64)
-    upper: IntArray = np.searchsorted(keys, sections.road * span + high + slack).astype(np.int64)
-    first = np.minimum(np.maximum(lower, begin), end)
-    points = np.minimum(np.maximum(upper, begin), end) - first
-    return first, np.where(points >= 2, points, 0)
+    bounds = []
+    for s, beyond in ((sections.s, -slack), (sections.end, slack)):
+        at = np.clip(np.nan_to_num(s, nan=-1.0), -1.0, span - 1.0)
+        row = np.searchsorted(keys, sections.road * span + at + beyond).astype(np.int64)
+        bounds.append(np.clip(row, stations.start[sections.road], stations.start[sections.road + 1]))
+    points = bounds[1] - bounds[0]
+    return bounds[0], np.where(points >= 2, points, 0)
 
 
 def _border_t(
@@ -92,15 +90,12 @@ def _border_t(
     return out
 
 
-def _bounds(file: OpenDrive, border_start: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
+def _bounds(file: OpenDrive, ranked: LaneRanks, border_start: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     """Return the borders to the left and right of each lane."""
-    lanes = file.lanes
-    counted = lane_ranks(file)
-    section = lanes.section
-    centre = border_start[section] + counted.left_count[section]
-    inner = np.where(lanes.id > 0, centre - counted.rank + 1, centre + counted.rank - 1)
-    outer = np.where(lanes.id > 0, centre - counted.rank, centre + counted.rank)
+    section, rank = file.lanes.section, ranked.rank
+    outer = border_start[section] + ranked.left_count[section] + np.where(file.lanes.id > 0, -rank, rank)
+    inner = outer + np.where(file.lanes.id > 0, 1, -1)
     left, right = np.minimum(inner, outer), np.maximum(inner, outer)
-    missing = (counted.rank <= 0) | (count[section] == 0)
+    missing = (rank <= 0) | (count[section] == 0)
     left[missing] = right[missing] = ABSENT
     return left, right

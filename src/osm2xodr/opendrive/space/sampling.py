@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.curves import cubic_value, owners, ranks
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
-from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space.curves import curvature, pose
 from osm2xodr.opendrive.space.lanes import lane_borders, lanes_of, outermost_lanes, section_at
 from osm2xodr.opendrive.tables import OpenDrive
@@ -47,17 +47,13 @@ def sample_roads(file: OpenDrive, tolerance: float = SAMPLE_TOLERANCE, step: flo
     than `step`, m.
     """
     road, s = _breaks(file)
-    follows = road[1:] == road[:-1]
-    piece = np.flatnonzero(follows)
+    piece = np.flatnonzero(road[1:] == road[:-1])
     low, high = s[piece], s[piece + 1]
     count = _chords(file, road[piece], low, high, tolerance, step)
     # Each break is a station, and so are the inner points of the piece that it begins.
-    repeat = np.ones(len(s), np.int64)
-    repeat[piece] = count
-    length = np.zeros(len(s))
-    length[piece] = (high - low) / count
-    inside = ranks(repeat)
-    at = np.repeat(s, repeat) + inside * np.repeat(length, repeat)
+    repeat, length = np.ones(len(s), np.int64), np.zeros(len(s))
+    repeat[piece], length[piece] = count, (high - low) / count
+    at = np.repeat(s, repeat) + ranks(repeat) * np.repeat(length, repeat)
     owner = np.repeat(road, repeat)
     x, y, hdg = pose(file, owner, at)
     z = cubic_value(file.elevation, owner, at)
@@ -90,9 +86,8 @@ def _breaks(file: OpenDrive) -> tuple[IntArray, FloatArray]:
     with np.errstate(invalid="ignore"):
         kept = usable[road] & (s >= 0) & (s <= length[road])
     # The road's end replaces places that are too close to it.
-    near_end = kept & (s > length[road] - SAME)
-    s = np.where(near_end, length[road], s)
-    road, s = road[kept], s[kept]
+    s = np.where(s > length[road] - SAME, length[road], s)[kept]
+    road = road[kept]
     order = np.lexsort((s, road))
     road, s = road[order], s[order]
     new = np.ones(len(s), np.bool_)
@@ -112,19 +107,17 @@ def _chords(
         return np.zeros(0, np.int64)
     middle = 0.5 * (low + high)
     reach = _reach(file, road, middle)
-    bend = np.zeros(len(road))
-    fall = np.zeros(len(road))
+    bend, fall = np.zeros(len(road)), np.zeros(len(road))
     for s, before in ((low, False), (middle, False), (high, True)):
         bend = np.fmax(bend, np.abs(curvature(file, road, s, before=before)))
         rise = np.abs(cubic_value(file.elevation, road, s, order=2, before=before))
         roll = np.abs(cubic_value(file.superelevation, road, s, order=2, before=before))
         fall = np.fmax(fall, rise + reach * roll)
-    sideways = _sideways(file, road, low, high)
-    second = np.fmax(bend * (1 + bend * reach) + sideways, fall)
+    second = np.fmax(bend * (1 + bend * reach) + _sideways(file, road, low, high), fall)
     # Damaged records may have any second derivative.
     longest = np.fmin(np.sqrt(8 * tolerance / np.clip(second, 1e-12, 1e12)), step)
-    chords: IntArray = np.clip(np.ceil((high - low) / longest - SAME), 1, _MOST_CHORDS).astype(np.int64)
-    return chords
+    out: IntArray = np.clip(np.ceil((high - low) / longest - SAME), 1, _MOST_CHORDS).astype(np.int64)
+    return out
 
 
 def _reach(file: OpenDrive, road: IntArray, s: FloatArray) -> FloatArray:
@@ -145,7 +138,10 @@ def _sideways(file: OpenDrive, road: IntArray, low: FloatArray, high: FloatArray
     section = section_at(file, road, 0.5 * (low + high))
     place, lane = lanes_of(file, section)
     for profile in (file.lanes.width, file.lanes.border):
-        bent = _bent(profile)[lane]
+        # Only lanes with records that are not straight.
+        curved = np.zeros(len(profile.start) - 1, np.bool_)
+        curved[owners(profile.start)[(profile.c != 0) | (profile.d != 0)]] = True
+        bent = curved[lane]
         at, which = place[bent], lane[bent]
         begin = file.sections.s[section[at]]
         most = np.fmax(
@@ -154,11 +150,3 @@ def _sideways(file: OpenDrive, road: IntArray, low: FloatArray, high: FloatArray
         )
         np.add.at(out, at, np.nan_to_num(most))
     return np.nan_to_num(out)
-
-
-def _bent(profile: CubicProfile) -> BoolArray:
-    """Return which curves have records that are not straight, (curves,)."""
-    out = np.zeros(len(profile.start) - 1, np.bool_)
-    owner = owners(profile.start)
-    out[owner[(profile.c != 0) | (profile.d != 0)]] = True
-    return out

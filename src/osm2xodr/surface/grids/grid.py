@@ -86,9 +86,8 @@ class GridFrame:
     def window(self, first_col: int, first_row: int, cols: int, rows: int, block: int = 1) -> GridFrame:
         """Return the frame of a window of the grid, its cells joined to blocks of block x block."""
         a, b, c, d, e, f = self.affine
-        corner_x = a * first_col + b * first_row + c
-        corner_y = d * first_col + e * first_row + f
-        affine = (a * block, b * block, corner_x, d * block, e * block, corner_y)
+        x, y = a * first_col + b * first_row + c, d * first_col + e * first_row + f
+        affine = (a * block, b * block, x, d * block, e * block, y)
         return replace(self, affine=affine, rows=rows // block, cols=cols // block)
 
     def offset_in(self, other: GridFrame) -> tuple[int, int] | None:
@@ -120,8 +119,6 @@ def _transform(
     """Transform positions (n,)."""
     # pyproj treats an array of one as a scalar, which NumPy deprecates.
     single = len(x) == 1
-    px, py = transformer.transform(
-        np.repeat(x, 2) if single else x, np.repeat(y, 2) if single else y, direction=direction
-    )
-    px, py = np.asarray(px, np.float64), np.asarray(py, np.float64)
+    both = (np.repeat(x, 2), np.repeat(y, 2)) if single else (x, y)
+    px, py = (np.asarray(values, np.float64) for values in transformer.transform(*both, direction=direction))
     return (px[:1], py[:1]) if single else (px, py)

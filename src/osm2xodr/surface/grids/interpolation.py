@@ -38,10 +38,7 @@ def _corners(
 
 
 def _bilinear(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
-    """Return the bilinear interpolation of z (rows, cols) at positions on the grid.
-
-    The same surface as a bivariate spline of degree 1, but several times as fast.
-    """
+    """Return z (rows, cols) between its cells, as a spline of degree 1, but several times as fast."""
     first, right, down, u, v = _corners(z.shape, col, row)
     flat = z.reshape(-1)
     top = flat[first] * (1.0 - u)
@@ -50,12 +47,6 @@ def _bilinear(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
     bottom = flat[first] * (1.0 - u)
     bottom += flat[first + right] * u
     out: FloatArray = top + v * (bottom - top)
-    return out
-
-
-def _nearest(z: Cells, col: FloatArray, row: FloatArray) -> FloatArray:
-    """Return z (rows, cols) of the cell that each position lies in."""
-    out: FloatArray = z.reshape(-1)[_nearest_index(z.shape, col, row)].astype(np.float64)
     return out
 
 
@@ -75,8 +66,7 @@ def all_corners(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray
 
 def nearest_known(known: BoolArray, col: FloatArray, row: FloatArray) -> BoolArray:
     """Return where the cell that the position lies in is known."""
-    out: BoolArray = known.reshape(-1)[_nearest_index(known.shape, col, row)]
-    return out
+    return known.reshape(-1)[_nearest_index(known.shape, col, row)]
 
 
 def make_interpolator(z: Cells, method: str) -> Interpolator:
@@ -86,7 +76,7 @@ def make_interpolator(z: Cells, method: str) -> Interpolator:
     cells (less where the grid has fewer than four rows or columns), C2.
     """
     if method == "nearest":
-        return lambda col, row: _nearest(z, col, row)
+        return lambda col, row: z.reshape(-1)[_nearest_index(z.shape, col, row)].astype(np.float64)
     if method == "bicubic" and min(z.shape) > 1:
         # Takes a tenth of a second to load.
         from scipy.interpolate import RectBivariateSpline

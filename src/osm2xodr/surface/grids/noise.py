@@ -34,20 +34,12 @@ def usual_sigma(cell_size: float) -> float:
 
 
 def estimate_sigma(z: Cells, steps: tuple[float, float], quantum: float) -> float:
-    """Estimate the standard error of an elevation model's heights, m.
+    """Estimate the standard error of an elevation model's heights z (rows, cols), m, NaN in voids.
 
     It is the larger of the usual one for the cell size and of the robust scatter (median absolute deviation) of
     heights about the mean of their 3 x 3 neighbourhood in flat places, plus the error of rounding (Sheppard: variance
-    quantum² / 12).
-
-    Parameters
-    ----------
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    steps
-        Length of one column and of one row, m.
-    quantum
-        Step between possible heights, m; 0 for a continuous model.
+    quantum² / 12). `steps` are the lengths of one column and of one row, `quantum` is the step between possible
+    heights, 0 for a continuous model, m.
     """
     usual = usual_sigma(float(np.sqrt(steps[0] * steps[1])))
     residual = _flat_residuals(z, steps)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -42,30 +41,13 @@ _STRIP_CELLS: Final = 2**21
 _TREND_CELLS: Final = 5_000
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Outliers:
-    """Cells whose height is not that of the ground."""
+def find_outliers(z: Cells, cell_size: float, averaged: bool = False) -> tuple[BoolArray, float]:
+    """Find cells of z (rows, cols), m, that differ from all ground around them by more than ground does.
 
-    mask: BoolArray  # (rows, cols)
-    step: float  # Least difference from the ground around them, m
-
-
-def find_outliers(z: Cells, cell_size: float, averaged: bool = False) -> Outliers:
-    """Find cells that differ from all ground around them by more than ground does.
-
-    Parameters
-    ----------
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    cell_size
-        m.
-    averaged
-        Whether cells are means of several, so that those on the rim of a filling contain some of it.
-
-    Notes
-    -----
-    Blobs of up to 3 x 3 cells are compared with the ring of cells around them: they are outliers if they are above
-    its highest (below its lowest) by the step, or its grade over the blob's reach, plus the range of the ring. Larger
+    Return which they are (rows, cols), and the least difference from the ground around them, m. Voids are NaN.
+    `averaged` says that cells are means of several, so that those on the rim of a filling contain some of it. Blobs
+    of up to 3 x 3 cells are compared with the ring of cells around them: they are outliers if they are above its
+    highest (below its lowest) by the step, or its grade over the blob's reach, plus the range of the ring. Larger
     patches need the step along nearly all of their rim, and must either be compact and off the polynomial trend of
     the window by 6 standard deviations, or have the window's lowest or highest height throughout, as fillings do.
     Hills, ridges, cliffs, canyons and shores do neither.
@@ -80,7 +62,7 @@ def find_outliers(z: Cells, cell_size: float, averaged: bool = False) -> Outlier
         mask[first : first + rows] = found[first - low : first - low + rows]
     _add_fillings(z, mask, step, averaged)
     _add_patches(z, mask, step)
-    return Outliers(mask, step)
+    return mask, step
 
 
 def _spikes(z: Cells, step: float, cell_size: float) -> BoolArray:
@@ -219,13 +201,11 @@ def _isolated_patches(
     off &= pairs <= rim_ratio_max * np.sqrt(sizes)
     off[0] = False
     off &= int(sizes[off].sum()) < _MODEL_SHARE * int(np.count_nonzero(known))
-    out: BoolArray = off[patches]
-    return out
+    return off[patches]
 
 
 def _shifted(shape: tuple[int, ...], i: int, j: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
     """Return the slices of a grid that pair each cell with the one i rows down and j columns on."""
     rows, cols = shape
     here = slice(0, rows - i), slice(max(0, -j), cols - max(0, j))
-    there = slice(i, rows), slice(max(0, j), cols + min(0, j))
-    return here, there
+    return here, (slice(i, rows), slice(max(0, j), cols + min(0, j)))

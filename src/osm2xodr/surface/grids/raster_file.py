@@ -79,6 +79,15 @@ class DemSource:
     # Whether its name or description is that of a surface model (canopy and roofs); None if they do not say
     covered: bool | None
 
+    @property
+    def quantum(self) -> float:
+        """Step between heights that neighbouring whole numbers stand for, m."""
+        return abs(self.metres * self.scale)
+
+    def frame(self, to_crs: Transformer) -> GridFrame:
+        """Return the frame of all cells; `to_crs` leads from local positions to the CRS."""
+        return GridFrame(self.crs, to_crs, self.affine, self.rows, self.cols)
+
 
 @contextmanager
 def _gdal() -> Iterator[Any]:
@@ -122,10 +131,7 @@ def _open(rasterio: Any, path: Path) -> Any:
 def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
     """Read the description of an elevation model, and check that the file is one.
 
-    Raises
-    ------
-    InputError
-        Not an existing local file, not a raster, an image, or without CRS or position.
+    `InputError` if it is not an existing local file, not a raster, an image, or without CRS or position.
     """
     _check_path(path)
     with _gdal() as rasterio:
@@ -136,16 +142,13 @@ def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
                 crs = _crs_of(path, dataset)
                 a, b, c, d, e, f = (float(value) for value in tuple(dataset.transform)[:6])
                 if not _is_placed(dataset, crs):
-                    raise InputError(
-                        f"{path}: the raster does not say where it lies; georeference it with gdal_translate -a_ullr"
-                    )
+                    remedy = "georeference it with gdal_translate -a_ullr"
+                    raise InputError(f"{path}: the raster does not say where it lies; {remedy}")
                 unit, metres = _unit_of(path, dataset, crs, diagnostics)
                 scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
                 if not (np.isfinite([scale, offset]).all() and scale != 0.0):
-                    raise InputError(
-                        f"{path}: scale {scale} and offset {offset} are not valid for heights; correct them with "
-                        "gdal_edit.py"
-                    )
+                    remedy = "correct them with gdal_edit.py"
+                    raise InputError(f"{path}: scale {scale} and offset {offset} are not valid for heights; {remedy}")
                 return DemSource(
                     path, dataset.driver, dataset.dtypes[0], horizontal_crs(crs), (a, b, c, d, e, f),
                     dataset.height, dataset.width, dataset.nodata, scale, offset, unit, metres,
@@ -164,32 +167,11 @@ def read_heights(
     single: bool,
     diagnostics: Diagnostics,
 ) -> Cells:
-    """Read a window of an elevation model's first band.
+    """Read a window of an elevation model's first band: heights (rows, cols), m; NaN in voids.
 
-    Parameters
-    ----------
-    source
-        The model.
-    frame
-        Frame of the window.
-    first_col, first_row
-        The window's first cell.
-    block
-        Each cell of the window is the mean of block x block cells of the model (of those with a height).
-    single
-        Whether to return single precision.
-    diagnostics
-        Gets values that are not heights.
-
-    Returns
-    -------
-    (rows, cols)
-        Heights, m; NaN in voids.
-
-    Raises
-    ------
-    InputError
-        The file is damaged.
+    `frame` is that of the window, `first_col` and `first_row` its first cell. Each of its cells is the mean of block
+    x block cells of the model (of those with a height), in single precision if asked for. Values that are not heights
+    are reported. A damaged file raises `InputError`.
     """
     heights = empty_cells(frame.rows, frame.cols, single)
     strip = max(1, _STRIP_CELLS // (frame.cols * block * block))
@@ -199,15 +181,12 @@ def read_heights(
             with _open(rasterio, source.path) as dataset:
                 for row in range(0, frame.rows, strip):
                     count = min(strip, frame.rows - row)
-                    window = rasterio.windows.Window(
-                        first_col, first_row + row * block, frame.cols * block, count * block
-                    )
-                    raw = dataset.read(1, window=window, masked=True)
+                    place = first_col, first_row + row * block, frame.cols * block, count * block
+                    raw = dataset.read(1, window=rasterio.windows.Window(*place), masked=True)
                     heights[row : row + count] = _block_means(_metres(source, raw, sentinels), block)
         except (rasterio.errors.RasterioError, OSError, ValueError):
-            why = (
-                "refers to a file that is missing or damaged" if source.driver == "VRT" else "is damaged or cut short"
-            )
+            virtual = source.driver == "VRT"
+            why = "refers to a file that is missing or damaged" if virtual else "is damaged or cut short"
             raise InputError(f"{source.path}: the raster {why}, its cells cannot be read; get it whole") from None
     if sentinels:
         values = ", ".join(f"{value:g}" for value in sorted(sentinels)[:4])
@@ -249,8 +228,7 @@ def _block_means(heights: npt.NDArray[np.float64], block: int) -> npt.NDArray[np
     known = np.isfinite(blocks)
     count = known.sum(axis=(1, 3))
     total = np.where(known, blocks, 0.0).sum(axis=(1, 3))
-    out: npt.NDArray[np.float64] = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    return out
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 def _check_path(path: Path) -> None:
@@ -260,16 +238,14 @@ def _check_path(path: Path) -> None:
     if not path.exists():
         raise InputError(f"{path}: there is no such elevation model; check the path")
     if not path.is_file():
-        raise InputError(
-            f"{path}: an elevation model is one file; give the raster itself, several with several --dem"
-        )
+        remedy = "give the raster itself, several with several --dem"
+        raise InputError(f"{path}: an elevation model is one file; {remedy}")
     try:
         if is_virtual(path):
             virtual_sources(path)
     except OSError as error:
-        raise InputError(
-            f"{path}: the elevation model cannot be opened ({error.strerror}); check its permissions"
-        ) from None
+        why = f"cannot be opened ({error.strerror}); check its permissions"
+        raise InputError(f"{path}: the elevation model {why}") from None
 
 
 def _unreadable(path: Path) -> str:
@@ -285,21 +261,18 @@ def _unreadable(path: Path) -> str:
 def _check_bands(path: Path, dataset: Any, diagnostics: Diagnostics) -> None:
     """Refuse images, and report further bands."""
     if dataset.count == 0:
-        raise InputError(
-            f"{path}: the file has no raster band but maybe several rasters; extract one with gdal_translate"
-        )
+        remedy = "extract one with gdal_translate"
+        raise InputError(f"{path}: the file has no raster band but maybe several rasters; {remedy}")
     colours = {interpretation.name for interpretation in dataset.colorinterp}
     is_byte = all(dtype in ("uint8", "int8") for dtype in dataset.dtypes)
     if is_byte and (dataset.count in (3, 4) or "palette" in colours):
-        raise InputError(
-            f"{path}: the raster is a picture in colours and holds no heights; give the elevation model itself"
-        )
+        remedy = "give the elevation model itself"
+        raise InputError(f"{path}: the raster is a picture in colours and holds no heights; {remedy}")
     if dataset.dtypes[0].startswith("complex"):
         raise InputError(f"{path}: the raster holds complex numbers and no heights; give an elevation model")
     if dataset.count > 1 and not (dataset.count == 2 and "alpha" in colours):
-        diagnostics.note(
-            "dem-bands", "", f"{path}: of the raster's {dataset.count} bands the first was taken for heights."
-        )
+        text = f"{path}: of the raster's {dataset.count} bands the first was taken for heights."
+        diagnostics.note("dem-bands", "", text)
 
 
 def _is_placed(dataset: Any, crs: CRS) -> bool:
@@ -322,10 +295,8 @@ def _check_blocks(rasterio: Any, path: Path, dataset: Any) -> None:
     rows, cols = dataset.block_shapes[0]
     size = rows * cols * np.dtype(dataset.dtypes[0]).itemsize
     if size > _BLOCK_MAX:
-        raise InputError(
-            f"{path}: the raster's cells are packed in blocks of {size / 1e6:,.0f} MB;"
-            " pack it in tiles with gdal_translate -co TILED=YES"
-        )
+        remedy = "pack it in tiles with gdal_translate -co TILED=YES"
+        raise InputError(f"{path}: the raster's cells are packed in blocks of {size / 1e6:,.0f} MB; {remedy}")
     for name in dataset.files if dataset.driver == "VRT" else ():
         if Path(name).is_file() and not path.samefile(name):
             with _open(rasterio, Path(name)) as source:
@@ -356,25 +327,21 @@ def _crs_of(path: Path, dataset: Any) -> CRS:
     except CRSError:
         raise InputError(f"{path}: the raster's coordinate reference system is not understood; {remedy}") from None
     if not placed:
-        raise InputError(
-            f"{path}: the raster's coordinate reference system '{crs.name}' is not one on Earth; {remedy}"
-        )
+        why = f"'{crs.name}' is not one on Earth; {remedy}"
+        raise InputError(f"{path}: the raster's coordinate reference system {why}")
     return crs
 
 
 def _unit_of(path: Path, dataset: Any, crs: CRS, diagnostics: Diagnostics) -> tuple[str, float]:
     """Return name and metres of the unit of heights: the band's, else the CRS's, else metres."""
-    named = (dataset.units[0] or "").strip()
-    if named:
+    if named := (dataset.units[0] or "").strip():
         metres = metres_per(named)
         if metres is not None:
             return named, metres
-        diagnostics.guessed(
-            "dem-unit", "", f"{path}: the unit of heights '{named}' is not known; they were taken as metres."
-        )
+        text = f"{path}: the unit of heights '{named}' is not known; they were taken as metres."
+        diagnostics.guessed("dem-unit", "", text)
         return "metre", 1.0
-    vertical = vertical_unit(crs)
-    if vertical is not None:
+    if vertical := vertical_unit(crs):
         return vertical
     if crs.is_projected and abs(crs.axis_info[0].unit_conversion_factor - 1.0) > 1e-9:
         diagnostics.guessed(

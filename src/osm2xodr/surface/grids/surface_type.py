@@ -36,15 +36,8 @@ _TERRAIN_WORDS: Final = frozenset({"dtm", "dgm", "mnt", "mdt", "fabdem", "merit"
 # Products with other names. SRTM, NASADEM and similar models see through part of the canopy: they are judged by their
 # heights.
 _SURFACE_PRODUCTS: Final = (
-    "copernicus_dsm",
-    "glo30",
-    "glo-30",
-    "glo_30",
-    "aw3d",
-    "alpsmlc",
-    "astgtm",
-    "swisssurface3d",
-)
+    "copernicus_dsm", "glo30", "glo-30", "glo_30", "aw3d", "alpsmlc", "astgtm", "swisssurface3d",
+)  # fmt: skip
 _TERRAIN_PRODUCTS: Final = ("usgs_13_", "usgs_1_", "usgs_1m_", "swissalti3d", "tinitaly", "bare_earth", "bareearth")
 _SURFACE_PHRASES: Final = ("digital surface model", "digitales oberflächenmodell", "modèle numérique de surface")
 _TERRAIN_PHRASES: Final = (
@@ -65,19 +58,12 @@ def named_cover(name: str, texts: Iterable[str] = ()) -> bool | None:
 
 
 def looks_covered(z: Cells, steps: tuple[float, float]) -> bool:
-    """Whether heights look like those of a surface model.
+    """Whether heights z (rows, cols), m, NaN in voids, look like those of a surface model.
 
     Cells of a few metres show roofs and trees as walls, which gently sloping ground does not have: the test is the
     share of cells with sharper bends than ground. Larger cells show them as blobs above their surroundings, while
     ground deviates up and down alike: the test is the skewness (Pearson's moment coefficient) of heights about the
-    median of their 5 x 5 neighbourhood on gentle slopes.
-
-    Parameters
-    ----------
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    steps
-        Length of one column and of one row, m.
+    median of their 5 x 5 neighbourhood on gentle slopes. `steps` are the lengths of one column and of one row, m.
     """
     cell = float(np.sqrt(steps[0] * steps[1]))
     if cell <= _FINE_CELL_MAX:

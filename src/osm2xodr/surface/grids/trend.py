@@ -43,8 +43,7 @@ class PolynomialTrend:
     def on_grid(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return z (len(y), len(x)), m, at all pairs of x and y, m, by two matrix products."""
         u, v = _scaled(np.asarray(x, np.float64), np.asarray(y, np.float64), self.centre, self.half_range)
-        out: FloatArray = (_chebyshev(v, self.order) @ self.coefficients.T) @ _chebyshev(u, self.order).T
-        return out
+        return (_chebyshev(v, self.order) @ self.coefficients.T) @ _chebyshev(u, self.order).T
 
 
 def term_count(order: int) -> int:
@@ -55,25 +54,11 @@ def term_count(order: int) -> int:
 def fit_polynomial(
     x: FloatArray, y: FloatArray, z: FloatArray, order: int = 4, weights: FloatArray | None = None
 ) -> PolynomialTrend:
-    """Fit a polynomial of a total degree to heights by linear least squares.
+    """Fit a polynomial of a total degree to heights z at x, y, all (n,), m, by linear least squares.
 
-    Parameters
-    ----------
-    x, y, z : (n,)
-        Finite positions and heights, m, in any metric frame; n at least the number of terms,
-        (order + 1) (order + 2) / 2.
-    order
-        Total degree, 0 or more.
-    weights : (n,), optional
-        Weights of the squared residuals, 0 or more; equal by default.
+    All numbers are finite, n is at least the number of terms (else `ValueError`); `weights` (n,), 0 or more, are
+    those of the squared residuals, equal by default.
 
-    Raises
-    ------
-    ValueError
-        Too few points, negative order, or values that are not finite.
-
-    Notes
-    -----
     A QR factorisation is updated with a chunk of points at a time (sequential TSQR, Demmel et al. 2012), so that
     memory is bounded and the normal matrix never formed. Where the points do not determine all terms (as on one
     line), the solution has minimum norm.
@@ -84,7 +69,10 @@ def fit_polynomial(
         raise ValueError(f"a polynomial of degree {order} needs {term_count(max(order, 0))} points, not {len(z)}")
     if not all(np.isfinite(value).all() for value in (x, y, z, root)):
         raise ValueError("positions, heights and weights must be finite to fit a polynomial to them")
-    centre, half_range = _box(x, y)
+    (west, east), (south, north) = (float(x.min()), float(x.max())), (float(y.min()), float(y.max()))
+    centre = 0.5 * (west + east), 0.5 * (south + north)
+    # Points on one line have no extent across it.
+    half_range = 0.5 * (east - west) or 1.0, 0.5 * (north - south) or 1.0
     i, j = _terms(order)
     mean = float(z.mean())
     factor = np.zeros((0, len(i) + 1))
@@ -93,23 +81,14 @@ def fit_polynomial(
         basis = _basis(*_scaled(x[part], y[part], centre, half_range), i, j)
         rows = np.column_stack([basis, z[part] - mean]) * root[part, None]
         factor = np.linalg.qr(np.vstack([factor, rows]))[1]
-    solution = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=1e-12)[0]
     coefficients = np.zeros((order + 1, order + 1))
-    coefficients[i, j] = solution
+    coefficients[i, j] = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=1e-12)[0]
     coefficients[0, 0] += mean
     coefficients.flags.writeable = False
     trend = PolynomialTrend(order, coefficients, centre, half_range, 0.0)
     residual = trend.heights(x, y) - z
     rms = np.sqrt(np.sum((root * residual) ** 2) / max(float(np.sum(root**2)), np.finfo(float).tiny))
     return replace(trend, rms=float(rms))
-
-
-def _box(x: FloatArray, y: FloatArray) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return centre and half extent of points, m; half extents of 0 become 1."""
-    low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
-    centre, half = 0.5 * (low + high), 0.5 * (high - low)
-    half[half <= 0.0] = 1.0
-    return (float(centre[0]), float(centre[1])), (float(half[0]), float(half[1]))
 
 
 def _scaled(
@@ -128,8 +107,7 @@ def _terms(order: int) -> tuple[IntArray, IntArray]:
 
 def _basis(u: FloatArray, v: FloatArray, i: IntArray, j: IntArray) -> FloatArray:
     """Return all terms at u, v, (n, terms)."""
-    out: FloatArray = _chebyshev(u, int(i.max()))[:, i] * _chebyshev(v, int(j.max()))[:, j]
-    return out
+    return _chebyshev(u, int(i.max()))[:, i] * _chebyshev(v, int(j.max()))[:, j]
 
 
 def _chebyshev(u: FloatArray, order: int) -> FloatArray:

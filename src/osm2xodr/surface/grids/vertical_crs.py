@@ -74,18 +74,10 @@ def horizontal_crs(crs: CRS) -> CRS:
 
 
 def parse_datum(text: str) -> CRS:
-    """Return the CRS of the heights that a user names.
+    """Return the CRS of the heights that a user names; `InputError` if it has none.
 
-    Parameters
-    ----------
-    text
-        ``ellipsoid`` (WGS 84), or a vertical, compound or three-dimensional CRS in any form that PROJ reads, such as
-        ``EPSG:3855`` (EGM2008) or ``EPSG:5773`` (EGM96).
-
-    Raises
-    ------
-    InputError
-        It is neither.
+    That is ``ellipsoid`` (WGS 84), or a vertical, compound or three-dimensional CRS in any form that PROJ reads, such
+    as ``EPSG:3855`` (EGM2008) or ``EPSG:5773`` (EGM96).
     """
     remedy = f"give '{_ELLIPSOID}' or the code of a vertical reference system, such as EPSG:3855 (EGM2008)"
     if text.strip().casefold() == _ELLIPSOID:
@@ -102,9 +94,7 @@ def parse_datum(text: str) -> CRS:
 
 def heights_of(crs: CRS) -> CRS | None:
     """Return the CRS of a CRS's heights: vertical, or geographic with ellipsoidal heights; None if it has none."""
-    if crs.is_vertical and not crs.is_compound:
-        return crs
-    for part in crs.sub_crs_list if crs.is_compound else ():
+    for part in crs.sub_crs_list if crs.is_compound else (crs,):
         if part.is_vertical:
             return part
     geodetic = crs.geodetic_crs
@@ -114,28 +104,11 @@ def heights_of(crs: CRS) -> CRS | None:
 def convert_heights(
     path: Path, z: Cells, frame: GridFrame, source: CRS, target: CRS, diagnostics: Diagnostics
 ) -> Cells:
-    """Return heights converted to another vertical datum.
+    """Return heights z (rows, cols), m, NaN in voids, converted from one vertical datum to another (`parse_datum`).
 
     The difference between two datums is computed at points about 1 km apart and interpolated, as geoids change by
-    centimetres over kilometres.
-
-    Parameters
-    ----------
-    path
-        Path of the elevation model, for messages.
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    frame
-        Frame of the cells.
-    source, target
-        Datums, as of `parse_datum`.
-    diagnostics
-        Gets the transformation and the shift.
-
-    Raises
-    ------
-    InputError
-        There is no transformation, or it needs a grid that is not installed or does not reach the cells.
+    centimetres over kilometres. The transformation and the shift are reported. `InputError` if there is no
+    transformation, or if it needs a grid that is not installed or does not reach the cells.
     """
     if source.equals(target, ignore_axis_order=True) or _label(source) == _label(target):
         return z
@@ -165,10 +138,8 @@ def _shift(
     """Return the increase of heights at col, row (n,), m, and the name of the transformation."""
     geodetic = frame.crs.geodetic_crs
     if geodetic is None:
-        raise InputError(
-            f"{path}: the raster's coordinate reference system has no datum, so that heights cannot be converted to "
-            "another vertical datum; leave --vertical-datum out"
-        )
+        why = "so that heights cannot be converted to another vertical datum; leave --vertical-datum out"
+        raise InputError(f"{path}: the raster's coordinate reference system has no datum, {why}")
     # Heights in a vertical CRS belong to the raster's own positions, ellipsoidal ones to those on their ellipsoid.
     base = geodetic.to_2d() if source.is_vertical else source.to_2d()
     lon, lat = Transformer.from_crs(frame.crs, base, always_xy=True).transform(*frame.in_crs(col, row))
@@ -188,9 +159,7 @@ def _shift(
 
 def _with_heights(base: CRS, heights: CRS) -> CRS:
     """Return a geographic CRS with heights, above its ellipsoid or in a vertical CRS."""
-    if heights.is_vertical:
-        return CompoundCRS(f"{base.name} + {heights.name}", [base, heights])
-    return base.to_3d()
+    return CompoundCRS(f"{base.name} + {heights.name}", [base, heights]) if heights.is_vertical else base.to_3d()
 
 
 def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> InputError:
@@ -198,25 +167,22 @@ def _refusal(path: Path, begin: CRS, end: CRS, source: CRS, target: CRS) -> Inpu
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            group = TransformerGroup(begin, end, always_xy=True, allow_ballpark=False)
+            unavailable = TransformerGroup(begin, end, always_xy=True, allow_ballpark=False).unavailable_operations
         except ProjError:
-            group = None
+            unavailable = []
     lacking = [
         [grid.short_name for grid in operation.grids if not grid.available]
-        for operation in (group.unavailable_operations if group is not None else ())
+        for operation in unavailable
         if all(grid.available or grid.url for grid in operation.grids)
     ]
     what = f"{path}: heights cannot be converted from {_label(source)} to {_label(target)}"
     if lacking:
         grids = min(lacking, key=len)
         commands = " and ".join(f"'projsync --file {name}'" for name in grids)
-        return InputError(
-            f"{what}: PROJ lacks the grid {', '.join(grids)}, or it does not reach there; get it with {commands}, or "
-            "leave --vertical-datum out"
-        )
-    return InputError(
-        f"{what}: PROJ knows no transformation that is valid there; give another --vertical-datum, or leave it out"
-    )
+        remedy = f"get it with {commands}, or leave --vertical-datum out"
+        return InputError(f"{what}: PROJ lacks the grid {', '.join(grids)}, or it does not reach there; {remedy}")
+    remedy = "give another --vertical-datum, or leave it out"
+    return InputError(f"{what}: PROJ knows no transformation that is valid there; {remedy}")
 
 
 def _label(crs: CRS) -> str:

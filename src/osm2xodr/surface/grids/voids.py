@@ -31,24 +31,15 @@ _BLOCK: Final = 64
 
 
 def fill_voids(z: Cells, below: Below, steps: tuple[float, float], fade: float) -> Cells:
-    """Return z with its voids filled by the heights below plus the correction from the rim.
+    """Return z (rows, cols), m, with its voids (NaN) filled by the heights below plus the correction from the rim.
 
-    Parameters
-    ----------
-    z : (rows, cols)
-        Heights, m; NaN in voids.
-    below
-        Heights in voids without the correction, m, as a function of col, row.
-    steps
-        Length of one column and of one row, m.
-    fade
-        Length over which the correction decays, m.
+    `below` gives the heights without the correction, m, by col and row; `steps` are the lengths of one column and of
+    one row, `fade` is that over which the correction decays, m.
     """
     gap = np.isnan(z)
     filled = z.copy()
     for box, own in _groups(gap):
-        part = _fill_box(z[box], own, _shifted(below, box), steps, fade)
-        np.copyto(filled[box], part, where=own)
+        np.copyto(filled[box], _fill_box(z[box], own, _shifted(below, box), steps, fade), where=own)
     return filled
 
 
@@ -103,30 +94,21 @@ def _shifted(below: Below, box: tuple[slice, slice]) -> Below:
 
 def rim_of(gap: BoolArray) -> BoolArray:
     """Return the cells around gaps that touch them by an edge or a corner."""
-    out: BoolArray = _spread(gap) & ~gap
-    return out
+    return _spread(gap) & ~gap
 
 
 def fill_from_rim(
     values: Cells, known: BoolArray, free: BoolArray, steps: tuple[float, float], fade: float = np.inf
 ) -> None:
-    """Fill the free cells, in place, with the solution of laplace(r) = r / fade² from the known ones.
+    """Fill the free cells of values (rows, cols), in place, with the solution of laplace(r) = r / fade².
 
-    The normal derivative is 0 at the border of the grid. Cascadic multigrid (Bornemann and Deuflhard 1996): the
-    equation is solved on coarser grids first; on each finer grid only cells near the rim are relaxed, by red-black
-    Gauss-Seidel, as those farther inside are smooth. The effort is proportional to the length of the rim.
+    Known cells, one at least, keep their values; free cells are surrounded by known and free ones; any others take no
+    part, their values are finite. The normal derivative is 0 at the border of the grid. For `steps` and `fade` see
+    `fill_voids`.
 
-    Parameters
-    ----------
-    values : (rows, cols)
-        Values of the known cells; anything finite in other cells.
-    known, free : (rows, cols)
-        Cells with given values, and cells to fill. Every free cell is surrounded by known and free ones; there is at
-        least one known cell. Other cells take no part.
-    steps
-        Length of one column and of one row, m.
-    fade
-        Length over which the solution decays, m.
+    Cascadic multigrid (Bornemann and Deuflhard 1996): the equation is solved on coarser grids first; on each finer
+    grid only cells near the rim are relaxed, by red-black Gauss-Seidel, as those farther inside are smooth. The
+    effort is proportional to the length of the rim.
     """
     if not free.any():
         return
@@ -173,10 +155,9 @@ def _surround(values: Cells, known: BoolArray, free: BoolArray) -> BoolArray:
     weights = np.pad(known, 1)
     padded = np.pad(np.where(known, values, np.zeros((), values.dtype)), 1)
     count, total = np.zeros(len(row)), np.zeros(len(row))
-    for i in range(3):
-        for j in range(3):
-            count += weights[row + i, col + j]
-            total += padded[row + i, col + j]
+    for i, j in np.ndindex(3, 3):
+        count += weights[row + i, col + j]
+        total += padded[row + i, col + j]
     values[row, col] = total / np.maximum(count, 1.0)
     new[row, col] = count > 0.0
     return new
@@ -209,18 +190,13 @@ def _relax(values: Cells, free: BoolArray, steps: tuple[float, float], fade: flo
         pick = (row + col) % 2 == colour
         r, c = row[pick], col[pick]
         # Beyond the border the neighbour is the cell itself, so that the normal derivative is 0.
-        colours.append(
-            (
-                r * cols + c,
-                r * cols + np.maximum(c - 1, 0),
-                r * cols + np.minimum(c + 1, cols - 1),
-                np.maximum(r - 1, 0) * cols + c,
-                np.minimum(r + 1, rows - 1) * cols + c,
-            )
-        )
+        left, right = np.maximum(c - 1, 0), np.minimum(c + 1, cols - 1)
+        up, down = np.maximum(r - 1, 0), np.minimum(r + 1, rows - 1)
+        places = (r, c), (r, left), (r, right), (up, c), (down, c)
+        colours.append(tuple(at_row * cols + at_col for at_row, at_col in places))
     for _ in range(_SWEEPS):
-        for here, left, right, up, down in colours:
-            flat[here] = (across * (flat[left] + flat[right]) + along * (flat[up] + flat[down])) / total
+        for here, west, east, north, south in colours:
+            flat[here] = (across * (flat[west] + flat[east]) + along * (flat[north] + flat[south])) / total
 
 
 def _evaluate_lattice(touched: BoolArray, stride: int, below: Below) -> FloatArray:
@@ -229,9 +205,8 @@ def _evaluate_lattice(touched: BoolArray, stride: int, below: Below) -> FloatArr
     padded = np.pad(touched, ((0, rows * stride - touched.shape[0]), (0, cols * stride - touched.shape[1])))
     block = padded.reshape(rows, stride, cols, stride).any(axis=(1, 3))
     wanted = np.zeros((rows + 1, cols + 1), bool)
-    for i in (0, 1):
-        for j in (0, 1):
-            wanted[i : i + rows, j : j + cols] |= block
+    for i, j in np.ndindex(2, 2):
+        wanted[i : i + rows, j : j + cols] |= block
     out = np.zeros(wanted.shape)
     row, col = np.nonzero(wanted)
     out[row, col] = below((col * stride).astype(np.float64), (row * stride).astype(np.float64))

@@ -28,15 +28,11 @@ def is_virtual(path: Path) -> bool:
 def virtual_sources(path: Path, depth: int = 0) -> list[Path]:
     """Return the local rasters that a virtual raster refers to, directly or through others; refuse anything else.
 
-    Raises
-    ------
-    InputError
-        It is not XML, has a document type or entities, refers to the network or an archive, or nests too deeply.
+    `InputError` if it is not XML, has a document type or entities, refers to elsewhere, or nests too deeply.
     """
     if depth > _DEPTH_MAX:
-        raise InputError(
-            f"{path}: virtual rasters refer to each other more than {_DEPTH_MAX} deep; give the DEMs themselves"
-        )
+        why = f"refer to each other more than {_DEPTH_MAX} deep; give the DEMs themselves"
+        raise InputError(f"{path}: virtual rasters {why}")
     found: list[Path] = []
     root = _read(path)
     for element in root.iter():
@@ -67,22 +63,18 @@ def _sources_behind(path: Path, source: Path, depth: int) -> list[Path]:
 
 def _refusal(path: Path, name: str) -> InputError:
     """Make the error for a virtual raster that refers to something that is not read."""
-    return InputError(
-        f"{path}: the virtual raster refers to '{name[:_QUOTED_MAX]}', but only local rasters are read; "
-        "download it first"
-    )
+    why = "but only local rasters are read; download it first"
+    return InputError(f"{path}: the virtual raster refers to '{name[:_QUOTED_MAX]}', {why}")
 
 
 def _read(path: Path) -> ET.Element:
     """Parse a virtual raster that has neither document type nor entities."""
     text = path.read_bytes()
     if b"<!doctype" in text.lower() or b"<!entity" in text.lower():
-        raise InputError(
-            f"{path}: the virtual raster has a document type or entities, which are not read; remove them"
-        )
+        why = "has a document type or entities, which are not read; remove them"
+        raise InputError(f"{path}: the virtual raster {why}")
     try:
         return ET.fromstring(text)
     except ET.ParseError as error:
-        raise InputError(
-            f"{path}: the virtual raster is not well-formed XML ({error}); make it anew with gdalbuildvrt"
-        ) from None
+        why = f"is not well-formed XML ({error}); make it anew with gdalbuildvrt"
+        raise InputError(f"{path}: the virtual raster {why}") from None
