@@ -108,16 +108,7 @@ def _changed(options: ConvertOptions, changes: dict[str, Any]) -> ConvertOptions
 
 
 def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions) -> PipelineOptions:
-    """Hand the options of a conversion to its stages.
-
-    Parameters
-    ----------
-    area
-        OpenStreetMap file.
-    dems
-        Elevation models.
-    options
-        How to convert.
+    """Hand the options of a conversion of an OpenStreetMap file and elevation models to its stages.
 
     Raises
     ------
@@ -131,16 +122,11 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
     furniture = FurnitureOptions(TARGETS[options.target], extra, enabled=not options.no_furniture)
     with refused("ways"):
         ways = parse_ways_option(str(options.ways))
-    rules = {None: None, True: Rule.LEFT_HAND, False: Rule.RIGHT_HAND}
+    rule = None if options.left_hand is None else Rule.LEFT_HAND if options.left_hand else Rule.RIGHT_HAND
     with refused("default_lane_width"):
-        parse = ParseOptions(
-            ways,
-            options.include_private,
-            rules[options.left_hand],
-            options.default_lane_width,
-            furniture=furniture.enabled,
-            extra_objects=furniture.extra_objects,
-        )
+        width = options.default_lane_width
+        beside = {"furniture": furniture.enabled, "extra_objects": furniture.extra_objects}
+        parse = ParseOptions(ways, options.include_private, rule, width, **beside)
     surface = SurfaceOptions(
         options.surface, options.polynomial_order, options.allow_partial, dem_type=options.dem_type
     )

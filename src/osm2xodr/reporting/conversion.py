@@ -119,18 +119,10 @@ class Conversion:
     def report(self, written: Written, options: WriteOptions | None = None) -> bytes:
         """Return the report about the conversion and a file that was written, JSON in UTF-8.
 
-        Parameters
-        ----------
-        written
-            The file.
-        options
-            How it was written; by default as was said when the area was converted.
+        `options` say how it was written; by default as was said when the area was converted.
         """
-        output = {
-            "file": str(written.path),
-            "bytes": written.size,
-            "xodr_version": (options or self.options).version,
-        }
+        version = (options or self.options).version
+        output = {"file": str(written.path), "bytes": written.size, "xodr_version": version}
         elevation, ends = self.road_map.elevation_report, self.road_map.border_ends
         return report(
             self.inputs, self.elevation_models, self.statistics, elevation, written.diagnostics, output, ends
@@ -161,11 +153,9 @@ class Conversion:
 
     def _remarks(self) -> dict[str, int]:
         """Return how much was guessed, dropped and repaired."""
-        out = dict.fromkeys((kind.value for kind in Kind if kind is not Kind.NOTE), 0)
-        for (kind, _), count in self.diagnostics.counts().items():
-            if kind is not Kind.NOTE:
-                out[kind.value] += count
-        return out
+        counts = self.diagnostics.counts().items()
+        kinds = [kind for kind in Kind if kind is not Kind.NOTE]
+        return {kind.value: sum(count for (found, _), count in counts if found is kind) for kind in kinds}
 
 
 def _changed(options: WriteOptions, changes: Mapping[str, Any]) -> WriteOptions:

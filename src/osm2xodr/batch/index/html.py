@@ -65,7 +65,7 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
     count = counted(len(rows), "area")
     parts = {
         "version": escape(__version__),
-        "count": counted(len(rows), "area"),
+        "count": count,
         "statuses": "".join(_status(rows, status) for status in _STATUSES),
         "figures": facts(_totals(rows)),
         "failures": _failures(rows),
@@ -137,16 +137,14 @@ def _failures(rows: Sequence[AreaRow]) -> str:
 def _unplaced(chart: Map) -> str:
     """Return a sentence on areas that are not on the map."""
     missing = sum(shape is None for shape in chart.shapes)
-    verb = "is" if missing == 1 else "are"
-    text = f"{missing:,} of {len(chart.shapes):,} areas {verb} of unknown place, and not on the map."
-    return text if missing else ""
+    number_is = f"{missing:,} of {len(chart.shapes):,} areas {'is' if missing == 1 else 'are'}"
+    return f"{number_is} of unknown place, and not on the map." if missing else ""
 
 
 def _map(rows: Sequence[AreaRow], chart: Map) -> str:
     """Return the map; areas that failed are drawn last."""
-    drawn = [
-        _area(place, row, shape) for place, (row, shape) in enumerate(zip(rows, chart.shapes, strict=True)) if shape
-    ]
+    shapes = enumerate(zip(rows, chart.shapes, strict=True))
+    drawn = [_area(place, row, shape) for place, (row, shape) in shapes if shape]
     data = f'data-unit="{chart.unit:.9g}" data-left="{chart.left:.9g}" data-top="{chart.top:.9g}"'
     box = f"0 0 {number(chart.width)} {number(chart.height)}"
     head = f'<svg id="map" viewBox="{box}" {data} role="group" aria-labelledby="map-help"><g id="grid"></g>'
@@ -181,10 +179,11 @@ def _row(place: int, row: AreaRow) -> str:
         cells = f'<td colspan="{1 + _FIGURES}">{links} {escape(row.message)}</td>'
     else:
         cells = f"<td>{links}</td>" + "".join(f"<td>{cell}</td>" for cell in _figures(row.figures))
-    spent = "".join(f"<td>{cell}</td>" for cell in _spent(row))
+    seconds, memory = row.result.seconds, row.result.memory
+    spent = (f"{seconds:,.1f}" if seconds > 0.0 else "", f"{memory / 1e6:,.0f}" if memory > 0 else "")
     return (
         f'<tr id="a{place}" class="{word}"><th scope="row"><bdi>{escape(row.name)}</bdi></th>'
-        f"<td>{word}</td>{cells}{spent}</tr>"
+        f"<td>{word}</td>{cells}<td>{spent[0]}</td><td>{spent[1]}</td></tr>"
     )
 
 
@@ -198,28 +197,20 @@ def _links(row: AreaRow) -> str:
     )
 
 
-def _spent(row: AreaRow) -> Iterator[str]:
-    """Yield the cells under the last headings, about the run."""
-    yield f"{row.result.seconds:,.1f}" if row.result.seconds > 0.0 else ""
-    yield f"{row.result.memory / 1e6:,.0f}" if row.result.memory > 0 else ""
-
-
 def _figures(figures: Figures) -> Iterator[str]:
     """Yield the cells under the first headings, about the road network."""
-    yield _written(figures.road_length, 1e-3, 2)
-    yield _written(figures.roads, 1.0, 0)
-    yield _written(figures.junctions, 1.0, 0)
-    yield _written(figures.dem_coverage, 100.0, 1)
-    yield _written(figures.lowest, 1.0, 1)
-    yield _written(figures.highest, 1.0, 1)
-    yield _written(figures.grade, 100.0, 1)
-    for kind in (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE):
-        yield f"{figures.counts[kind]:,}"
-    yield _written(figures.size, 1e-6, 2)
-
-
-def _written(value: float | None, factor: float, decimals: int) -> str:
-    return "" if value is None else f"{value * factor:,.{decimals}f}"
+    for value, factor, decimals in (
+        (figures.road_length, 1e-3, 2),
+        (figures.roads, 1.0, 0),
+        (figures.junctions, 1.0, 0),
+        (figures.dem_coverage, 100.0, 1),
+        (figures.lowest, 1.0, 1),
+        (figures.highest, 1.0, 1),
+        (figures.grade, 100.0, 1),
+        *((figures.counts[kind], 1.0, 0) for kind in (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE)),
+        (figures.size, 1e-6, 2),
+    ):
+        yield "" if value is None else f"{value * factor:,.{decimals}f}"
 
 
 def _text(name: str) -> str:
