@@ -82,7 +82,7 @@ def test_options_can_be_put_together_first(area: Path) -> None:
         ({"way": "major"}, TypeError, "convert() has no option 'way'; do you mean 'ways'?"),
         ({"colour_of_the_sky": 1}, TypeError, "convert() has no option 'colour_of_the_sky'"),
         ({"ways": "footway"}, osm2xodr.OptionError, "ways: 'footway' is not a kind of way that cars drive on"),
-        ({"objects": ["houses"]}, osm2xodr.OptionError, "objects: 'houses' is no kind of object"),
+        ({"objects": ["houses"]}, osm2xodr.OptionError, "objects: 'houses' is not a kind of object"),
         ({"default_lane_width": 0}, osm2xodr.OptionError, "default_lane_width: a lane cannot be 0 m wide"),
         ({"dem_sigma": -1.0}, osm2xodr.OptionError, "dem_sigma: "),
         ({"max_grade": {"canal": 0.05}}, osm2xodr.OptionError, "max_grade: max grade for 'canal'"),

@@ -13,7 +13,7 @@ import click
 from click.core import ParameterSource
 
 from osm2xodr.cli.convert import convert
-from osm2xodr.cli.options import PATH, Parsed, given_options, quiet_option, usage_errors
+from osm2xodr.cli.options import PATH, Parsed, given_options, usage_errors
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.library import DECLARATIONS
 from osm2xodr.system import parse_duration, parse_memory
@@ -106,7 +106,7 @@ class BatchArguments:
     verbose: int = _option(
         "-v", "--verbose", count=True, help="Report each area as it ends; -vv: all details, and tracebacks."
     )
-    quiet: bool = field(metadata={"click": quiet_option})
+    quiet: bool = _option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
 
 
 def batch_options(command: _Command) -> _Command:
@@ -133,22 +133,15 @@ def refuse_contradictions(arguments: BatchArguments) -> None:
 
 def area_options() -> dict[str, bool]:
     """Return the long names of the options of ``convert`` that areas may have, and whether each has no value."""
-    found = {}
-    for param in convert.params:
-        if isinstance(param, click.Option) and param.name in _PER_AREA:
-            long = max(param.opts, key=len)
-            found[long.removeprefix("--")] = param.is_flag
-    return found
+    options = [item for item in convert.params if isinstance(item, click.Option) and item.name in _PER_AREA]
+    return {max(item.opts, key=len).removeprefix("--"): item.is_flag for item in options}
 
 
 @functools.lru_cache
 def check_area_options(words: tuple[str, ...]) -> tuple[str, ...]:
     """Return options of ``convert`` in the order of its declarations, the last one of each.
 
-    Raises
-    ------
-    ValueError
-        An option is unknown, wrong, or not for areas of a batch.
+    ValueError: an option is unknown, wrong, or not for areas of a batch.
     """
     if not words:
         # Checking options loads the stages, which takes a while.
@@ -217,12 +210,7 @@ class Plan:
 def plan(arguments: BatchArguments) -> Plan:
     """Return the areas of a batch.
 
-    Raises
-    ------
-    click.UsageError
-        An option is wrong.
-    InputError
-        The list of areas or the map is wrong or cannot be read.
+    Raises `click.UsageError` if an option is wrong, `InputError` if the list of areas or the map is.
     """
     from osm2xodr.batch import (
         Area,

@@ -83,7 +83,11 @@ def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given:
         click.echo(f"osm2xodr: {line}", err=True)
     found = _found(locator, asked)
     if as_json:
-        text = json.dumps(_json(asked, found, every, single=points is None), ensure_ascii=False, indent=1) + "\n"
+        chosen = [places if every else places[:1] for places in found]
+        document: object = [{"point": item.columns, "places": at} for item, at in zip(asked, chosen, strict=True)]
+        if points is None:
+            document = {"places": chosen[0], "others": len(found[0]) - len(chosen[0])}
+        text = json.dumps(document, ensure_ascii=False, indent=1) + "\n"
     elif points is None:
         text = _text(found[0], every, locator)
     else:
@@ -160,14 +164,6 @@ def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, FieldVa
     rows = locator.describe(places)
     start = places.start.tolist()
     return [rows[start[k] : start[k + 1]] for k in range(len(asked))]
-
-
-def _json(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool, *, single: bool) -> object:
-    """Return the document for JSON: of one point its places, of many a list with an entry for each."""
-    chosen = [places if every else places[:1] for places in found]
-    if single:
-        return {"places": chosen[0], "others": len(found[0]) - len(chosen[0])}
-    return [{"point": item.columns, "places": places} for item, places in zip(asked, chosen, strict=True)]
 
 
 def _csv(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool) -> str:

@@ -40,12 +40,7 @@ quiet_option = click.option("-q", "--quiet", is_flag=True, help="Say nothing but
 def output_option(what: str) -> Callable[[_Command], _Command]:
     """Return the option -o, the file of some kind that a command writes."""
     return click.option(
-        "-o",
-        "--output",
-        required=True,
-        type=PATH,
-        metavar="FILE",
-        help=f"{what} to write; - for standard output.",
+        "-o", "--output", required=True, type=PATH, metavar="FILE", help=f"{what} to write; - for standard output."
     )
 
 

@@ -81,14 +81,11 @@ def convert(
     options = _changed(options or ConvertOptions(), changes)
     osm, dems = Path(area), paths(dem)
     wanted = pipeline_options(osm, dems, options)
-    conversion = dataclasses.replace(
-        pipeline.convert(wanted, Diagnostics(), on_stage or (lambda stage: None)),
-        inputs=options.inputs(osm, dems),
-        options=WriteOptions(
-            options.xodr_version, options.name_for(osm), options.date, __version__, target=wanted.furniture.target
-        ),
-        jobs=wanted.jobs,
+    how = WriteOptions(
+        options.xodr_version, options.name_for(osm), options.date, __version__, target=wanted.furniture.target
     )
+    made = pipeline.convert(wanted, Diagnostics(), on_stage or (lambda stage: None))
+    conversion = dataclasses.replace(made, inputs=options.inputs(osm, dems), options=how, jobs=wanted.jobs)
     if output is None:
         return conversion
     return dataclasses.replace(conversion, diagnostics=conversion.write(output).diagnostics)
@@ -124,9 +121,14 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
         ways = parse_ways_option(str(options.ways))
     rule = None if options.left_hand is None else Rule.LEFT_HAND if options.left_hand else Rule.RIGHT_HAND
     with refused("default_lane_width"):
-        width = options.default_lane_width
-        beside = {"furniture": furniture.enabled, "extra_objects": furniture.extra_objects}
-        parse = ParseOptions(ways, options.include_private, rule, width, **beside)
+        parse = ParseOptions(
+            ways,
+            options.include_private,
+            rule,
+            options.default_lane_width,
+            furniture=furniture.enabled,
+            extra_objects=furniture.extra_objects,
+        )
     surface = SurfaceOptions(
         options.surface, options.polynomial_order, options.allow_partial, dem_type=options.dem_type
     )
@@ -139,8 +141,8 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
     elevation = ElevationOptions(
         options.smoothing, structures=not options.no_structures, superelevation=options.superelevation
     )
-    if options.max_grade is not None:
-        with refused("max_grade"):
+    with refused("max_grade"):
+        if options.max_grade is not None:
             elevation = dataclasses.replace(elevation, grade_limit=parse_grade_limits(str(options.max_grade)))
     partition = None
     if options.frame is not None:

@@ -103,9 +103,10 @@ def check(
     if readers is not None:
         with refused("readers"):
             options = replace(options, readers=_names(readers))
-    for name, value in (("only", _names(only)), ("ignore", _names(ignore))):
-        with refused(name):
-            options = replace(options, **{name: value})
+    with refused("only"):
+        options = replace(options, only=_names(only))
+    with refused("ignore"):
+        options = replace(options, ignore=_names(ignore))
     with refused("max_findings"):
         options = replace(options, most=max_findings)
     return check_drive(_drive(file), options)

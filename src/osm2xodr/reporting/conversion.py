@@ -36,31 +36,15 @@ class Written:
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Conversion:
-    """A road network made of an OpenStreetMap file, as `osm2xodr.convert` returns it.
+    """A road network made of an OpenStreetMap file, as `osm2xodr.convert` returns it."""
 
-    Attributes
-    ----------
-    road_map : RoadMap
-        The road network.
-    statistics : Statistics
-        Its figures: numbers and lengths of roads, heights.
-    diagnostics : Diagnostics
-        What was guessed, dropped and repaired, each with the element of OpenStreetMap.
-    elevation_models : tuple of DemSummary
-        What the elevation models are and what was used of them, in the order given.
-    inputs : Mapping
-        Files and options, by name, as reports say them.
-    options : WriteOptions
-        How it is written unless `write` is told otherwise.
-    jobs : int
-        How many processes write it.
-    """
-
-    road_map: RoadMap
-    statistics: Statistics
-    diagnostics: Diagnostics
+    road_map: RoadMap  # The road network
+    statistics: Statistics  # Its figures: numbers and lengths of roads, heights
+    diagnostics: Diagnostics  # What was guessed, dropped and repaired, each with the element of OpenStreetMap
+    # What the elevation models are and what was used of them, in the order given
     elevation_models: tuple[DemSummary, ...] = ()
-    inputs: Mapping[str, Any] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)  # Files and options, by name, as reports say them
+    # How it is written unless `write` is told otherwise, and by how many processes
     options: WriteOptions = field(default_factory=WriteOptions)
     jobs: int = 1
 

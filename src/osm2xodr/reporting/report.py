@@ -71,7 +71,12 @@ def summary(
     else:
         lines.append("  flat at height 0: there is no elevation model")
     if elevation is not None:
-        lines += _heights(elevation)
+        errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
+        lines.append(f"  roads on the ground less the elevation model: {errors}")
+        kinds = [item.kind for item in elevation.structures]
+        if kinds:
+            built = " and ".join(counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
+            lines.append(f"  {built}; {counted(len(elevation.tight), 'crossing')} with less clearance than usual")
     first: dict[tuple[Kind, str], tuple[str, str]] = {}
     for item in diagnostics:
         first.setdefault((item.kind, item.code), (item.message, item.osm_id))
@@ -79,17 +84,6 @@ def summary(
     order = sorted(counts.items(), key=lambda entry: (_KINDS.index(entry[0][0]), -entry[1], entry[0][1]))
     for (kind, code), count in order:
         lines.append(f"  {kind.value:<9}{count:>8,}  {code}: {_example(*first[kind, code], count)}")
-    return lines
-
-
-def _heights(elevation: ElevationReport) -> list[str]:
-    """Return a line about the distance of roads from the ground, and one about bridges and tunnels if any."""
-    errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
-    lines = [f"  roads on the ground less the elevation model: {errors}"]
-    kinds = [item.kind for item in elevation.structures]
-    if kinds:
-        found = " and ".join(counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
-        lines.append(f"  {found}; {counted(len(elevation.tight), 'crossing')} with less clearance than usual")
     return lines
 
 

@@ -51,19 +51,10 @@ def parse_duration(text: str) -> float:
 
 @contextlib.contextmanager
 def limited(memory: int | None, seconds: float | None) -> Iterator[None]:
-    """Bound the memory and time of a block.
+    """Bound the memory and time of a block; None for no bound.
 
-    Parameters
-    ----------
-    memory
-        Bytes that each process may take for its data; None for no bound.
-    seconds
-        How long it may take, s; None for no bound. Works in the main thread alone.
-
-    Raises
-    ------
-    LimitError
-        The memory or the time was not enough, or the system cannot bound memory.
+    `memory` are bytes that each process may take for its data. `seconds` work in the main thread alone. `LimitError`
+    says that they were not enough, or that the system cannot bound memory.
     """
     with _memory_limit(memory), _time_limit(seconds):
         try:

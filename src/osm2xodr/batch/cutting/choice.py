@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -109,26 +109,18 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
     at = _local(source, request.frame, things)
     things = things[distance_to_outline(request.outline, at[:, 0], at[:, 1], reach) <= reach]
     if request.context:
-        found = _find_streets(plan, near.segments(_BORDER_REACH), driven)
-        beside = _points_along(plan, request.frame, found.segments)
+        ways, segments, ends = _find_streets(plan, near.segments(_BORDER_REACH), driven)
+        beside = _points_along(plan, request.frame, segments)
         # All that is near the area is kept anyway.
         off = distance_to_outline(request.outline, beside[:, 0], beside[:, 1], reach)
         beside = beside[off > reach - _CONTEXT_BESIDE - _SPACING]
-        at_ends = _around(plan, request.frame, _local(source, request.frame, found.ends), _CONTEXT_REACH)
+        at_ends = _around(plan, request.frame, _local(source, request.frame, ends), _CONTEXT_REACH)
         along = _around(plan, request.frame, beside, _CONTEXT_BESIDE + 0.5 * _SPACING)
-        kept = np.unique(np.concatenate([kept, found.ways, at_ends[0], along[0]]))
+        kept = np.unique(np.concatenate([kept, ways, at_ends[0], along[0]]))
         things = np.unique(np.concatenate([things, at_ends[1], along[1]]))
     kept, relations = _with_relations(plan, kept)
     nodes = np.union1d(source.row[_ranges(source.first, kept)], things)
     return Choice(kept, relations, nodes, int(source.driven[driven][near.ways(0.0)].sum()), bounds)
-
-
-class _FoundStreets(NamedTuple):
-    """Streets: their ways, their segments, and the nodes at their ends."""
-
-    ways: IntArray
-    segments: IntArray
-    ends: IntArray
 
 
 class _Near:
@@ -176,8 +168,7 @@ def _bounds(frame: LocalFrame, low: FloatArray, high: FloatArray) -> tuple[float
     x, y = (low + share[:, None] * (high - low)).T
     side = np.ones(_SAMPLES)
     lon, lat = _to_degrees(frame).transform(
-        np.concatenate([x, x, side * x[0], side * x[-1]]),
-        np.concatenate([side * y[0], side * y[-1], y, y]),
+        np.concatenate([x, x, side * x[0], side * x[-1]]), np.concatenate([side * y[0], side * y[-1], y, y])
     )
     lon = frame.lon_0_deg + (lon - frame.lon_0_deg + 180.0) % 360.0 - 180.0
     return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
@@ -205,15 +196,15 @@ def _ranges(first: IntArray, groups: IntArray) -> IntArray:
     return runs(first[groups], first[groups + 1] - first[groups])
 
 
-def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> _FoundStreets:
-    """Return the streets that segments belong to."""
+def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the ways and segments of the streets that segments belong to, and the nodes at their ends."""
     streets = plan.streets[driven]
     found = np.unique(streets.of_segment[near])
     found = found[found >= 0]
     ways = np.unique(streets.ways[_ranges(streets.first_way, found)])
     ends = np.unique(streets.ends[_ranges(streets.first_end, found)])
     segments = _ranges(plan.segments.first, ways)
-    return _FoundStreets(ways, segments[np.isin(streets.of_segment[segments], found)], ends)
+    return ways, segments[np.isin(streets.of_segment[segments], found)], ends
 
 
 def _points_along(plan: Plan, frame: LocalFrame, segments: IntArray) -> FloatArray:

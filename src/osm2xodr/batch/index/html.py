@@ -6,7 +6,7 @@ Scripts sort, filter and zoom; where they are forbidden, as in archives of some 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from types import MappingProxyType
 from typing import Final
@@ -29,27 +29,35 @@ _STATUSES: Final = MappingProxyType(
     }
 )
 _LINKS: Final = MappingProxyType({".xodr": "xodr", ".json": "report", ".html": "page"})
-# Columns after name, status and files: heading, meaning, unit.
-_HEADINGS: Final = (
-    ("Roads", "length of reference lines outside of junctions", "km"),
-    ("Roads", "number of roads outside of junctions", ""),
-    ("Junctions", "number of junctions", ""),
-    ("DEM", "share of the streets with a measured height", "%"),
-    ("Lowest", "lowest height of a road", "m"),
-    ("Highest", "highest height of a road", "m"),
-    ("Steepest", "largest grade", "%"),
-    ("Guessed", "number of values that are missing in OpenStreetMap", ""),
-    ("Dropped", "number of things that were left out", ""),
-    ("Repaired", "number of contradictions that were resolved", ""),
-    ("Notes", "number of further remarks", ""),
-    ("Size", "size of the road network's file", "MB"),
+
+
+def _count(kind: Kind) -> Callable[[Figures], float]:
+    return lambda figures: figures.counts[kind]
+
+
+# Columns from the report, after name, status and files: heading, meaning, unit, figure, its factor and decimals.
+# index.js knows their number, too.
+_FIGURES: Final[tuple[tuple[str, str, str, Callable[[Figures], float | None], float, int], ...]] = (
+    ("Roads", "length of reference lines outside of junctions", "km", lambda found: found.road_length, 1e-3, 2),
+    ("Roads", "number of roads outside of junctions", "", lambda found: found.roads, 1.0, 0),
+    ("Junctions", "number of junctions", "", lambda found: found.junctions, 1.0, 0),
+    ("DEM", "share of the streets with a measured height", "%", lambda found: found.dem_coverage, 100.0, 1),
+    ("Lowest", "lowest height of a road", "m", lambda found: found.lowest, 1.0, 1),
+    ("Highest", "highest height of a road", "m", lambda found: found.highest, 1.0, 1),
+    ("Steepest", "largest grade", "%", lambda found: found.grade, 100.0, 1),
+    ("Guessed", "number of values that are missing in OpenStreetMap", "", _count(Kind.GUESSED), 1.0, 0),
+    ("Dropped", "number of things that were left out", "", _count(Kind.DROPPED), 1.0, 0),
+    ("Repaired", "number of contradictions that were resolved", "", _count(Kind.REPAIRED), 1.0, 0),
+    ("Notes", "number of further remarks", "", _count(Kind.NOTE), 1.0, 0),
+    ("Size", "size of the road network's file", "MB", lambda found: found.size, 1e-6, 2),
+)
+# Columns about the run: heading, meaning, unit.
+_SPENT: Final = (
     ("Time", "time of the conversion in this run", "s"),
     ("Memory", "peak memory of the conversion in this run", "MB"),
 )
 # Marks the page before the table is read, so that rows far down are laid out only when they come into view.
 _EARLY_SCRIPT: Final = 'document.documentElement.className = "scripted";'
-# How many of the columns come from the report; index.js knows this number, too.
-_FIGURES: Final = 12
 # An area smaller than this on the map gets a symbol, units: a hundredth of the map's width is hard to see.
 _SYMBOL_BELOW: Final = 9.0
 # Durations are given in seconds, and in minutes, up to this many.
@@ -72,7 +80,7 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
         "map": _map(rows, chart),
         "nowhere": "" if any(chart.shapes) else ' class="nowhere"',
         "unplaced": _unplaced(chart),
-        "headings": "".join(_heading(*heading) for heading in _HEADINGS),
+        "headings": "".join(_heading(*column) for column in (*(figure[:3] for figure in _FIGURES), *_SPENT)),
         "rows": "\n".join(_row(place, row) for place, row in enumerate(rows)),
     }
     return page_html(
@@ -176,7 +184,7 @@ def _row(place: int, row: AreaRow) -> str:
     word = row.result.status.value
     links = _links(row)
     if row.figures is None or row.message:
-        cells = f'<td colspan="{1 + _FIGURES}">{links} {escape(row.message)}</td>'
+        cells = f'<td colspan="{1 + len(_FIGURES)}">{links} {escape(row.message)}</td>'
     else:
         cells = f"<td>{links}</td>" + "".join(f"<td>{cell}</td>" for cell in _figures(row.figures))
     seconds, memory = row.result.seconds, row.result.memory
@@ -198,18 +206,9 @@ def _links(row: AreaRow) -> str:
 
 
 def _figures(figures: Figures) -> Iterator[str]:
-    """Yield the cells under the first headings, about the road network."""
-    for value, factor, decimals in (
-        (figures.road_length, 1e-3, 2),
-        (figures.roads, 1.0, 0),
-        (figures.junctions, 1.0, 0),
-        (figures.dem_coverage, 100.0, 1),
-        (figures.lowest, 1.0, 1),
-        (figures.highest, 1.0, 1),
-        (figures.grade, 100.0, 1),
-        *((figures.counts[kind], 1.0, 0) for kind in (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE)),
-        (figures.size, 1e-6, 2),
-    ):
+    """Yield the cells about the road network."""
+    for *_, get, factor, decimals in _FIGURES:
+        value = get(figures)
         yield "" if value is None else f"{value * factor:,.{decimals}f}"
 
 
