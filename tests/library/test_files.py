@@ -69,7 +69,7 @@ def test_what_the_conversion_reported_can_be_given_as_read(xodr: Path, tmp_path:
 @pytest.mark.parametrize(
     ("function", "options", "message"),
     [
-        (osm2xodr.check, {"readers": "matlab"}, "readers: matlab is no reader that is known"),
+        (osm2xodr.check, {"readers": "matlab"}, "readers: matlab is no reader that check knows"),
         (osm2xodr.check, {"only": ["gap"]}, "only: gap is no rule"),
         (osm2xodr.check, {"ignore": "gap"}, "ignore: gap is no rule"),
         (osm2xodr.check, {"max_findings": -1}, "max_findings: -1 findings per rule cannot be listed"),
