@@ -66,19 +66,8 @@ def convert(
 ) -> Conversion:
     """Turn an OSM file and elevation models into an OpenDRIVE road network.
 
-    Parameters
-    ----------
-    options
-        What is converted, and how.
-    diagnostics
-        Receives what was guessed, dropped and repaired; the conversion holds it as well.
-    on_stage
-        Called with the name of each stage as it begins.
-
-    Raises
-    ------
-    Osm2xodrError
-        If it cannot be done, with a sentence that says why and what to do.
+    `diagnostics` receives what was guessed, dropped and repaired, and the conversion holds it as well; `on_stage` is
+    called with the name of each stage as it begins. `Osm2xodrError` says why it cannot be done and what to do.
     """
     # It loads the reader of OSM files.
     from osm2xodr.osmParsing import parse_osm
@@ -123,16 +112,10 @@ def _build_roads(
 ) -> RoadMap:
     """Lay out roads and junctions, and solve their heights."""
     ground = terrain.ground
+    result = None if ground is None else ground.result
+    around = _neighbourhood(options, network)
     try:
-        return build_roads(
-            network,
-            terrain.surface,
-            diagnostics,
-            options.elevation,
-            options.roads,
-            None if ground is None else ground.result,
-            _neighbourhood(options, network),
-        )
+        return build_roads(network, terrain.surface, diagnostics, options.elevation, options.roads, result, around)
     finally:
         if ground is not None:
             ground.cancel()
@@ -162,9 +145,8 @@ def _report_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics: 
     dropped = {item.osm_id for item in diagnostics if item.kind is Kind.DROPPED} if ways else set()
     for way in sorted(ways):
         if f"way/{way}" not in dropped:
-            diagnostics.note(
-                "inside-junction", f"way/{way}", "it lies wholly inside a junction, whose connecting roads replace it"
-            )
+            said = "it lies wholly inside a junction, whose connecting roads replace it"
+            diagnostics.note("inside-junction", f"way/{way}", said)
 
 
 def _forget_others(path: Path, partition: Partition, diagnostics: Diagnostics) -> None:
@@ -174,6 +156,5 @@ def _forget_others(path: Path, partition: Partition, diagnostics: Diagnostics) -
 
     outline = partition.outlines[partition.own]
     places = element_places(path, partition.frame, diagnostics.osm_ids())
-    diagnostics.forget(
-        {osm_id for osm_id, xy in places.items() if not inside_outline(outline, xy[:, 0], xy[:, 1]).any()}
-    )
+    own = {osm_id for osm_id, xy in places.items() if inside_outline(outline, xy[:, 0], xy[:, 1]).any()}
+    diagnostics.forget(places.keys() - own)

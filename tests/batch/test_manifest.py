@@ -188,6 +188,6 @@ def test_options_of_areas_are_those_of_convert_that_name_no_files() -> None:
 
 
 def test_options_in_order_the_last_of_each() -> None:
-    words = ["--timeout", "2min", "--ways", "all", "--left-hand", "--ways", "major"]
+    words = ("--timeout", "2min", "--ways", "all", "--left-hand", "--ways", "major")
     assert check_area_options(words) == ("--ways", "major", "--left-hand", "--timeout", "120.0")
     assert check_area_options(check_area_options(words)) == check_area_options(words)

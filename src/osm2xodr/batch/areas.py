@@ -6,8 +6,8 @@ import json
 import math
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -66,8 +66,7 @@ def check_names(names: Iterable[str], where: str) -> None:
     """Refuse names that cannot be, and names that differ in case alone; `where` they stand is said in the error."""
     seen: dict[str, str] = {}
     for name in names:
-        wrong = check_name(name)
-        if wrong:
+        if wrong := check_name(name):
             raise InputError(f"{where}: {name!r} cannot be the name of an area: {wrong}; choose another one")
         key = unicodedata.normalize("NFC", name).casefold()
         if key in seen:
@@ -87,21 +86,12 @@ def outlined(area: Area, frame: LocalFrame | None = None, number: int = 0) -> Pl
     if not area.outline_deg:
         return PlannedArea(area, number=number)
     frame = frame or frame_around(area.outline_deg)
-    rings = []
-    for ring in area.outline_deg:
-        lon, lat = np.array(ring).T
-        rings.append(np.column_stack(to_local(frame, lon, lat)))
-    return PlannedArea(area, frame, Outline(tuple(rings)), number)
+    rings = tuple(np.column_stack(to_local(frame, *np.array(ring).T)) for ring in area.outline_deg)
+    return PlannedArea(area, frame, Outline(rings), number)
 
 
 def parse_length(text: str) -> float:
-    """Return the side of tiles such as ``5km`` or ``800m`` in metres.
-
-    Raises
-    ------
-    ValueError
-        The text is not a length, or too short a one.
-    """
+    """Return the side of tiles such as ``5km`` or ``800m`` in metres; ValueError says why a text is none."""
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(km|m)\s*", text, re.IGNORECASE)
     if match is None:
         raise ValueError(f"{text!r} is not a length; give one such as 5km or 800m")
@@ -112,21 +102,10 @@ def parse_length(text: str) -> float:
 
 
 def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Area) -> list[PlannedArea]:
-    """Cover bounds with squares.
+    """Cover bounds (west, south, east, north, degrees, WGS 84) with squares of a side, m.
 
-    Parameters
-    ----------
-    bounds
-        West, south, east, north, degrees, WGS 84.
-    side
-        Of the squares, m; in a frame with its origin at the rounded middle of the bounds they begin at its multiples.
-    area
-        What the squares share, apart from name and outline.
-
-    Raises
-    ------
-    InputError
-        There would be too many.
+    In a frame with its origin at the rounded middle of the bounds they begin at multiples of `side`. `area` is what
+    they share, apart from name and outline. Raises `InputError` if there would be too many.
     """
     west, south, east, north = bounds
     if east - west > _SPAN_MAX_DEG:
@@ -150,13 +129,11 @@ def make_tiles(bounds: tuple[float, float, float, float], side: float, area: Are
         )
     cells = np.array([(column, row) for column in columns for row in rows])
     rings = (cells[:, None, :] + _CELL_CORNERS) * side
-    lon, lat = to_geographic(frame, rings[..., 0], rings[..., 1])
-    rings_deg = np.round(np.stack([lon, lat], axis=-1), 7).tolist()
+    rings_deg = np.round(np.stack(to_geographic(frame, rings[..., 0], rings[..., 1]), axis=-1), 7).tolist()
     found = []
     for (column, row), ring, ring_deg in zip(cells.tolist(), rings, rings_deg, strict=True):
         name = f"x{_TILE_ZERO + column:03d}_y{_TILE_ZERO + row:03d}"
-        corners = tuple((lon, lat) for lon, lat in ring_deg)
-        named = Area(name, area.osm, area.dems, area.options, (corners,))
+        named = replace(area, name=name, outline_deg=(tuple((lon, lat) for lon, lat in ring_deg),))
         found.append(PlannedArea(named, frame, Outline((ring,)), _number(column, row)))
     return found
 
@@ -173,28 +150,30 @@ def _number(column: int, row: int) -> int:
 def read_areas(path: Path, area: Area) -> list[PlannedArea]:
     """Read areas from polygons in GeoJSON, each named by its property ``name`` or its id.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read or has no such polygons.
+    Raises `InputError` if the file cannot be read or has no such polygons.
     """
-    found = []
-    for place, (feature_name, rings) in enumerate(read_polygons(path), start=1):
-        name = feature_name or f"area_{place}"
-        found.append(Area(name, area.osm, area.dems, area.options, rings))
+    found = [
+        replace(area, name=name or f"area_{place}", outline_deg=rings)
+        for place, (name, rings) in enumerate(read_polygons(path), start=1)
+    ]
     check_names((item.name for item in found), str(path))
     frame = frame_around([ring for item in found for ring in item.outline_deg])
     return [outlined(item, frame, number) for number, item in enumerate(found)]
 
 
+def read_file(path: Path) -> bytes:
+    """Return the contents of a file that the user names."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{path} cannot be read: {reason}; check the path") from error
+
+
 def read_polygons(path: Path) -> list[tuple[str, tuple[RingDeg, ...]]]:
     """Return the name, which may be empty, and the rings of each polygon of a GeoJSON file."""
     try:
-        document = json.loads(path.read_bytes())
-    except OSError as error:
-        raise InputError(
-            f"{path} cannot be read: {(error.strerror or str(error)).lower()}; check the path"
-        ) from error
+        document = json.loads(read_file(path))
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is not GeoJSON ({error}); give polygons in GeoJSON") from error
     kind = document.get("type") if isinstance(document, dict) else None
@@ -215,15 +194,12 @@ def _polygon(feature: Any, where: str) -> tuple[str, tuple[RingDeg, ...]]:
     rings = tuple(check_ring(ring, where) for part in parts for ring in (part if isinstance(part, list) else [part]))
     if not rings:
         raise InputError(f"{where}: it has no corners; remove it, or give some")
-    properties = feature.get("properties")
-    return _name(properties if isinstance(properties, dict) else {}, feature), rings
-
-
-def _name(properties: Mapping[str, Any], feature: Mapping[str, Any]) -> str:
+    given = feature.get("properties")
+    properties = given if isinstance(given, dict) else {}
     for value in (properties.get("name"), properties.get("id"), feature.get("id")):
         if isinstance(value, (str, int)) and not isinstance(value, bool) and str(value):
-            return str(value)
-    return ""
+            return str(value), rings
+    return "", rings
 
 
 def check_ring(corners: Any, where: str) -> RingDeg:

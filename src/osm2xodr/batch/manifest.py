@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
-from osm2xodr.batch.areas import RingDeg, check_names, check_ring, read_polygons
+from osm2xodr.batch.areas import RingDeg, check_names, check_ring, read_file, read_polygons
 from osm2xodr.batch.model import Area
 from osm2xodr.errors import InputError
 
@@ -38,7 +38,7 @@ class ManifestContext:
     # Names of the options of ``convert`` that an area may have, without dashes; whether each is a flag
     options: Mapping[str, bool]
     # Puts options as typed in order; raises ValueError with a sentence where they are wrong
-    check: Callable[[Sequence[str]], tuple[str, ...]]
+    check: Callable[[tuple[str, ...]], tuple[str, ...]]
     dems: tuple[Path, ...] = ()  # Elevation models of areas that name none
     given: tuple[str, ...] = ()  # Options for all areas
 
@@ -46,21 +46,13 @@ class ManifestContext:
 def read_manifest(path: Path, context: ManifestContext) -> list[Area]:
     """Read a manifest, ``.toml`` or ``.csv``; paths in it are relative to its folder.
 
-    Raises
-    ------
-    InputError
-        Something is wrong with it: names the place, the key, and what to do.
+    `InputError` names what is wrong with it: the place, the key, and what to do.
     """
-    kinds = {".toml": _read_toml, ".csv": _read_csv}
-    read = kinds.get(path.suffix.lower())
+    read = {".toml": _read_toml, ".csv": _read_csv}.get(path.suffix.lower())
     if read is None:
         raise InputError(f"{path} is not a manifest; give a file that ends in .toml or .csv")
     try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError(
-            f"{path} cannot be read: {(error.strerror or str(error)).lower()}; check the path"
-        ) from error
+        text = read_file(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
             f"{path} is not in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8"
@@ -97,10 +89,8 @@ def _read_toml(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str
         raise InputError(f"{path}: defaults is not a table; write [defaults]")
     if not isinstance(tables, list) or not all(isinstance(item, dict) for item in tables):
         raise InputError(f"{path}: area is not a list of tables; write [[area]], with two brackets, before each")
-    found = []
-    for place, keys in enumerate(tables, start=1):
-        name = keys.get("name")
-        found.append((f"{path}, area {place}" + (f" ({name})" if isinstance(name, str) else ""), keys))
+    names = [f" ({keys['name']})" if isinstance(keys.get("name"), str) else "" for keys in tables]
+    found = [(f"{path}, area {place}{names[place - 1]}", keys) for place, keys in enumerate(tables, start=1)]
     return (f"{path}, [defaults]", common), found
 
 
@@ -267,16 +257,8 @@ def _unknown(key: str, known: Sequence[str]) -> str:
 def expand(patterns: Sequence[str]) -> tuple[Path, ...]:
     """Return the files that are meant, each once; those of one pattern in the order of their names.
 
-    Parameters
-    ----------
-    patterns
-        Paths, which need not exist; patterns with ``*``, ``?``, ``[...]`` and ``**``; folders, which stand for the
-        elevation models in them.
-
-    Raises
-    ------
-    InputError
-        A pattern or folder has no file.
+    `patterns` are paths, which need not exist; patterns with ``*``, ``?``, ``[...]`` and ``**``; folders, which stand
+    for the elevation models in them. Raises `InputError` where a pattern or folder has no file.
     """
     found: dict[Path, None] = {}
     for pattern in patterns:

@@ -42,30 +42,16 @@ class OutDir:
         """Return the names of all areas that were made."""
         return sorted(path.name.removesuffix(".json") for path in (self.path / ".state").glob("*.json"))
 
-    def remove_parts(self) -> None:
-        """Remove files that killed processes left half-written."""
-        for folder in (self.path, self.path / ".state", self.path / ".cuts"):
-            for path in folder.glob(".osm2xodr-*.part"):
-                path.unlink(missing_ok=True)
-
-    def remove_empty_cuts(self) -> None:
-        """Remove the folder of cuts if it is empty."""
-        with contextlib.suppress(OSError):
-            (self.path / ".cuts").rmdir()
-
 
 @contextlib.contextmanager
 def open_out_dir(path: Path) -> Iterator[OutDir]:
     """Make the folder if need be, and lock it for one batch.
 
-    Raises
-    ------
-    OutputError
-        The folder cannot be made or written, or another batch works in it.
+    `OutputError` says that it cannot be made or written, or that another batch works in it.
     """
-    folder = OutDir(path)
+    folders = path, path / ".state", path / ".cuts"
     try:
-        for item in (path, path / ".state", path / ".cuts"):
+        for item in folders:
             item.mkdir(parents=True, exist_ok=True)
         lock = os.open(path / ".state" / "lock", os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
@@ -76,11 +62,14 @@ def open_out_dir(path: Path) -> Iterator[OutDir]:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise OutputError(f"another batch works in {path}; wait for its end, or choose another -o") from None
-        folder.remove_parts()
-        yield folder
+        # Killed processes may have left these half-written.
+        for part in (part for item in folders for part in item.glob(".osm2xodr-*.part")):
+            part.unlink(missing_ok=True)
+        yield OutDir(path)
     finally:
         # The file of the lock stays: removing it could remove that of the next batch.
-        folder.remove_empty_cuts()
+        with contextlib.suppress(OSError):  # It is not empty
+            (path / ".cuts").rmdir()
         os.close(lock)
 
 

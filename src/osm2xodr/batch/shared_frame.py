@@ -24,13 +24,7 @@ _IDS_PER_AREA: Final = 100_000
 
 
 def shared_frame(planned: Sequence[PlannedArea]) -> dict[str, Any]:
-    """Return the contents of the file.
-
-    Raises
-    ------
-    InputError
-        There are more areas than ids for their roads.
-    """
+    """Return the contents of the file; `InputError` says that there are more areas than ids for their roads."""
     frame = planned[0].frame
     assert frame is not None
     areas = []
@@ -48,20 +42,11 @@ def shared_frame(planned: Sequence[PlannedArea]) -> dict[str, Any]:
 
 
 def read_partition(path: Path, own: str) -> Partition:
-    """Read how areas lie side by side.
+    """Read how areas lie side by side; `own` is the name of the area that is converted.
 
-    Parameters
-    ----------
-    path
-        JSON: ``format``, the frame's origin ``lat_0_deg`` and ``lon_0_deg``, and ``areas``, each with its ``name``,
-        ``first_id`` and ``rings`` of local x, y, m.
-    own
-        Name of the area that is converted.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is of another kind, or does not have the area.
+    The file is JSON: ``format``, the frame's origin ``lat_0_deg`` and ``lon_0_deg``, and ``areas``, each with its
+    ``name``, ``first_id`` and ``rings`` of local x, y, m. Raises `InputError` if it cannot be read, is of another
+    kind, or does not have the area.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -92,7 +77,8 @@ def _partition(table: dict[str, Any], path: Path, own: str) -> Partition:
     outlines = tuple(
         Outline(tuple(np.array(ring, np.float64).reshape(-1, 2) for ring in area["rings"])) for area in areas
     )
-    if not all(len(ring) > 2 and np.isfinite(ring).all() for outline in outlines for ring in outline.rings):
+    rings = [ring for outline in outlines for ring in outline.rings]
+    if not all(len(ring) > 2 and np.isfinite(ring).all() for ring in rings):
         raise ValueError
     if not all(outline.rings for outline in outlines):
         raise ValueError

@@ -59,24 +59,25 @@ class _Batch:
         self.options = options
         self.results: dict[str, Result] = {}
         self.marks = Marks()
-        self.states: dict[str, State] = {}
         self._sources: dict[Path, list[Path]] = {}
-        for item in planned:
-            state = load_state(out.state(item.area.name))
-            if state is not None:
-                self.states[item.area.name] = state
+        found = {item.area.name: load_state(out.state(item.area.name)) for item in planned}
+        self.states = {name: state for name, state in found.items() if state is not None}
         self.marks.learn(self.states.values())
 
     def arguments(self, item: PlannedArea) -> tuple[str, ...]:
         """Return the arguments of ``osm2xodr`` that make an area."""
         area = item.area
         xodr, report = self.out.outputs(area.name)
-        osm = self.out.cut(area.name) if item.outline is not None else area.osm
         dems = [word for dem in area.dems for word in ("--dem", _plain(dem))]
         frame = ["--frame", _plain(self.out.frame)] if self.options.shared else []
         limit = ["--timeout", f"{self.options.timeout:g}"] if self.options.timeout is not None else []
         fixed = ["--name", area.name, "--overwrite", "--quiet", "--jobs", "1", *limit, *frame, *area.options]
-        return ("convert", _plain(osm), *dems, "-o", _plain(xodr), "--report-json", _plain(report), *fixed)
+        files = [_plain(self._map(item)), *dems, "-o", _plain(xodr), "--report-json", _plain(report)]
+        return ("convert", *files, *fixed)
+
+    def _map(self, item: PlannedArea) -> Path:
+        """Return the file that an area is converted from."""
+        return self.out.cut(item.area.name) if item.outline is not None else item.area.osm
 
     def wanted(self, item: PlannedArea) -> State | None:
         """Return the state that an area made now would have, without cut and outputs; None without a file."""
@@ -106,10 +107,8 @@ class _Batch:
         """Return whether an area was made of the same input, apart from its cut, and its files are still there."""
         if state is None or wanted is None or self.options.force:
             return False
-        made = (state.version, state.arguments, contents(state.inputs))
-        if made != (wanted.version, wanted.arguments, contents(wanted.inputs)):
-            return False
-        return all(self.marks.same(mark) for mark in state.outputs)
+        made, now = ((one.version, one.arguments, contents(one.inputs)) for one in (state, wanted))
+        return made == now and all(self.marks.same(mark) for mark in state.outputs)
 
     def settle(self, item: PlannedArea, status: Status, message: str = "", outcome: Outcome | None = None) -> Result:
         """Record the result of an area."""
@@ -129,7 +128,8 @@ class _Batch:
             same = self.unchanged(state, wanted)
             if same and state is not None and wanted is not None and _same_cutting(state, wanted):
                 self._keep(item, state)
-                if _stale_times(state, wanted):
+                # Files may have been written again with the same contents: recorded, they need not be read once more.
+                if (state.inputs, state.cut_from) != (wanted.inputs, wanted.cut_from):
                     self._save(item, dataclasses.replace(wanted, cut=state.cut, outputs=state.outputs))
             else:
                 left.append(item)
@@ -158,10 +158,9 @@ class _Batch:
         for item in parts:
             assert item.frame is not None
             assert item.outline is not None
-            target = self.out.cut(item.area.name)
-            chosen = _chosen_ways(item.area.options)
+            name, chosen = item.area.name, _chosen_ways(item.area.options)
             requests.append(
-                CutRequest(item.area.name, target, item.frame, item.outline, self.options.shared, *chosen)
+                CutRequest(name, self.out.cut(name), item.frame, item.outline, self.options.shared, *chosen)
             )
         try:
             return cut_areas(source, requests)
@@ -174,14 +173,14 @@ class _Batch:
     def _settle_cut(self, item: PlannedArea, ways: int) -> bool:
         """Settle an area if it is empty or its cut has not changed; return whether it is settled."""
         name = item.area.name
-        state, wanted, cut = self.states.get(name), self.wanted(item), self.out.cut(name)
+        state, wanted = self.states.get(name), self.wanted(item)
         if ways == 0:
             self._drop(item)
             if wanted is not None:
                 self._save(item, wanted)
             self.settle(item, Status.EMPTY, _nothing(item))
             return True
-        mark = self.marks.of(cut)
+        mark = self.marks.of(self.out.cut(name))
         same = state is not None and state.cut is not None and mark is not None and state.cut.sha256 == mark.sha256
         if not (same and self.unchanged(state, wanted)) or state is None or wanted is None:
             return False
@@ -207,11 +206,6 @@ class _Batch:
                     self._clear_cut(job.name)
                 listener.end(result, weights[job.name])
 
-    def forget(self, items: Sequence[PlannedArea]) -> None:
-        """Remove the states of areas: they are unfinished until they are made."""
-        for item in items:
-            remove(self.out.state(item.area.name))
-
     def _made(self, item: PlannedArea, wanted: State | None, outcome: Outcome) -> Result:
         name = item.area.name
         if outcome.empty and item.outline is not None:
@@ -230,8 +224,10 @@ class _Batch:
         return self.settle(item, Status.DONE, "", outcome)
 
     def _keep(self, item: PlannedArea, state: State) -> None:
-        empty = not state.outputs
-        self.settle(item, Status.EMPTY if empty else Status.UNCHANGED, _nothing(item) if empty else "")
+        if state.outputs:
+            self.settle(item, Status.UNCHANGED)
+        else:
+            self.settle(item, Status.EMPTY, _nothing(item))
 
     def _drop(self, item: PlannedArea) -> None:
         """Remove all files of an area that cannot be made: those of an earlier run are of other input."""
@@ -248,37 +244,18 @@ class _Batch:
 
     def _weight(self, item: PlannedArea) -> float:
         """Return an estimate of the time that an area takes: the size of its map."""
-        mark = self.marks.of(self.out.cut(item.area.name) if item.outline is not None else item.area.osm)
+        mark = self.marks.of(self._map(item))
         return 1.0 if mark is None else 1.0 + mark.size
 
 
 def run_batch(
-    planned: Sequence[PlannedArea],
-    out: OutDir,
-    options: BatchOptions,
-    diagnostics: Diagnostics,
-    listener: Listener,
+    planned: Sequence[PlannedArea], out: OutDir, options: BatchOptions, diagnostics: Diagnostics, listener: Listener
 ) -> list[Result]:
     """Make all areas that are missing or have changed, and return the result of each, in their order.
 
-    Parameters
-    ----------
-    planned
-        The areas, each with another name.
-    out
-        Where they are written; locked for this batch.
-    options
-        How they are made.
-    diagnostics
-        Receives a note on files of areas that are no longer in the batch.
-    listener
-        Is called as the batch goes on.
-
-    Raises
-    ------
-    Osm2xodrError
-        Nothing can be converted: there is no Dask, or nothing can be written. What is wrong with one area is its
-        result.
+    Each area has another name; `out` is locked for this batch, and `diagnostics` receives a note on files of areas
+    that are no longer in it. What is wrong with one area is its result; `Osm2xodrError` is raised where nothing can
+    be converted: there is no Dask, or nothing can be written.
     """
     listener.stage("looking for changes")
     if options.shared:
@@ -287,7 +264,8 @@ def run_batch(
     left = batch.changed()
     if left:
         check_dask()
-        batch.forget(left)
+        # They are unfinished until they are made.
+        remove(*(out.state(item.area.name) for item in left))
         if any(item.outline is not None for item in left):
             listener.stage("cutting out areas")
             left = batch.cut(left)
@@ -297,9 +275,8 @@ def run_batch(
     old = sorted(set(out.known()) - {item.area.name for item in planned})
     if old:
         more = f" and {len(old) - 3:,} more" if len(old) > 3 else ""
-        diagnostics.note(
-            "old-areas", "", f"files of areas that are no longer in the batch stay: {', '.join(old[:3])}{more}"
-        )
+        said = f"files of areas that are no longer in the batch stay: {', '.join(old[:3])}{more}"
+        diagnostics.note("old-areas", "", said)
     return [batch.results[item.area.name] for item in planned]
 
 
@@ -311,13 +288,8 @@ def _plain(path: Path) -> str:
 
 def _unbounded(arguments: Sequence[str]) -> tuple[str, ...]:
     """Leave out the options that only bound memory and time."""
-    words: list[str] = []
-    skip = False
-    for word in arguments:
-        if not skip and word not in _BOUNDS:
-            words.append(word)
-        skip = not skip and word in _BOUNDS
-    return tuple(words)
+    bound = {k + step for k, word in enumerate(arguments) if word in _BOUNDS for step in (0, 1)}
+    return tuple(word for k, word in enumerate(arguments) if k not in bound)
 
 
 def _chosen_ways(options: Sequence[str]) -> tuple[WaySelection, bool]:
@@ -338,11 +310,6 @@ def _same_cutting(state: State, wanted: State) -> bool:
     """Return whether two states were cut out of the same file in the same way, or were not cut out."""
     sources = [mark.sha256 if mark is not None else "" for mark in (state.cut_from, wanted.cut_from)]
     return sources[0] == sources[1] and state.cut_how == wanted.cut_how
-
-
-def _stale_times(state: State, wanted: State) -> bool:
-    """Return whether files were written again with the same contents: recorded, they need not be read once more."""
-    return (state.inputs, state.cut_from) != (wanted.inputs, wanted.cut_from)
 
 
 def _nothing(item: PlannedArea) -> str:

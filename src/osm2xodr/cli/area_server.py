@@ -68,10 +68,7 @@ def _next_line() -> bytes:
     """Return the next request; empty when it is time to end."""
     line = b""
     while not line.endswith(b"\n"):
-        if not select.select([0], [], [], _IDLE)[0]:
-            return b""
-        more = os.read(0, 1 << 16)
-        if not more:
+        if not select.select([0], [], [], _IDLE)[0] or not (more := os.read(0, 1 << 16)):
             return b""
         line += more
     return line

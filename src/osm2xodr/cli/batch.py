@@ -1,4 +1,4 @@
-"""The command ``batch``: its options, its progress and its messages."""
+"""The command ``batch``: its progress and its messages."""
 
 from __future__ import annotations
 
@@ -10,23 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from osm2xodr.cli.batch_options import BatchArguments, Plan, plan, refuse_contradictions
-from osm2xodr.cli.options import Parsed, Session
+from osm2xodr.cli.batch_options import BatchArguments, Plan, batch_options, plan, refuse_contradictions
+from osm2xodr.cli.options import Session
 from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.reporting import details
-from osm2xodr.system import parse_duration, parse_memory
 
 if TYPE_CHECKING:
-    from osm2xodr.batch import BatchOptions, PlannedArea, Result
+    from osm2xodr.batch import Result
 
 _FAILED, _INTERRUPTED = 1, 130
 _GIGABYTE = 1e9
-
-
-def _length(text: str) -> float:
-    from osm2xodr.batch import parse_length
-
-    return parse_length(text)
 
 
 @click.command(
@@ -54,63 +47,7 @@ The files of an area that fails are removed.
 
 Exit status: 0 all areas are there, 1 some failed, 2 wrong usage, 130 interrupted.""",
 )
-@click.argument("manifest", type=click.Path(path_type=Path), required=False)
-@click.option("--from", "source", type=click.Path(path_type=Path), metavar="FILE", help="Map to cut areas out of.")
-@click.option("--tiles", type=Parsed("length", _length), metavar="SIDE", help="Cut it into squares, such as 5km.")
-@click.option(
-    "--areas",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Cut out the polygons of a GeoJSON file, which their property name or id names.",
-)
-@click.option(
-    "--dem",
-    multiple=True,
-    metavar="PATTERN",
-    help="Elevation models of areas that name none: a file, a pattern such as 'dem/*.tif', or a folder. May be"
-    " repeated.",
-)
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), metavar="DIR", required=True, help="Folder to write to."
-)
-@click.option(
-    "--options", default="", metavar="TEXT", help="Options of convert for all areas, such as '--ways major'."
-)
-@click.option(
-    "--shared-frame",
-    is_flag=True,
-    help="Give all areas the same projection, ids of their own, and roads that meet at the borders.",
-)
-@click.option(
-    "--workers",
-    type=click.IntRange(1),
-    metavar="N",
-    help="How many areas are converted at once.  [default: one per core]",
-)
-@click.option(
-    "--scheduler",
-    default="",
-    metavar="ADDRESS",
-    help="Use the workers of a Dask scheduler, such as tcp://host:8786; they need the same osm2xodr, and all files"
-    " under the same paths.",
-)
-@click.option(
-    "--max-memory",
-    type=Parsed("memory", parse_memory),
-    metavar="SIZE",
-    help="Memory that an area may take, such as 2G.  [default: an equal share of what is free]",
-)
-@click.option(
-    "--timeout",
-    type=Parsed("duration", parse_duration),
-    metavar="TIME",
-    help="Time that an area may take, such as 10min.  [default: no bound]",
-)
-@click.option("--force", is_flag=True, help="Convert areas that have not changed as well.")
-@click.option("--keep-cuts", is_flag=True, help="Keep what is cut out of maps, in the folder .cuts.")
-@click.option("--dry-run", is_flag=True, help="List the areas, and do nothing.")
-@click.option("-v", "--verbose", count=True, help="Report each area as it ends; -vv: all details, and tracebacks.")
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@batch_options
 @click.pass_obj
 def batch(session: Session, /, **options: Any) -> int:
     """Convert many areas: those that MANIFEST (.toml, .csv) lists, or those cut out of one map."""
@@ -122,9 +59,11 @@ def batch(session: Session, /, **options: Any) -> int:
         progress.stage("reading the list of areas")
         planned = plan(arguments)
         progress.clear()
-        if arguments.dry_run:
-            return _list(planned.areas)
-        return _run(arguments, planned, progress)
+        if not arguments.dry_run:
+            return _run(arguments, planned, progress)
+        for item in planned.areas:
+            click.echo(f"{item.area.name}: {item.area.osm}" + (" (cut out)" if item.outline is not None else ""))
+        return 0
     except KeyboardInterrupt:
         progress.clear()
         click.echo(f"osm2xodr: error: interrupted{progress.so_far()}; the same command goes on", err=True)
@@ -135,28 +74,23 @@ def batch(session: Session, /, **options: Any) -> int:
 
 def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> int:
     """Run a batch, report its results, and return the exit status."""
-    from osm2xodr.batch import keep_bounds, open_out_dir, run_batch, write_summary
+    from osm2xodr.batch import BatchOptions, Workers, keep_bounds, open_out_dir, run_batch, write_summary
+    from osm2xodr.system import available_jobs
 
     began = time.monotonic()
     diagnostics = Diagnostics()
+    workers = Workers(arguments.workers or available_jobs(), arguments.scheduler, arguments.max_memory)
+    how = BatchOptions(workers, arguments.timeout, arguments.shared_frame, arguments.force, arguments.keep_cuts)
     output = Path.cwd() / arguments.output if arguments.scheduler else arguments.output
     with open_out_dir(output) as out:
         if planned.bounds is not None:
             keep_bounds(output, planned.areas[0].area.osm, planned.bounds)
-        results = run_batch(planned.areas, out, _batch_options(arguments), diagnostics, progress)
+        results = run_batch(planned.areas, out, how, diagnostics, progress)
         progress.stage("writing the summary")
         write_summary(output, results)
     progress.clear()
     _report(arguments, results, diagnostics, time.monotonic() - began)
     return _FAILED if any(_failed(result) for result in results) else 0
-
-
-def _batch_options(arguments: BatchArguments) -> BatchOptions:
-    from osm2xodr.batch import BatchOptions, Workers
-    from osm2xodr.system import available_jobs
-
-    workers = Workers(arguments.workers or available_jobs(), arguments.scheduler, arguments.max_memory)
-    return BatchOptions(workers, arguments.timeout, arguments.shared_frame, arguments.force, arguments.keep_cuts)
 
 
 class _BatchProgress:
@@ -200,9 +134,7 @@ class _BatchProgress:
 
     def clear(self) -> None:
         """Clear the line."""
-        if self._live:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()
+        self._line("")
 
     def _left(self) -> str:
         """Return an estimate of the time that is left."""
@@ -223,25 +155,14 @@ def _failed(result: Result) -> bool:
     return result.status is Status.FAILED
 
 
-def _list(planned: Sequence[PlannedArea]) -> int:
-    """Print the areas and return the exit status."""
-    for item in planned:
-        click.echo(f"{item.area.name}: {item.area.osm}" + (" (cut out)" if item.outline is not None else ""))
-    return 0
-
-
 def _report(arguments: BatchArguments, results: Sequence[Result], diagnostics: Diagnostics, seconds: float) -> None:
     """Print the results of the areas."""
-    failed = [result for result in results if _failed(result)]
     if not arguments.quiet:
         states = [result.status.value for result in results]
         parts = [f"{states.count(state):,} {state}" for state in ("done", "unchanged", "empty", "failed")]
         counts = ", ".join(part for part in parts if not part.startswith("0 "))
-        click.echo(
-            f"osm2xodr: {counted(len(results), 'area')} in {seconds:,.1f} s: {counts}; see {arguments.output}",
-            err=True,
-        )
-        for line in details(diagnostics):
+        found = f"{counted(len(results), 'area')} in {seconds:,.1f} s: {counts}"
+        for line in (f"osm2xodr: {found}; see {arguments.output}", *details(diagnostics)):
             click.echo(line, err=True)
-    for result in failed:
+    for result in filter(_failed, results):
         click.echo(f"osm2xodr: error: {result.name}: {result.message}", err=True)

@@ -1,25 +1,27 @@
-"""The areas that the options of ``batch`` ask for, and the options of ``convert`` that areas may have."""
+"""The options of ``batch``, the areas that they ask for, and the options of ``convert`` that areas may have."""
 
 from __future__ import annotations
 
 import difflib
 import functools
 import shlex
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import click
 from click.core import ParameterSource
 
 from osm2xodr.cli.convert import convert
-from osm2xodr.cli.options import given_options, usage_errors
+from osm2xodr.cli.options import PATH, Parsed, given_options, usage_errors
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.library import DECLARATIONS
+from osm2xodr.system import parse_duration, parse_memory
 
 if TYPE_CHECKING:
-    from osm2xodr.batch import ManifestContext, PlannedArea
+    from osm2xodr.batch import PlannedArea
+
+_Command = TypeVar("_Command")
 
 # Those that bound a conversion are not handed to it, but to what runs it.
 _BOUNDS: Final = frozenset({"max_memory", "timeout"})
@@ -27,27 +29,91 @@ _BOUNDS: Final = frozenset({"max_memory", "timeout"})
 _PER_AREA: Final = _BOUNDS | {name for name, declared in DECLARATIONS.items() if declared.per_area}
 
 
+def _length(text: str) -> float:
+    from osm2xodr.batch import parse_length
+
+    return parse_length(text)
+
+
+def _option(*names: str, **how: Any) -> Any:
+    """Declare a field that an option of click fills."""
+    return field(metadata={"click": click.option(*names, **how)})
+
+
 @dataclass(frozen=True)
 class BatchArguments:
-    """The options of ``batch`` as click hands them over."""
+    """The options of ``batch``, in the order of its --help."""
 
-    manifest: Path | None
-    source: Path | None
-    tiles: float | None
-    areas: Path | None
-    dem: tuple[str, ...]
-    output: Path
-    options: str
-    shared_frame: bool
-    workers: int | None
-    scheduler: str
-    max_memory: int | None
-    timeout: float | None
-    force: bool
-    keep_cuts: bool
-    dry_run: bool
-    verbose: int
-    quiet: bool
+    manifest: Path | None = field(metadata={"click": click.argument("manifest", type=PATH, required=False)})
+    source: Path | None = _option(  # noqa: RUF009 (it makes a field)
+        "--from", "source", type=PATH, metavar="FILE", help="Map to cut areas out of."
+    )
+    tiles: float | None = _option(
+        "--tiles", type=Parsed("length", _length), metavar="SIDE", help="Cut it into squares, such as 5km."
+    )
+    areas: Path | None = _option(  # noqa: RUF009 (it makes a field)
+        "--areas",
+        type=PATH,
+        metavar="FILE",
+        help="Cut out the polygons of a GeoJSON file, which their property name or id names.",
+    )
+    dem: tuple[str, ...] = _option(
+        "--dem",
+        multiple=True,
+        metavar="PATTERN",
+        help="Elevation models of areas that name none: a file, a pattern such as 'dem/*.tif', or a folder. May be"
+        " repeated.",
+    )
+    output: Path = _option(  # noqa: RUF009 (it makes a field)
+        "-o", "--output", type=PATH, metavar="DIR", required=True, help="Folder to write to."
+    )
+    options: str = _option(
+        "--options", default="", metavar="TEXT", help="Options of convert for all areas, such as '--ways major'."
+    )
+    shared_frame: bool = _option(
+        "--shared-frame",
+        is_flag=True,
+        help="Give all areas the same projection, ids of their own, and roads that meet at the borders.",
+    )
+    workers: int | None = _option(
+        "--workers",
+        type=click.IntRange(1),
+        metavar="N",
+        help="How many areas are converted at once.  [default: one per core]",
+    )
+    scheduler: str = _option(
+        "--scheduler",
+        default="",
+        metavar="ADDRESS",
+        help="Use the workers of a Dask scheduler, such as tcp://host:8786; they need the same osm2xodr, and all"
+        " files under the same paths.",
+    )
+    max_memory: int | None = _option(
+        "--max-memory",
+        type=Parsed("memory", parse_memory),
+        metavar="SIZE",
+        help="Memory that an area may take, such as 2G.  [default: an equal share of what is free]",
+    )
+    timeout: float | None = _option(
+        "--timeout",
+        type=Parsed("duration", parse_duration),
+        metavar="TIME",
+        help="Time that an area may take, such as 10min.  [default: no bound]",
+    )
+    force: bool = _option("--force", is_flag=True, help="Convert areas that have not changed as well.")
+    keep_cuts: bool = _option("--keep-cuts", is_flag=True, help="Keep what is cut out of maps, in the folder .cuts.")
+    dry_run: bool = _option("--dry-run", is_flag=True, help="List the areas, and do nothing.")
+    verbose: int = _option(
+        "-v", "--verbose", count=True, help="Report each area as it ends; -vv: all details, and tracebacks."
+    )
+    quiet: bool = _option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+
+
+def batch_options(command: _Command) -> _Command:
+    """Add the options of ``batch`` to a command."""
+    for item in reversed(fields(BatchArguments)):
+        command = item.metadata["click"](command)
+    return command
 
 
 def refuse_contradictions(arguments: BatchArguments) -> None:
@@ -67,27 +133,16 @@ def refuse_contradictions(arguments: BatchArguments) -> None:
 
 def area_options() -> dict[str, bool]:
     """Return the long names of the options of ``convert`` that areas may have, and whether each has no value."""
-    found = {}
-    for param in convert.params:
-        if isinstance(param, click.Option) and param.name in _PER_AREA:
-            long = max(param.opts, key=len)
-            found[long.removeprefix("--")] = param.is_flag
-    return found
-
-
-def check_area_options(words: Sequence[str]) -> tuple[str, ...]:
-    """Return options of ``convert`` in the order of its declarations, the last one of each.
-
-    Raises
-    ------
-    ValueError
-        An option is unknown, wrong, or not for areas of a batch.
-    """
-    return _checked(tuple(words))
+    options = [item for item in convert.params if isinstance(item, click.Option) and item.name in _PER_AREA]
+    return {max(item.opts, key=len).removeprefix("--"): item.is_flag for item in options}
 
 
 @functools.lru_cache
-def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
+def check_area_options(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return options of ``convert`` in the order of its declarations, the last one of each.
+
+    ValueError: an option is unknown, wrong, or not for areas of a batch.
+    """
     if not words:
         # Checking options loads the stages, which takes a while.
         return ()
@@ -95,8 +150,15 @@ def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
         raise ValueError("--help is not an option of areas; run osm2xodr convert --help")
     try:
         context = convert.make_context("convert", ["area.osm", "-o", "out.xodr", *words])
-        _refuse(context)
-        _try(dict(context.params))
+        given = {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
+        wrong = sorted(given - _PER_AREA - {"area", "output"})
+        if context.params["output"] != Path("out.xodr"):
+            wrong.insert(0, "output")
+        if wrong:
+            raise click.UsageError(
+                f"--{wrong[0].replace('_', '-')} cannot be given to areas of a batch; leave it out"
+            )
+        _try(context.params)
     except click.NoSuchOption as error:
         near = difflib.get_close_matches(error.option_name.lstrip("-"), area_options(), 1)
         hint = f"; do you mean --{near[0]}?" if near else "; osm2xodr convert --help lists them"
@@ -105,22 +167,11 @@ def _checked(words: tuple[str, ...]) -> tuple[str, ...]:
         raise ValueError(error.format_message().rstrip(".")) from error
     out: list[str] = []
     for param in convert.params:
-        if param.name not in _PER_AREA:
-            continue
-        if context.get_parameter_source(param.name) is ParameterSource.COMMANDLINE:
+        if param.name in given & _PER_AREA:
             value = context.params[param.name]
             long = max(param.opts, key=len)
             out += [long] if isinstance(value, bool) else [long, f"{value}"]
     return tuple(out)
-
-
-def _refuse(context: click.Context) -> None:
-    given = {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
-    wrong = sorted(given - _PER_AREA - {"area", "output"})
-    if context.params["output"] != Path("out.xodr"):
-        wrong.insert(0, "output")
-    if wrong:
-        raise click.UsageError(f"--{wrong[0].replace('_', '-')} cannot be given to areas of a batch; leave it out")
 
 
 def _try(params: dict[str, Any]) -> None:
@@ -138,14 +189,14 @@ def _try(params: dict[str, Any]) -> None:
 def parse_options(text: str) -> tuple[str, ...]:
     """Return the words of ``--options``, which must be options of ``convert`` for areas."""
     try:
-        words = shlex.split(text)
+        words = tuple(shlex.split(text))
     except ValueError as error:
         raise click.UsageError(f"--options: {str(error).lower()}; check the quotes") from error
     try:
         check_area_options(words)
     except ValueError as error:
         raise click.UsageError(f"--options: {error}") from error
-    return tuple(words)
+    return words
 
 
 @dataclass(frozen=True)
@@ -159,33 +210,31 @@ class Plan:
 def plan(arguments: BatchArguments) -> Plan:
     """Return the areas of a batch.
 
-    Raises
-    ------
-    click.UsageError
-        An option is wrong.
-    InputError
-        The list of areas or the map is wrong or cannot be read.
+    Raises `click.UsageError` if an option is wrong, `InputError` if the list of areas or the map is.
     """
-    from osm2xodr.batch import Area, expand, make_tiles, outlined, read_areas, read_manifest
+    from osm2xodr.batch import (
+        Area,
+        ManifestContext,
+        bounds_of,
+        expand,
+        make_tiles,
+        outlined,
+        read_areas,
+        read_manifest,
+        recall_bounds,
+    )
 
     given = parse_options(arguments.options)
     # Workers of a scheduler run in other folders.
     base = Path.cwd() if arguments.scheduler else Path()
     dems = expand([str(base / pattern) for pattern in arguments.dem])
     if arguments.manifest is not None:
-        return Plan([outlined(area) for area in read_manifest(base / arguments.manifest, _context(dems, given))])
+        context = ManifestContext(area_options(), check_area_options, dems, given)
+        return Plan([outlined(area) for area in read_manifest(base / arguments.manifest, context)])
     assert arguments.source is not None
     common = Area("", base / arguments.source, dems, check_area_options(given))
     if arguments.areas is not None:
         return Plan(read_areas(arguments.areas, common))
-    from osm2xodr.batch import bounds_of, recall_bounds
-
     assert arguments.tiles is not None
     bounds = recall_bounds(base / arguments.output, common.osm) or bounds_of(common.osm)
     return Plan(make_tiles(bounds, arguments.tiles, common), bounds)
-
-
-def _context(dems: tuple[Path, ...], given: tuple[str, ...]) -> ManifestContext:
-    from osm2xodr.batch import ManifestContext
-
-    return ManifestContext(area_options(), check_area_options, dems, given)

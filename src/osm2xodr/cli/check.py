@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from osm2xodr import defaults
-from osm2xodr.cli.options import check_targets, limit_options, overwrite_option
+from osm2xodr.cli.options import PATH, check_targets, file_argument, limit_options, overwrite_option
 from osm2xodr.system import STANDARD_OUTPUT, label, stream_to
 
 # `osm2xodr.checking.FORMATS`, `READERS`, `DEFAULT_READERS` and the words of `Severity`, which are too slow to load
@@ -34,7 +35,7 @@ docs/check.md lists all rules.
 
 Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wrong usage.""",
 )
-@click.argument("file", type=click.Path(path_type=Path))
+@file_argument
 @click.option(
     "--for",
     "readers",
@@ -45,7 +46,7 @@ Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wron
 )
 @click.option(
     "--schema",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="XSD",
     help="XML schema of OpenDRIVE.  [default: that of asam-qc-opendrive, if installed]",
 )
@@ -72,7 +73,7 @@ Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wron
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=PATH,
     default=STANDARD_OUTPUT,
     metavar="FILE",
     help="File to write.  [default: standard output]",
@@ -81,26 +82,16 @@ Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wron
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but the result.")
 @limit_options
 def check(
-    file: Path,
-    readers: str,
-    schema: Path | None,
-    only: tuple[str, ...],
-    ignore: tuple[str, ...],
-    max_findings: int,
-    fail_on: str,
-    form: str,
-    output: Path,
-    overwrite: bool,
-    quiet: bool,
+    file: Path, readers: str, fail_on: str, form: str, output: Path, overwrite: bool, quiet: bool, **how: Any
 ) -> int:
     """Check FILE, OpenDRIVE 1.4 to 1.8 of any writer, against the standard and what its readers stumble over."""
-    inputs = (file,) if schema is None else (file, schema)
+    inputs = (file,) if how["schema"] is None else (file, how["schema"])
     check_targets([("-o", output)], inputs, overwrite=overwrite)
     from osm2xodr.checking import FORMATS as WRITERS, Severity
     from osm2xodr.library import check as run
 
     wanted = [word for word in readers.split(",") if word.strip() != STANDARD_ONLY]
-    result = run(file, readers=wanted, schema=schema, only=only, ignore=ignore, max_findings=max_findings)
+    result = run(file, readers=wanted, **how)
     least = Severity[fail_on.upper()]
     with stream_to(output) as stream:
         stream.write(WRITERS[form](result, least).encode("utf-8", "replace"))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from osm2xodr.cli.options import (
+    PATH,
     Session,
     check_targets,
     declared_options,
@@ -19,6 +20,7 @@ from osm2xodr.cli.options import (
     limit_options,
     output_option,
     overwrite_option,
+    quiet_option,
 )
 from osm2xodr.defaults import CHECK_FINDINGS, REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics
@@ -46,11 +48,11 @@ Examples:
 
 Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong usage.""",
 )
-@click.argument("area", type=click.Path(path_type=Path))
+@click.argument("area", type=PATH)
 @click.option(
     "--dem",
     multiple=True,
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="Elevation model: GeoTIFF, HGT or VRT, any CRS. May be repeated; without it the world is flat at 0.",
 )
@@ -59,20 +61,20 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
 @declared_options(name for name in DECLARATIONS if name not in _LAST)
 @click.option(
     "--report-json",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="Write all that was guessed, dropped and repaired, each with its OSM id.",
 )
 @click.option("--check", is_flag=True, help="Check what was written, as the command check does.")
 @click.option(
     "--html",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="Write a page to explore the road network with, as the command report does.",
 )
 @declared_options(_LAST)
 @click.option("-v", "--verbose", count=True, help="Say how long each stage takes; -vv: all details, and tracebacks.")
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@quiet_option
 @click.pass_obj
 @limit_options
 def convert(
@@ -92,7 +94,9 @@ def convert(
     """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf), to OpenDRIVE."""
     session.verbose = verbose
     options = given_options(values)
-    _refuse_standard_output(output, html, check=check)
+    for option, wanted in (("--check", check), ("--html", html is not None)):
+        if wanted and output == STANDARD_OUTPUT:
+            raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
     targets = [("-o", output), ("--report-json", report_json), ("--html", html)]
     inputs = [area, *dem, *([Path(options.frame)] if options.frame else [])]
     check_targets([(name, path) for name, path in targets if path is not None], inputs, overwrite=overwrite)
@@ -120,24 +124,13 @@ def convert(
     return _check_and_show(output, area, dem, html, log, check=check, quiet=quiet)
 
 
-def _refuse_standard_output(output: Path, html: Path | None, *, check: bool) -> None:
-    """Refuse standard output where the file that was written is needed afterwards."""
-    for option, given in (("--check", check), ("--html", html is not None)):
-        if given and output == STANDARD_OUTPUT:
-            raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
-
-
 def _report(conversion: Conversion, written: Written, seconds: float, *, has_heights: bool, verbose: int) -> None:
     """Print what was written and found."""
-    version = conversion.options.version
-    click.echo(
-        f"osm2xodr: wrote {label(written.path)} ({written.size / _MEGABYTE:,.1f} MB, OpenDRIVE {version})"
-        f" in {seconds:,.1f} s",
-        err=True,
-    )
+    size = f"{written.size / _MEGABYTE:,.1f} MB, OpenDRIVE {conversion.options.version}"
+    wrote = f"osm2xodr: wrote {label(written.path)} ({size}) in {seconds:,.1f} s"
     elevation = conversion.road_map.elevation_report if has_heights else None
     lines = summary(conversion.statistics, written.diagnostics, has_heights=has_heights, elevation=elevation)
-    for line in [*lines, *(details(written.diagnostics) if verbose > 1 else [])]:
+    for line in [wrote, *lines, *(details(written.diagnostics) if verbose > 1 else [])]:
         click.echo(line, err=True)
 
 

@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from osm2xodr.cli.options import check_targets, limit_options, output_option, overwrite_option
+from osm2xodr.cli.options import (
+    check_targets,
+    file_argument,
+    limit_options,
+    output_option,
+    overwrite_option,
+    quiet_option,
+)
 from osm2xodr.defaults import SAMPLE_STEP, SAMPLE_TOLERANCE
 from osm2xodr.library import EXPORT_FORMATS, EXPORT_LAYERS, export_format, materials_file
 from osm2xodr.system import label
@@ -27,11 +35,9 @@ file of materials of the same name and .mtl.
 
 Exit status: 0 written, 1 cannot export, 2 wrong usage.""",
 )
-@click.argument("file", type=click.Path(path_type=Path))
+@file_argument
 @output_option("File")
-@click.option(
-    "--format", "form", type=click.Choice(EXPORT_FORMATS), help="What to write.  [default: by the file's name]"
-)
+@click.option("--format", type=click.Choice(EXPORT_FORMATS), help="What to write.  [default: by the file's name]")
 @click.option("--layers", metavar="LIST", help=f"What GeoJSON has, of {','.join(EXPORT_LAYERS)}.  [default: all]")
 @click.option("--up", type=click.Choice(("z", "y")), help="Axis that points up in OBJ.  [default: z]")
 @click.option(
@@ -51,28 +57,18 @@ Exit status: 0 written, 1 cannot export, 2 wrong usage.""",
     help="Longest straight piece.",
 )
 @overwrite_option
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@quiet_option
 @limit_options
-def export(
-    file: Path,
-    output: Path,
-    form: str | None,
-    layers: str | None,
-    up: str | None,
-    tolerance: float,
-    step: float,
-    overwrite: bool,
-    quiet: bool,
-) -> None:
+def export(file: Path, output: Path, overwrite: bool, quiet: bool, **how: Any) -> None:
     """Write the roads of the OpenDRIVE FILE for programs that show maps (GeoJSON) and scenes (OBJ, glTF)."""
-    library = materials_file(output, export_format(output, form))
+    library = materials_file(output, export_format(output, how["format"]))
     targets = [("-o", output), *([("the file of materials", library)] if library else [])]
     check_targets(targets, [file], overwrite=overwrite)
     from osm2xodr.library import export as run, read
     from osm2xodr.opendrive import caveats
 
     network = read(file)
-    files = run(network, output, format=form, layers=layers, up=up, tolerance=tolerance, step=step)
+    files = run(network, output, **how)
     if not quiet:
         for line in (*caveats(network), f"wrote {' and '.join(map(label, files))}"):
             click.echo(f"osm2xodr: {line}", err=True)

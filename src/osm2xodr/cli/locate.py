@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from osm2xodr.cli.options import limit_options
+from osm2xodr.cli.options import PATH, file_argument, limit_options
 from osm2xodr.errors import InputError
 from osm2xodr.system import STANDARD_OUTPUT, stream_to
 
@@ -53,7 +53,7 @@ kept. Degrees are those of WGS 84, headings are in rad, all else is in m.
 
 Exit status: 0 found, 1 cannot be found, 2 wrong usage.""",
 )
-@click.argument("file", type=click.Path(path_type=Path))
+@file_argument
 @click.option("--lat", type=float, metavar="DEG", help="Latitude.")
 @click.option("--lon", type=float, metavar="DEG", help="Longitude.")
 @click.option("--x", type=float, metavar="M", help="Inertial x, as in the file.")
@@ -63,7 +63,7 @@ Exit status: 0 found, 1 cannot be found, 2 wrong usage.""",
 @click.option("--t", type=float, metavar="M", help="Distance from the reference line to the left.  [default: 0]")
 @click.option("--lane", type=int, metavar="ID", help="Id of a lane, whose middle is meant.")
 @click.option("--offset", type=float, metavar="M", help="Distance from the lane's middle to the left.  [default: 0]")
-@click.option("--points", type=click.Path(path_type=Path), metavar="CSV", help="Many places; - for standard input.")
+@click.option("--points", type=PATH, metavar="CSV", help="Many places; - for standard input.")
 @click.option("--all", "every", is_flag=True, help="All roads at each place, such as bridges, not the best alone.")
 @click.option("--json", "as_json", is_flag=True, help="JSON in place of text or CSV.")
 @limit_options
@@ -83,7 +83,11 @@ def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given:
         click.echo(f"osm2xodr: {line}", err=True)
     found = _found(locator, asked)
     if as_json:
-        text = json.dumps(_json(asked, found, every, single=points is None), ensure_ascii=False, indent=1) + "\n"
+        chosen = [places if every else places[:1] for places in found]
+        document: object = [{"point": item.columns, "places": at} for item, at in zip(asked, chosen, strict=True)]
+        if points is None:
+            document = {"places": chosen[0], "others": len(found[0]) - len(chosen[0])}
+        text = json.dumps(document, ensure_ascii=False, indent=1) + "\n"
     elif points is None:
         text = _text(found[0], every, locator)
     else:
@@ -162,17 +166,6 @@ def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, FieldVa
     return [rows[start[k] : start[k + 1]] for k in range(len(asked))]
 
 
-# ---------------------------------------------------------------- output
-
-
-def _json(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool, *, single: bool) -> object:
-    """Return the document for JSON: of one point its places, of many a list with an entry for each."""
-    chosen = [places if every else places[:1] for places in found]
-    if single:
-        return {"places": chosen[0], "others": len(found[0]) - len(chosen[0])}
-    return [{"point": item.columns, "places": places} for item, places in zip(asked, chosen, strict=True)]
-
-
 def _csv(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool) -> str:
     """Return a table: the columns of each point, then its place, empty if there is none."""
     from osm2xodr.opendrive import LOCATION_FIELDS
@@ -196,8 +189,7 @@ def _text(places: list[dict[str, FieldValue]], every: bool, locator: Locator) ->
         raise InputError(f"{locator.file.path} has no road that could be found; osm2xodr check says what is wrong")
     shown = places if every else places[:1]
     blocks = ["".join(f"{name:<9}{text}\n" for name, text in _lines(place, locator)) for place in shown]
-    rest = len(places) - len(shown)
-    if rest:
+    if rest := len(places) - len(shown):
         blocks.append(f"{rest} more {'road lies' if rest == 1 else 'roads lie'} here; --all shows all\n")
     return "\n".join(blocks)
 
@@ -208,7 +200,10 @@ def _lines(place: dict[str, FieldValue], locator: Locator) -> Iterator[tuple[str
     junction = "" if place["junction"] is None else f", in junction {place['junction']}"
     yield "road", f"{place['road']}{name}{junction}"
     lane = "none" if place["lane"] is None else f"{place['lane']} ({place['lane_type']})"
-    yield "lane", f"{lane}, section from s={_m(place['section_s'])}, {_aside(place['offset'])}"
+    offset, aside = place["offset"], "no lane near"
+    if isinstance(offset, float):
+        aside = f"{_m(abs(offset))} {'right' if offset < 0 else 'left'} of its middle"
+    yield "lane", f"{lane}, section from s={_m(place['section_s'])}, {aside}"
     yield "s, t", f"{_m(place['s'])}, {_m(place['t'])}"
     if place["distance"]:
         yield "distance", f"{_m(place['distance'])} from the nearest lane of this road"
@@ -218,22 +213,13 @@ def _lines(place: dict[str, FieldValue], locator: Locator) -> Iterator[tuple[str
     else:
         yield "lat, lon", f"{place['lat']:.9f}, {place['lon']:.9f}"
     yield "height", _m(place["height"])
-    heading = place["hdg"]
+    heading, slope, roll = place["hdg"], place["grade"], place["superelevation"]
     if isinstance(heading, float):
         yield "heading", f"{heading:.6f} rad ({math.degrees(heading):.3f} degrees from east to the left)"
-    slope = place["grade"]
     if isinstance(slope, float):
         yield "grade", f"{100 * slope:.2f} %"
-    roll = place["superelevation"]
     if isinstance(roll, float) and roll:
         yield "roll", f"{roll:.6f} rad ({100 * math.tan(roll):.2f} % across)"
-
-
-def _aside(offset: FieldValue) -> str:
-    """Return where a place lies across its lane."""
-    if not isinstance(offset, float):
-        return "no lane near"
-    return f"{_m(abs(offset))} {'right' if offset < 0 else 'left'} of its middle"
 
 
 def _m(value: FieldValue) -> str:

@@ -19,6 +19,7 @@ from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_durati
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
+PATH: Final = click.Path(path_type=Path)
 # Options that have another name on the command line than in Python.
 _SPELLINGS: Final = MappingProxyType({"readers": "for"})
 
@@ -31,18 +32,15 @@ class Session:
     error: Exception | None = None  # The error that the command ended with
 
 
+file_argument = click.argument("file", type=PATH)
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
 
 
 def output_option(what: str) -> Callable[[_Command], _Command]:
     """Return the option -o, the file of some kind that a command writes."""
     return click.option(
-        "-o",
-        "--output",
-        required=True,
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help=f"{what} to write; - for standard output.",
+        "-o", "--output", required=True, type=PATH, metavar="FILE", help=f"{what} to write; - for standard output."
     )
 
 
@@ -67,7 +65,7 @@ def _click_option(name: str, declared: Declaration) -> Callable[[_Command], _Com
     elif kind is int:
         kind = click.IntRange(declared.least, declared.most)
     elif kind is Path:
-        kind = click.Path(path_type=Path)
+        kind = PATH
     shown = declared.default not in (None, "")
     return click.option(
         flag, type=kind, default=declared.default, show_default=shown, metavar=declared.metavar, help=declared.help
@@ -132,21 +130,9 @@ def limit_options(command: _Command) -> _Command:
 def check_targets(targets: Sequence[tuple[str, Path]], inputs: Sequence[Path], *, overwrite: bool) -> None:
     """Refuse outputs that would do harm or cannot be written, before any work is done.
 
-    Parameters
-    ----------
-    targets
-        Each with the option that names it.
-    inputs
-        Files that must not be overwritten.
-    overwrite
-        Whether other files that exist may be replaced.
-
-    Raises
-    ------
-    click.UsageError
-        Two outputs are the same file, or one is an input, or exists.
-    OutputError
-        An output cannot be written.
+    `targets` come with the options that name them. `inputs` must not be overwritten, and other files that exist only
+    if `overwrite` says so. Raises `click.UsageError` if two outputs are the same file, or one is an input or exists,
+    and `OutputError` if one cannot be written.
     """
     for k, (option, target) in enumerate(targets):
         for other_option, other in targets[:k]:

@@ -47,23 +47,16 @@ class _Terminated(BaseException):
 
 
 def main(arguments: Sequence[str] | None = None, session: Session | None = None) -> int:
-    """Run the command line and return its exit status.
+    """Run the command line and return its exit status; `session` receives the error that a command ended with.
 
     0: done; 1: cannot be done; 2: wrong usage; 130 and 143: interrupted, ended by the system.
-
-    Parameters
-    ----------
-    arguments
-        Without the program's name; by default those of the process.
-    session
-        Receives the error that a command ended with.
     """
     occupy_closed_streams()
     with patient_standard_error():
-        return _run(None if arguments is None else list(arguments), session or Session())
+        return _run(arguments, session or Session())
 
 
-def _run(arguments: list[str] | None, session: Session) -> int:
+def _run(arguments: Sequence[str] | None, session: Session) -> int:
     """Run a command, and turn all errors into one sentence and an exit status."""
     # Threads of linear algebra would wait busily for work that is too small for them. PROJ is to fetch no grids.
     os.environ.update(ONE_THREAD_ENVIRONMENT, PROJ_NETWORK="OFF")
@@ -102,14 +95,8 @@ def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
 
 
-cli.add_command(convert)
-cli.add_command(batch)
-cli.add_command(check)
-cli.add_command(report)
-cli.add_command(render)
-cli.add_command(surface)
-cli.add_command(locate)
-cli.add_command(export)
+for _command in (convert, batch, check, report, render, surface, locate, export):
+    cli.add_command(_command)
 
 
 def _fail(message: str, status: int = CANNOT) -> int:
@@ -122,10 +109,8 @@ def _crash(error: Exception, verbose: int) -> int:
     """Print an unexpected error, on request with its traceback, and return the exit status."""
     if verbose > 1:
         traceback.print_exception(error)
-    more = "" if verbose > 1 else "; -vv shows where it happened"
-    return _fail(
-        f"internal error ({type(error).__name__}: {error}); please report it with the command and the area{more}"
-    )
+    what = f"internal error ({type(error).__name__}: {error}); please report it with the command and the area"
+    return _fail(what + ("" if verbose > 1 else "; -vv shows where it happened"))
 
 
 @contextlib.contextmanager

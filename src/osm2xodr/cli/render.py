@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from osm2xodr import defaults
-from osm2xodr.cli.options import check_targets, limit_options, output_option, overwrite_option
+from osm2xodr.cli.options import (
+    check_targets,
+    file_argument,
+    limit_options,
+    output_option,
+    overwrite_option,
+    quiet_option,
+)
 from osm2xodr.library import PICTURE_FORMATS, RENDER_WIDTH_LEAST
 from osm2xodr.system import label
 from osm2xodr.viewing import PICTURE_COLOURS
@@ -23,13 +31,10 @@ Examples:
 
 Exit status: 0 written, 1 cannot draw, 2 wrong usage.""",
 )
-@click.argument("file", type=click.Path(path_type=Path))
+@file_argument
 @output_option("SVG or PNG picture")
 @click.option(
-    "--format",
-    "form",
-    type=click.Choice(PICTURE_FORMATS),
-    help="Kind of picture.  [default: by the name of the file]",
+    "--format", type=click.Choice(PICTURE_FORMATS), help="Kind of picture.  [default: by the name of the file]"
 )
 @click.option("--bbox", metavar="W,S,E,N", help="Draw only this: degrees, WGS 84.  [default: everything]")
 @click.option("--bbox-xy", metavar="W,S,E,N", help="Likewise: metres, x and y of FILE.")
@@ -49,23 +54,13 @@ Exit status: 0 written, 1 cannot draw, 2 wrong usage.""",
     help="What roads are coloured by: type of lane, height, grade or speed limit.",
 )
 @overwrite_option
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@quiet_option
 @limit_options
-def render(
-    file: Path,
-    output: Path,
-    form: str | None,
-    bbox: str | None,
-    bbox_xy: str | None,
-    width: int,
-    color: str,
-    overwrite: bool,
-    quiet: bool,
-) -> None:
+def render(file: Path, output: Path, overwrite: bool, quiet: bool, **how: Any) -> None:
     """Draw FILE, a road network in OpenDRIVE, from above, with a legend and a scale."""
     check_targets([("-o", output)], [file], overwrite=overwrite)
     from osm2xodr.library import render as run
 
-    written = run(file, output, bbox=bbox, bbox_xy=bbox_xy, width=width, color=color, format=form)
+    written = run(file, output, **how)
     if not quiet:
         click.echo(f"osm2xodr: wrote {label(output)} ({written.size / 1e6:,.2f} MB)", err=True)

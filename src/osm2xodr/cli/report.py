@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from osm2xodr.cli.options import check_targets, limit_options, output_option, overwrite_option
+from osm2xodr.cli.options import (
+    PATH,
+    check_targets,
+    file_argument,
+    limit_options,
+    output_option,
+    overwrite_option,
+    quiet_option,
+)
 from osm2xodr.reporting import details
 from osm2xodr.system import label
 
@@ -20,50 +29,38 @@ Examples:
 
 Exit status: 0 written, 1 cannot read or write, 2 wrong usage.""",
 )
-@click.argument("file", type=click.Path(path_type=Path))
+@file_argument
 @output_option("HTML page")
-@click.option(
-    "--osm", type=click.Path(path_type=Path), metavar="AREA", help="OpenStreetMap file to hold the roads against."
-)
+@click.option("--osm", type=PATH, metavar="AREA", help="OpenStreetMap file to hold the roads against.")
 @click.option(
     "--dem",
     multiple=True,
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="Elevation model to hold the heights against. May be repeated.",
 )
 @click.option(
     "--report-json",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="What convert --report-json wrote: all that was guessed, dropped and repaired.",
 )
 @click.option("--title", default="", metavar="TEXT", help="Headline.  [default: name of the road network]")
 @click.option("--no-check", is_flag=True, help="Do not look for defects of FILE.")
 @overwrite_option
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@quiet_option
 @limit_options
-def report(
-    file: Path,
-    output: Path,
-    osm: Path | None,
-    dem: tuple[Path, ...],
-    report_json: Path | None,
-    title: str,
-    no_check: bool,
-    overwrite: bool,
-    quiet: bool,
-) -> None:
+def report(file: Path, output: Path, no_check: bool, overwrite: bool, quiet: bool, **how: Any) -> None:
     """Show FILE, a road network in OpenDRIVE, as one page of HTML that needs no network.
 
     Map, 3D, profiles, heights against elevation models, coverage of OpenStreetMap, and findings of check.
     """
-    inputs = [file, *dem, *(path for path in (osm, report_json) if path is not None)]
+    inputs = [file, *how["dem"], *(path for path in (how["osm"], how["report_json"]) if path is not None)]
     check_targets([("-o", output)], inputs, overwrite=overwrite)
     from osm2xodr.library import report as run
 
-    written = run(file, output, osm=osm, dem=dem, report_json=report_json, title=title, check=not no_check)
+    written = run(file, output, check=not no_check, **how)
     if not quiet:
-        click.echo(f"osm2xodr: wrote {label(output)} ({written.size / 1e6:,.1f} MB)", err=True)
-        for line in details(written.diagnostics):
+        wrote = f"osm2xodr: wrote {label(output)} ({written.size / 1e6:,.1f} MB)"
+        for line in (wrote, *details(written.diagnostics)):
             click.echo(line, err=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from osm2xodr.cli.options import check_targets, limit_options, output_option, overwrite_option
+from osm2xodr.cli.options import PATH, check_targets, limit_options, output_option, overwrite_option, quiet_option
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.reporting import details
 from osm2xodr.system import label, stream_to
@@ -21,11 +21,11 @@ Examples:
 
 Exit status: 0 written, 1 cannot compare, 2 wrong usage.""",
 )
-@click.argument("dem", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("dem", nargs=-1, required=True, type=PATH)
 @output_option("HTML page")
 @click.option("--bbox", metavar="W,S,E,N", help="Look only there, degrees, WGS 84.  [default: all of each model]")
 @overwrite_option
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
+@quiet_option
 @limit_options
 def surface(dem: tuple[Path, ...], output: Path, bbox: str | None, overwrite: bool, quiet: bool) -> None:
     """Compare interpolations and polynomials on elevation models DEM, as one page with tables and pictures."""
@@ -39,8 +39,7 @@ def surface(dem: tuple[Path, ...], output: Path, bbox: str | None, overwrite: bo
     with stream_to(output) as stream:
         stream.write(page)
     if not quiet:
-        click.echo(f"osm2xodr: wrote {label(output)}", err=True)
-        for line in details(diagnostics):
+        for line in (f"osm2xodr: wrote {label(output)}", *details(diagnostics)):
             click.echo(line, err=True)
 
 

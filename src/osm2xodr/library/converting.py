@@ -81,14 +81,11 @@ def convert(
     options = _changed(options or ConvertOptions(), changes)
     osm, dems = Path(area), paths(dem)
     wanted = pipeline_options(osm, dems, options)
-    conversion = dataclasses.replace(
-        pipeline.convert(wanted, Diagnostics(), on_stage or (lambda stage: None)),
-        inputs=options.inputs(osm, dems),
-        options=WriteOptions(
-            options.xodr_version, options.name_for(osm), options.date, __version__, target=wanted.furniture.target
-        ),
-        jobs=wanted.jobs,
+    how = WriteOptions(
+        options.xodr_version, options.name_for(osm), options.date, __version__, target=wanted.furniture.target
     )
+    made = pipeline.convert(wanted, Diagnostics(), on_stage or (lambda stage: None))
+    conversion = dataclasses.replace(made, inputs=options.inputs(osm, dems), options=how, jobs=wanted.jobs)
     if output is None:
         return conversion
     return dataclasses.replace(conversion, diagnostics=conversion.write(output).diagnostics)
@@ -108,16 +105,7 @@ def _changed(options: ConvertOptions, changes: dict[str, Any]) -> ConvertOptions
 
 
 def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions) -> PipelineOptions:
-    """Hand the options of a conversion to its stages.
-
-    Parameters
-    ----------
-    area
-        OpenStreetMap file.
-    dems
-        Elevation models.
-    options
-        How to convert.
+    """Hand the options of a conversion of an OpenStreetMap file and elevation models to its stages.
 
     Raises
     ------
@@ -131,12 +119,12 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
     furniture = FurnitureOptions(TARGETS[options.target], extra, enabled=not options.no_furniture)
     with refused("ways"):
         ways = parse_ways_option(str(options.ways))
-    rules = {None: None, True: Rule.LEFT_HAND, False: Rule.RIGHT_HAND}
+    rule = None if options.left_hand is None else Rule.LEFT_HAND if options.left_hand else Rule.RIGHT_HAND
     with refused("default_lane_width"):
         parse = ParseOptions(
             ways,
             options.include_private,
-            rules[options.left_hand],
+            rule,
             options.default_lane_width,
             furniture=furniture.enabled,
             extra_objects=furniture.extra_objects,
@@ -153,8 +141,8 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
     elevation = ElevationOptions(
         options.smoothing, structures=not options.no_structures, superelevation=options.superelevation
     )
-    if options.max_grade is not None:
-        with refused("max_grade"):
+    with refused("max_grade"):
+        if options.max_grade is not None:
             elevation = dataclasses.replace(elevation, grade_limit=parse_grade_limits(str(options.max_grade)))
     partition = None
     if options.frame is not None:

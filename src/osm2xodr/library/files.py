@@ -212,9 +212,8 @@ def render(
     kind = _picture_format(Path(output), format)
     _choose("color", color, PICTURE_COLOURS)
     if not RENDER_WIDTH_LEAST <= width <= RENDER_WIDTH_MOST:
-        raise OptionError(
-            f"width: {width} cannot be; give {RENDER_WIDTH_LEAST} to {RENDER_WIDTH_MOST:,} pixels", "width"
-        )
+        bounds = f"{RENDER_WIDTH_LEAST} to {RENDER_WIDTH_MOST:,} pixels"
+        raise OptionError(f"width: {width} cannot be; give {bounds}", "width")
     box = None if bbox is None else read_box("bbox", bbox, "degrees")
     box_xy = None if bbox_xy is None else read_box("bbox_xy", bbox_xy, "metres")
     from osm2xodr.viewing import box_of_degrees, write_picture
@@ -274,7 +273,10 @@ def export(
     for option, value, needed in (("layers", layers, "geojson"), ("up", up, "obj")):
         if value is not None and form != needed:
             raise OptionError(f"{option} is for {needed} alone; leave it out", option)
-    chosen = EXPORT_LAYERS if layers is None else _export_layers(layers)
+    names = EXPORT_LAYERS if layers is None else _names(layers)
+    for name in names:
+        if name not in EXPORT_LAYERS:
+            raise OptionError(f"layers has no {name!r}; choose from {','.join(EXPORT_LAYERS)}", "layers")
     if up is not None:
         _choose("up", up, ("z", "y"))
     for option, length in (("tolerance", tolerance), ("step", step)):
@@ -285,6 +287,8 @@ def export(
     drive = _drive(file)
     if form == "geojson":
         with stream_to(target) as stream:
+            # In the order in which they are written.
+            chosen = tuple(name for name in EXPORT_LAYERS if name in names)
             exporting.write_geojson(drive, stream, tolerance, step, chosen)
         return (target,)
     mesh = exporting.road_mesh(drive, tolerance, step)
@@ -346,15 +350,6 @@ def _choose(option: str, value: str, choices: Collection[str]) -> str:
     if value not in choices:
         raise OptionError(f"{option}: {value!r} is unknown; choose from {', '.join(choices)}", option)
     return value
-
-
-def _export_layers(given: str | Iterable[str]) -> tuple[str, ...]:
-    """Return layers of GeoJSON in the order in which they are written."""
-    names = _names(given)
-    for name in names:
-        if name not in EXPORT_LAYERS:
-            raise OptionError(f"layers has no {name!r}; choose from {','.join(EXPORT_LAYERS)}", "layers")
-    return tuple(name for name in EXPORT_LAYERS if name in names)
 
 
 def _picture_format(output: Path, given: str | None) -> str:

@@ -36,31 +36,15 @@ class Written:
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Conversion:
-    """A road network made of an OpenStreetMap file, as `osm2xodr.convert` returns it.
+    """A road network made of an OpenStreetMap file, as `osm2xodr.convert` returns it."""
 
-    Attributes
-    ----------
-    road_map : RoadMap
-        The road network.
-    statistics : Statistics
-        Its figures: numbers and lengths of roads, heights.
-    diagnostics : Diagnostics
-        What was guessed, dropped and repaired, each with the element of OpenStreetMap.
-    elevation_models : tuple of DemSummary
-        What the elevation models are and what was used of them, in the order given.
-    inputs : Mapping
-        Files and options, by name, as reports say them.
-    options : WriteOptions
-        How it is written unless `write` is told otherwise.
-    jobs : int
-        How many processes write it.
-    """
-
-    road_map: RoadMap
-    statistics: Statistics
-    diagnostics: Diagnostics
+    road_map: RoadMap  # The road network
+    statistics: Statistics  # Its figures: numbers and lengths of roads, heights
+    diagnostics: Diagnostics  # What was guessed, dropped and repaired, each with the element of OpenStreetMap
+    # What the elevation models are and what was used of them, in the order given
     elevation_models: tuple[DemSummary, ...] = ()
-    inputs: Mapping[str, Any] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)  # Files and options, by name, as reports say them
+    # How it is written unless `write` is told otherwise, and by how many processes
     options: WriteOptions = field(default_factory=WriteOptions)
     jobs: int = 1
 
@@ -119,18 +103,10 @@ class Conversion:
     def report(self, written: Written, options: WriteOptions | None = None) -> bytes:
         """Return the report about the conversion and a file that was written, JSON in UTF-8.
 
-        Parameters
-        ----------
-        written
-            The file.
-        options
-            How it was written; by default as was said when the area was converted.
+        `options` say how it was written; by default as was said when the area was converted.
         """
-        output = {
-            "file": str(written.path),
-            "bytes": written.size,
-            "xodr_version": (options or self.options).version,
-        }
+        version = (options or self.options).version
+        output = {"file": str(written.path), "bytes": written.size, "xodr_version": version}
         elevation, ends = self.road_map.elevation_report, self.road_map.border_ends
         return report(
             self.inputs, self.elevation_models, self.statistics, elevation, written.diagnostics, output, ends
@@ -161,11 +137,9 @@ class Conversion:
 
     def _remarks(self) -> dict[str, int]:
         """Return how much was guessed, dropped and repaired."""
-        out = dict.fromkeys((kind.value for kind in Kind if kind is not Kind.NOTE), 0)
-        for (kind, _), count in self.diagnostics.counts().items():
-            if kind is not Kind.NOTE:
-                out[kind.value] += count
-        return out
+        counts = self.diagnostics.counts().items()
+        kinds = [kind for kind in Kind if kind is not Kind.NOTE]
+        return {kind.value: sum(count for (found, _), count in counts if found is kind) for kind in kinds}
 
 
 def _changed(options: WriteOptions, changes: Mapping[str, Any]) -> WriteOptions:

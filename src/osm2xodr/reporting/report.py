@@ -59,46 +59,31 @@ def summary(
 ) -> list[str]:
     """Return lines that sum up a conversion: the network, its heights, then what was guessed, dropped and repaired.
 
-    Parameters
-    ----------
-    statistics, diagnostics
-        Of the conversion.
-    has_heights
-        Whether there is an elevation model.
-    elevation
-        How well the roads follow it; None without one.
+    `has_heights` says whether there is an elevation model, `elevation` how well the roads follow it.
     """
     roads, through = counted(statistics.roads, "road"), counted(statistics.connecting_roads, "connecting road")
     kilometres = f"{statistics.road_length / 1000.0:,.1f} km"
     lines = [f"  {roads} of {kilometres}, {through} in {counted(statistics.junctions, 'junction')}"]
     if has_heights:
-        coverage = ""
-        if statistics.dem_coverage is not None:
-            coverage = f"; the elevation model covers {_percent(statistics.dem_coverage)} of the roads"
+        covered = statistics.dem_coverage
+        coverage = "" if covered is None else f"; the elevation model covers {_percent(covered)} of the roads"
         lines.append(f"  heights from {statistics.lowest:,.1f} to {statistics.highest:,.1f} m{coverage}")
     else:
         lines.append("  flat at height 0: there is no elevation model")
     if elevation is not None:
-        lines += _heights(elevation)
+        errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
+        lines.append(f"  roads on the ground less the elevation model: {errors}")
+        kinds = [item.kind for item in elevation.structures]
+        if kinds:
+            built = " and ".join(counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
+            lines.append(f"  {built}; {counted(len(elevation.tight), 'crossing')} with less clearance than usual")
     first: dict[tuple[Kind, str], tuple[str, str]] = {}
     for item in diagnostics:
         first.setdefault((item.kind, item.code), (item.message, item.osm_id))
     counts = diagnostics.counts()
-    for kind in _KINDS:
-        for key, count in sorted(counts.items(), key=lambda entry: (-entry[1], entry[0][1])):
-            if key[0] is kind:
-                lines.append(f"  {kind.value:<9}{count:>8,}  {key[1]}: {_example(*first[key], count)}")
-    return lines
-
-
-def _heights(elevation: ElevationReport) -> list[str]:
-    """Return a line about the distance of roads from the ground, and one about bridges and tunnels if any."""
-    errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
-    lines = [f"  roads on the ground less the elevation model: {errors}"]
-    kinds = [item.kind for item in elevation.structures]
-    if kinds:
-        found = " and ".join(counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
-        lines.append(f"  {found}; {counted(len(elevation.tight), 'crossing')} with less clearance than usual")
+    order = sorted(counts.items(), key=lambda entry: (_KINDS.index(entry[0][0]), -entry[1], entry[0][1]))
+    for (kind, code), count in order:
+        lines.append(f"  {kind.value:<9}{count:>8,}  {code}: {_example(*first[kind, code], count)}")
     return lines
 
 
@@ -121,9 +106,7 @@ def report(
     `inputs` are files and options by name, `output` says what was written; `elevation` is None where the world is
     flat, and `border_ends`, where roads were cut off, for an area by itself.
     """
-    counts = [
-        {"kind": kind.value, "code": code, "count": count} for (kind, code), count in diagnostics.counts().items()
-    ]
+    counts = [{"kind": kind.value, "code": code, "count": n} for (kind, code), n in diagnostics.counts().items()]
     found = [
         {"kind": item.kind.value, "code": item.code, "osm_id": item.osm_id or None, "message": item.message}
         for item in diagnostics
@@ -165,7 +148,7 @@ def _percent(share: float) -> str:
 def _example(message: str, osm_id: str, count: int) -> str:
     """Return the first of several findings, and how many more there are."""
     text = message.rstrip(".")
-    where = osm_id if osm_id and osm_id not in text else ""
+    where = osm_id if osm_id not in text else ""
     others = f"and {count - 1:,} more" if count > 1 else ""
-    both = ", ".join(part for part in (where, others) if part)
+    both = ", ".join(filter(None, (where, others)))
     return f"{text} ({both})" if both else text

@@ -25,9 +25,8 @@ class Statistics:
     lowest: float
     highest: float
     dem_coverage: float | None  # Share of the streets whose height is measured; None without an elevation model
-    further: Mapping[str, float] = field(
-        default_factory=dict
-    )  # Figures of the stages geometry and furniture, by name
+    # Figures of the stages geometry and furniture, by name
+    further: Mapping[str, float] = field(default_factory=dict)
 
 
 def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:

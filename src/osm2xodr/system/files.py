@@ -27,19 +27,12 @@ class ByteSink(Protocol):
 
 
 def check_target(path: Path) -> None:
-    """Check whether a file can be written, as far as that can be known before any work is done.
-
-    Raises
-    ------
-    OutputError
-        The path is a directory, or its directory does not exist or takes no files.
-    """
+    """Raise `OutputError` if a file cannot be written, as far as that can be known before any work is done."""
     try:
         folder = path.resolve().parent
     except (OSError, RuntimeError):
-        raise OutputError(
-            f"cannot write {path}: it is a symbolic link that leads back to itself; choose another place"
-        ) from None
+        what = f"cannot write {path}: it is a symbolic link that leads back to itself"
+        raise OutputError(f"{what}; choose another place") from None
     if path.is_dir():
         raise OutputError(f"{path} is a directory; name a file in it, such as {path / 'map.xodr'}")
     if not folder.is_dir():
@@ -79,10 +72,7 @@ def atomic_output(path: Path) -> Iterator[BinaryIO]:
 def settle(stream: BinaryIO) -> None:
     """Bring all that was written to a stream to where it belongs: to the disk, if it is a file.
 
-    Raises
-    ------
-    OSError
-        It cannot be brought there, as when the disk is full.
+    It raises OSError if that cannot be, as when the disk is full.
     """
     stream.flush()
     if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
@@ -125,13 +115,14 @@ def _sync_folder(folder: Path) -> None:
 
 def _reason(path: Path, error: OSError) -> str:
     """Say why a file could not be written, and what to do."""
+    elsewhere, room = "; choose another place", "; free some space or choose another place"
     remedy = {
-        errno.ENOSPC: "; free some space or choose another place",
-        errno.EDQUOT: "; free some space or choose another place",
+        errno.ENOSPC: room,
+        errno.EDQUOT: room,
         errno.EFBIG: "; the file is larger than allowed there, choose another place",
-        errno.EACCES: "; choose another place or change its permissions",
-        errno.EPERM: "; choose another place or change its permissions",
-        errno.EROFS: "; choose another place",
+        errno.EACCES: f"{elsewhere} or change its permissions",
+        errno.EPERM: f"{elsewhere} or change its permissions",
+        errno.EROFS: elsewhere,
     }
     return f"cannot write {path}: {(error.strerror or str(error)).lower()}{remedy.get(error.errno or 0, '')}"
 

@@ -7,15 +7,7 @@ from collections.abc import Callable, Mapping
 
 
 def lazy_exports(package: str, modules: Mapping[str, tuple[str, ...]]) -> Callable[[str], object]:
-    """Return the function ``__getattr__`` (PEP 562) of a package.
-
-    Parameters
-    ----------
-    package
-        Its name.
-    modules
-        The names that it exports, by the module of the package that defines them.
-    """
+    """Return the function ``__getattr__`` (PEP 562) of a package that exports names of its modules."""
     homes = {name: f"{package}.{module}" for module, names in modules.items() for name in names}
 
     def load(name: str) -> object:

@@ -29,10 +29,7 @@ class LimitError(Osm2xodrError):
 def parse_memory(text: str) -> int:
     """Return an amount of memory such as ``2G``, ``1500MB`` or ``1.5GiB`` in bytes.
 
-    Raises
-    ------
-    ValueError
-        The text is not an amount of memory, or too small a one to start with.
+    ValueError: the text is not an amount of memory, or too small a one to start with.
     """
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmg]i?)?b?\s*", text, re.IGNORECASE)
     if match is None:
@@ -44,13 +41,7 @@ def parse_memory(text: str) -> int:
 
 
 def parse_duration(text: str) -> float:
-    """Return a duration such as ``90``, ``90s``, ``10min`` or ``2h`` in seconds.
-
-    Raises
-    ------
-    ValueError
-        The text is not a duration, or one of 0.
-    """
+    """Return a duration such as ``90``, ``90s``, ``10min`` or ``2h`` in seconds; ValueError for others, and for 0."""
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(s|min|m|h)?\s*", text)
     seconds = float(match[1]) * _SECONDS[match[2] or ""] if match else 0.0
     if seconds <= 0.0:
@@ -60,19 +51,10 @@ def parse_duration(text: str) -> float:
 
 @contextlib.contextmanager
 def limited(memory: int | None, seconds: float | None) -> Iterator[None]:
-    """Bound the memory and time of a block.
+    """Bound the memory and time of a block; None for no bound.
 
-    Parameters
-    ----------
-    memory
-        Bytes that each process may take for its data; None for no bound.
-    seconds
-        How long it may take, s; None for no bound. Works in the main thread alone.
-
-    Raises
-    ------
-    LimitError
-        The memory or the time was not enough, or the system cannot bound memory.
+    `memory` are bytes that each process may take for its data. `seconds` work in the main thread alone. `LimitError`
+    says that they were not enough, or that the system cannot bound memory.
     """
     with _memory_limit(memory), _time_limit(seconds):
         try:

@@ -14,6 +14,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from osm2xodr.errors import Osm2xodrError
@@ -30,14 +31,9 @@ Item = TypeVar("Item")
 
 
 class Task(Generic[T]):
-    """The result of a function, computed in a copy of this process or when it is asked for.
+    """The result of a function, computed in a copy of this process (`apart`) or when it is asked for.
 
-    Parameters
-    ----------
-    function
-        Computes the result. It must neither write files nor change the parent's data: only its result comes back.
-    apart
-        Whether it runs in a copy of this process.
+    The function must neither write files nor change the parent's data: only its result comes back.
     """
 
     def __init__(self, function: Callable[[], T], *, apart: bool) -> None:
@@ -61,12 +57,9 @@ class Task(Generic[T]):
         sender.close()
 
     def result(self) -> T:
-        """Wait for the function's result and return it; raise what the function raised.
+        """Wait for the function's result and return it, or raise what it raised.
 
-        Raises
-        ------
-        Osm2xodrError
-            The copy of the process was killed.
+        `Osm2xodrError` says that the copy of the process was killed.
         """
         if self._process is None:
             return self._function()
@@ -110,9 +103,10 @@ def map_parallel(function: Callable[[Item], T], items: Sequence[Item], jobs: int
     `Task`, the function must not change the parent's data.
     """
     jobs = max(1, min(jobs, len(items)))
-    tasks = [Task(_Share(function, items[k::jobs]), apart=True) for k in range(1, jobs)]
+    work = [partial(_values, function, items[k::jobs]) for k in range(jobs)]
+    tasks = [Task(share, apart=True) for share in work[1:]]
     try:
-        shares = [_Share(function, items[::jobs])(), *(task.result() for task in tasks)]
+        shares = [work[0](), *(task.result() for task in tasks)]
     except BaseException:
         for task in tasks:
             task.cancel()
@@ -120,15 +114,8 @@ def map_parallel(function: Callable[[Item], T], items: Sequence[Item], jobs: int
     return [shares[k % jobs][k // jobs] for k in range(len(items))]
 
 
-class _Share(Generic[Item, T]):
-    """The share of one process: a function's values for some items."""
-
-    def __init__(self, function: Callable[[Item], T], items: Sequence[Item]) -> None:
-        self._function = function
-        self._items = items
-
-    def __call__(self) -> list[T]:
-        return [self._function(item) for item in self._items]
+def _values(function: Callable[[Item], T], items: Sequence[Item]) -> list[T]:
+    return [function(item) for item in items]
 
 
 def _run(function: Callable[[], T], sender: Connection, parent: int) -> None:

@@ -13,15 +13,11 @@ import threading
 from collections.abc import Callable, Iterator
 from functools import partial
 from types import MappingProxyType
-from typing import Final
+from typing import ClassVar, Final
 
 # What keeps the libraries of a process that is yet to start from making threads at all.
-ONE_THREAD_ENVIRONMENT: Final = MappingProxyType(
-    dict.fromkeys(
-        ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"),
-        "1",
-    )
-)
+_VARIABLES: Final = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+ONE_THREAD_ENVIRONMENT: Final = MappingProxyType(dict.fromkeys(_VARIABLES, "1"))
 # Modules of NumPy and SciPy that are linked with a library of linear algebra; each package may bring its own.
 _LINKED: Final = ("numpy.linalg._umath_linalg", "scipy.linalg._fblas", "scipy.sparse.linalg._dsolve._superlu")
 # Functions that get and set the number of threads: of OpenBLAS by the names that its builds give them, MKL and BLIS.
@@ -37,27 +33,11 @@ _CALLS: Final = (
 
 
 class _Hold:
-    """Who wants one thread, and what undoes it for the last of them."""
+    """How many want one thread, and what undoes it for the last of them."""
 
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._count = 0
-        self._undo: list[Callable[[], object]] = []
-
-    def take(self) -> None:
-        with self._lock:
-            if not self._count:
-                self._undo = _limit()
-            self._count += 1
-
-    def give_back(self) -> None:
-        with self._lock:
-            self._count -= 1
-            while not self._count and self._undo:
-                self._undo.pop()()
-
-
-_HOLD: Final = _Hold()
+    lock = threading.Lock()
+    count = 0
+    undo: ClassVar[list[Callable[[], object]]] = []
 
 
 @contextlib.contextmanager
@@ -67,11 +47,17 @@ def one_thread() -> Iterator[None]:
     It holds for NumPy and SciPy as far as they are loaded, in all threads of the program, from the first block that
     is entered to the last that is left.
     """
-    _HOLD.take()
+    with _Hold.lock:
+        if not _Hold.count:
+            _Hold.undo = _limit()
+        _Hold.count += 1
     try:
         yield
     finally:
-        _HOLD.give_back()
+        with _Hold.lock:
+            _Hold.count -= 1
+            while not _Hold.count and _Hold.undo:
+                _Hold.undo.pop()()
 
 
 def _limit() -> list[Callable[[], object]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from osm2xodr.batch.cutting.streets import (
 )
 from osm2xodr.batch.model import CutRequest
 from osm2xodr.curves import distance_to_outline, ranks, runs
-from osm2xodr.model import FloatArray, IntArray, LocalFrame, freeze_arrays
+from osm2xodr.model import BoolArray, FloatArray, IntArray, LocalFrame, freeze_arrays
 
 # Streets this near to the border are cut out whole for both areas, m: roads lie some metres off OSM's lines.
 _BORDER_REACH: Final = 300.0
@@ -79,8 +79,7 @@ class Members:
 class Plan:
     """A map, prepared for choosing."""
 
-    # The map
-    source: Source
+    source: Source  # The map
     segments: Segments
     # Where ways and things are
     way_cells: Cells
@@ -92,9 +91,8 @@ class Plan:
 def make_plan(source: Source, *, context: bool) -> Plan:
     """Prepare a map for choosing; `context` says whether any request has one."""
     segments = make_segments(source)
-    streets = {
-        driven: make_streets(source, segments, ways) for driven, ways in (source.driven if context else {}).items()
-    }
+    chosen = source.driven if context else {}
+    streets = {driven: make_streets(source, segments, ways) for driven, ways in chosen.items()}
     things = make_node_cells(source, np.flatnonzero(source.thing))
     return Plan(source, segments, make_way_cells(source, segments), things, _make_members(source), streets)
 
@@ -111,28 +109,18 @@ def choose(plan: Plan, request: CutRequest, driven: Driven) -> Choice:
     at = _local(source, request.frame, things)
     things = things[distance_to_outline(request.outline, at[:, 0], at[:, 1], reach) <= reach]
     if request.context:
-        found = _find_streets(plan, near.segments(_BORDER_REACH), driven)
-        beside = _points_along(plan, request.frame, found.segments)
+        ways, segments, ends = _find_streets(plan, near.segments(_BORDER_REACH), driven)
+        beside = _points_along(plan, request.frame, segments)
         # All that is near the area is kept anyway.
         off = distance_to_outline(request.outline, beside[:, 0], beside[:, 1], reach)
         beside = beside[off > reach - _CONTEXT_BESIDE - _SPACING]
-        at_ends = _around(plan, request.frame, _local(source, request.frame, found.ends), _CONTEXT_REACH)
+        at_ends = _around(plan, request.frame, _local(source, request.frame, ends), _CONTEXT_REACH)
         along = _around(plan, request.frame, beside, _CONTEXT_BESIDE + 0.5 * _SPACING)
-        kept = np.unique(np.concatenate([kept, found.ways, at_ends[0], along[0]]))
+        kept = np.unique(np.concatenate([kept, ways, at_ends[0], along[0]]))
         things = np.unique(np.concatenate([things, at_ends[1], along[1]]))
     kept, relations = _with_relations(plan, kept)
-    rows = source.row[_ranges(source.first, kept)]
-    here = near.ways(0.0)
-    count = int(source.driven[driven][here].sum())
-    return Choice(kept, relations, np.unique(np.concatenate([rows, things])), count, bounds)
-
-
-class _FoundStreets(NamedTuple):
-    """Streets: their ways, their segments, and the nodes at their ends."""
-
-    ways: IntArray
-    segments: IntArray
-    ends: IntArray
+    nodes = np.union1d(source.row[_ranges(source.first, kept)], things)
+    return Choice(kept, relations, nodes, int(source.driven[driven][near.ways(0.0)].sum()), bounds)
 
 
 class _Near:
@@ -141,7 +129,6 @@ class _Near:
     def __init__(self, plan: Plan, request: CutRequest, candidates: IntArray, reach: float) -> None:
         source, segments = plan.source, plan.segments
         self._request = request
-        self._candidates = candidates
         self._at = _ranges(segments.first, candidates)
         self._of_segment = np.repeat(candidates, np.diff(segments.first)[candidates])
         refs = _ranges(source.first, candidates)
@@ -149,31 +136,30 @@ class _Near:
         rows, self._ref = np.unique(source.row[refs], return_inverse=True)
         points = _local(source, request.frame, rows)
         self._off = distance_to_outline(request.outline, points[:, 0], points[:, 1], reach)
-        start = np.searchsorted(rows, segments.start[self._at])
-        end = np.searchsorted(rows, segments.end[self._at])
+        start, end = (np.searchsorted(rows, nodes[self._at]) for nodes in (segments.start, segments.end))
         self._start, self._end = points[start], points[end]
         self._nearer = np.minimum(self._off[start], self._off[end])
 
     def segments(self, reach: float) -> IntArray:
         """Return the segments within `reach`, m."""
-        hit = reached(self._request.outline, self._start, self._end, self._nearer, reach)
-        return self._at[hit]
+        return self._at[self._hit(reach)]
 
     def ways(self, reach: float) -> IntArray:
         """Return the ways within `reach`, m, ascending."""
-        hit = reached(self._request.outline, self._start, self._end, self._nearer, reach)
         near = self._off[self._ref] <= reach
-        out: IntArray = np.unique(np.concatenate([self._of_ref[near], self._of_segment[hit]]))
+        out: IntArray = np.unique(np.concatenate([self._of_ref[near], self._of_segment[self._hit(reach)]]))
         return out
+
+    def _hit(self, reach: float) -> BoolArray:
+        return reached(self._request.outline, self._start, self._end, self._nearer, reach)
 
 
 def _boxes(request: CutRequest, reach: float) -> tuple[tuple[float, float, float, float], FloatArray]:
     """Return the bounds of the area, and those of all within reach of it, (1, 4), degrees."""
     corners = np.concatenate(request.outline.rings)
     low, high = corners.min(axis=0), corners.max(axis=0)
-    west, south, east, north = _bounds(request.frame, low, high)
-    bounds = west, south, east, north
-    return bounds, np.array([_bounds(request.frame, low - reach - _SLACK, high + reach + _SLACK)])
+    wide = _bounds(request.frame, low - reach - _SLACK, high + reach + _SLACK)
+    return _bounds(request.frame, low, high), np.array([wide])
 
 
 def _bounds(frame: LocalFrame, low: FloatArray, high: FloatArray) -> tuple[float, float, float, float]:
@@ -182,8 +168,7 @@ def _bounds(frame: LocalFrame, low: FloatArray, high: FloatArray) -> tuple[float
     x, y = (low + share[:, None] * (high - low)).T
     side = np.ones(_SAMPLES)
     lon, lat = _to_degrees(frame).transform(
-        np.concatenate([x, x, side * x[0], side * x[-1]]),
-        np.concatenate([side * y[0], side * y[-1], y, y]),
+        np.concatenate([x, x, side * x[0], side * x[-1]]), np.concatenate([side * y[0], side * y[-1], y, y])
     )
     lon = frame.lon_0_deg + (lon - frame.lon_0_deg + 180.0) % 360.0 - 180.0
     return float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
@@ -211,15 +196,15 @@ def _ranges(first: IntArray, groups: IntArray) -> IntArray:
     return runs(first[groups], first[groups + 1] - first[groups])
 
 
-def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> _FoundStreets:
-    """Return the streets that segments belong to."""
+def _find_streets(plan: Plan, near: IntArray, driven: Driven) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the ways and segments of the streets that segments belong to, and the nodes at their ends."""
     streets = plan.streets[driven]
     found = np.unique(streets.of_segment[near])
     found = found[found >= 0]
     ways = np.unique(streets.ways[_ranges(streets.first_way, found)])
     ends = np.unique(streets.ends[_ranges(streets.first_end, found)])
     segments = _ranges(plan.segments.first, ways)
-    return _FoundStreets(ways, segments[np.isin(streets.of_segment[segments], found)], ends)
+    return ways, segments[np.isin(streets.of_segment[segments], found)], ends
 
 
 def _points_along(plan: Plan, frame: LocalFrame, segments: IntArray) -> FloatArray:
@@ -249,8 +234,7 @@ def _around(plan: Plan, frame: LocalFrame, places: FloatArray, reach: float) -> 
     of_segment = np.repeat(ways, np.diff(segments.first)[ways])
     rows = np.unique(np.concatenate([segments.start[at], segments.end[at]]))
     points = _local(source, frame, rows)
-    start = points[np.searchsorted(rows, segments.start[at])]
-    end = points[np.searchsorted(rows, segments.end[at])]
+    start, end = (points[np.searchsorted(rows, nodes[at])] for nodes in (segments.start, segments.end))
     hit = near_places(start, end, places, reach)
     things = find_in_boxes(plan.thing_cells, boxes)
     close = points_near_places(_local(source, frame, things), places, reach)

@@ -22,27 +22,15 @@ _OPEN_MAX: Final = 200
 
 
 def cut_areas(source: Path, requests: Sequence[CutRequest]) -> dict[str, int]:
-    """Write parts of a map.
+    """Write parts of a map, and return the number of ways that become streets in each area, by the requests' names.
 
     A cut has all that a conversion reads, with all tags: ways of any ``highway`` and what stands beside streets, if
     a node or a segment of them lies in the area, with all their nodes; nodes that mean something by themselves; turn
-    restrictions and lane connectivities about any of these ways, with all ways that they name.
+    restrictions and lane connectivities about any of these ways, with all ways that they name. Where no way becomes a
+    street no file is written, and an old one is removed.
 
     With a context it also has what is near the area, whole streets that come near it, and what lies beside them and
     around their ends (`choice` says how near): all that shapes a road across a border is the same on both sides.
-
-    Parameters
-    ----------
-    source
-        The map.
-    requests
-        The parts.
-
-    Returns
-    -------
-    dict
-        Number of ways in the area that become streets, by the requests' names. Where there are none no file is
-        written, and an old one is removed.
 
     Raises
     ------

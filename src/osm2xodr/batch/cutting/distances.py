@@ -48,12 +48,11 @@ def _to_point(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArr
 
 
 def _crosses(start: FloatArray, end: FloatArray, corner: FloatArray, following: FloatArray) -> BoolArray:
-    """Return which segments (n, 2) cross an edge."""
+    """Return which segments (n, 2) cross an edge; those in line with it meet it in a corner or not at all."""
     of_start, of_end = _side(corner, following, start), _side(corner, following, end)
     of_corner, of_following = _side(start, end, corner), _side(start, end, following)
-    out: BoolArray = (of_start * of_end <= 0.0) & (of_corner * of_following <= 0.0)
-    # Segments in line with the edge meet it in a corner or not at all.
-    out &= (of_start != 0.0) | (of_end != 0.0)
+    beside = (of_start != 0.0) | (of_end != 0.0)
+    out: BoolArray = (of_start * of_end <= 0.0) & (of_corner * of_following <= 0.0) & beside
     return out
 
 
@@ -74,8 +73,7 @@ def near_places(start: FloatArray, end: FloatArray, places: FloatArray, reach: f
     segment = np.repeat(np.arange(len(start)), parts)
     share = ((ranks(parts) + 0.5) / parts[segment])[:, None]
     middle = start[segment] + share * (end[segment] - start[segment])
-    tree = cKDTree(middle)
-    for index, found in enumerate(tree.query_ball_point(places, reach + 0.5 * _PART)):
+    for index, found in enumerate(cKDTree(middle).query_ball_point(places, reach + 0.5 * _PART)):
         chosen = np.unique(segment[np.asarray(found, np.int64)])
         out[chosen] |= _to_point(start[chosen], end[chosen], places[index]) <= reach
     return out

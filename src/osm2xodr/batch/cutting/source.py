@@ -121,32 +121,16 @@ def nodes_of(file: OsmFile, ids: IntArray) -> Iterable[Any]:
     """Return the nodes with some ids (n,), ascending, in the order of the file, all versions; of small files all."""
     found = osmium.FileProcessor(handle(file), osmium.osm.NODE)
     # Sets of ids hold none below 0.
-    if len(ids) and ids[0] >= 0 and _is_large(file):
+    if len(ids) and ids[0] >= 0 and file.path.stat().st_size > _LARGE:
         found.with_filter(osmium.filter.IdFilter(np.ascontiguousarray(ids).data))
     return found
 
 
-def _is_large(file: OsmFile) -> bool:
-    """Return whether reading all nodes of a file one by one takes too long."""
-    return file.path.stat().st_size > _LARGE
-
-
 def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = False) -> Source:
-    """Read the part of a map that conversions use.
+    """Read the part of a map that conversions use; `driven` are selections of ways that become streets.
 
-    Parameters
-    ----------
-    file
-        The map.
-    driven
-        Selections of ways that become streets.
-    only_driven
-        Whether to read only the ways of the first selection, and neither relations nor things.
-
-    Raises
-    ------
-    InputError
-        The file is damaged or incomplete.
+    `only_driven` reads only the ways of the first selection, and neither relations nor things. Raises `InputError` if
+    the file is damaged or incomplete.
     """
     choices = tuple(dict.fromkeys(driven))
     with readable(file):
@@ -156,8 +140,6 @@ def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = 
         ids, lon, lat, node_at, ordered = _read_nodes(file, np.union1d(refs, things))
     first, row = _rows(ids, refs, np.array(ways.lengths, np.int64))
     way_ids, relation_ids = np.array(ways.ids, np.int64), np.array(relations.ids, np.int64)
-    thing = np.zeros(len(ids), np.bool_)
-    thing[np.flatnonzero(np.isin(ids, things))] = True
     return Source(
         file=file,
         way_ids=way_ids,
@@ -173,7 +155,7 @@ def read_source(file: OsmFile, driven: Iterable[Driven], *, only_driven: bool = 
         lon=lon,
         lat=lat,
         node_at=node_at,
-        thing=thing,
+        thing=np.isin(ids, things),
         in_order=ordered and not mixed and _ascending(way_ids) and _ascending(relation_ids),
     )
 
@@ -197,10 +179,8 @@ def _read_ways_and_relations(
 
 
 def _add_way(way: Any, file: OsmFile, out: _Ways, only_driven: bool) -> None:
-    on = [False] * len(out.driven)
-    if way.tags.get("highway") in HIGHWAYS:
-        tags = {tag.k: tag.v for tag in way.tags}
-        on = [_is_driven(tags, choice) for choice in out.driven]
+    tags = {tag.k: tag.v for tag in way.tags} if way.tags.get("highway") in HIGHWAYS else None
+    on = [tags is not None and _is_driven(tags, choice) for choice in out.driven]
     if only_driven and not on[0]:
         return
     number = way.id
@@ -221,15 +201,14 @@ def _add_relation(relation: Any, file: OsmFile, out: _Relations) -> None:
     out.versions.append(relation.version)
     out.gone.append(relation.deleted or ("relation", number) in file.deleted)
     members = [(member.type, member.ref) for member in relation.members]
-    out.ways.append(np.array([ref for kind, ref in members if kind == "w"], np.int64))
-    out.nodes.append(np.array([ref for kind, ref in members if kind == "n"], np.int64))
+    for kind, refs in (("w", out.ways), ("n", out.nodes)):
+        refs.append(np.array([ref for of_kind, ref in members if of_kind == kind], np.int64))
 
 
 def _is_driven(tags: Mapping[str, str], choice: Driven) -> bool:
-    if choice.ways is None:
-        return True
-    return (
-        tags["highway"] in choice.ways.highways and reason_left_out(tags, choice.ways, choice.include_private) is None
+    ways = choice.ways
+    return ways is None or (
+        tags["highway"] in ways.highways and reason_left_out(tags, ways, choice.include_private) is None
     )
 
 
@@ -245,8 +224,7 @@ def _read_things(file: OsmFile) -> IntArray:
 
 def _read_nodes(file: OsmFile, needed: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray, bool]:
     """Return ids, `lon`, `lat` and `node_at` of nodes as in `Source`, and whether they stand in the order of ids."""
-    numbers, versions, gone = array("q"), array("q"), array("b")
-    places = array("q")
+    numbers, versions, gone, places = array("q"), array("q"), array("b"), array("q")
     for node in nodes_of(file, needed):
         location = node.location
         numbers.append(node.id)
@@ -261,9 +239,9 @@ def _read_nodes(file: OsmFile, needed: IntArray) -> tuple[IntArray, IntArray, In
     kept = _current(ids, versions, gone) & valid & np.isin(ids, needed) & ~np.isin(ids, deleted)
     at = np.flatnonzero(kept)
     at = at[np.argsort(ids[at], kind="stable")]
-    every = ids[at]
-    lon, lat = place[at].astype(np.int64).T
-    return every, lon, lat, at if not ordered or (every < 0).any() else np.zeros(0, np.int64), ordered
+    by_id = ordered and not (ids < 0).any()
+    lon, lat = place[at].T
+    return ids[at], lon, lat, np.zeros(0, np.int64) if by_id else at, ordered
 
 
 def _ascending(ids: IntArray) -> bool:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
@@ -100,17 +101,11 @@ def _write_parts(source: Source, targets: Sequence[Target]) -> None:
         with readable(source.file):
             # Where ids do not identify nodes, their position in the file does.
             for number, node in enumerate(nodes_of(source.file, nodes.keys if by_id else source.node_ids)):
-                users = nodes.take(node.id if by_id else number)
-                if users:
+                if users := nodes.take(node.id if by_id else number):
                     _add(node, users, targets, writers)
-            seen_ways = seen_relations = 0
+            way_places, relation_places = count(), count()
             for item in ways_and_relations_of(source.file):
-                if item.is_way():
-                    users = ways.take(seen_ways)
-                    seen_ways += 1
-                else:
-                    users = relations.take(seen_relations)
-                    seen_relations += 1
+                users = ways.take(next(way_places)) if item.is_way() else relations.take(next(relation_places))
                 if users:
                     _add(item, users, targets, writers)
         if not (nodes.complete and ways.complete and relations.complete):

@@ -6,7 +6,7 @@ Scripts sort, filter and zoom; where they are forbidden, as in archives of some 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from types import MappingProxyType
 from typing import Final
@@ -29,27 +29,35 @@ _STATUSES: Final = MappingProxyType(
     }
 )
 _LINKS: Final = MappingProxyType({".xodr": "xodr", ".json": "report", ".html": "page"})
-# Columns after name, status and files: heading, meaning, unit.
-_HEADINGS: Final = (
-    ("Roads", "length of reference lines outside of junctions", "km"),
-    ("Roads", "number of roads outside of junctions", ""),
-    ("Junctions", "number of junctions", ""),
-    ("DEM", "share of the streets with a measured height", "%"),
-    ("Lowest", "lowest height of a road", "m"),
-    ("Highest", "highest height of a road", "m"),
-    ("Steepest", "largest grade", "%"),
-    ("Guessed", "number of values that are missing in OpenStreetMap", ""),
-    ("Dropped", "number of things that were left out", ""),
-    ("Repaired", "number of contradictions that were resolved", ""),
-    ("Notes", "number of further remarks", ""),
-    ("Size", "size of the road network's file", "MB"),
+
+
+def _count(kind: Kind) -> Callable[[Figures], float]:
+    return lambda figures: figures.counts[kind]
+
+
+# Columns from the report, after name, status and files: heading, meaning, unit, figure, its factor and decimals.
+# index.js knows their number, too.
+_FIGURES: Final[tuple[tuple[str, str, str, Callable[[Figures], float | None], float, int], ...]] = (
+    ("Roads", "length of reference lines outside of junctions", "km", lambda found: found.road_length, 1e-3, 2),
+    ("Roads", "number of roads outside of junctions", "", lambda found: found.roads, 1.0, 0),
+    ("Junctions", "number of junctions", "", lambda found: found.junctions, 1.0, 0),
+    ("DEM", "share of the streets with a measured height", "%", lambda found: found.dem_coverage, 100.0, 1),
+    ("Lowest", "lowest height of a road", "m", lambda found: found.lowest, 1.0, 1),
+    ("Highest", "highest height of a road", "m", lambda found: found.highest, 1.0, 1),
+    ("Steepest", "largest grade", "%", lambda found: found.grade, 100.0, 1),
+    ("Guessed", "number of values that are missing in OpenStreetMap", "", _count(Kind.GUESSED), 1.0, 0),
+    ("Dropped", "number of things that were left out", "", _count(Kind.DROPPED), 1.0, 0),
+    ("Repaired", "number of contradictions that were resolved", "", _count(Kind.REPAIRED), 1.0, 0),
+    ("Notes", "number of further remarks", "", _count(Kind.NOTE), 1.0, 0),
+    ("Size", "size of the road network's file", "MB", lambda found: found.size, 1e-6, 2),
+)
+# Columns about the run: heading, meaning, unit.
+_SPENT: Final = (
     ("Time", "time of the conversion in this run", "s"),
     ("Memory", "peak memory of the conversion in this run", "MB"),
 )
 # Marks the page before the table is read, so that rows far down are laid out only when they come into view.
 _EARLY_SCRIPT: Final = 'document.documentElement.className = "scripted";'
-# How many of the columns come from the report; index.js knows this number, too.
-_FIGURES: Final = 12
 # An area smaller than this on the map gets a symbol, units: a hundredth of the map's width is hard to see.
 _SYMBOL_BELOW: Final = 9.0
 # Durations are given in seconds, and in minutes, up to this many.
@@ -65,14 +73,14 @@ def make_index(rows: Sequence[AreaRow]) -> bytes:
     count = counted(len(rows), "area")
     parts = {
         "version": escape(__version__),
-        "count": counted(len(rows), "area"),
+        "count": count,
         "statuses": "".join(_status(rows, status) for status in _STATUSES),
         "figures": facts(_totals(rows)),
         "failures": _failures(rows),
         "map": _map(rows, chart),
         "nowhere": "" if any(chart.shapes) else ' class="nowhere"',
         "unplaced": _unplaced(chart),
-        "headings": "".join(_heading(*heading) for heading in _HEADINGS),
+        "headings": "".join(_heading(*column) for column in (*(figure[:3] for figure in _FIGURES), *_SPENT)),
         "rows": "\n".join(_row(place, row) for place, row in enumerate(rows)),
     }
     return page_html(
@@ -137,16 +145,14 @@ def _failures(rows: Sequence[AreaRow]) -> str:
 def _unplaced(chart: Map) -> str:
     """Return a sentence on areas that are not on the map."""
     missing = sum(shape is None for shape in chart.shapes)
-    verb = "is" if missing == 1 else "are"
-    text = f"{missing:,} of {len(chart.shapes):,} areas {verb} of unknown place, and not on the map."
-    return text if missing else ""
+    number_is = f"{missing:,} of {len(chart.shapes):,} areas {'is' if missing == 1 else 'are'}"
+    return f"{number_is} of unknown place, and not on the map." if missing else ""
 
 
 def _map(rows: Sequence[AreaRow], chart: Map) -> str:
     """Return the map; areas that failed are drawn last."""
-    drawn = [
-        _area(place, row, shape) for place, (row, shape) in enumerate(zip(rows, chart.shapes, strict=True)) if shape
-    ]
+    shapes = enumerate(zip(rows, chart.shapes, strict=True))
+    drawn = [_area(place, row, shape) for place, (row, shape) in shapes if shape]
     data = f'data-unit="{chart.unit:.9g}" data-left="{chart.left:.9g}" data-top="{chart.top:.9g}"'
     box = f"0 0 {number(chart.width)} {number(chart.height)}"
     head = f'<svg id="map" viewBox="{box}" {data} role="group" aria-labelledby="map-help"><g id="grid"></g>'
@@ -178,13 +184,14 @@ def _row(place: int, row: AreaRow) -> str:
     word = row.result.status.value
     links = _links(row)
     if row.figures is None or row.message:
-        cells = f'<td colspan="{1 + _FIGURES}">{links} {escape(row.message)}</td>'
+        cells = f'<td colspan="{1 + len(_FIGURES)}">{links} {escape(row.message)}</td>'
     else:
         cells = f"<td>{links}</td>" + "".join(f"<td>{cell}</td>" for cell in _figures(row.figures))
-    spent = "".join(f"<td>{cell}</td>" for cell in _spent(row))
+    seconds, memory = row.result.seconds, row.result.memory
+    spent = (f"{seconds:,.1f}" if seconds > 0.0 else "", f"{memory / 1e6:,.0f}" if memory > 0 else "")
     return (
         f'<tr id="a{place}" class="{word}"><th scope="row"><bdi>{escape(row.name)}</bdi></th>'
-        f"<td>{word}</td>{cells}{spent}</tr>"
+        f"<td>{word}</td>{cells}<td>{spent[0]}</td><td>{spent[1]}</td></tr>"
     )
 
 
@@ -198,28 +205,11 @@ def _links(row: AreaRow) -> str:
     )
 
 
-def _spent(row: AreaRow) -> Iterator[str]:
-    """Yield the cells under the last headings, about the run."""
-    yield f"{row.result.seconds:,.1f}" if row.result.seconds > 0.0 else ""
-    yield f"{row.result.memory / 1e6:,.0f}" if row.result.memory > 0 else ""
-
-
 def _figures(figures: Figures) -> Iterator[str]:
-    """Yield the cells under the first headings, about the road network."""
-    yield _written(figures.road_length, 1e-3, 2)
-    yield _written(figures.roads, 1.0, 0)
-    yield _written(figures.junctions, 1.0, 0)
-    yield _written(figures.dem_coverage, 100.0, 1)
-    yield _written(figures.lowest, 1.0, 1)
-    yield _written(figures.highest, 1.0, 1)
-    yield _written(figures.grade, 100.0, 1)
-    for kind in (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE):
-        yield f"{figures.counts[kind]:,}"
-    yield _written(figures.size, 1e-6, 2)
-
-
-def _written(value: float | None, factor: float, decimals: int) -> str:
-    return "" if value is None else f"{value * factor:,.{decimals}f}"
+    """Yield the cells about the road network."""
+    for *_, get, factor, decimals in _FIGURES:
+        value = get(figures)
+        yield "" if value is None else f"{value * factor:,.{decimals}f}"
 
 
 def _text(name: str) -> str:

@@ -24,19 +24,15 @@ _FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 def _of_result(decimals: int, get: Callable[[Result], float]) -> Callable[[AreaRow], str]:
     """Return a function for cells with a figure that is 0 without a conversion."""
-
-    def cell(row: AreaRow) -> str:
-        return f"{get(row.result):.{decimals}f}" if get(row.result) > 0.0 else ""
-
-    return cell
+    return lambda row: f"{get(row.result):.{decimals}f}" if get(row.result) > 0.0 else ""
 
 
-def _figure(decimals: int, get: Callable[[Figures], float | None]) -> Callable[[AreaRow], str]:
-    """Return a function for cells with a figure of the report."""
+def _figure(decimals: int, get: Callable[[Figures], float | None], unit: float = 1.0) -> Callable[[AreaRow], str]:
+    """Return a function for cells with a figure of the report, in some unit."""
 
     def cell(row: AreaRow) -> str:
         value = None if row.figures is None else get(row.figures)
-        return "" if value is None else f"{value:.{decimals}f}"
+        return "" if value is None else f"{value / unit:.{decimals}f}"
 
     return cell
 
@@ -49,10 +45,6 @@ def _text(get: Callable[[AreaRow], str]) -> Callable[[AreaRow], str]:
         return f"'{value}" if value.lstrip().startswith(_FORMULA) else value
 
     return cell
-
-
-def _kilometres(length: float | None) -> float | None:
-    return None if length is None else length / 1000.0
 
 
 _COLUMNS: Final = MappingProxyType(
@@ -69,8 +61,8 @@ _COLUMNS: Final = MappingProxyType(
         "roads": _figure(0, lambda figures: figures.roads),
         "connecting_roads": _figure(0, lambda figures: figures.connecting_roads),
         "junctions": _figure(0, lambda figures: figures.junctions),
-        "road_km": _figure(3, lambda figures: _kilometres(figures.road_length)),
-        "connecting_road_km": _figure(3, lambda figures: _kilometres(figures.connecting_length)),
+        "road_km": _figure(3, lambda figures: figures.road_length, 1000.0),
+        "connecting_road_km": _figure(3, lambda figures: figures.connecting_length, 1000.0),
         "dem_coverage": _figure(4, lambda figures: figures.dem_coverage),
         "lowest_m": _figure(2, lambda figures: figures.lowest),
         "highest_m": _figure(2, lambda figures: figures.highest),
@@ -87,22 +79,11 @@ COLUMNS: Final = tuple(_COLUMNS)
 
 
 def write_summary(out_dir: Path, results: Sequence[Result]) -> None:
-    """Write ``summary.csv`` and ``index.html``, each as a whole or not at all.
+    """Write ``summary.csv`` and ``index.html`` into the folder of a batch, each as a whole or not at all.
 
-    The same results and reports give the same bytes, whatever the order of the results.
-
-    Parameters
-    ----------
-    out_dir
-        The folder of the batch. Figures come from the reports ``NAME.json`` in it; where one is missing or damaged
-        the message says so.
-    results
-        What became of the areas.
-
-    Raises
-    ------
-    OutputError
-        A file cannot be written.
+    The same results and reports give the same bytes, whatever the order of the results. Figures come from the reports
+    ``NAME.json`` in the folder; where one is missing or damaged the message says so. Raises `OutputError` if a file
+    cannot be written.
     """
     rows = read_rows(out_dir, results)
     for name, text in ((TABLE_NAME, make_table(rows)), (PAGE_NAME, make_index(rows))):

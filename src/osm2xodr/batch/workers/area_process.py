@@ -100,20 +100,21 @@ _ended: set[str] = set()
 def run_area(job: AreaJob) -> Outcome:
     """Convert an area, and return how that ended; a conversion that fails raises nothing."""
     if job.version != __version__:
-        return Outcome(
-            f"the worker has osm2xodr {__version__}, and the batch {job.version}; install the same on both"
-        )
+        told = f"the worker has osm2xodr {__version__}, and the batch {job.version}"
+        return Outcome(f"{told}; install the same on both")
+    # First, so that one among the arguments overrides it.
+    bound = ["--max-memory", str(job.memory)] if job.memory else []
     began = time.monotonic()
     while True:
         fresh, server = _take(job.batch)
         if server is None:
             return Outcome("it was stopped", time.monotonic() - began)
-        answer = server.ask(_arguments(job))
+        answer = server.ask([job.arguments[0], *bound, *job.arguments[1:]])
         if answer is not None:
-            _give_back(job.batch, server)
+            _give_back(job.batch, server, usable=True)
             message = _sentence(answer["status"], answer["said"])
             return Outcome(message, time.monotonic() - began, answer["memory"], answer["status"] == EMPTY)
-        _forget(job.batch, server)
+        _give_back(job.batch, server, usable=False)
         # An idle server may end by itself just as it is asked again.
         if not server.wait() or fresh:
             message = "it was stopped" if job.batch in _ended else _killed("")
@@ -152,27 +153,18 @@ def _take(batch: str) -> tuple[bool, _Server | None]:
     return fresh, server
 
 
-def _give_back(batch: str, server: _Server) -> None:
+def _give_back(batch: str, server: _Server, *, usable: bool) -> None:
+    """Keep a server for the next area; end it if it is not usable, or the batch is over."""
     with _lock:
         _busy[batch].remove(server)
-        over = batch in _ended
-        if not over:
+        kept = usable and batch not in _ended
+        if kept:
             _idle.setdefault(batch, []).append(server)
-    if over:
+    if not kept:
         server.end()
+        if usable:
+            server.wait()
         server.wait()
-
-
-def _forget(batch: str, server: _Server) -> None:
-    with _lock:
-        _busy[batch].remove(server)
-    server.end()
-
-
-def _arguments(job: AreaJob) -> list[str]:
-    """Return the arguments with the bound on memory first, so that one among them overrides it."""
-    bound = ["--max-memory", str(job.memory)] if job.memory else []
-    return [job.arguments[0], *bound, *job.arguments[1:]]
 
 
 def _sentence(status: int, said: str) -> str:

@@ -230,10 +230,9 @@ def uninterrupted() -> Iterator[None]:
     def defer(number: int, frame: FrameType | None) -> None:
         deferred.append(number)
 
-    numbers: tuple[int, ...] = (signal.SIGTERM, signal.SIGHUP)
-    before = {number: signal.getsignal(number) for number in numbers}
-    for number in numbers:
-        if before[number] is not signal.SIG_IGN:
+    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
             signal.signal(number, defer)
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -241,6 +240,6 @@ def uninterrupted() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        for number in deferred[:1]:
-            os.kill(os.getpid(), number)
+        for late in deferred[:1]:
+            os.kill(os.getpid(), late)
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
