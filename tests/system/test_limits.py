@@ -60,6 +60,23 @@ def test_time_is_bounded_and_given_back() -> None:
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
 
+def test_time_is_bounded_where_exceptions_are_dropped(capsys: pytest.CaptureFixture[str]) -> None:
+    """What a finalizer raises is dropped by Python; the time is up all the same."""
+
+    class Slow:
+        def __del__(self) -> None:
+            time.sleep(0.5)
+
+    hook = sys.unraisablehook
+    began = time.monotonic()
+    with pytest.raises(LimitError, match=r"longer than --timeout 0\.2 s"), limited(None, 0.2):
+        Slow()
+        time.sleep(30)
+    assert time.monotonic() - began < 5
+    assert sys.unraisablehook is hook
+    assert capsys.readouterr().err == ""
+
+
 def test_time_is_bounded_where_nobody_listens(tmp_path: Path) -> None:
     """What runs in C alone hears no signal; the process is ended from outside."""
     busy = "collections.deque(itertools.repeat(None, 10**12), maxlen=0)"

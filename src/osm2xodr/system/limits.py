@@ -8,6 +8,7 @@ import os
 import re
 import select
 import signal
+import sys
 from collections.abc import Iterator
 from types import FrameType
 from typing import Final, NoReturn
@@ -20,6 +21,8 @@ _SECONDS: Final = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 LEAST_MEMORY: Final = 200_000_000
 # How long libraries may go on after the time is up before the process is killed, s.
 _GRACE: Final = 3.0
+# When the end is tried again if Python dropped it, s.
+_AGAIN: Final = 0.01
 
 
 class LimitError(Osm2xodrError):
@@ -101,6 +104,14 @@ def _time_limit(seconds: float | None) -> Iterator[None]:
     def end(number: int, frame: FrameType | None) -> NoReturn:
         raise LimitError(message)
 
+    def end_again(lost: sys.UnraisableHookArgs) -> None:
+        if isinstance(lost.exc_value, LimitError):
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+        else:
+            hook(lost)
+
+    # Python drops exceptions that arise in callbacks, as of weak references when modules are imported.
+    hook, sys.unraisablehook = sys.unraisablehook, end_again
     before = signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
@@ -109,6 +120,7 @@ def _time_limit(seconds: float | None) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+        sys.unraisablehook = hook
 
 
 @contextlib.contextmanager
