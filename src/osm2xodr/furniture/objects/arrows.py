@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import pi
 from typing import Final
 
@@ -105,37 +106,22 @@ def _on_lane(
 ) -> list[RoadObject]:
     """Make the arrows of one lane, from the stop line back as far as there is room."""
     out = []
-    back = -1.0 if approach.at_end else 1.0
-    length = world.lanes.length(approach.road)
-    section = world.lanes.section_start(approach.road, approach.stop_s)
+    road, back = approach.road, -1.0 if approach.at_end else 1.0
+    section = world.lanes.section_start(road, approach.stop_s)
+    words, hdg = ("roadMark", arrow_name(turns), "arrow"), 0.0 if approach.at_end else pi
     for number in range(_COUNT):
         tip = line + back * (_FROM_LINE + number * _SPACING)
         tail = tip + back * _LENGTH
-        if not 0.0 <= tail <= length or world.lanes.section_start(approach.road, tail) != section:
+        if not 0.0 <= tail <= world.lanes.length(road) or world.lanes.section_start(road, tail) != section:
             # Lanes of another section may have other ids.
             break
-        if not all(_has_room(world, approach.road, s, lane) for s in (tip, tail)):
+        if not all(_has_room(world, road, s, lane) for s in (tip, tail)):
             break
         middle = 0.5 * (tip + tail)
-        (place,) = (item for item in world.lanes.at(approach.road, middle) if item.id == lane)
-        subtype = arrow_name(turns)
-        out.append(
-            RoadObject(
-                id=world.ids.thing(),
-                road=approach.road,
-                type="roadMark",
-                subtype=subtype,
-                name="arrow",
-                s=middle,
-                t=place.middle,
-                hdg=0.0 if approach.at_end else pi,
-                length=_LENGTH,
-                width=_WIDTH,
-                orientation=approach.orientation,
-                validity=((lane, lane),),
-                osm_id=osm_id,
-            )
-        )
+        (t,) = (item.middle for item in world.lanes.at(road, middle) if item.id == lane)
+        arrow = world.object_at(road, words, middle, t, osm_id)
+        for_lane = replace(arrow, orientation=approach.orientation, validity=((lane, lane),))
+        out.append(replace(for_lane, hdg=hdg, length=_LENGTH, width=_WIDTH))
     return out
 
 

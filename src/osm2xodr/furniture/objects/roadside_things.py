@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -65,8 +66,8 @@ def line_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
     for strip in strips:
         thing = lines[strip.line]
         spacing = _BOLLARD_SPACING if thing.kind is RoadsideKind.BOLLARD else 0.0
-        edges = strip.t_start, strip.t_end
-        out.append(object_along(world, strip, _WORDS[thing.kind], edges, sizes[strip.line], spacing, thing.osm_id))
+        size = sizes[strip.line]
+        out.append(object_along(world, strip, _WORDS[thing.kind], size, thing.osm_id, distance=spacing))
     return out
 
 
@@ -81,31 +82,17 @@ def point_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
     out: list[RoadObject] = []
     left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for k, (thing, _, _) in enumerate(rows):
-        if places.road[k] < 0:
-            why = f"no road lies within {defaults.OBJECT_REACH:g} m"
+        if places.road[k] < 0 or places.beyond[k] < -defaults.OBJECT_INSIDE:
+            far = places.road[k] < 0
+            why = f"no road lies within {defaults.OBJECT_REACH:g} m" if far else "on the carriageway"
             left_out[thing.kind.value, why].append(thing.osm_id)
-            continue
-        if places.beyond[k] < -defaults.OBJECT_INSIDE:
-            left_out[thing.kind.value, "on the carriageway"].append(thing.osm_id)
             continue
         width, height = _size(thing)
         off = 0.5 * width + defaults.OBJECT_GAP
-        t, left, right = float(places.t[k]), float(places.left[k]), float(places.right[k])
-        kind, subtype, name = _WORDS[thing.kind]
-        out.append(
-            RoadObject(
-                id=world.ids.thing(),
-                road=world.road_map.roads[int(places.road[k])].id,
-                type=kind,
-                subtype=subtype,
-                name=name,
-                s=float(places.s[k]),
-                t=max(t, left + off) if leftwards[k] else min(t, right - off),
-                height=height,
-                radius=0.5 * width,
-                osm_id=thing.osm_id,
-            )
-        )
+        t = max(places.t[k], places.left[k] + off) if leftwards[k] else min(places.t[k], places.right[k] - off)
+        road = world.road_map.roads[int(places.road[k])].id
+        found = world.object_at(road, _WORDS[thing.kind], float(places.s[k]), float(t), thing.osm_id)
+        out.append(replace(found, height=height, radius=0.5 * width))
     for (kind, why), names in sorted(left_out.items()):
         noun = kind.replace("_", " ")
         world.diagnostics.count(Kind.DROPPED, "roadside-left-out", names, noun, f"left out: {why}")
@@ -125,12 +112,12 @@ def _is_wanted(world: World, thing: RoadsideThing) -> bool:
     return thing.kind in _SINGLE and len(thing.points) == 1
 
 
-def _points(thing: RoadsideThing) -> list[tuple[float, float]]:
+def _points(thing: RoadsideThing) -> list[list[float]]:
     """Return where a thing stands, m, or each one of a row."""
     points = thing.points
-    if len(points) == 1:
-        return [(float(points[0, 0]), float(points[0, 1]))]
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    at = np.linspace(0.0, along[-1], max(round(along[-1] / _TREE_SPACING), 1) + 1)
-    x, y = np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])
-    return list(zip(x.tolist(), y.tolist(), strict=True))
+    if len(points) > 1:
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        at = np.linspace(0.0, along[-1], max(round(along[-1] / _TREE_SPACING), 1) + 1)
+        points = np.column_stack([np.interp(at, along, column) for column in points.T])
+    out: list[list[float]] = points.tolist()
+    return out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.furniture.world import LaneAt, Stop, World, lane_ranges
@@ -52,29 +53,15 @@ def _side_by_side(lanes: Sequence[LaneAt]) -> list[list[LaneAt]]:
     """Return lanes, from left to right, in groups without a gap."""
     groups: list[list[LaneAt]] = []
     for lane in lanes:
-        if lane.left - lane.right < _TOUCH:
-            continue
-        if groups and groups[-1][-1].right - lane.left < _TOUCH:
+        if lane.left - lane.right >= _TOUCH:
+            if not groups or groups[-1][-1].right - lane.left >= _TOUCH:
+                groups.append([])
             groups[-1].append(lane)
-        else:
-            groups.append([lane])
     return groups
 
 
 def _line(world: World, stop: Stop, s: float, extent: float, lanes: Sequence[LaneAt]) -> RoadObject:
-    subtype, name = _LINES[stop.kind]
     left, right = lanes[0].left, lanes[-1].right
-    return RoadObject(
-        id=world.ids.thing(),
-        road=stop.road,
-        type="roadMark",
-        subtype=subtype,
-        name=name,
-        s=s,
-        t=0.5 * (left + right),
-        length=extent,
-        width=left - right,
-        orientation=stop.orientation,
-        validity=lane_ranges(lane.id for lane in lanes),
-        osm_id=stop.osm_id,
-    )
+    line = world.object_at(stop.road, ("roadMark", *_LINES[stop.kind]), s, 0.5 * (left + right), stop.osm_id)
+    validity = lane_ranges(lane.id for lane in lanes)
+    return replace(line, length=extent, width=left - right, orientation=stop.orientation, validity=validity)

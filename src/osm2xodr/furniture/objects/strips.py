@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
@@ -154,30 +154,20 @@ def object_along(
     world: World,
     strip: Strip,
     words: tuple[str, str, str],
-    edges: tuple[float, float],
     size: tuple[float, float],
-    distance: float,
     osm_id: str,
+    aside: float = 0.0,
+    distance: float = 0.0,
 ) -> RoadObject:
-    """Make an object along a strip of road.
+    """Make an object of a type, subtype and name (words) along a strip of road.
 
-    Words are its type, subtype and name; edges t of its middle at the start and the end, size its width and height,
-    distance that between round copies, 0 for one continuous object; all m.
+    Size is its width and height; aside how far its middle lies to the left of the strip; distance that between round
+    copies, 0 for one continuous object; all m.
     """
-    kind, subtype, name = words
     width, height = size
-    return RoadObject(
-        id=world.ids.thing(),
-        road=world.road_map.roads[strip.road].id,
-        type=kind,
-        subtype=subtype,
-        name=name,
-        s=strip.s,
-        t=edges[0],
-        length=0.0 if distance else strip.length,
-        width=0.0 if distance else width,
-        height=height,
-        radius=0.5 * width if distance else 0.0,
-        repeat=ObjectRepeat(strip.s, strip.length, distance, *edges, width, height),
-        osm_id=osm_id,
-    )
+    edges = strip.t_start + aside, strip.t_end + aside
+    found = world.object_at(world.road_map.roads[strip.road].id, words, strip.s, edges[0], osm_id)
+    repeat = ObjectRepeat(strip.s, strip.length, distance, *edges, width, height)
+    if distance:
+        return replace(found, height=height, radius=0.5 * width, repeat=repeat)
+    return replace(found, length=strip.length, width=width, height=height, repeat=repeat)

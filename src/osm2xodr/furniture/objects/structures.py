@@ -143,18 +143,9 @@ def _structure(world: World, road: int, part: _Part, extent: float) -> RoadStruc
         lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= _LIT_LENGTH)
         form, lighting = "underpass" if first.open_sides else "standard", float(lit)
         daylight = _GALLERY_DAYLIGHT if first.open_sides else 0.0
-    return RoadStructure(
-        id=world.ids.thing(),
-        road=road,
-        s=part.begin,
-        length=part.end - part.begin,
-        kind=first.kind,
-        type=form,
-        name=next((tags.name for tags in part.tags if tags.name), ""),
-        lighting=lighting,
-        daylight=daylight,
-        osm_way_ids=part.ways,
-    )
+    id_, begin, length = world.ids.thing(), part.begin, part.end - part.begin
+    name = next((tags.name for tags in part.tags if tags.name), "")
+    return RoadStructure(id_, road, begin, length, first.kind, form, name, lighting, daylight, part.ways)
 
 
 def _report(world: World, parts: list[_Part]) -> None:

@@ -74,11 +74,5 @@ def _innermost(lanes: Iterable[LaneAt], left: bool) -> float:
 
 
 def _rails(world: World, strip: Strip, gauge: float, osm_id: str) -> list[RoadObject]:
-    words = ("patch", "tramTrack", "tram track")
-    size = (_RAIL_WIDTH, 0.0)
-    return [
-        object_along(
-            world, strip, words, (strip.t_start + side * gauge, strip.t_end + side * gauge), size, 0.0, osm_id
-        )
-        for side in (0.5, -0.5)
-    ]
+    words, size = ("patch", "tramTrack", "tram track"), (_RAIL_WIDTH, 0.0)
+    return [object_along(world, strip, words, size, osm_id, side * gauge) for side in (0.5, -0.5)]

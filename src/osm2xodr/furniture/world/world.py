@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
@@ -20,6 +20,7 @@ from osm2xodr.model import (
     IntArray,
     PlanView,
     RoadMap,
+    RoadObject,
     Street,
     StreetAttributes,
     StreetNetwork,
@@ -31,19 +32,11 @@ _SHORTEST_PIECE: Final = 0.5
 
 
 class Ids:
-    """Counts ids from 1: one range for signals and objects, one for controllers."""
+    """Counts ids from 1: `thing` those of signals and objects, `controller` those of controllers."""
 
     def __init__(self) -> None:
-        self._things = count(1)
-        self._controllers = count(1)
-
-    def thing(self) -> int:
-        """Return the next id of a signal or object."""
-        return next(self._things)
-
-    def controller(self) -> int:
-        """Return the next id of a controller."""
-        return next(self._controllers)
+        self.thing: Callable[[], int] = count(1).__next__
+        self.controller: Callable[[], int] = count(1).__next__
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +51,10 @@ class World:
     options: FurnitureOptions  # What the user chose
     diagnostics: Diagnostics  # Gets what is guessed, and what is dropped and why
     ids: Ids = field(default_factory=Ids)
+
+    def object_at(self, road: int, words: tuple[str, str, str], s: float, t: float, osm_id: str) -> RoadObject:
+        """Return an object without size; words are OpenDRIVE's type and subtype, and a name."""
+        return RoadObject(self.ids.thing(), road, *words, s, t, osm_id=osm_id)
 
     @cached_property
     def nodes(self) -> NodePlaces:
@@ -150,30 +147,14 @@ def points_beside(
 def outline(
     world: World, road: int, s: float, t: float, corners: Sequence[tuple[float, float]], height: float = 0.0
 ) -> tuple[tuple[float, float, float, float], ...]:
-    """Return the corners of an object in its own frame: u along the road at the object, v to its left.
+    """Return the corners (s, t) of an object at s, t of a road in its own frame: u, v, z, height, m.
 
-    Parameters
-    ----------
-    world
-        The roads.
-    road, s, t
-        Id of the road and the object's place on it, m.
-    corners
-        s, t of each corner, m.
-    height
-        Of the object there, m.
-
-    Returns
-    -------
-    outline
-        u, v, z, height of each corner, m. z is 0: the frame leans with the road, as CARLA 0.9.16 reads it (corners on
-        roads of 10 % are then 0.01 m off; with heights of their own they are 0.2 m off).
+    u runs along the road at the object, v to its left. z is 0: the frame leans with the road, as CARLA 0.9.16 reads
+    it (corners on roads of 10 % are then 0.01 m off; with heights of their own they are 0.2 m off).
     """
-    at = np.array([s, *(corner[0] for corner in corners)])
-    aside = np.array([t, *(corner[1] for corner in corners)])
-    x, y, hdg = points_beside(
-        world.road_map.plan_view, np.full(len(at), world.lanes.index(road), np.int64), at, aside
-    )
+    at, aside = np.array([(s, t), *corners]).T
+    curve = np.full(len(at), world.lanes.index(road), np.int64)
+    x, y, hdg = points_beside(world.road_map.plan_view, curve, at, aside)
     dx, dy = x[1:] - x[0], y[1:] - y[0]
     u = dx * np.cos(hdg[0]) + dy * np.sin(hdg[0])
     v = dy * np.cos(hdg[0]) - dx * np.sin(hdg[0])
