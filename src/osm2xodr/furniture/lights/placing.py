@@ -33,7 +33,7 @@ class Lights:
 
 @dataclass(slots=True)
 class _Placed:
-    """Lights while they are collected."""
+    """Lights while they are collected; fields as of `Lights`."""
 
     signals: list[Signal] = field(default_factory=list)
     references: list[SignalReference] = field(default_factory=list)
@@ -103,14 +103,13 @@ def _towards(world: World, crossing: Crossing, junction: int) -> bool:
 def _on_road(world: World, light: RoadLight, placed: _Placed) -> None:
     cars = road_heads(world, light)
     for signal, lanes in cars:
-        placed.signals.append(signal)
         placed.stops.append(Stop(signal.road, signal.s, lanes, signal.orientation, _KIND, signal.osm_id))
     crossings = light.crossings if world.options.target.lights_for_people else ()
     people = [signal for crossing in crossings for signal in people_heads(world, crossing, light.stops[0][0])]
-    placed.signals += people
-    for sequence, (kind, members) in enumerate((("traffic", [head for head, _ in cars]), ("pedestrian", people))):
+    groups = (("traffic", "cars", [head for head, _ in cars]), ("pedestrian", "people", people))
+    for sequence, (kind, who, members) in enumerate(groups):
+        placed.signals += members
         if members:
-            who = "cars" if kind == "traffic" else "people"
-            name = f"{light.osm_ids[0]}, {who}"
             signals = tuple(sorted(item.id for item in members))
+            name = f"{light.osm_ids[0]}, {who}"
             placed.controllers.append(Controller(world.ids.controller(), name, signals, None, sequence, kind))

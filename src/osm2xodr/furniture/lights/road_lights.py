@@ -50,13 +50,10 @@ class RoadLight:
         """
         along = [s for forward, s in self.stops if forward]
         against = [s for forward, s in self.stops if not forward]
-        if along and against:
-            middle = 0.5 * (max(along) + min(against))
-            return max((middle, *along, *(item.s for item in self.crossings)))
-        if along:
-            return max((along[0] + _HALF_GAP, *(item.s for item in self.crossings)))
-        starts = (item.s - 0.5 * item.width for item in self.crossings)
-        return min((against[0] - _HALF_GAP, *starts))
+        if not along:
+            return min((against[0] - _HALF_GAP, *(item.s - 0.5 * item.width for item in self.crossings)))
+        behind = 0.5 * (max(along) + min(against)) if against else along[0] + _HALF_GAP
+        return max((behind, *along, *(item.s for item in self.crossings)))
 
 
 def place_on_roads(
@@ -75,15 +72,11 @@ def place_on_roads(
         for group in _groups(sorted(items, key=lambda item: (item.s, item.osm_id))):
             first, last = group[0].s - _GROUP_REACH, group[-1].s + _GROUP_REACH
             own = {item.osm_id for item in group}
-            there = [
-                item
-                for item in at_road.get(road, ())
-                if item.osm_id in own or (first <= item.s <= last and item.osm_id not in named)
-            ]
+            near = (item for item in at_road.get(road, ()) if item.osm_id in own or first <= item.s <= last)
+            there = tuple(item for item in near if item.osm_id in own or item.osm_id not in named)
             stops = _stops(world, road, group, there)
             if stops:
-                ids = tuple(dict.fromkeys(item.osm_id for item in group))
-                out.append(RoadLight(road, stops, ids, tuple(there)))
+                out.append(RoadLight(road, stops, tuple(dict.fromkeys(item.osm_id for item in group)), there))
     return tuple(out)
 
 
@@ -91,10 +84,9 @@ def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:
     """Split candidates, in ascending s, at wide gaps."""
     out: list[list[Candidate]] = []
     for item in candidates:
-        if out and item.s - out[-1][-1].s <= _GROUP_REACH:
-            out[-1].append(item)
-        else:
-            out.append([item])
+        if not out or item.s - out[-1][-1].s > _GROUP_REACH:
+            out.append([])
+        out[-1].append(item)
     return out
 
 
@@ -120,8 +112,8 @@ def _stops(
         inside = min(max(s, margin), length - margin)
         if car_lanes(world, road, inside, along):
             wanted.append((along, inside, sign * (inside - s) > 0.0))
-    before_junction = [(along, s) for along, s, moved_ahead in wanted if not moved_ahead]
-    return tuple(before_junction or [(along, s) for along, s, _ in wanted])
+    kept = [item for item in wanted if not item[2]] or wanted
+    return tuple((along, s) for along, s, _ in kept)
 
 
 def _before(item: Candidate, known: Collection[str]) -> float:
