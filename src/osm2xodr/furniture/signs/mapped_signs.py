@@ -54,7 +54,7 @@ class _Reader:
             return
         street = self._world.network.streets[found[0].street]
         for facing, faces in values:
-            limits = LimitsAround.at(street, node)
+            limits = LimitsAround.at(street, street.place_of(node))
             spot = self._in_junction(node, found[0]) if meets or found[0].road < 0 else None
             if spot is None and (meets or found[0].road < 0):
                 self._leave_out(osm_id, "it stands on a junction and does not say for which of its roads")
@@ -75,7 +75,7 @@ class _Reader:
         if place.road >= 0 or node in street.node_ids[[0, -1]]:
             meeting = street.start if int(street.node_ids[0]) == node else street.end
         else:
-            runs = LimitsAround.at(street, node).directions()
+            runs = LimitsAround.at(street, street.place_of(node)).directions()
             if len(runs) != 1:
                 return None
             meeting = street.start if runs[0] else street.end
@@ -87,7 +87,8 @@ class _Reader:
         if road < 0:
             return None
         at_end = bool(coming[0] % 2)
-        limits = LimitsAround.of_end(network.streets[coming[0] // 2], at_end=at_end)
+        street = network.streets[coming[0] // 2]
+        limits = LimitsAround.at(street, len(street.points) - 1 if at_end else 0)
         return Spot(road, self._world.lanes.length(road) if at_end else 0.0, None, at_end, limits)
 
     def beside(self, thing: RoadsideThing, post: SignPost, candidates: Sequence[Candidate]) -> None:
