@@ -8,8 +8,6 @@ section, junction, s, t, hdg).
 
 from __future__ import annotations
 
-from osm2xodr.model.areas import BorderEnd, Borders, Outline, Partition
-from osm2xodr.model.elevation_report import ElevationReport, LayerCrossing, RoadPlace, StructureRecord
 from osm2xodr.model.furniture import (
     Controller,
     Furniture,
@@ -21,19 +19,27 @@ from osm2xodr.model.furniture import (
 )
 from osm2xodr.model.ground import Surface, SurfaceQuality
 from osm2xodr.model.roads import (
+    BorderEnd,
+    Borders,
     Connection,
     Cubic,
     CubicProfile,
+    ElevationReport,
     Junction,
     Lane,
     LaneSection,
+    LayerCrossing,
+    Outline,
+    Partition,
     PlanView,
     Road,
     RoadLink,
     RoadMap,
     RoadMark,
+    RoadPlace,
     RoadType,
     StreetPlaces,
+    StructureRecord,
 )
 from osm2xodr.model.shared import (
     BoolArray,

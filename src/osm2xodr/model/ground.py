@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from osm2xodr.model.shared import BoolArray, FloatArray, freeze_arrays
+from osm2xodr.model.shared import BoolArray, FloatArray, ReadOnlyArrays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SurfaceQuality:
+class SurfaceQuality(ReadOnlyArrays):
     """How far heights can be trusted, point by point."""
 
     # (n,) Distance between the heights that the surface is made from there, m (0 for an exact surface)
@@ -17,9 +17,6 @@ class SurfaceQuality:
     sigma: FloatArray  # (n,) Standard error of the heights, m (0 for an exact surface)
     # (n,) Whether the heights are those of a surface model, which lies on canopy and roofs rather than on the ground
     covered: BoolArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 class Surface(Protocol):

@@ -1,18 +1,16 @@
-"""The result of geometry: roads, junctions and the tables of their curves and heights."""
+"""The result of geometry: roads, junctions, the tables of their curves and heights, a report on these, and areas."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from osm2xodr.model.areas import BorderEnd, Borders
-from osm2xodr.model.elevation_report import ElevationReport
 from osm2xodr.model.furniture import Furniture
-from osm2xodr.model.shared import BoolArray, FloatArray, IntArray, LaneType, LocalFrame, Rule, freeze_arrays
+from osm2xodr.model.shared import BoolArray, FloatArray, IntArray, LaneType, LocalFrame, ReadOnlyArrays, Rule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlanView:
+class PlanView(ReadOnlyArrays):
     """Lines and arcs of many curves (reference lines) as flat arrays."""
 
     start: IntArray  # (curves + 1,) Index of each curve's first record; the last entry is the number of records
@@ -24,12 +22,9 @@ class PlanView:
     length: FloatArray
     curvature: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CubicProfile:
+class CubicProfile(ReadOnlyArrays):
     """Piecewise cubics a + b ds + c ds² + d ds³ over s of many curves as flat arrays, ds = s' - s."""
 
     start: IntArray  # (curves + 1,) Index of each curve's first record; a curve may have none
@@ -39,9 +34,6 @@ class CubicProfile:
     b: FloatArray
     c: FloatArray
     d: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,13 +52,8 @@ class Cubic:
 
     def begun_later(self, ds: float, s: float) -> Cubic:
         """Return the same curve as a record that begins ds farther on, at a given s."""
-        return Cubic(
-            s,
-            self.at(ds),
-            self.b + ds * (2 * self.c + 3 * ds * self.d),
-            self.c + 3 * ds * self.d,
-            self.d,
-        )
+        slope, bend = self.b + ds * (2 * self.c + 3 * ds * self.d), self.c + 3 * ds * self.d
+        return Cubic(s, self.at(ds), slope, bend, self.d)
 
     @property
     def is_flat(self) -> bool:
@@ -166,7 +153,7 @@ class Junction:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StreetPlaces:
+class StreetPlaces(ReadOnlyArrays):
     """Where streets and their tagged nodes are in a `RoadMap`.
 
     Roads outside junctions run in the direction of the street that they were cut from.
@@ -190,8 +177,119 @@ class StreetPlaces:
     t: FloatArray
     junction: IntArray  # (n,) Id of the junction that the node lies in, -1 for none
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
+
+@dataclass(frozen=True, slots=True)
+class RoadPlace:
+    """A place on a road where something is not as it should be."""
+
+    road: int  # OpenDRIVE id
+    osm_way_id: int  # The way that holds there
+    s: float  # m
+    # Found and wanted value, m or rise per metre
+    value: float
+    wanted: float
+
+
+@dataclass(frozen=True, slots=True)
+class LayerCrossing:
+    """A place where one road passes over another."""
+
+    # OpenDRIVE ids of the roads
+    upper: int
+    lower: int
+    # OSM ways
+    upper_way: int
+    lower_way: int
+    # Found and wanted height from road to road, m
+    clearance: float
+    wanted: float
+
+
+@dataclass(frozen=True, slots=True)
+class StructureRecord:
+    """A bridge or tunnel: one chain of bridge or tunnel ways without a junction in between."""
+
+    kind: str  # ``bridge`` or ``tunnel``
+    # The ways and OpenDRIVE roads that it consists of
+    osm_way_ids: tuple[int, ...]
+    roads: tuple[int, ...]
+    length: float  # m
+    # Largest height above the elevation model (in a tunnel: the lowest, negative), m; None where nothing is measured
+    above_ground: float | None
+    # Least height, m, from road to road where it crosses another one, and that OSM way; None where it crosses none
+    clearance: float | None
+    crossed_way: int | None
+    # Largest grade on it, and the limit of its class, rise per metre
+    grade: float
+    grade_limit: float
+
+
+@dataclass(frozen=True, slots=True)
+class ElevationReport:
+    """The heights of a road network against the elevation model and the limits."""
+
+    measured_share: float  # Share of the roads' length where the elevation model has heights
+    # Height of roads on the ground above the elevation model: mean, root of the mean square and 95th percentile of
+    # its magnitude, m.
+    bias: float
+    rms: float
+    p95: float
+    # The roads that lie farthest from the elevation model: height above it, wanted 0; the worst first
+    farthest: tuple[RoadPlace, ...]
+    # Roads that are steeper than their class's limit, at their steepest place; the worst first
+    steep: tuple[RoadPlace, ...]
+    structures: tuple[StructureRecord, ...]  # All bridges and tunnels, in order of their first OSM way
+    tight: tuple[LayerCrossing, ...]  # Crossings whose clearance is not met, the worst first
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """The outline of an area."""
+
+    # Corners (n, 2) of closed rings, local x, y, m, the first not repeated at the end. A point is inside if an odd
+    # number of them goes round it, so that holes and parts are rings as well.
+    rings: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Partition:
+    """Areas that are converted one by one, so that the results fit together."""
+
+    frame: LocalFrame  # Common to all
+    names: tuple[str, ...]  # Unique
+    outlines: tuple[Outline, ...]  # A place that several cover belongs to the first of them
+    # Id of each area's first road; those of its roads and junctions lie below the next greater one
+    first_ids: tuple[int, ...]
+    own: int  # Index of the area that is converted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Borders(ReadOnlyArrays):
+    """The area of each piece of road: index into `Partition.names`, -1 outside of all."""
+
+    partition: Partition
+    # (roads outside junctions + 1,) Index of each road's first piece; the last entry is the number of pieces. Every
+    # road has at least one.
+    piece_start: IntArray
+    piece_s: FloatArray  # (pieces,) Where each piece begins along its road, m; 0 for the first one
+    piece_area: IntArray  # (pieces,) Its area, different from that of the next piece of the road
+    # (junctions,) The area of each junction of `RoadMap.junctions`, the same as that of the pieces that touch it
+    junction_area: IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class BorderEnd:
+    """The end of a road that continues in a neighbouring area."""
+
+    road: int  # Id of the road
+    at_start: bool  # Whether it is the road's start
+    neighbour: str  # Name of the area in which it continues; empty outside of all
+    # The reference line there, local, m
+    x: float
+    y: float
+    z: float
+    hdg: float  # Of the reference line along s, rad
+    osm_way_ids: tuple[int, ...]  # Of the road that was cut
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,11 +14,20 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 def freeze_arrays(record: object) -> None:
-    """Make every array of a dataclass read-only, so that stages can share it."""
+    """Make every array of a dataclass read-only."""
     for name in type(record).__dataclass_fields__:  # type: ignore[attr-defined]
         value = getattr(record, name)
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
+
+
+class ReadOnlyArrays:
+    """Base of dataclasses whose arrays are read-only, so that stages can share them."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
 
 class Rule(str, Enum):

@@ -12,9 +12,9 @@ from osm2xodr.model.shared import (
     IntArray,
     LaneType,
     LocalFrame,
+    ReadOnlyArrays,
     Rule,
     Structure,
-    freeze_arrays,
 )
 from osm2xodr.model.street_nodes import NodeFacts, ThingFacts
 
@@ -108,7 +108,7 @@ class StreetAttributes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Street:
+class Street(ReadOnlyArrays):
     """A chain of pieces of ways between two intersections or dead ends."""
 
     id: int  # Its index in `StreetNetwork.streets`
@@ -120,9 +120,6 @@ class Street:
     node_ids: IntArray  # (n,) OSM ids of the nodes
     # (index of a node, attributes that hold from there on), in ascending order; the first index is 0
     pieces: tuple[tuple[int, StreetAttributes], ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
     def place_of(self, node: int) -> int:
         """Return the index of a node by its OSM id; of the first place where it comes twice."""
@@ -204,7 +201,7 @@ class RoadsideKind(str, Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RoadsideThing:
+class RoadsideThing(ReadOnlyArrays):
     """A node or way beside the road that may become an object or a sign."""
 
     kind: RoadsideKind  # What it is
@@ -213,12 +210,9 @@ class RoadsideThing:
     node_ids: IntArray  # (n,) OSM ids of the nodes
     facts: ThingFacts  # What else OSM says about it
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Footway:
+class Footway(ReadOnlyArrays):
     """A way for pedestrians (or bicycles) that OSM maps separately from the street."""
 
     osm_way_id: int  # The way
@@ -226,9 +220,6 @@ class Footway:
     points: FloatArray  # (n, 2) Local x, y, m
     node_ids: IntArray  # (n,) OSM ids of the nodes
     tags: Mapping[str, str]  # Those that matter to stage 1
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
