@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import pi
 from typing import Final
@@ -12,9 +12,9 @@ from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Approach, Stop, World, pieces_on_road
 from osm2xodr.model import Direction, LaneSpec, RoadObject, Rule, StreetAttributes
 
-# Length in towns, m (RMS-1, Zeichen 297).
+# Length in towns, m (RMS-1, Zeichen 297); width, distance from the stop line to the tip of the first one, and from
+# tip to tip, m; choices.
 _LENGTH: Final = 5.0
-# Width, distance from the stop line to the tip of the first one, and from tip to tip, m; choices.
 _WIDTH: Final = 1.0
 _FROM_LINE: Final = 5.0
 _SPACING: Final = 20.0
@@ -94,11 +94,10 @@ def lane_turns(attributes: StreetAttributes, rule: Rule, along: bool) -> dict[in
 
 def _matches(world: World, approach: Approach, attributes: StreetAttributes) -> bool:
     """Return whether the road has the street's lanes for the approach's traffic."""
-    there: Mapping[int, object] = {lane.id: lane.type for lane in world.lanes.at(approach.road, approach.stop_s)}
-    specs = lane_ids(attributes, world.network.rule)
+    there = {(lane.id, lane.type) for lane in world.lanes.at(approach.road, approach.stop_s)}
     wanted = Direction.FORWARD if approach.at_end else Direction.BACKWARD
-    ours = {lane: spec.type for lane, spec in specs.items() if spec.direction is wanted}
-    return all(there.get(lane) is kind for lane, kind in ours.items())
+    specs = lane_ids(attributes, world.network.rule).items()
+    return all((lane, spec.type) in there for lane, spec in specs if spec.direction is wanted)
 
 
 def _on_lane(

@@ -41,13 +41,12 @@ def bus_stop_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
     """Make the objects of bus stops: a post at the kerb, and a bay where OSM has one."""
     out: list[RoadObject] = []
     for stop in [*_on_streets(world), *_beside(world, finder)]:
-        if stop.facts.bay:
-            bay = _bay(world, stop)
-            if bay is None:
-                words = "the bay of the bus stop is left out: the road is too short for it"
-                world.diagnostics.dropped("bus-bay", stop.osm_id, words)
-            else:
-                out.append(bay)
+        bay = _bay(world, stop) if stop.facts.bay else None
+        if bay is not None:
+            out.append(bay)
+        elif stop.facts.bay:
+            words = "the bay of the bus stop is left out: the road is too short for it"
+            world.diagnostics.dropped("bus-bay", stop.osm_id, words)
         out.append(_post(world, stop))
     return out
 
@@ -85,10 +84,8 @@ def _runs_along(world: World, place: NodePlace, stop: BusStop) -> bool | None:
     attributes = street.attributes_at(street.place_of(place.node))
     if stop.along is not None:
         return stop.along != attributes.reversed
-    runs = attributes.car_directions()
-    if runs == {Direction.FORWARD}:
-        return True
-    return False if runs == {Direction.BACKWARD} else None
+    one_way = {frozenset({Direction.FORWARD}): True, frozenset({Direction.BACKWARD}): False}
+    return one_way.get(attributes.car_directions())
 
 
 def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:

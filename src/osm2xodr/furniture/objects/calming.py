@@ -37,10 +37,9 @@ def calming_objects(world: World) -> list[RoadObject]:
     out: list[RoadObject] = []
     left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for node in sorted(places):
-        kind = calming[node]
-        found = _objects(world, node, kind, places[node])
+        found = _objects(world, node, calming[node], places[node])
         if isinstance(found, str):
-            left_out[kind, found].append(f"node/{node}")
+            left_out[calming[node], found].append(f"node/{node}")
         else:
             out += found
     for (kind, why), names in sorted(left_out.items()):

@@ -110,11 +110,11 @@ def _runs(line: IntArray, places: RoadsidePlaces, t: FloatArray, kept: BoolArray
     # Consecutive links in the same direction are one run.
     turn = np.sign(ds)
     begins = linked & ~np.concatenate([[False], linked[:-1] & (turn[1:] == turn[:-1])])
-    for first in np.flatnonzero(begins).tolist():
-        last = first
-        while last + 1 < len(linked) and linked[last + 1] and not begins[last + 1]:
-            last += 1
-        rows = slice(first, last + 2)
+    stops = np.append(np.flatnonzero(begins | ~linked), len(linked))
+    firsts = np.flatnonzero(begins)
+    ends = stops[np.searchsorted(stops, firsts, side="right")]
+    for first, end in zip(firsts.tolist(), ends.tolist(), strict=True):
+        rows = slice(first, end + 1)
         s, aside = places.s[rows], t[rows]
         if s[-1] < s[0]:
             s, aside = s[::-1], aside[::-1]

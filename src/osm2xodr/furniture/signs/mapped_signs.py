@@ -93,9 +93,8 @@ class _Reader:
 
     def beside(self, thing: RoadsideThing, post: SignPost, candidates: Sequence[Candidate]) -> None:
         """Read the signs of a node beside streets."""
-        faces: list[SignFace] = []
-        for signs in post.signs:
-            faces += _faces_for_cars(signs, but_yielding=post.control is not None)
+        yielding = post.control is not None
+        faces = [face for signs in post.signs for face in _faces_for_cars(signs, but_yielding=yielding)]
         if post.control is not None:
             faces.insert(0, SignFace(post.control.value))
         if not faces:
@@ -103,7 +102,9 @@ class _Reader:
             return
         yields = [face.meaning for face in faces if face.meaning in KINDS]
         if yields:
-            spot = self._yield_spot(thing, candidates, yields[0])
+            spot = choose_yield(candidates, yields[0], self._yield_signs.ahead)
+            if not self._world.footway_nodes.isdisjoint(thing.node_ids.tolist()):
+                spot = "it stands on a way for people on foot or bicycles"
             if not isinstance(spot, str):
                 self._place(thing.osm_id, post, faces, spot)
                 return
@@ -116,12 +117,6 @@ class _Reader:
             self._leave_out(thing.osm_id, spot)
         else:
             self._place(thing.osm_id, post, faces, spot)
-
-    def _yield_spot(self, thing: RoadsideThing, candidates: Sequence[Candidate], kind: str) -> Spot | str:
-        """Return where a stop or give-way sign beside streets stands, or why there is none."""
-        if not self._world.footway_nodes.isdisjoint(thing.node_ids.tolist()):
-            return "it stands on a way for people on foot or bicycles"
-        return choose_yield(candidates, kind, self._yield_signs.ahead)
 
     def _place(self, osm_id: str, post: SignPost, faces: Sequence[SignFace], spot: Spot) -> None:
         """Make the posts of signs at a place, one for each direction that they are for."""
@@ -196,11 +191,10 @@ class _Reader:
             into = spot.limits.into_town()
         if into is None:
             into = self._town.ahead(spot.limits)
-            if into is not None:
-                words = "the town is assumed to lie on the side of its sign with more streets"
-                self._world.diagnostics.guessed("town-side", osm_id, words)
-        if into is None:
-            return []
+            if into is None:
+                return []
+            words = "the town is assumed to lie on the side of its sign with more streets"
+            self._world.diagnostics.guessed("town-side", osm_id, words)
         out = [] if ends else [(into, begin)]
         if ends or (word != "begin" and not face.code):
             out.append((not into, end))

@@ -125,7 +125,7 @@ class NodePlaces:
         best = int(np.argmin(distance))
         (x,), (y,), (hdg,) = pose(plan, curves[best : best + 1], s[best : best + 1])
         road = self._road_map.roads[roads[best]].id
-        at = float(s[best] + (point[0] - x) * np.cos(hdg) + (point[1] - y) * np.sin(hdg))
+        at = float(s[best] + ((point[0] - x) * np.cos(hdg) + (point[1] - y) * np.sin(hdg)))
         beyond = at > self._lanes.length(road) + _END_TOLERANCE
         off = at < -_END_TOLERANCE or beyond
         return road, at, int(places.end_junction[2 * street + beyond]) if off else -1
