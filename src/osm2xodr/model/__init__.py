@@ -17,7 +17,6 @@ from osm2xodr.model.furniture import (
     Signal,
     SignalReference,
 )
-from osm2xodr.model.ground import Surface, SurfaceQuality
 from osm2xodr.model.roads import (
     BorderEnd,
     Borders,
@@ -50,6 +49,8 @@ from osm2xodr.model.shared import (
     LocalFrame,
     Rule,
     Structure,
+    Surface,
+    SurfaceQuality,
     freeze_arrays,
 )
 from osm2xodr.model.street_nodes import (

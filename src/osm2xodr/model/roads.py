@@ -78,10 +78,8 @@ class Lane:
     id: int  # OpenDRIVE's lane id: 0 centre, negative to its right, positive to its left
     type: LaneType
     widths: tuple[Cubic, ...]  # Width from the section's start on, s local to the section; empty for the centre lane
-    # Lane id in the section or road before and after; None where there is none, or where the road's end lies at a
-    # junction.
-    predecessor: int | None = None
-    successor: int | None = None
+    predecessor: int | None = None  # Lane id in the section or road before; None where none is, or at a junction
+    successor: int | None = None  # In that after, likewise
     road_mark: RoadMark | None = None  # The mark on its outer edge (for the centre lane: on the centre line)
     speed: float | None = None  # Speed limit, m/s, only where it differs from the road's
     height: float = 0.0  # Of its surface above the road's, m
@@ -120,12 +118,10 @@ class Road:
     id: int  # OpenDRIVE id, unique among roads and junctions, above 0
     name: str  # For people; may be empty
     junction: int | None  # Id of the junction that a connecting road belongs to; None for all others
-    # Before s = 0 and beyond the end
-    predecessor: RoadLink | None
-    successor: RoadLink | None
-    # In ascending s; at least one lane section
-    types: tuple[RoadType, ...]
-    lane_sections: tuple[LaneSection, ...]
+    predecessor: RoadLink | None  # Before s = 0
+    successor: RoadLink | None  # Beyond the end
+    types: tuple[RoadType, ...]  # In ascending s
+    lane_sections: tuple[LaneSection, ...]  # In ascending s, at least one
     osm_way_ids: tuple[int, ...]  # The ways that it comes from
     guesses: tuple[str, ...] = ()  # Codes of the guesses about its ways, in ascending order
 
@@ -135,9 +131,8 @@ class Connection:
     """One way through a junction; the connecting road touches the incoming road with its start."""
 
     id: int  # Unique within its junction, from 0
-    # Ids of roads
-    incoming_road: int
-    connecting_road: int
+    incoming_road: int  # Id of a road
+    connecting_road: int  # Id of a road
     lane_links: tuple[tuple[int, int], ...]  # (lane id of the incoming road, lane id of the connecting road)
 
 
@@ -167,9 +162,8 @@ class StreetPlaces(ReadOnlyArrays):
     # (2 x streets,) Id of the junction at each street end, also where the street lies inside it; -1 for none
     end_junction: IntArray
     inner: BoolArray  # (streets,) Whether the street lies wholly inside a junction
-    # (n,) Each place of a tagged node (`StreetNetwork.node_tags`) on a street: OSM id, index of the street
-    node: IntArray
-    street: IntArray
+    node: IntArray  # (n,) OSM id of each tagged node (`StreetNetwork.node_tags`), once for each street
+    street: IntArray  # (n,) Index of the street
     road: IntArray  # (n,) Id of the street's road that is nearest to the node, -1 where it has none
     # (n,) Where on that road the node is, m. s lies before 0 or beyond the road's length by how far the node lies off
     # it in the junction there; NaN without a road.
@@ -185,24 +179,20 @@ class RoadPlace:
     road: int  # OpenDRIVE id
     osm_way_id: int  # The way that holds there
     s: float  # m
-    # Found and wanted value, m or rise per metre
-    value: float
-    wanted: float
+    value: float  # Found, m or rise per metre
+    wanted: float  # In the same unit
 
 
 @dataclass(frozen=True, slots=True)
 class LayerCrossing:
     """A place where one road passes over another."""
 
-    # OpenDRIVE ids of the roads
-    upper: int
-    lower: int
-    # OSM ways
-    upper_way: int
-    lower_way: int
-    # Found and wanted height from road to road, m
-    clearance: float
-    wanted: float
+    upper: int  # OpenDRIVE id of the road
+    lower: int  # OpenDRIVE id of the road
+    upper_way: int  # OSM way
+    lower_way: int  # OSM way
+    clearance: float  # Found height from road to road, m
+    wanted: float  # Wanted height, m
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,18 +200,16 @@ class StructureRecord:
     """A bridge or tunnel: one chain of bridge or tunnel ways without a junction in between."""
 
     kind: str  # ``bridge`` or ``tunnel``
-    # The ways and OpenDRIVE roads that it consists of
-    osm_way_ids: tuple[int, ...]
-    roads: tuple[int, ...]
+    osm_way_ids: tuple[int, ...]  # The ways that it consists of
+    roads: tuple[int, ...]  # The OpenDRIVE roads that it consists of
     length: float  # m
     # Largest height above the elevation model (in a tunnel: the lowest, negative), m; None where nothing is measured
     above_ground: float | None
     # Least height, m, from road to road where it crosses another one, and that OSM way; None where it crosses none
     clearance: float | None
     crossed_way: int | None
-    # Largest grade on it, and the limit of its class, rise per metre
-    grade: float
-    grade_limit: float
+    grade: float  # Largest grade on it, rise per metre
+    grade_limit: float  # That of its class, rise per metre
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,10 +222,8 @@ class ElevationReport:
     bias: float
     rms: float
     p95: float
-    # The roads that lie farthest from the elevation model: height above it, wanted 0; the worst first
-    farthest: tuple[RoadPlace, ...]
-    # Roads that are steeper than their class's limit, at their steepest place; the worst first
-    steep: tuple[RoadPlace, ...]
+    farthest: tuple[RoadPlace, ...]  # The roads farthest from the model: height above it, wanted 0; worst first
+    steep: tuple[RoadPlace, ...]  # Roads above their class's limit, at their steepest place; the worst first
     structures: tuple[StructureRecord, ...]  # All bridges and tunnels, in order of their first OSM way
     tight: tuple[LayerCrossing, ...]  # Crossings whose clearance is not met, the worst first
 
@@ -258,8 +244,7 @@ class Partition:
     frame: LocalFrame  # Common to all
     names: tuple[str, ...]  # Unique
     outlines: tuple[Outline, ...]  # A place that several cover belongs to the first of them
-    # Id of each area's first road; those of its roads and junctions lie below the next greater one
-    first_ids: tuple[int, ...]
+    first_ids: tuple[int, ...]  # Id of each area's first road; its other ids lie below the next greater one
     own: int  # Index of the area that is converted
 
 
@@ -298,9 +283,8 @@ class RoadMap:
 
     frame: LocalFrame
     rule: Rule
-    # In ascending id
-    roads: tuple[Road, ...]
-    junctions: tuple[Junction, ...]
+    roads: tuple[Road, ...]  # In ascending id
+    junctions: tuple[Junction, ...]  # In ascending id
     # Tables whose k-th curve belongs to the k-th road. Elevation has records for every road, the last two may have
     # none.
     plan_view: PlanView

@@ -34,9 +34,8 @@ class Sites:
 class _Place:
     """A place of a node with lights."""
 
-    # The road, -1 for none, and where on it, m; beyond its ends in a junction
-    road: int
-    s: float
+    road: int  # -1 for none
+    s: float  # m; beyond the road's ends in a junction
     junction: int  # Id of the junction that it lies in, -1 for none
     along: bool | None  # Whether it is for traffic along s, else against it; None where it may be for both
 

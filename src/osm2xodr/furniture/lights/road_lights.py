@@ -25,9 +25,8 @@ _HALF_GAP: Final = 1.0
 class Candidate:
     """A node with lights on a road."""
 
-    # Where, m; s may lie beyond the road's ends
-    road: int
-    s: float
+    road: int  # Id of the road
+    s: float  # m; may lie beyond the road's ends
     along: bool | None  # Whether for traffic along s (else against it); None for both
     osm_id: str  # The node
     crossing: bool  # Whether people cross there

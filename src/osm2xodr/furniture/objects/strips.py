@@ -31,12 +31,10 @@ class Strip:
 
     line: int  # Index of the line
     road: int  # Index of the road
-    # Where it begins, and its length, m
-    s: float
-    length: float
-    # At its start and end, m
-    t_start: float
-    t_end: float
+    s: float  # Where it begins, m
+    length: float  # m
+    t_start: float  # At its start, m
+    t_end: float  # At its end, m
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +43,8 @@ class Run:
 
     line: int  # Index of the line
     road: int  # Index of the road
-    # m
-    s: FloatArray
-    t: FloatArray
+    s: FloatArray  # m
+    t: FloatArray  # m
 
 
 def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_widths: Sequence[float]) -> list[Strip]:
@@ -79,10 +76,7 @@ def strips_on(finder: RoadsideFinder, lines: Sequence[FloatArray], half_width: f
 
 def _sampled(finder: RoadsideFinder, lines: Sequence[FloatArray]) -> tuple[IntArray, RoadsidePlaces]:
     """Return the places of points along lines, vertices included, and the index of each one's line."""
-    if not lines:
-        empty = np.zeros(0)
-        return np.zeros(0, np.int64), finder.places(empty, empty)
-    xs, ys, owner = [], [], []
+    xs, ys, owner = [np.zeros(0)], [np.zeros(0)], [np.zeros(0, np.int64)]
     for k, points in enumerate(lines):
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         count = max(int(np.ceil(along[-1] / POINT_SPACING)), 1) + 1

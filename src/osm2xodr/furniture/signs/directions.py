@@ -49,9 +49,8 @@ class LimitsAround:
     before: StreetAttributes
     after: StreetAttributes
     here: StreetAttributes  # At the place itself
-    # Distance to the ends of the street, m
-    to_start: float
-    to_end: float
+    to_start: float  # Distance to the start of the street, m
+    to_end: float  # To its end, m
     # The place, m, and the heading of the street there, rad
     x: float
     y: float

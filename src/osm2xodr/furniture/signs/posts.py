@@ -52,9 +52,8 @@ _STANDING: Final = frozenset(
 class Post:
     """Signs at one place for one direction."""
 
-    # Where, m
-    road: int
-    s: float
+    road: int  # Id of the road
+    s: float  # m
     along: bool  # Whether they are for traffic along s, else for that against it
     faces: tuple[SignFace, ...]  # The signs, from the top down; each supplementary plate follows its sign
     osm_id: str  # What they come from; empty where no single element is behind them

@@ -25,10 +25,9 @@ class YieldSign:
     """A stop or give-way sign for one direction of a road."""
 
     kind: str  # ``stop`` or ``give_way``
-    # Where traffic has to stop or yield, m, and its direction
-    road: int
-    s: float
-    along: bool
+    road: int  # Id of the road
+    s: float  # Where traffic has to stop or yield, m
+    along: bool  # Its direction: whether along s
     osm_id: str  # The node
     approach: Approach | None = None  # The approach that it is for; None apart from junctions
     all_way: bool = False  # Whether all approaches of the junction have to stop

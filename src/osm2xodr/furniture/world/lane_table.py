@@ -24,9 +24,8 @@ class LaneAt:
 
     id: int
     type: LaneType
-    # t of its edges, left > right, m
-    left: float
-    right: float
+    left: float  # t of its left edge, m
+    right: float  # t of its right edge, m; less than left
 
     @property
     def middle(self) -> float:

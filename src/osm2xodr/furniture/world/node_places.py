@@ -23,9 +23,8 @@ _END_TOLERANCE: Final = 1e-6
 class NodePlace:
     """One place of a node on a street."""
 
-    # OSM id, index of the street
-    node: int
-    street: int
+    node: int  # OSM id
+    street: int  # Index of the street
     # Local position, m, and direction of the street there, rad
     x: float
     y: float

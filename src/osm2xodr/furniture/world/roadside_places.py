@@ -30,12 +30,10 @@ class RoadsidePlaces:
     """Places of points beside roads outside junctions, all (n,); NaN without a road."""
 
     road: IntArray  # Index of the road, -1 where none is within reach
-    # Where on it, m
-    s: FloatArray
-    t: FloatArray
-    # t of the edges of its carriageway there, m
-    left: FloatArray
-    right: FloatArray
+    s: FloatArray  # Where on it, m
+    t: FloatArray  # m
+    left: FloatArray  # t of the left edge of its carriageway there, m
+    right: FloatArray  # Of the right edge, m
 
     @property
     def beyond(self) -> FloatArray:

@@ -43,10 +43,9 @@ class Ids:
 class World:
     """Streets and roads before furniture is placed."""
 
-    # The streets, the roads made from them, and where
-    network: StreetNetwork
-    road_map: RoadMap
-    places: StreetPlaces
+    network: StreetNetwork  # The streets
+    road_map: RoadMap  # The roads made from them
+    places: StreetPlaces  # Where these lie
     lanes: LaneTable  # Looks up lanes
     options: FurnitureOptions  # What the user chose
     diagnostics: Diagnostics  # Gets what is guessed, and what is dropped and why
@@ -71,18 +70,15 @@ class World:
 class Crossing:
     """A crossing for people on foot, placed on a road."""
 
-    # Its middle, m
-    road: int
-    s: float
+    road: int  # Id of the road
+    s: float  # Of its middle, m
     width: float  # Extent along the road, m
-    # t of its ends, m
-    left: float
-    right: float
+    left: float  # t of its left end, m
+    right: float  # t of its right end, m
     osm_id: str  # The node that it comes from
     signals: bool  # Whether it has lights
-    # Whether it lies at the junction at the road's start or end, so that traffic stops before it there
-    at_start: bool = False
-    at_end: bool = False
+    at_start: bool = False  # Whether it lies at the junction at the road's start, and traffic stops before it
+    at_end: bool = False  # The same of its end
     # What is painted: OSM's value of ``crossing:markings``, ``unmarked`` where there is nothing
     marking: str = "unmarked"
     island: bool = False  # Whether people can wait in its middle
@@ -92,13 +88,11 @@ class Crossing:
 class Movement:
     """One way through a junction."""
 
-    # Id of the connecting road, lane of the approach's road
-    connecting_road: int
-    entry_lane: int
-    # The road that it leads to, whether onto its start, and the lane there
-    exit_road: int
-    exit_at_start: bool
-    exit_lane: int
+    connecting_road: int  # Id
+    entry_lane: int  # Lane of the approach's road
+    exit_road: int  # Id of the road that it leads to
+    exit_at_start: bool  # Whether onto its start
+    exit_lane: int  # The lane there
     turn: float  # Change of heading, rad, left positive
 
 
@@ -106,9 +100,8 @@ class Movement:
 class Approach:
     """A road end at which cars come to a junction."""
 
-    # The road, and whether traffic comes to its end (along s) or to its start
-    road: int
-    at_end: bool
+    road: int  # Id
+    at_end: bool  # Whether traffic comes to its end (along s), else to its start
     junction: int  # Id of the junction
     street_end: int  # As in `StreetPlaces.end_road`
     # Ids of the lanes for cars that lead into the junction, from left to right as their drivers see them
@@ -127,9 +120,8 @@ class Approach:
 class Stop:
     """A place where traffic stops or yields, which gets a line across its lanes."""
 
-    # The edge of the line on the far side for its traffic, m
-    road: int
-    s: float
+    road: int  # Id
+    s: float  # Of the edge of the line on the far side for its traffic, m
     lanes: tuple[int, ...]  # Ids of the lanes that it crosses
     orientation: str  # Of the traffic, as in OpenDRIVE
     kind: str  # ``traffic_signals``, ``stop`` or ``give_way``
