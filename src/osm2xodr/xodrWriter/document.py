@@ -53,8 +53,7 @@ def _header(road_map: RoadMap, options: WriteOptions) -> str:
     reference = f"  <geoReference><![CDATA[{road_map.frame.proj}]]></geoReference>\n"
     license_ = _LICENSE if options.osm_data and dialect.has_license else ""
     origin = f'  <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
-    if options.osm_data:
-        origin += user_data("attribution", _ATTRIBUTION, "  ")
+    origin += user_data("attribution", _ATTRIBUTION if options.osm_data else "", "  ")
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         "<OpenDRIVE>\n"

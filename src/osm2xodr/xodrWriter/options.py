@@ -35,9 +35,8 @@ class Dialect:
 # Speed bumps and the like have a type of their own since 1.8.
 _NO_ROAD_SURFACE: Final = MappingProxyType({"roadSurface": "patch"})
 
-_TOWN_ROADS: Final = tuple(
-    f"town{kind}" for kind in ["Expressway", "Collector", "Arterial", "Private", "Local", "PlayStreet"]
-)
+# Types of roads in towns that 1.4 does not know.
+_TOWN_ROADS: Final = ("Expressway", "Collector", "Arterial", "Private", "Local", "PlayStreet")
 
 # The versions that can be written, oldest first. The differences are those of the XML schemas of ASAM.
 DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
@@ -48,7 +47,7 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             # 1.4 has no lanes for buses and taxis; ``restricted`` is its word for lanes not open to all. It has no
             # kerbs either, which are the border of the strip beyond.
             lane_types=MappingProxyType({"bus": "restricted", "taxi": "restricted", "curb": "border"}),
-            road_types=MappingProxyType(dict.fromkeys(_TOWN_ROADS, "town")),
+            road_types=MappingProxyType({f"town{kind}": "town" for kind in _TOWN_ROADS}),
             mark_types=MappingProxyType({"edge": "none"}),
             mark_colors=MappingProxyType({"orange": "standard", "violet": "standard"}),
             object_types=_NO_ROAD_SURFACE,

@@ -152,9 +152,8 @@ class RoadWriter:
 
 def _links(road: Road) -> str:
     """Return the ``<link>`` of a road, which must exist even if empty: some readers use it unchecked."""
-    if road.predecessor is None and road.successor is None:
-        return "  <link/>\n"
-    return f"  <link>\n{_link('predecessor', road.predecessor)}{_link('successor', road.successor)}  </link>\n"
+    inner = _link("predecessor", road.predecessor) + _link("successor", road.successor)
+    return f"  <link>\n{inner}  </link>\n" if inner else "  <link/>\n"
 
 
 def _link(element: str, link: RoadLink | None) -> str:

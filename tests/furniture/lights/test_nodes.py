@@ -90,7 +90,7 @@ def test_one_signal_of_four_arms_is_a_light_on_its_road(rule: Rule) -> None:
     found = lit(with_tags(ARMS, wi=f"{SIGNALS} traffic_signals:direction=forward"), rule)
     (head,) = found.heads()
     assert found.at(head) == pytest.approx(complex(-12.0, -3.5 * sides(found)), abs=0.02)
-    assert found.lights.references == ()
+    assert found.lights.references == []
     assert [(item.junction, item.signals) for item in found.lights.controllers] == [(None, (head.id,))]
     assert found.lights.signalled == frozenset()
 

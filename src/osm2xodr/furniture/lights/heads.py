@@ -46,10 +46,9 @@ def turn_of(movement: Movement) -> str:
 def lanes_at_stop(world: World, approach: Approach) -> dict[int, int]:
     """Return the ids of an approach's lanes where traffic stops, by those at the junction, where they go so far."""
     sections = world.lanes.road(approach.road).lane_sections
+    between = [section for section, behind in pairwise(sections) if behind.s <= approach.stop_s]
     if approach.at_end:
         between = [section for section in reversed(sections) if section.s > approach.stop_s]
-    else:
-        between = [section for section, behind in pairwise(sections) if behind.s <= approach.stop_s]
     named = {lane: lane for lane in approach.lanes}
     for section in between:
         links = {lane.id: lane.predecessor if approach.at_end else lane.successor for lane in section.lanes}

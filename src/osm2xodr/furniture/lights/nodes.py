@@ -160,9 +160,9 @@ def _crossing_lit_traffic(
     owner, one, other = np.array(sorted(rows), np.int64).T
     out: dict[int, str] = {}
     for k in np.unique(owner[curves_cross(world.road_map.plan_view, one, other)]).tolist():
-        end = approaches[k].street_end
-        out[k] = f"node/{first_light[end]}" if end in first_light else ""
-        if not out[k]:
+        node = first_light.get(approaches[k].street_end)
+        out[k] = "" if node is None else f"node/{node}"
+        if node is None:
             words = "it has no lights or signs in OSM and crosses traffic that has lights: it gets lights, too"
             world.diagnostics.guessed("signal-added", _way_of(world, approaches[k]), words)
     return out

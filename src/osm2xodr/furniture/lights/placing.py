@@ -17,9 +17,9 @@ from osm2xodr.model import Controller, Sign, Signal, SignalReference
 _KIND: Final = Sign.SIGNALS.value
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Lights:
-    """The lights of a map."""
+    """The lights of a map; the lists grow while lights are placed."""
 
     # (id of a road, s) where a new lane section has to begin, see `osm2xodr.furniture.lights.section_breaks`
     section_breaks: tuple[tuple[int, float], ...] = ()

@@ -47,8 +47,7 @@ class RoadLight:
 
         Lights for people count as those of the first stop's direction.
         """
-        along = [s for forward, s in self.stops if forward]
-        against = [s for forward, s in self.stops if not forward]
+        along, against = ([s for forward, s in self.stops if forward == way] for way in (True, False))
         if not along:
             return min((against[0] - _HALF_GAP, *(item.s - 0.5 * item.width for item in self.crossings)))
         behind = 0.5 * (max(along) + min(against)) if against else along[0] + _HALF_GAP
@@ -101,8 +100,7 @@ def _stops(
     margin = min(_FROM_END, 0.5 * length)
     known = {item.osm_id for item in crossings}
     wanted = []
-    for along in (True, False):
-        sign = 1.0 if along else -1.0
+    for along, sign in ((True, 1.0), (False, -1.0)):
         at = [sign * item.s - _before(item, known) for item in group if item.along in (None, along)]
         if not at:
             continue

@@ -22,9 +22,9 @@ _SPARE: Final = frozenset({LaneType.MEDIAN, LaneType.NONE, LaneType.BORDER})
 _SUBTYPES: Final = {"unmarked": "virtual", "yes": "marked"}
 
 
-def crossing_objects(world: World, crossings: Sequence[Crossing]) -> tuple[RoadObject, ...]:
+def crossing_objects(world: World, crossings: Sequence[Crossing]) -> list[RoadObject]:
     """Make the objects of crossings: crosswalks, and islands in them."""
-    return tuple(item for crossing in crossings for item in _objects(world, crossing))
+    return [item for crossing in crossings for item in _objects(world, crossing)]
 
 
 def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
@@ -36,16 +36,14 @@ def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
         world.diagnostics.note("crossing-island", crossing.osm_id, words)
         return [_crosswalk(world, crossing, None, None)]
     left, right = edges
+    out = [_crosswalk(world, crossing, None, left)]
     if left - right < NARROWEST_ISLAND:
         words = f"the crossing is split, but its island is left out: the lanes can spare only {left - right:.1f} m"
         world.diagnostics.note("crossing-island", crossing.osm_id, words)
-        return [_crosswalk(world, crossing, None, left), _crosswalk(world, crossing, right, None)]
-    half = 0.5 * crossing.width + _ISLAND_BEYOND
-    return [
-        _crosswalk(world, crossing, None, left),
-        island(world, crossing.road, crossing.s, half, edges, crossing.osm_id),
-        _crosswalk(world, crossing, right, None),
-    ]
+    else:
+        half = 0.5 * crossing.width + _ISLAND_BEYOND
+        out.append(island(world, crossing.road, crossing.s, half, edges, crossing.osm_id))
+    return [*out, _crosswalk(world, crossing, right, None)]
 
 
 def _crosswalk(world: World, crossing: Crossing, left: float | None, right: float | None) -> RoadObject:

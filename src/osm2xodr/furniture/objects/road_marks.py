@@ -84,13 +84,13 @@ _WORDS: Final = {
     "left": "Left",
     "slight_left": "SlightLeft",
     "sharp_left": "SharpLeft",
+    "merge_to_left": "MergeLeft",
     "right": "Right",
     "slight_right": "SlightRight",
     "sharp_right": "SharpRight",
+    "merge_to_right": "MergeRight",
     "through": "Straight",
     "reverse": "UTurn",
-    "merge_to_left": "MergeLeft",
-    "merge_to_right": "MergeRight",
 }
 
 
@@ -143,11 +143,8 @@ def lane_ids(attributes: StreetAttributes, rule: Rule) -> dict[int, LaneSpec]:
 def lane_turns(attributes: StreetAttributes, rule: Rule, along: bool) -> dict[int, frozenset[str]]:
     """Return ``turn:lanes`` by lane id for traffic along the street (or against it)."""
     wanted = Direction.FORWARD if along else Direction.BACKWARD
-    return {
-        lane: spec.turns
-        for lane, spec in lane_ids(attributes, rule).items()
-        if spec.direction is wanted and arrow_name(spec.turns)
-    }
+    lanes = ((lane, spec) for lane, spec in lane_ids(attributes, rule).items() if spec.direction is wanted)
+    return {lane: spec.turns for lane, spec in lanes if arrow_name(spec.turns)}
 
 
 def _matches(world: World, approach: Approach, attributes: StreetAttributes) -> bool:

@@ -133,9 +133,8 @@ def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
 def _structure(world: World, road: int, part: _Part, extent: float) -> RoadStructure:
     """Make a part of a structure of some length, m."""
     first = part.tags[0]
-    if first.kind == "bridge":
-        form, lighting, daylight = first.material or _BRIDGE_MATERIAL, 0.0, 0.0
-    else:
+    form, lighting, daylight = first.material or _BRIDGE_MATERIAL, 0.0, 0.0
+    if first.kind == "tunnel":
         lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= _LIT_LENGTH)
         form, lighting = "underpass" if first.open_sides else "standard", float(lit)
         daylight = _GALLERY_DAYLIGHT if first.open_sides else 0.0

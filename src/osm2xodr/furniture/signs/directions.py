@@ -98,9 +98,8 @@ class LimitsAround:
 
     def into_town(self) -> bool | None:
         """Return the direction into a town: to where the limit is lower; None where it is the same."""
-        before, after = (
-            max(item.speed_forward or 0.0, item.speed_backward or 0.0) for item in (self.before, self.after)
-        )
+        sides = (self.before, self.after)
+        before, after = (max(item.speed_forward or 0.0, item.speed_backward or 0.0) for item in sides)
         if not before or not after or abs(before - after) < _SAME_LIMIT:
             return None
         return after < before

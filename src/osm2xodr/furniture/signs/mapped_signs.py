@@ -55,14 +55,14 @@ class _Reader:
         street = self._world.network.streets[found[0].street]
         for facing, faces in values:
             limits = LimitsAround.at(street, street.place_of(node))
-            spot = self._in_junction(node, found[0]) if meets or found[0].road < 0 else None
-            if spot is None and (meets or found[0].road < 0):
+            if meets or found[0].road < 0:
+                spot = self._in_junction(node, found[0])
+            else:
+                s = min(max(found[0].s, 0.0), self._world.lanes.length(found[0].road))
+                spot = Spot(found[0].road, s, None, limits.along(facing), limits)
+            if spot is None:
                 self._leave_out(osm_id, "it stands on a junction and does not say for which of its roads")
                 return
-            if spot is None:
-                length = self._world.lanes.length(found[0].road)
-                s = min(max(found[0].s, 0.0), length)
-                spot = Spot(found[0].road, s, None, limits.along(facing), limits)
             if not facing.both and self._for_both(faces, spot):
                 words = "the sign holds for both directions of its street: no tag says for which"
                 self._world.diagnostics.guessed("sign-direction", osm_id, words)

@@ -75,10 +75,10 @@ def _road_pieces(world: World) -> Mapping[int, _Pieces]:
     places, streets = world.places, world.network.streets
     of_street = places.road_street.tolist()
     cut = [
-        (k, piece, *streets[street].points[streets[street].pieces[piece][0]].tolist())
+        (k, piece, *streets[street].points[at].tolist())
         for k, street in enumerate(of_street)
-        for piece in range(1, len(streets[street].pieces))
-        if _signed(streets[street].pieces[piece - 1][1]) != _signed(streets[street].pieces[piece][1])
+        for piece, ((_, one), (at, other)) in enumerate(pairwise(streets[street].pieces), start=1)
+        if _signed(one) != _signed(other)
     ]
     found: dict[int, list[tuple[float, int]]] = defaultdict(list)
     if cut:

@@ -92,10 +92,7 @@ def _stop(world: World, road: int, at_end: bool, crossings: Sequence[Crossing], 
 
 def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
     """Return the ids of the lanes for cars that run along s (or against it), from the centre outwards."""
-    found = [
-        lane.id
-        for lane in world.lanes.at(road, s)
-        if lane.type in CAR_LANES
-        and (lane.type is LaneType.BIDIRECTIONAL or world.lanes.runs_along(lane.id) == along)
-    ]
-    return tuple(sorted(found, key=abs))
+    runs = world.lanes.runs_along
+    cars = [lane for lane in world.lanes.at(road, s) if lane.type in CAR_LANES]
+    own = (lane.id for lane in cars if lane.type is LaneType.BIDIRECTIONAL or runs(lane.id) == along)
+    return tuple(sorted(own, key=abs))
