@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.conventions import Signs, read_signs
-from osm2xodr.curves.crossings import curves_cross
+from osm2xodr.curves import curves_cross
 from osm2xodr.defaults import SIGN_REACH, SIGNALLED_CROSSING_REACH
 from osm2xodr.furniture.lights.road_lights import Candidate, RoadLight, place_on_roads
 from osm2xodr.furniture.world import Approach, Crossing, World, nearest_segment, points_beside
