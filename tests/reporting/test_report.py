@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model.elevation_report import ElevationReport, LayerCrossing, StructureRecord
+from osm2xodr.model import ElevationReport, LayerCrossing, StructureRecord
 from osm2xodr.reporting.report import Progress, details, report, summary
 from osm2xodr.reporting.statistics import Statistics
 

@@ -49,7 +49,7 @@ def place_furniture(
     furniture = Furniture(
         signals=tuple(sorted(signals, key=_place)),
         references=tuple(sorted(lights.references, key=lambda item: (item.road, item.s, item.signal))),
-        controllers=lights.controllers,
+        controllers=tuple(lights.controllers),
         objects=tuple(sorted(objects, key=_place)),
         structures=place_structures(world),
         statistics={

@@ -5,8 +5,6 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-# ---------------------------------------------------------------- where traffic stops
-
 # Distance of stop lines from a junction's edge and before crossings, m: RMS (Richtlinien für die Markierung von
 # Straßen) part 2 wants at least 1 m before crossings; MUTCD 3B.16 at least 4 ft.
 STOP_LINE_SETBACK: Final = 1.0
@@ -14,8 +12,6 @@ STOP_LINE_BEFORE_CROSSING: Final = 1.0
 # How far from a junction's edge a node with a signal, stop or give-way sign still shows where traffic stops, m; a
 # choice.
 STOP_NODE_REACH: Final = 20.0
-
-# ---------------------------------------------------------------- crossings
 
 # Extent of crossings along the road, m: R-FGÜ 2001 wants zebra crossings of 4 m as a rule, of 3 m at least, RiLSA 4 m
 # with lights; not below 6 ft (MUTCD 2009, 3B.18).
@@ -25,16 +21,12 @@ CROSSING_WIDTH_MIN: Final = 1.83
 # How far a crossing or bus stop in a junction may be moved to a road, m; a choice.
 CROSSING_REACH: Final = 15.0
 
-# ---------------------------------------------------------------- what stands beside the road
-
 # How far from the edge of the carriageway a thing beside a road still belongs to the road, m; a choice.
 OBJECT_REACH: Final = 10.0
 # Things on the carriageway by at most this are drawn inaccurately and go beside it, m; a choice.
 OBJECT_INSIDE: Final = 1.0
 # Least distance of things from the carriageway, m; a choice.
 OBJECT_GAP: Final = 0.1
-
-# ---------------------------------------------------------------- lights
 
 # Lower edge of a head beside and above the carriageway, its clearance from the kerb, its height and width, m: RiLSA
 # (Richtlinien für Lichtsignalanlagen), clearances of heads; three lenses of 200 mm for cars, two for people.
@@ -44,8 +36,6 @@ LIGHT_BESIDE: Final = 0.5
 LIGHT_HEIGHT: Final = 0.9
 LIGHT_HEIGHT_PEOPLE: Final = 0.6
 LIGHT_WIDTH: Final = 0.3
-
-# ---------------------------------------------------------------- signs
 
 # Distance of signs from the edge of the carriageway, m: VwV-StVO, on §§ 39 to 43, wants 0.50 in towns, 0.30 at least,
 # and 1.50 outside of them; MUTCD 2A.19 wants 2 ft from the kerb. The least distance holds where there is little room.

@@ -8,8 +8,6 @@ section, junction, s, t, hdg).
 
 from __future__ import annotations
 
-from osm2xodr.model.areas import BorderEnd, Borders, Outline, Partition
-from osm2xodr.model.elevation_report import ElevationReport, LayerCrossing, RoadPlace, StructureRecord
 from osm2xodr.model.furniture import (
     Controller,
     Furniture,
@@ -19,21 +17,28 @@ from osm2xodr.model.furniture import (
     Signal,
     SignalReference,
 )
-from osm2xodr.model.ground import Surface, SurfaceQuality
 from osm2xodr.model.roads import (
+    BorderEnd,
+    Borders,
     Connection,
     Cubic,
     CubicProfile,
+    ElevationReport,
     Junction,
     Lane,
     LaneSection,
+    LayerCrossing,
+    Outline,
+    Partition,
     PlanView,
     Road,
     RoadLink,
     RoadMap,
     RoadMark,
+    RoadPlace,
     RoadType,
     StreetPlaces,
+    StructureRecord,
 )
 from osm2xodr.model.shared import (
     BoolArray,
@@ -44,6 +49,8 @@ from osm2xodr.model.shared import (
     LocalFrame,
     Rule,
     Structure,
+    Surface,
+    SurfaceQuality,
     freeze_arrays,
 )
 from osm2xodr.model.street_nodes import (

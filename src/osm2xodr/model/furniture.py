@@ -12,9 +12,8 @@ class Signal:
 
     id: int  # Unique among signals and objects, above 0
     road: int  # Id of the road that it stands on
-    # m
-    s: float
-    t: float
+    s: float  # m
+    t: float  # m
     # OpenDRIVE's attributes; subtype ``-1`` for none
     name: str
     type: str
@@ -22,14 +21,12 @@ class Signal:
     country: str
     dynamic: bool  # Whether it changes (lights)
     orientation: str  # ``+`` for traffic along s, ``-`` for traffic against it, ``none`` for both
-    # m; z_offset is the height of its lower edge above the road
-    z_offset: float
-    height: float
-    width: float
+    z_offset: float  # Height of its lower edge above the road, m
+    height: float  # m
+    width: float  # m
     h_offset: float = 0.0  # Rotation from the direction of its orientation, rad
-    # Such as a speed limit; None and empty for none
-    value: float | None = None
-    unit: str = ""
+    value: float | None = None  # Such as a speed limit; None for none
+    unit: str = ""  # Of the value; empty for none
     text: str = ""  # The text on it
     validity: tuple[tuple[int, int], ...] = ()  # (from lane, to lane) of the lanes that it is for; empty for all
     osm_id: str = ""  # ``node/1`` …; empty if it does not come from a single element
@@ -106,17 +103,15 @@ class RoadStructure:
     """A bridge or tunnel on a road."""
 
     id: int  # Unique among signals, objects and these, above 0
-    # Id of the road, s where it begins, and its length, m
-    road: int
-    s: float
-    length: float
+    road: int  # Id of the road
+    s: float  # Where it begins, m
+    length: float  # m
     # ``bridge`` or ``tunnel``, and OpenDRIVE's word for its material, or for whether its sides are open
     kind: str
     type: str
     name: str = ""  # Empty for none
-    # Of a tunnel, 0 to 1
-    lighting: float = 0.0
-    daylight: float = 0.0
+    lighting: float = 0.0  # Of a tunnel, 0 to 1
+    daylight: float = 0.0  # As lighting
     osm_way_ids: tuple[int, ...] = ()  # The ways that it comes from
 
 

@@ -1,18 +1,16 @@
-"""The result of geometry: roads, junctions and the tables of their curves and heights."""
+"""The result of geometry: roads, junctions, the tables of their curves and heights, a report on these, and areas."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from osm2xodr.model.areas import BorderEnd, Borders
-from osm2xodr.model.elevation_report import ElevationReport
 from osm2xodr.model.furniture import Furniture
-from osm2xodr.model.shared import BoolArray, FloatArray, IntArray, LaneType, LocalFrame, Rule, freeze_arrays
+from osm2xodr.model.shared import BoolArray, FloatArray, IntArray, LaneType, LocalFrame, ReadOnlyArrays, Rule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlanView:
+class PlanView(ReadOnlyArrays):
     """Lines and arcs of many curves (reference lines) as flat arrays."""
 
     start: IntArray  # (curves + 1,) Index of each curve's first record; the last entry is the number of records
@@ -24,12 +22,9 @@ class PlanView:
     length: FloatArray
     curvature: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CubicProfile:
+class CubicProfile(ReadOnlyArrays):
     """Piecewise cubics a + b ds + c ds² + d ds³ over s of many curves as flat arrays, ds = s' - s."""
 
     start: IntArray  # (curves + 1,) Index of each curve's first record; a curve may have none
@@ -39,9 +34,6 @@ class CubicProfile:
     b: FloatArray
     c: FloatArray
     d: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,13 +52,8 @@ class Cubic:
 
     def begun_later(self, ds: float, s: float) -> Cubic:
         """Return the same curve as a record that begins ds farther on, at a given s."""
-        return Cubic(
-            s,
-            self.at(ds),
-            self.b + ds * (2 * self.c + 3 * ds * self.d),
-            self.c + 3 * ds * self.d,
-            self.d,
-        )
+        slope, bend = self.b + ds * (2 * self.c + 3 * ds * self.d), self.c + 3 * ds * self.d
+        return Cubic(s, self.at(ds), slope, bend, self.d)
 
     @property
     def is_flat(self) -> bool:
@@ -91,10 +78,8 @@ class Lane:
     id: int  # OpenDRIVE's lane id: 0 centre, negative to its right, positive to its left
     type: LaneType
     widths: tuple[Cubic, ...]  # Width from the section's start on, s local to the section; empty for the centre lane
-    # Lane id in the section or road before and after; None where there is none, or where the road's end lies at a
-    # junction.
-    predecessor: int | None = None
-    successor: int | None = None
+    predecessor: int | None = None  # Lane id in the section or road before; None where none is, or at a junction
+    successor: int | None = None  # In that after, likewise
     road_mark: RoadMark | None = None  # The mark on its outer edge (for the centre lane: on the centre line)
     speed: float | None = None  # Speed limit, m/s, only where it differs from the road's
     height: float = 0.0  # Of its surface above the road's, m
@@ -133,12 +118,10 @@ class Road:
     id: int  # OpenDRIVE id, unique among roads and junctions, above 0
     name: str  # For people; may be empty
     junction: int | None  # Id of the junction that a connecting road belongs to; None for all others
-    # Before s = 0 and beyond the end
-    predecessor: RoadLink | None
-    successor: RoadLink | None
-    # In ascending s; at least one lane section
-    types: tuple[RoadType, ...]
-    lane_sections: tuple[LaneSection, ...]
+    predecessor: RoadLink | None  # Before s = 0
+    successor: RoadLink | None  # Beyond the end
+    types: tuple[RoadType, ...]  # In ascending s
+    lane_sections: tuple[LaneSection, ...]  # In ascending s, at least one
     osm_way_ids: tuple[int, ...]  # The ways that it comes from
     guesses: tuple[str, ...] = ()  # Codes of the guesses about its ways, in ascending order
 
@@ -148,9 +131,8 @@ class Connection:
     """One way through a junction; the connecting road touches the incoming road with its start."""
 
     id: int  # Unique within its junction, from 0
-    # Ids of roads
-    incoming_road: int
-    connecting_road: int
+    incoming_road: int  # Id of a road
+    connecting_road: int  # Id of a road
     lane_links: tuple[tuple[int, int], ...]  # (lane id of the incoming road, lane id of the connecting road)
 
 
@@ -166,7 +148,7 @@ class Junction:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StreetPlaces:
+class StreetPlaces(ReadOnlyArrays):
     """Where streets and their tagged nodes are in a `RoadMap`.
 
     Roads outside junctions run in the direction of the street that they were cut from.
@@ -180,9 +162,8 @@ class StreetPlaces:
     # (2 x streets,) Id of the junction at each street end, also where the street lies inside it; -1 for none
     end_junction: IntArray
     inner: BoolArray  # (streets,) Whether the street lies wholly inside a junction
-    # (n,) Each place of a tagged node (`StreetNetwork.node_tags`) on a street: OSM id, index of the street
-    node: IntArray
-    street: IntArray
+    node: IntArray  # (n,) OSM id of each tagged node (`StreetNetwork.node_tags`), once for each street
+    street: IntArray  # (n,) Index of the street
     road: IntArray  # (n,) Id of the street's road that is nearest to the node, -1 where it has none
     # (n,) Where on that road the node is, m. s lies before 0 or beyond the road's length by how far the node lies off
     # it in the junction there; NaN without a road.
@@ -190,8 +171,110 @@ class StreetPlaces:
     t: FloatArray
     junction: IntArray  # (n,) Id of the junction that the node lies in, -1 for none
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
+
+@dataclass(frozen=True, slots=True)
+class RoadPlace:
+    """A place on a road where something is not as it should be."""
+
+    road: int  # OpenDRIVE id
+    osm_way_id: int  # The way that holds there
+    s: float  # m
+    value: float  # Found, m or rise per metre
+    wanted: float  # In the same unit
+
+
+@dataclass(frozen=True, slots=True)
+class LayerCrossing:
+    """A place where one road passes over another."""
+
+    upper: int  # OpenDRIVE id of the road
+    lower: int  # OpenDRIVE id of the road
+    upper_way: int  # OSM way
+    lower_way: int  # OSM way
+    clearance: float  # Found height from road to road, m
+    wanted: float  # Wanted height, m
+
+
+@dataclass(frozen=True, slots=True)
+class StructureRecord:
+    """A bridge or tunnel: one chain of bridge or tunnel ways without a junction in between."""
+
+    kind: str  # ``bridge`` or ``tunnel``
+    osm_way_ids: tuple[int, ...]  # The ways that it consists of
+    roads: tuple[int, ...]  # The OpenDRIVE roads that it consists of
+    length: float  # m
+    # Largest height above the elevation model (in a tunnel: the lowest, negative), m; None where nothing is measured
+    above_ground: float | None
+    # Least height, m, from road to road where it crosses another one, and that OSM way; None where it crosses none
+    clearance: float | None
+    crossed_way: int | None
+    grade: float  # Largest grade on it, rise per metre
+    grade_limit: float  # That of its class, rise per metre
+
+
+@dataclass(frozen=True, slots=True)
+class ElevationReport:
+    """The heights of a road network against the elevation model and the limits."""
+
+    measured_share: float  # Share of the roads' length where the elevation model has heights
+    # Height of roads on the ground above the elevation model: mean, root of the mean square and 95th percentile of
+    # its magnitude, m.
+    bias: float
+    rms: float
+    p95: float
+    farthest: tuple[RoadPlace, ...]  # The roads farthest from the model: height above it, wanted 0; worst first
+    steep: tuple[RoadPlace, ...]  # Roads above their class's limit, at their steepest place; the worst first
+    structures: tuple[StructureRecord, ...]  # All bridges and tunnels, in order of their first OSM way
+    tight: tuple[LayerCrossing, ...]  # Crossings whose clearance is not met, the worst first
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """The outline of an area."""
+
+    # Corners (n, 2) of closed rings, local x, y, m, the first not repeated at the end. A point is inside if an odd
+    # number of them goes round it, so that holes and parts are rings as well.
+    rings: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Partition:
+    """Areas that are converted one by one, so that the results fit together."""
+
+    frame: LocalFrame  # Common to all
+    names: tuple[str, ...]  # Unique
+    outlines: tuple[Outline, ...]  # A place that several cover belongs to the first of them
+    first_ids: tuple[int, ...]  # Id of each area's first road; its other ids lie below the next greater one
+    own: int  # Index of the area that is converted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Borders(ReadOnlyArrays):
+    """The area of each piece of road: index into `Partition.names`, -1 outside of all."""
+
+    partition: Partition
+    # (roads outside junctions + 1,) Index of each road's first piece; the last entry is the number of pieces. Every
+    # road has at least one.
+    piece_start: IntArray
+    piece_s: FloatArray  # (pieces,) Where each piece begins along its road, m; 0 for the first one
+    piece_area: IntArray  # (pieces,) Its area, different from that of the next piece of the road
+    # (junctions,) The area of each junction of `RoadMap.junctions`, the same as that of the pieces that touch it
+    junction_area: IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class BorderEnd:
+    """The end of a road that continues in a neighbouring area."""
+
+    road: int  # Id of the road
+    at_start: bool  # Whether it is the road's start
+    neighbour: str  # Name of the area in which it continues; empty outside of all
+    # The reference line there, local, m
+    x: float
+    y: float
+    z: float
+    hdg: float  # Of the reference line along s, rad
+    osm_way_ids: tuple[int, ...]  # Of the road that was cut
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,9 +283,8 @@ class RoadMap:
 
     frame: LocalFrame
     rule: Rule
-    # In ascending id
-    roads: tuple[Road, ...]
-    junctions: tuple[Junction, ...]
+    roads: tuple[Road, ...]  # In ascending id
+    junctions: tuple[Junction, ...]  # In ascending id
     # Tables whose k-th curve belongs to the k-th road. Elevation has records for every road, the last two may have
     # none.
     plan_view: PlanView

@@ -1,9 +1,10 @@
-"""Types that all stages share: arrays, sides, directions, types of lanes, the local frame."""
+"""Types that all stages share: arrays, sides, directions, types of lanes, the local frame, the ground."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +15,20 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 def freeze_arrays(record: object) -> None:
-    """Make every array of a dataclass read-only, so that stages can share it."""
+    """Make every array of a dataclass read-only."""
     for name in type(record).__dataclass_fields__:  # type: ignore[attr-defined]
         value = getattr(record, name)
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
+
+
+class ReadOnlyArrays:
+    """Base of dataclasses whose arrays are read-only, so that stages can share them."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
 
 
 class Rule(str, Enum):
@@ -67,6 +77,37 @@ class LocalFrame:
     """The position of local x and y on Earth."""
 
     proj: str  # PROJ text of the projection, also the georeference that is written
-    # Origin of x and y, WGS 84
-    lat_0_deg: float
-    lon_0_deg: float
+    lat_0_deg: float  # Origin of x and y, WGS 84
+    lon_0_deg: float  # Likewise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceQuality(ReadOnlyArrays):
+    """How far heights can be trusted, point by point."""
+
+    # (n,) Distance between the heights that the surface is made from there, m (0 for an exact surface)
+    cell_size: FloatArray
+    sigma: FloatArray  # (n,) Standard error of the heights, m (0 for an exact surface)
+    # (n,) Whether the heights are those of a surface model, which lies on canopy and roofs rather than on the ground
+    covered: BoolArray
+
+
+class Surface(Protocol):
+    """Height of the ground at local positions."""
+
+    @property
+    def cell_size(self) -> float:
+        """Distance between the heights that most of the surface is made from, m (0 for an exact surface)."""
+
+    @property
+    def sigma(self) -> float:
+        """Standard error of most of its heights, m (0 for an exact surface)."""
+
+    def heights(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return z (n,), m, at local x, y (n,), m, and where it is measured.
+
+        Where it is not measured (voids, outside of the elevation model) z is the surface's best guess.
+        """
+
+    def quality(self, x: FloatArray, y: FloatArray) -> SurfaceQuality:
+        """Return how far the heights at local x, y (n,), m, can be trusted."""

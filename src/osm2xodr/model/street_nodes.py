@@ -57,12 +57,10 @@ class SignFace:
     """One traffic sign or plate."""
 
     meaning: str  # A key of ``conventions/sign_codes.json``; empty where it is not known
-    # As tagged; empty where OSM says it in words
-    country: str = ""
-    code: str = ""
-    # What is written on it: a speed, a height …; None and empty where nothing is
-    value: float | None = None
-    unit: str = ""
+    country: str = ""  # As tagged; empty where OSM says it in words
+    code: str = ""  # Likewise
+    value: float | None = None  # What is written on it: a speed, a height …; None where nothing is
+    unit: str = ""  # Of the value; empty where none is
     text: str = ""  # Further words on it
     supplementary: bool = False  # Whether it adds to the sign above it
     osm_id: str = ""  # The element that it comes from, where that is another one than its pole's
@@ -112,9 +110,8 @@ class MappedCrossing:
 class ThingFacts:
     """What OSM says about a thing beside the road, as far as it matters to its kind; None where it does not say."""
 
-    # Of what stands or runs beside the road, m
-    width: float | None = None
-    height: float | None = None
+    width: float | None = None  # Of what stands or runs beside the road, m
+    height: float | None = None  # Likewise
     gauge: float | None = None  # Of a tram track, m
     bus_stop: BusStop | None = None  # Of bus stops
     sign_post: SignPost | None = None  # Of traffic signs

@@ -12,9 +12,9 @@ from osm2xodr.model.shared import (
     IntArray,
     LaneType,
     LocalFrame,
+    ReadOnlyArrays,
     Rule,
     Structure,
-    freeze_arrays,
 )
 from osm2xodr.model.street_nodes import NodeFacts, ThingFacts
 
@@ -40,8 +40,7 @@ class MarginSpec:
     # ``PARKING``, ``SHOULDER``, ``BIKING`` or ``SIDEWALK``; ``BORDER`` for verges and buffers between them
     type: LaneType
     width: float  # m
-    # Of its traffic along the street; ``BOTH`` except for bicycles
-    direction: Direction = Direction.BOTH
+    direction: Direction = Direction.BOTH  # Of its traffic along the street; ``BOTH`` but for bicycles
     height: float = 0.0  # Of its surface above the carriageway, m
 
 
@@ -63,30 +62,25 @@ class StreetAttributes:
 
     osm_way_id: int  # The way
     reversed: bool  # Whether the street runs against the order of the way's nodes
-    # OSM's own values; empty where absent
-    highway: str
+    highway: str  # OSM's values; empty where absent
     name: str
     ref: str
     lanes_ltr: tuple[LaneSpec, ...]  # All lanes from left to right, seen along the street
     # t of the middle of the lanes from the OSM line (left positive), m; 0 unless ``placement`` says otherwise, or
     # cars park on one side of a carriageway of known width more than on the other.
     middle_offset: float
-    # m/s; None where unknown, infinity where there is no limit
-    speed_forward: float | None
-    speed_backward: float | None
-    # What the street lies on, and OSM's ``layer`` (0 where absent; bridges default to 1, tunnels to -1)
-    structure: Structure
-    layer: int
+    speed_forward: float | None  # m/s; None where unknown, infinity where there is no limit
+    speed_backward: float | None  # Likewise
+    structure: Structure  # What the street lies on
+    layer: int  # OSM's ``layer``; 0 where absent, but 1 for bridges, -1 for tunnels
     grade: float | None  # Rise per metre along the street from ``incline``; None where OSM gives no number
     roundabout: bool  # Whether the way is part of a roundabout (``junction=roundabout`` or ``circular``)
-    # Whether the way has the right of way unless something else is tagged (``priority_road=designated``)
-    priority_road: bool = False
+    priority_road: bool = False  # Right of way unless tagged otherwise (``priority_road=designated``)
     # Strips beside the carriageway, from its edge outwards, left and right seen along the street. They are no part of
     # `lanes_ltr`, of the carriageway's width or of its middle.
     margin_left: tuple[MarginSpec, ...] = ()
     margin_right: tuple[MarginSpec, ...] = ()
-    # Whether the limits come from ``maxspeed`` itself; else they follow from the law or are unknown
-    speed_signed: bool = False
+    speed_signed: bool = False  # Whether ``maxspeed`` gives the limits, not the law, and they are known
     no_overtaking: frozenset[Direction] = frozenset()  # Directions along the street in which overtaking is forbidden
     marked: bool | None = None  # Whether lanes are marked (``lane_markings``); None where OSM does not say
     divider: str = ""  # OSM's value; empty where absent
@@ -108,7 +102,7 @@ class StreetAttributes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Street:
+class Street(ReadOnlyArrays):
     """A chain of pieces of ways between two intersections or dead ends."""
 
     id: int  # Its index in `StreetNetwork.streets`
@@ -120,9 +114,6 @@ class Street:
     node_ids: IntArray  # (n,) OSM ids of the nodes
     # (index of a node, attributes that hold from there on), in ascending order; the first index is 0
     pieces: tuple[tuple[int, StreetAttributes], ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
     def place_of(self, node: int) -> int:
         """Return the index of a node by its OSM id; of the first place where it comes twice."""
@@ -139,9 +130,8 @@ class Intersection:
 
     id: int  # Its index in `StreetNetwork.intersections`
     osm_node_id: int  # The node
-    # Local position, m
-    x: float
-    y: float
+    x: float  # Local position, m
+    y: float  # Likewise
     # The street ends that meet here: (street id, True if it is the street's start)
     arms: tuple[tuple[int, bool], ...]
 
@@ -204,7 +194,7 @@ class RoadsideKind(str, Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RoadsideThing:
+class RoadsideThing(ReadOnlyArrays):
     """A node or way beside the road that may become an object or a sign."""
 
     kind: RoadsideKind  # What it is
@@ -213,12 +203,9 @@ class RoadsideThing:
     node_ids: IntArray  # (n,) OSM ids of the nodes
     facts: ThingFacts  # What else OSM says about it
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Footway:
+class Footway(ReadOnlyArrays):
     """A way for pedestrians (or bicycles) that OSM maps separately from the street."""
 
     osm_way_id: int  # The way
@@ -226,9 +213,6 @@ class Footway:
     points: FloatArray  # (n, 2) Local x, y, m
     node_ids: IntArray  # (n,) OSM ids of the nodes
     tags: Mapping[str, str]  # Those that matter to stage 1
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

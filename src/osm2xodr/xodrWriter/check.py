@@ -72,13 +72,8 @@ def _table_defects(road_map: RoadMap) -> Iterator[str]:
 
 def _furniture_defects(road_map: RoadMap, length: FloatArray) -> Iterator[str]:
     """Yield what does not stand on a road, and controllers that the schema does not allow."""
-    furniture = road_map.furniture
-    things: tuple[_Thing, ...] = (
-        *furniture.signals,
-        *furniture.references,
-        *furniture.objects,
-        *furniture.structures,
-    )
+    placed = road_map.furniture
+    things: tuple[_Thing, ...] = (*placed.signals, *placed.references, *placed.objects, *placed.structures)
     length_of = dict(zip((road.id for road in road_map.roads), length.tolist(), strict=True)) if things else {}
     for thing in things:
         end = length_of.get(thing.road)
@@ -92,7 +87,7 @@ def _furniture_defects(road_map: RoadMap, length: FloatArray) -> Iterator[str]:
             places.append(thing.s + thing.length)
         if not all(-_ROUNDING <= s <= end + _ROUNDING for s in places):
             yield f"{_name(thing)} does not stand within the {end:.3f} m of road {thing.road}: s {thing.s:.3f}"
-    for controller in furniture.controllers:
+    for controller in placed.controllers:
         if not controller.signals:
             yield f"controller {controller.id} has no signal"
 

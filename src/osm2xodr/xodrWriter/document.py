@@ -53,8 +53,7 @@ def _header(road_map: RoadMap, options: WriteOptions) -> str:
     reference = f"  <geoReference><![CDATA[{road_map.frame.proj}]]></geoReference>\n"
     license_ = _LICENSE if options.osm_data and dialect.has_license else ""
     origin = f'  <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
-    if options.osm_data:
-        origin += user_data("attribution", _ATTRIBUTION, "  ")
+    origin += user_data("attribution", _ATTRIBUTION if options.osm_data else "", "  ")
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         "<OpenDRIVE>\n"
@@ -157,16 +156,13 @@ def _texts_if_not_zero(profile: CubicProfile, lengths: FloatArray, element: str,
 
 def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, diagnostics: Diagnostics) -> None:
     """Note what the chosen version cannot express."""
+    version, target = f"OpenDRIVE {options.version}", options.target
     if road_map.rule is Rule.LEFT_HAND and not options.dialect.has_rule:
-        diagnostics.note(
-            "left-hand-lost",
-            "",
-            f"OpenDRIVE {options.version} cannot say that traffic drives on the left: readers will take it to drive"
-            " on the right; write 1.6 or later",
-        )
+        lost = "cannot say that traffic drives on the left: readers will take it to drive on the right"
+        diagnostics.note("left-hand-lost", "", f"{version} {lost}; write 1.6 or later")
     for word, other in sorted(words.replaced):
-        if (word, other) in options.target.lane_types:
-            target = options.target.name
-            diagnostics.note("word-for-reader", "", f"{word!r} is written as {other!r}, as --target {target} wants")
-            continue
-        diagnostics.note("word-lost", "", f"OpenDRIVE {options.version} has no {word!r}: written as {other!r}")
+        if (word, other) in target.lane_types:
+            wanted = f"{word!r} is written as {other!r}, as --target {target.name} wants"
+            diagnostics.note("word-for-reader", "", wanted)
+        else:
+            diagnostics.note("word-lost", "", f"{version} has no {word!r}: written as {other!r}")

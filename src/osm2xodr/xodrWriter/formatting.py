@@ -37,13 +37,7 @@ _WHOLE_UNIT: Final = 0.005
 
 
 def number(value: float) -> str:
-    """Write one number as the tables do; never as ``-0``.
-
-    Raises
-    ------
-    OutputError
-        If it is not finite.
-    """
+    """Write one number as the tables do, never as ``-0``; raise an OutputError if it is not finite."""
     if not math.isfinite(value):
         msg = "a number to be written is not finite; this is a defect of osm2xodr, please report it"
         raise OutputError(msg)

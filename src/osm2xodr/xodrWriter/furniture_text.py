@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable
-from typing import Final, TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from osm2xodr.xodrWriter.words import Words
 _SIZE_DECIMALS: Final = 3
 _TURN_DECIMALS: Final = 5
 
+_Thing = TypeVar("_Thing", Signal, SignalReference, RoadObject, RoadStructure)
 _Corners: TypeAlias = tuple[tuple[float, float, float, float], ...]
 
 
@@ -32,19 +33,11 @@ class FurnitureWriter:
         self._crosswalks = crosswalks
         self._offsets = _crosswalk_offsets(road_map)
         self._words = words
-        self._signals: defaultdict[int, list[Signal]] = defaultdict(list)
-        self._references: defaultdict[int, list[SignalReference]] = defaultdict(list)
-        self._objects: defaultdict[int, list[RoadObject]] = defaultdict(list)
-        for signal in furniture.signals:
-            self._signals[signal.road].append(signal)
-        for reference in furniture.references:
-            self._references[reference.road].append(reference)
-        for thing in furniture.objects:
-            self._objects[thing.road].append(thing)
-        self._structures: defaultdict[int, list[RoadStructure]] = defaultdict(list)
+        self._signals = _by_road(furniture.signals)
+        self._references = _by_road(furniture.references)
+        self._objects = _by_road(furniture.objects)
         # The schema has tunnels before bridges.
-        for structure in sorted(furniture.structures, key=lambda item: item.kind != "tunnel"):
-            self._structures[structure.road].append(structure)
+        self._structures = _by_road(sorted(furniture.structures, key=lambda item: item.kind != "tunnel"))
         self._busy = self._signals.keys() | self._references.keys() | self._objects.keys() | self._structures.keys()
 
     def road(self, road: int, length: float) -> str:
@@ -55,9 +48,8 @@ class FurnitureWriter:
         objects += "".join([_structure(item, length) for item in self._structures.get(road, ())])
         signals = "".join([self._signal(item, length) for item in self._signals.get(road, ())])
         signals += "".join([_reference(item, length) for item in self._references.get(road, ())])
-        return (f"  <objects>\n{objects}  </objects>\n" if objects else "") + (
-            f"  <signals>\n{signals}  </signals>\n" if signals else ""
-        )
+        groups = (("objects", objects), ("signals", signals))
+        return "".join([f"  <{tag}>\n{text}  </{tag}>\n" for tag, text in groups if text])
 
     def _signal(self, item: Signal, length: float) -> str:
         """Return a ``<signal>``."""
@@ -84,22 +76,16 @@ class FurnitureWriter:
         if not self._dialect.has_subtype:
             # Readers of such versions distinguish kinds by name.
             name, subtype = name or subtype, ""
-        size = _positive("radius", item.radius)
-        if not size:
-            size = _positive("length", item.length) + _positive("width", item.width)
+        size = _positive("radius", item.radius) or _positive("length", item.length) + _positive("width", item.width)
         head = (
             f'   <object id="{item.id}" type="{kind}"{_text("subtype", subtype)}{_text("name", name)}'
             f' s="{_along(item.s, length)}" t="{_size(item.t)}" zOffset="{_size(item.z_offset)}"'
             f' orientation="{words.orientation(item.orientation)}"{_heading("hdg", item.hdg)}'
             f"{size}{_positive('height', item.height)}"
         )
-        inner = (
-            ("" if item.repeat is None else _repeat(item.repeat, length))
-            + self._outlines(item)
-            + _validity(item.validity)
-            + user_data("osm_id", item.osm_id, "    ")
-        )
-        return _element("object", head, inner)
+        repeat = "" if item.repeat is None else _repeat(item.repeat, length)
+        inner = repeat + self._outlines(item) + _validity(item.validity)
+        return _element("object", head, inner + user_data("osm_id", item.osm_id, "    "))
 
     def _outlines(self, item: RoadObject) -> str:
         """Return the ``<outlines>`` of an object, or the older ``<outline>``, or both.
@@ -115,12 +101,12 @@ class FurnitureWriter:
         closed = (*corners, corners[0]) if item.type == "crosswalk" else corners
         style = self._crosswalks if item.type == "crosswalk" else Crosswalks.STANDARD
         if not self._dialect.has_outlines:
-            return self._outline(self._for_carla(item, closed) if style is Crosswalks.CARLA else closed, "    ", "")
+            return _outline(self._for_carla(item, closed) if style is Crosswalks.CARLA else closed, "    ", "")
         text = ""
         if style is not Crosswalks.STANDARD:
-            text = self._outline(self._for_carla(item, closed), "    ", ' closed="true"')
+            text = _outline(self._for_carla(item, closed), "    ", ' closed="true"')
         if style is not Crosswalks.CARLA:
-            outline = self._outline(corners, "     ", ' id="0" closed="true"')
+            outline = _outline(corners, "     ", ' id="0" closed="true"')
             text += f"    <outlines>\n{outline}    </outlines>\n"
         return text
 
@@ -130,38 +116,40 @@ class FurnitureWriter:
         back_u, back_v = offset * math.sin(item.hdg), offset * math.cos(item.hdg)
         return tuple((u - back_u, v - back_v, z, height) for u, v, z, height in corners)
 
-    @staticmethod
-    def _outline(corners: _Corners, indent: str, attributes: str) -> str:
-        """Return one ``<outline>``."""
-        texts = [
-            f'{indent} <cornerLocal u="{_size(u)}" v="{_size(v)}" z="{_size(z)}" height="{_size(height)}"/>\n'
-            for u, v, z, height in corners
-        ]
-        return f"{indent}<outline{attributes}>\n{''.join(texts)}{indent}</outline>\n"
+
+def _outline(corners: _Corners, indent: str, attributes: str) -> str:
+    texts = [
+        f'{indent} <cornerLocal u="{_size(u)}" v="{_size(v)}" z="{_size(z)}" height="{_size(height)}"/>\n'
+        for u, v, z, height in corners
+    ]
+    return f"{indent}<outline{attributes}>\n{''.join(texts)}{indent}</outline>\n"
+
+
+def _by_road(things: Iterable[_Thing]) -> Mapping[int, list[_Thing]]:
+    out: defaultdict[int, list[_Thing]] = defaultdict(list)
+    for thing in things:
+        out[thing.road].append(thing)
+    return out
 
 
 def controllers_text(controllers: Iterable[Controller]) -> str:
     """Return the ``<controller>`` elements that stand between roads and junctions."""
-    return "".join(
-        [
-            f' <controller id="{item.id}"{_text("name", item.name)} sequence="{item.sequence}">\n'
-            + "".join(
-                [f'  <control signalId="{signal}" type="{attribute(item.kind)}"/>\n' for signal in item.signals]
-            )
-            + " </controller>\n"
-            for item in controllers
-        ]
-    )
+    text = ""
+    for item in controllers:
+        switched = [f'  <control signalId="{signal}" type="{attribute(item.kind)}"/>\n' for signal in item.signals]
+        head = f' <controller id="{item.id}"{_text("name", item.name)} sequence="{item.sequence}">\n'
+        text += f"{head}{''.join(switched)} </controller>\n"
+    return text
 
 
-def junction_controllers(controllers: Iterable[Controller]) -> dict[int, str]:
+def junction_controllers(controllers: Iterable[Controller]) -> Mapping[int, str]:
     """Return the ``<controller>`` elements in each junction, by its id."""
-    found: defaultdict[int, list[str]] = defaultdict(list)
+    found: defaultdict[int, str] = defaultdict(str)
     for item in controllers:
         if item.junction is not None:
             text = f'  <controller id="{item.id}" type="{attribute(item.kind)}" sequence="{item.sequence}"/>\n'
-            found[item.junction].append(text)
-    return {junction: "".join(texts) for junction, texts in found.items()}
+            found[item.junction] += text
+    return found
 
 
 def provenance_text(way_ids: tuple[int, ...], guesses: tuple[str, ...]) -> str:
@@ -221,12 +209,10 @@ def _repeat(item: ObjectRepeat, length: float) -> str:
 
 
 def _element(tag: str, head: str, inner: str) -> str:
-    """Close an element."""
     return f"{head}>\n{inner}   </{tag}>\n" if inner else f"{head}/>\n"
 
 
 def _validity(lanes: tuple[tuple[int, int], ...]) -> str:
-    """Return ``<validity>`` elements."""
     return "".join([f'    <validity fromLane="{first}" toLane="{last}"/>\n' for first, last in lanes])
 
 

@@ -18,24 +18,25 @@ class Dialect:
     """The features of one version of OpenDRIVE, as far as they matter here."""
 
     rev_minor: int  # ``header@revMinor``
-    # Whether roads have ``rule``, and the header ``<license>``
-    has_rule: bool = True
-    has_license: bool = False
+    has_rule: bool = True  # Whether roads have ``rule``
+    has_license: bool = False  # Whether the header has ``<license>``
     # Words of the model that the version lacks, and the nearest that it has
     lane_types: Mapping[str, str] = field(default_factory=dict)
     road_types: Mapping[str, str] = field(default_factory=dict)
     mark_types: Mapping[str, str] = field(default_factory=dict)
     mark_colors: Mapping[str, str] = field(default_factory=dict)
     object_types: Mapping[str, str] = field(default_factory=dict)
-    # Whether objects have ``subtype`` and ``<outlines>``
-    has_subtype: bool = True
-    has_outlines: bool = True
+    has_subtype: bool = True  # Whether objects have ``subtype``
+    has_outlines: bool = True  # Whether they have ``<outlines>``
     # Whether lanes have ``direction``. If so, ``bidirectional`` alone does not say that a lane is driven both ways.
     has_direction: bool = False
 
 
 # Speed bumps and the like have a type of their own since 1.8.
 _NO_ROAD_SURFACE: Final = MappingProxyType({"roadSurface": "patch"})
+
+# Types of roads in towns that 1.4 does not know.
+_TOWN_ROADS: Final = ("Expressway", "Collector", "Arterial", "Private", "Local", "PlayStreet")
 
 # The versions that can be written, oldest first. The differences are those of the XML schemas of ASAM.
 DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
@@ -46,12 +47,7 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             # 1.4 has no lanes for buses and taxis; ``restricted`` is its word for lanes not open to all. It has no
             # kerbs either, which are the border of the strip beyond.
             lane_types=MappingProxyType({"bus": "restricted", "taxi": "restricted", "curb": "border"}),
-            road_types=MappingProxyType(
-                {
-                    f"town{kind}": "town"
-                    for kind in ("Expressway", "Collector", "Arterial", "Private", "Local", "PlayStreet")
-                }
-            ),
+            road_types=MappingProxyType({f"town{kind}": "town" for kind in _TOWN_ROADS}),
             mark_types=MappingProxyType({"edge": "none"}),
             mark_colors=MappingProxyType({"orange": "standard", "violet": "standard"}),
             object_types=_NO_ROAD_SURFACE,

@@ -33,18 +33,11 @@ def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
     start = plan.start[first : last + 1]
     records = slice(int(start[0]), int(start[-1]))
     curvature = plan.curvature[records]
-    columns = [
-        rounded(plan.s[records], POSITION_DECIMALS),
-        rounded(plan.x[records], POSITION_DECIMALS),
-        rounded(plan.y[records], POSITION_DECIMALS),
-        rounded(plan.hdg[records], _HEADING_DECIMALS),
-        rounded(plan.length[records], POSITION_DECIMALS),
-        curvature,
-    ]
+    s, x, y, length = (rounded(item[records], POSITION_DECIMALS) for item in (plan.s, plan.x, plan.y, plan.length))
     patterns = [_ARC if bends else _LINE for bends in (curvature != 0.0).tolist()]
     for record in (start[1:-1] - start[0]).tolist():
         patterns[record] = _BETWEEN + patterns[record]
-    table = np.column_stack(columns)
+    table = np.column_stack([s, x, y, rounded(plan.hdg[records], _HEADING_DECIMALS), length, curvature])
     written = np.ones(table.shape, np.bool_)
     written[:, -1] = curvature != 0.0
     return _per_curve("".join(patterns) % tuple(table[written].tolist()), last - first)

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Final
 
 from osm2xodr.errors import OutputError
 from osm2xodr.xodrWriter.options import Dialect
 
-_ROAD_TYPES: Final = frozenset(
-    (
-        *("unknown", "rural", "motorway", "town", "lowSpeed", "pedestrian", "bicycle", "townExpressway"),
-        *("townCollector", "townArterial", "townPrivate", "townLocal", "townPlayStreet"),
-    )
+_ROAD_TYPES: Final = (
+    *("unknown", "rural", "motorway", "town", "lowSpeed", "pedestrian", "bicycle", "townExpressway"),
+    *("townCollector", "townArterial", "townPrivate", "townLocal", "townPlayStreet"),
 )
-_MARK_TYPES: Final = frozenset(
-    (
-        *("none", "solid", "broken", "solid solid", "solid broken", "broken solid", "broken broken"),
-        *("botts dots", "grass", "curb", "edge"),
-    )
+_MARK_TYPES: Final = (
+    *("none", "solid", "broken", "solid solid", "solid broken", "broken solid", "broken broken"),
+    *("botts dots", "grass", "curb", "edge"),
 )
 _MARK_COLORS: Final = frozenset({"standard", "blue", "green", "red", "white", "yellow", "orange", "violet"})
 _LANE_CHANGES: Final = frozenset({"increase", "decrease", "both", "none"})
@@ -32,14 +28,12 @@ _AS_DRIVEN: Final = {
     ("decrease", 0): "none",
 }
 # Those of 1.6 to 1.8 that do not move; 1.4 leaves the choice to the writer.
-_OBJECT_TYPES: Final = frozenset(
-    (
-        *("none", "obstacle", "pole", "tree", "vegetation", "barrier", "building", "parkingSpace", "patch"),
-        *("railing", "trafficIsland", "crosswalk", "streetLamp", "gantry", "soundBarrier", "roadMark", "roadSurface"),
-    )
+_OBJECT_TYPES: Final = (
+    *("none", "obstacle", "pole", "tree", "vegetation", "barrier", "building", "parkingSpace", "patch"),
+    *("railing", "trafficIsland", "crosswalk", "streetLamp", "gantry", "soundBarrier", "roadMark", "roadSurface"),
 )
 _ORIENTATIONS: Final = frozenset({"+", "-", "none"})
-_UNITS: Final = frozenset({"m", "km", "ft", "mile", "m/s", "mph", "km/h", "kg", "t", "%"})
+_UNITS: Final = frozenset({"m", "km", "ft", "mile", "m/s", "mph", "km/h", "kg", "t", "%", ""})
 # ISO 3166-1 alpha-2, or OpenDRIVE's own catalogue of signals.
 _COUNTRY: Final = re.compile("[A-Z]{2}|OpenDRIVE|")
 
@@ -69,57 +63,48 @@ class Words:
 
     def road_type(self, word: str) -> str:
         """Return the type of a road."""
-        _require(word, _ROAD_TYPES, "road type")
-        return self._replaced_by(word, self._dialect.road_types)
+        return self._replaced_by(_required(word, _ROAD_TYPES, "road type"), self._dialect.road_types)
 
     def mark_type(self, word: str) -> str:
         """Return the type of a road mark."""
-        _require(word, _MARK_TYPES, "road mark")
-        return self._replaced_by(word, self._dialect.mark_types)
+        return self._replaced_by(_required(word, _MARK_TYPES, "road mark"), self._dialect.mark_types)
 
     def mark_color(self, word: str) -> str:
         """Return the colour of a road mark."""
-        _require(word, _MARK_COLORS, "colour of road marks")
-        return self._replaced_by(word, self._dialect.mark_colors)
+        return self._replaced_by(_required(word, _MARK_COLORS, "colour of road marks"), self._dialect.mark_colors)
 
     def lane_change(self, word: str, side: int = 0) -> str:
         """Return the lane changes of a mark; `side` is 1 left of the centre line, -1 right of it, 0 for that line."""
-        _require(word, _LANE_CHANGES, "lane change")
-        return _AS_DRIVEN.get((word, side), word) if self._changes_as_driven else word
+        known = _required(word, _LANE_CHANGES, "lane change")
+        return _AS_DRIVEN.get((known, side), known) if self._changes_as_driven else known
 
     def object_type(self, word: str) -> str:
         """Return the type of an object."""
-        _require(word, _OBJECT_TYPES, "object type")
-        return self._replaced_by(word, self._dialect.object_types)
+        return self._replaced_by(_required(word, _OBJECT_TYPES, "object type"), self._dialect.object_types)
 
     def orientation(self, word: str) -> str:
         """Return the direction that a thing is for, the same in all versions."""
-        _require(word, _ORIENTATIONS, "orientation")
-        return word
+        return _required(word, _ORIENTATIONS, "orientation")
 
     def unit(self, word: str) -> str:
         """Return the unit of a sign's value, the same in all versions; empty for none."""
-        if word:
-            _require(word, _UNITS, "unit")
-        return word
+        return _required(word, _UNITS, "unit")
 
     def country(self, word: str) -> str:
         """Return the country of a sign's code, the same in all versions; empty for none."""
-        if not _COUNTRY.fullmatch(word):
-            _require(word, frozenset(), "country")
-        return word
+        return _required(word, {word} if _COUNTRY.fullmatch(word) else (), "country")
 
     def _replaced_by(self, word: str, others: Mapping[str, str]) -> str:
         """Return a word, or its replacement where the version lacks it."""
-        other = others.get(word)
-        if other is None:
-            return word
-        self.replaced.add((word, other))
+        other = others.get(word, word)
+        if other != word:
+            self.replaced.add((word, other))
         return other
 
 
-def _require(word: str, known: frozenset[str], what: str) -> None:
-    """Raise an OutputError for a word that no version knows: no reader would accept the file."""
+def _required(word: str, known: Collection[str], what: str) -> str:
+    """Return a word, or raise an OutputError where no version knows it: no reader would accept the file."""
     if word not in known:
         msg = f"OpenDRIVE has no {what} {word!r}; this is a defect of osm2xodr, please report it"
         raise OutputError(msg)
+    return word

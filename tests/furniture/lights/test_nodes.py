@@ -90,7 +90,7 @@ def test_one_signal_of_four_arms_is_a_light_on_its_road(rule: Rule) -> None:
     found = lit(with_tags(ARMS, wi=f"{SIGNALS} traffic_signals:direction=forward"), rule)
     (head,) = found.heads()
     assert found.at(head) == pytest.approx(complex(-12.0, -3.5 * sides(found)), abs=0.02)
-    assert found.lights.references == ()
+    assert found.lights.references == []
     assert [(item.junction, item.signals) for item in found.lights.controllers] == [(None, (head.id,))]
     assert found.lights.signalled == frozenset()
 
@@ -197,7 +197,7 @@ def test_a_slip_lane_is_no_part_of_the_signalled_junction() -> None:
 )
 def test_nodes_that_give_no_lights_are_reported(tagged: dict[str, str], node: str, why: str) -> None:
     found = lit(with_tags(ROAD, **tagged))
-    assert found.lights.signals == ()
+    assert found.lights.signals == []
     assert list(found.left_out) == [node]
     assert why in found.left_out[node]
 
@@ -224,8 +224,8 @@ def test_lights_on_a_footway_are_those_of_its_crossing() -> None:
     assert [len(found.heads()), len(found.heads("1000002"))] == [2, 2]
     assert not found.left_out
     far = lit(ROAD, crossings=crossing_at(1, 60.0, signals=False), network=beside(0.0, 6.0, on_footway=True))
-    assert far.lights.signals == ()
+    assert far.lights.signals == []
     assert list(far.left_out) == ["node/77"]
     tram = lit(ROAD, crossings=crossing_at(1, 100.0, signals=False), network=beside(0.0, 6.0, on_footway=False))
-    assert tram.lights.signals == ()
+    assert tram.lights.signals == []
     assert "no street of the map" in tram.left_out["node/77"]

@@ -86,7 +86,7 @@ def test_groups(name: str, expected: list[str], rule: Rule) -> None:
 def written(found: Lit, folder: Path) -> Path:
     """Write a network with its lights."""
     lights = found.lights
-    furniture = Furniture(lights.signals, lights.references, lights.controllers)
+    furniture = Furniture(tuple(lights.signals), tuple(lights.references), tuple(lights.controllers))
     path = folder / "lights.xodr"
     with path.open("wb") as stream:
         write_xodr(
@@ -110,7 +110,7 @@ def test_the_check_itself_finds_conflicts(tmp_path: Path) -> None:
     found = lit(CROSSINGS["x"])
     first = found.lights.controllers[0]
     everything = replace(first, signals=tuple(sorted(item.id for item in found.lights.signals)))
-    joined = replace(found, lights=replace(found.lights, controllers=(everything,)))
+    joined = replace(found, lights=replace(found.lights, controllers=[everything]))
     lights = read_lights(written(joined, tmp_path))
     # 54 pairs of ways come from different arms. Of those these do not meet: 6 of two turns to the right, 8 of one and
     # who goes straight on, 8 of one and a turn to the left, 2 straight on both, 2 of opposite turns to the left.

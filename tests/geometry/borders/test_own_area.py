@@ -21,8 +21,21 @@ from osm2xodr.curves.plan_views import curvature_at, lengths, pose, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.borders.own_area import keep_own_area
-from osm2xodr.model import BorderEnd, Borders, Cubic, LaneSection, Road, RoadLink, RoadMap, RoadType, Rule
-from osm2xodr.model.elevation_report import ElevationReport, LayerCrossing, RoadPlace, StructureRecord
+from osm2xodr.model import (
+    BorderEnd,
+    Borders,
+    Cubic,
+    ElevationReport,
+    LaneSection,
+    LayerCrossing,
+    Road,
+    RoadLink,
+    RoadMap,
+    RoadPlace,
+    RoadType,
+    Rule,
+    StructureRecord,
+)
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.pipeline import PipelineOptions, convert
 from osm2xodr.reporting.report import report

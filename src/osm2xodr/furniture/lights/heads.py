@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 from typing import Final
 
@@ -46,10 +46,9 @@ def turn_of(movement: Movement) -> str:
 def lanes_at_stop(world: World, approach: Approach) -> dict[int, int]:
     """Return the ids of an approach's lanes where traffic stops, by those at the junction, where they go so far."""
     sections = world.lanes.road(approach.road).lane_sections
+    between = [section for section, behind in pairwise(sections) if behind.s <= approach.stop_s]
     if approach.at_end:
         between = [section for section in reversed(sections) if section.s > approach.stop_s]
-    else:
-        between = [section for section, behind in pairwise(sections) if behind.s <= approach.stop_s]
     named = {lane: lane for lane in approach.lanes}
     for section in between:
         links = {lane.id: lane.predecessor if approach.at_end else lane.successor for lane in section.lanes}
@@ -66,14 +65,24 @@ def approach_heads(
     the carriageway, others hang above their lanes. All stand at the stop line, but in the lane section that touches
     the junction: readers give a light to the end of its lane section.
     """
-    groups = _lane_groups(approach)
-    s = _head_s(world, approach)
+    turns: dict[int, set[str]] = defaultdict(set)
+    for movement in approach.movements:
+        turns[movement.entry_lane].add(turn_of(movement))
+    # From left to right
+    sides = [tuple(word for word in (_LEFT, THROUGH, _RIGHT) if word in turns[lane]) for lane in approach.lanes]
+    groups = [
+        (words, [lane for lane, _ in group])
+        for words, group in groupby(zip(approach.lanes, sides, strict=True), key=lambda item: item[1])
+    ]
+    road, s = approach.road, _head_s(world, approach)
     heads: list[Head] = []
     references: list[SignalReference] = []
-    for k, (turns, lanes) in enumerate(groups):
-        at_kerb = k == (len(groups) - 1 if world.road_map.rule is Rule.RIGHT_HAND else 0)
-        name = f"traffic light, {' and '.join(turns)}"
-        signal = _car_head(world, approach.road, s, approach.at_end, lanes, at_kerb, name, osm_id)
+    for k, (words, lanes) in enumerate(groups):
+        signal = _light(world, road, s, _beside(world, road, s, approach.at_end), approach.at_end, lanes, osm_id)
+        signal = replace(signal, name=f"traffic light, {' and '.join(words)}")
+        if k != (len(groups) - 1 if world.road_map.rule is Rule.RIGHT_HAND else 0):
+            edges = [t for lane in world.lanes.at(road, s) if lane.id in lanes for t in (lane.left, lane.right)]
+            signal = replace(signal, t=0.5 * (min(edges) + max(edges)), z_offset=defaults.LIGHT_Z_ABOVE)
         movements = tuple(item for item in approach.movements if item.entry_lane in lanes)
         heads.append(Head(signal, index, movements))
         if world.options.target.light_references:
@@ -93,46 +102,13 @@ def _head_s(world: World, approach: Approach) -> float:
     return min(approach.stop_s, max(sections[1].s - _IN_SECTION, 0.5 * sections[1].s))
 
 
-def _lane_groups(approach: Approach) -> list[tuple[tuple[str, ...], tuple[int, ...]]]:
-    """Group neighbouring lanes that lead to the same sides, from left to right: (turns, lanes)."""
-    turns: dict[int, set[str]] = defaultdict(set)
-    for movement in approach.movements:
-        turns[movement.entry_lane].add(turn_of(movement))
-
-    def of_lane(lane: int) -> tuple[str, ...]:
-        return tuple(word for word in (_LEFT, THROUGH, _RIGHT) if word in turns[lane])
-
-    return [(key, tuple(lanes)) for key, lanes in groupby(approach.lanes, key=of_lane)]
-
-
-def _car_head(
-    world: World,
-    road: int,
-    s: float,
-    along: bool,
-    lanes: Sequence[int],
-    at_kerb: bool,
-    name: str,
-    osm_id: str,
-) -> Signal:
-    """Make a head at s of a road for lanes with their ids there, m."""
-    if at_kerb:
-        t = _beside(world, road, s, along)
-    else:
-        edges = [t for lane in world.lanes.at(road, s) if lane.id in lanes for t in (lane.left, lane.right)]
-        t = 0.5 * (min(edges) + max(edges))
+def _light(world: World, road: int, s: float, t: float, along: bool, lanes: Iterable[int], osm_id: str) -> Signal:
+    """Make a head for cars beside the carriageway, for lanes with their ids at s of a road, m."""
     return Signal(
-        id=world.ids.thing(),
-        road=road,
-        s=s,
-        t=t,
-        name=name,
-        type=_FOR_CARS,
-        subtype="-1",
-        country="OpenDRIVE",
+        *(world.ids.thing(), road, s, t, "traffic light", _FOR_CARS, "-1", "OpenDRIVE"),
         dynamic=True,
         orientation="+" if along else "-",
-        z_offset=defaults.LIGHT_Z_BESIDE if at_kerb else defaults.LIGHT_Z_ABOVE,
+        z_offset=defaults.LIGHT_Z_BESIDE,
         height=defaults.LIGHT_HEIGHT,
         width=defaults.LIGHT_WIDTH,
         validity=lane_ranges(lanes),
@@ -143,9 +119,8 @@ def _car_head(
 def _beside(world: World, road: int, s: float, along: bool) -> float:
     """Return t of a head beside the carriageway, on the side on which traffic of a direction drives, m."""
     left, right = world.lanes.carriageway(road, s)
-    if along == (world.road_map.rule is Rule.RIGHT_HAND):
-        return right - defaults.LIGHT_BESIDE
-    return left + defaults.LIGHT_BESIDE
+    on_right = along == (world.road_map.rule is Rule.RIGHT_HAND)
+    return right - defaults.LIGHT_BESIDE if on_right else left + defaults.LIGHT_BESIDE
 
 
 def _references(world: World, signal: int, movements: Sequence[Movement]) -> list[SignalReference]:
@@ -170,44 +145,27 @@ def road_heads(world: World, light: RoadLight) -> list[tuple[Signal, tuple[int, 
     """Make the heads for cars of lights apart from junctions, each with the lanes that stop there."""
     out = []
     for along, s in light.stops:
-        lanes = car_lanes(world, light.road, s, along)
-        head = _car_head(world, light.road, s, along, lanes, True, "traffic light", light.osm_ids[0])
-        out.append((head, lanes))
+        lanes, t = car_lanes(world, light.road, s, along), _beside(world, light.road, s, along)
+        out.append((_light(world, light.road, s, t, along, lanes, light.osm_ids[0]), lanes))
     return out
 
 
-def people_heads(world: World, crossing: Crossing, along: bool) -> tuple[Signal, Signal]:
+def people_heads(world: World, crossing: Crossing, along: bool) -> list[Signal]:
     """Make the two heads that people on a crossing see on its far sides.
 
     `along` is the direction of the traffic that the crossing's other lights stop: SUMO gives the heads for people to
     the same end of the road.
     """
-    lanes = world.lanes.at(crossing.road, crossing.s)
+    road, s = crossing.road, crossing.s
+    # Sidewalks that begin elsewhere are lanes of width 0 here.
+    wide = [lane for lane in world.lanes.at(road, s) if lane.left > lane.right]
     out = []
-    for t, side in ((crossing.left + defaults.LIGHT_BESIDE, 1.0), (crossing.right - defaults.LIGHT_BESIDE, -1.0)):
-        # Lane 0, no lane, where there is no sidewalk: no reader may stop cars for it. Sidewalks that begin elsewhere
-        # are lanes of width 0 here.
-        wide = [lane for lane in lanes if lane.left > lane.right]
+    for t, side in ((crossing.left + defaults.LIGHT_BESIDE, 1), (crossing.right - defaults.LIGHT_BESIDE, -1)):
+        # Lane 0, no lane, where there is no sidewalk: no reader may stop cars for it.
         own = [lane.id for lane in wide if lane.type is LaneType.SIDEWALK and lane.id * side > 0] or [0]
-        out.append(
-            Signal(
-                id=world.ids.thing(),
-                road=crossing.road,
-                s=crossing.s,
-                t=t,
-                name="pedestrian light",
-                type=_FOR_PEOPLE,
-                subtype="-1",
-                country="OpenDRIVE",
-                dynamic=True,
-                orientation="+" if along else "-",
-                z_offset=defaults.LIGHT_Z_BESIDE,
-                height=defaults.LIGHT_HEIGHT_PEOPLE,
-                width=defaults.LIGHT_WIDTH,
-                # The head at the left end faces people who walk to the left.
-                h_offset=0.5 * math.pi * side * (1.0 if along else -1.0),
-                validity=lane_ranges(own),
-                osm_id=crossing.osm_id,
-            )
-        )
-    return out[0], out[1]
+        head = _light(world, road, s, t, along, own, crossing.osm_id)
+        # The head at the left end faces people who walk to the left.
+        turned = replace(head, h_offset=0.5 * math.pi * side * (1.0 if along else -1.0))
+        height = defaults.LIGHT_HEIGHT_PEOPLE
+        out.append(replace(turned, name="pedestrian light", type=_FOR_PEOPLE, height=height))
+    return out

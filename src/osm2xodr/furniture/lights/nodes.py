@@ -34,9 +34,8 @@ class Sites:
 class _Place:
     """A place of a node with lights."""
 
-    # The road, -1 for none, and where on it, m; beyond its ends in a junction
-    road: int
-    s: float
+    road: int  # -1 for none
+    s: float  # m; beyond the road's ends in a junction
     junction: int  # Id of the junction that it lies in, -1 for none
     along: bool | None  # Whether it is for traffic along s, else against it; None where it may be for both
 
@@ -48,27 +47,23 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
     if not lights and not any(crossing.signals for crossing in crossings):
         return Sites({}, (), ())
     signs = read_signs(world.network)
-    first_light = _first_lights(signs, lights)
+    # The first node with lights before each street end that has any, those of crossings included
+    first_light: dict[int, int] = {}
+    for node, ends in signs.ends_of.items():
+        for end in ends if node in lights else ():
+            first_light.setdefault(end, node)
     lit = _lit_approaches(world, approaches, signs, first_light)
     lit |= dict.fromkeys(_between_lit_junctions(world, approaches, signs, lit), "")
     lit |= _crossing_lit_traffic(world, approaches, signs, first_light, lit)
     junctions = frozenset(approaches[k].junction for k in lit)
-    at_junctions: list[tuple[int, Crossing]] = []
-    apart: list[Crossing] = []
-    for crossing in crossings:
-        if not crossing.signals:
-            continue
-        junction = _junction_at(world, crossing, junctions)
-        if junction is None:
-            apart.append(crossing)
-        else:
-            at_junctions.append((junction, crossing))
+    with_lights = [(_junction_at(world, item, junctions), item) for item in crossings if item.signals]
+    at_junctions = [(junction, item) for junction, item in with_lights if junction is not None]
+    apart = [item for junction, item in with_lights if junction is None]
     covered = {crossing.osm_id for _, crossing in at_junctions}
     candidates = _not_at_junctions(world, lights, signs, {approaches[k].street_end for k in lit}, junctions, covered)
     named = {item.osm_id for item in candidates}
-    candidates += [
-        Candidate(item.road, item.s, None, item.osm_id, True) for item in apart if item.osm_id not in named
-    ]
+    others = (item for item in apart if item.osm_id not in named)
+    candidates += [Candidate(item.road, item.s, None, item.osm_id, True) for item in others]
     found = place_on_roads(world, candidates, apart)
     placed = {osm_id for item in found for osm_id in item.osm_ids}
     for osm_id in sorted({item.osm_id for item in candidates} - placed):
@@ -78,16 +73,6 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
 
 def _leave_out(world: World, osm_id: str, why: str) -> None:
     world.diagnostics.dropped("signal-left-out", osm_id, f"the lights here are left out: {why}")
-
-
-def _first_lights(signs: Signs, lights: Mapping[int, NodeControl]) -> dict[int, int]:
-    """Return the first node with lights before each street end that has any, those of crossings included."""
-    out: dict[int, int] = {}
-    for node, ends in signs.ends_of.items():
-        if node in lights:
-            for end in ends:
-                out.setdefault(end, node)
-    return out
 
 
 def _lit_approaches(
@@ -166,9 +151,8 @@ def _crossing_lit_traffic(
         end = approach.street_end
         if k in lit or approach.junction not in members or (end in signs.before_end and end not in first_light):
             continue
-        others = {
-            item.connecting_road for other in members[approach.junction] for item in approaches[other].movements
-        }
+        lit_here = (approaches[other] for other in members[approach.junction])
+        others = {item.connecting_road for lit_one in lit_here for item in lit_one.movements}
         own = {item.connecting_road for item in approach.movements}
         rows += [(k, world.lanes.index(one), world.lanes.index(other)) for one in own for other in others]
     if not rows:
@@ -176,9 +160,9 @@ def _crossing_lit_traffic(
     owner, one, other = np.array(sorted(rows), np.int64).T
     out: dict[int, str] = {}
     for k in np.unique(owner[curves_cross(world.road_map.plan_view, one, other)]).tolist():
-        end = approaches[k].street_end
-        out[k] = f"node/{first_light[end]}" if end in first_light else ""
-        if not out[k]:
+        node = first_light.get(approaches[k].street_end)
+        out[k] = "" if node is None else f"node/{node}"
+        if node is None:
             words = "it has no lights or signs in OSM and crosses traffic that has lights: it gets lights, too"
             world.diagnostics.guessed("signal-added", _way_of(world, approaches[k]), words)
     return out
@@ -186,15 +170,13 @@ def _crossing_lit_traffic(
 
 def _junction_at(world: World, crossing: Crossing, junctions: frozenset[int]) -> int | None:
     """Return the id of the signalled junction on whose arm a crossing lies."""
-    road = world.lanes.road(crossing.road)
-    length = world.lanes.length(crossing.road)
-    found = []
-    for link, there, away in (
-        (road.predecessor, crossing.at_start, crossing.s),
-        (road.successor, crossing.at_end, length - crossing.s),
-    ):
-        if there and link is not None and link.to_junction and link.id in junctions:
-            found.append((away, link.id))
+    road, to_end = world.lanes.road(crossing.road), world.lanes.length(crossing.road) - crossing.s
+    ends = ((road.predecessor, crossing.at_start, crossing.s), (road.successor, crossing.at_end, to_end))
+    found = [
+        (away, link.id)
+        for link, there, away in ends
+        if there and link is not None and link.to_junction and link.id in junctions
+    ]
     return min(found)[1] if found else None
 
 
@@ -218,7 +200,9 @@ def _not_at_junctions(
             continue
         if of_node.get(node) in junctions or osm_id in covered:
             continue
-        if any(end in lit_ends or _is_inside(world, end, junctions) for end in signs.ends_of.get(node, ())):
+        ends = signs.ends_of.get(node, ())
+        inside = (world.places.inner[end // 2] and int(world.places.end_junction[end]) in junctions for end in ends)
+        if not lit_ends.isdisjoint(ends) or any(inside):
             continue
         places = [place for place in places_of.get(node, ()) if place.road >= 0]
         if any(_is_of_junction(world, place, control, junctions) for place in places):
@@ -248,15 +232,8 @@ def _places(world: World, nodes: Collection[int]) -> Mapping[int, list[_Place]]:
 
 def _along(world: World, node: int, street: int) -> bool | None:
     """Return whether a node's lights are for traffic along their street, and so along its roads."""
-    along = world.network.node_facts.controls[node].facing.along
-    if along is None:
-        return None
-    found = world.network.streets[street]
-    return along != found.attributes_at(found.place_of(node)).reversed
-
-
-def _is_inside(world: World, end: int, junctions: frozenset[int]) -> bool:
-    return bool(world.places.inner[end // 2]) and int(world.places.end_junction[end]) in junctions
+    along, found = world.network.node_facts.controls[node].facing.along, world.network.streets[street]
+    return None if along is None else along != found.attributes_at(found.place_of(node)).reversed
 
 
 def _is_of_junction(world: World, place: _Place, control: NodeControl, junctions: frozenset[int]) -> bool:

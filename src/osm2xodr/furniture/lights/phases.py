@@ -66,9 +66,8 @@ class Phases:
 
     def _meeting(self, rows: Sequence[int]) -> BoolArray:
         """Return which of n movements end on the same lane, cross or come near to each other, (n, n)."""
-        exits = [
-            (item.exit_road, item.exit_at_start, item.exit_lane) for item in map(self._movements.__getitem__, rows)
-        ]
+        movements = [self._movements[row] for row in rows]
+        exits = [(item.exit_road, item.exit_at_start, item.exit_lane) for item in movements]
         number = {key: k for k, key in enumerate(dict.fromkeys(exits))}
         exit_ = np.array([number[key] for key in exits], np.int64)
         points = np.concatenate([np.arange(self._first[row], self._first[row + 1]) for row in rows])
@@ -89,26 +88,24 @@ class Phases:
             for k, head in enumerate(heads)
             if any(turn_of(item) == THROUGH for item in self._heads[head].movements)
         ]
-        found = []
-        for (one, heading), (other, its) in combinations(straight, 2):
-            off = abs(math.remainder(heading - its - math.pi, 2 * math.pi))
-            if off <= _OPPOSITE:
-                found.append((round(off, 6), one, other))
-        return [(one, other) for _, one, other in sorted(found)]
+        found = sorted(
+            (round(abs(math.remainder(heading - its - math.pi, 2 * math.pi)), 6), one, other)
+            for (one, heading), (other, its) in combinations(straight, 2)
+        )
+        return [(one, other) for off, one, other in found if off <= _OPPOSITE]
 
 
 def controllers_of(
     world: World, junction: int, heads: Sequence[Head], groups: Sequence[Sequence[int]], people: Sequence[int]
 ) -> list[Controller]:
     """Make the controllers of a junction: one for each group of `Phases.groups`, and one for the heads for people."""
-    out = []
-    for k, group in enumerate(groups):
-        signals = tuple(sorted(heads[row].signal.id for row in group))
-        out.append(Controller(world.ids.controller(), f"junction {junction}, phase {k + 1}", signals, junction, k))
+    members = [("traffic", "", [heads[row].signal.id for row in group]) for group in groups]
     if people:
-        k = len(out)
-        name = f"junction {junction}, phase {k + 1}, people"
-        out.append(Controller(world.ids.controller(), name, tuple(sorted(people)), junction, k, "pedestrian"))
+        members.append(("pedestrian", ", people", list(people)))
+    out = []
+    for k, (kind, who, ids) in enumerate(members):
+        name = f"junction {junction}, phase {k + 1}{who}"
+        out.append(Controller(world.ids.controller(), name, tuple(sorted(ids)), junction, k, kind))
     return out
 
 
@@ -130,14 +127,12 @@ def _paths(world: World, movements: Sequence[Movement]) -> tuple[IntArray, Float
 def _middles(world: World, movement: Movement) -> tuple[float, float]:
     """Return t of the middle of a movement's lane at the start and end of its connecting road, m."""
     road = world.lanes.road(movement.connecting_road)
-    first, last = road.lane_sections[0].lanes, road.lane_sections[-1].lanes
-    before = next(item.id for item in first if item.predecessor == movement.entry_lane and item.type in CAR_LANES)
-    after = next(item.id for item in last if item.successor == movement.exit_lane and item.type in CAR_LANES)
-    at_start, at_end = world.lanes.at(road.id, 0.0), world.lanes.at(road.id, world.lanes.length(road.id))
-    return (
-        next(item.middle for item in at_start if item.id == before),
-        next(item.middle for item in at_end if item.id == after),
-    )
+    first, last = ([lane for lane in road.lane_sections[k].lanes if lane.type in CAR_LANES] for k in (0, -1))
+    before = next(lane.id for lane in first if lane.predecessor == movement.entry_lane)
+    after = next(lane.id for lane in last if lane.successor == movement.exit_lane)
+    ends = ((before, 0.0), (after, world.lanes.length(road.id)))
+    start, end = (next(at.middle for at in world.lanes.at(road.id, s) if at.id == lane) for lane, s in ends)
+    return start, end
 
 
 def _headings(world: World, approaches: Sequence[Approach]) -> list[float]:
@@ -151,19 +146,12 @@ def _headings(world: World, approaches: Sequence[Approach]) -> list[float]:
 
 
 def _grouped(conflict: BoolArray, arms: Sequence[int], together: Sequence[tuple[int, int]]) -> list[int]:
-    """Return the number of each node's group, from 0; with or without the pairs, whichever takes fewer groups.
+    """Return the number of each of n nodes' group, from 0; with or without the pairs, whichever takes fewer groups.
 
-    Parameters
-    ----------
-    conflict : (n, n)
-        Which nodes may not be in one group.
-    arms
-        Nodes of one arm share a group where that takes no further one.
-    together
-        Pairs that are grouped before all others.
+    Conflict, (n, n), says which nodes may not be in one group; nodes of one arm share a group where that takes no
+    further one; the pairs that belong together are grouped before all others.
     """
-    ways = [_coloured(conflict, arms, pairs) for pairs in (together, ())]
-    return min(ways, key=max)
+    return min((_coloured(conflict, arms, pairs) for pairs in (together, ())), key=max)
 
 
 def _coloured(conflict: BoolArray, arms: Sequence[int], together: Sequence[tuple[int, int]]) -> list[int]:

@@ -17,24 +17,14 @@ from osm2xodr.model import Controller, Sign, Signal, SignalReference
 _KIND: Final = Sign.SIGNALS.value
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Lights:
-    """The lights of a map."""
+    """The lights of a map; the lists grow while lights are placed."""
 
-    signals: tuple[Signal, ...] = ()
-    references: tuple[SignalReference, ...] = ()
-    controllers: tuple[Controller, ...] = ()
-    stops: tuple[Stop, ...] = ()
     # (id of a road, s) where a new lane section has to begin, see `osm2xodr.furniture.lights.section_breaks`
     section_breaks: tuple[tuple[int, float], ...] = ()
     # (id of the road, whether traffic comes to its end) of the approaches with lights
     signalled: frozenset[tuple[int, bool]] = frozenset()
-
-
-@dataclass(slots=True)
-class _Placed:
-    """Lights while they are collected."""
-
     signals: list[Signal] = field(default_factory=list)
     references: list[SignalReference] = field(default_factory=list)
     controllers: list[Controller] = field(default_factory=list)
@@ -44,22 +34,16 @@ class _Placed:
 def place_lights(world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing]) -> Lights:
     """Place all traffic lights: at junctions, on roads apart from them, and for people at crossings with lights."""
     sites = find_sites(world, approaches, crossings)
-    placed = _Placed()
+    lit = frozenset((approaches[k].road, approaches[k].at_end) for k in sites.approaches)
+    placed = Lights(tuple((light.road, light.section_break()) for light in sites.on_roads), lit)
     _at_junctions(world, approaches, sites, placed)
     for light in sites.on_roads:
         _on_road(world, light, placed)
     _report_joined(world, placed)
-    return Lights(
-        tuple(placed.signals),
-        tuple(placed.references),
-        tuple(placed.controllers),
-        tuple(placed.stops),
-        tuple((light.road, light.section_break()) for light in sites.on_roads),
-        frozenset((approaches[k].road, approaches[k].at_end) for k in sites.approaches),
-    )
+    return placed
 
 
-def _report_joined(world: World, placed: _Placed) -> None:
+def _report_joined(world: World, placed: Lights) -> None:
     """Report the nodes whose lights are joined with those of another node before the same junction."""
     named = {signal.osm_id for signal in placed.signals} | {item.osm_id for item in world.diagnostics}
     for node, control in world.network.node_facts.controls.items():
@@ -68,7 +52,7 @@ def _report_joined(world: World, placed: _Placed) -> None:
             world.diagnostics.note("signal-joined", f"node/{node}", words)
 
 
-def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, placed: _Placed) -> None:
+def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, placed: Lights) -> None:
     heads: list[Head] = []
     members: dict[int, list[int]] = defaultdict(list)
     for k, osm_id in sorted(sites.approaches.items()):
@@ -100,17 +84,16 @@ def _towards(world: World, crossing: Crossing, junction: int) -> bool:
     return ahead
 
 
-def _on_road(world: World, light: RoadLight, placed: _Placed) -> None:
+def _on_road(world: World, light: RoadLight, placed: Lights) -> None:
     cars = road_heads(world, light)
     for signal, lanes in cars:
-        placed.signals.append(signal)
         placed.stops.append(Stop(signal.road, signal.s, lanes, signal.orientation, _KIND, signal.osm_id))
     crossings = light.crossings if world.options.target.lights_for_people else ()
     people = [signal for crossing in crossings for signal in people_heads(world, crossing, light.stops[0][0])]
-    placed.signals += people
-    for sequence, (kind, members) in enumerate((("traffic", [head for head, _ in cars]), ("pedestrian", people))):
+    groups = (("traffic", "cars", [head for head, _ in cars]), ("pedestrian", "people", people))
+    for sequence, (kind, who, members) in enumerate(groups):
+        placed.signals += members
         if members:
-            who = "cars" if kind == "traffic" else "people"
-            name = f"{light.osm_ids[0]}, {who}"
             signals = tuple(sorted(item.id for item in members))
+            name = f"{light.osm_ids[0]}, {who}"
             placed.controllers.append(Controller(world.ids.controller(), name, signals, None, sequence, kind))

@@ -25,9 +25,8 @@ _HALF_GAP: Final = 1.0
 class Candidate:
     """A node with lights on a road."""
 
-    # Where, m; s may lie beyond the road's ends
-    road: int
-    s: float
+    road: int  # Id of the road
+    s: float  # m; may lie beyond the road's ends
     along: bool | None  # Whether for traffic along s (else against it); None for both
     osm_id: str  # The node
     crossing: bool  # Whether people cross there
@@ -48,15 +47,11 @@ class RoadLight:
 
         Lights for people count as those of the first stop's direction.
         """
-        along = [s for forward, s in self.stops if forward]
-        against = [s for forward, s in self.stops if not forward]
-        if along and against:
-            middle = 0.5 * (max(along) + min(against))
-            return max((middle, *along, *(item.s for item in self.crossings)))
-        if along:
-            return max((along[0] + _HALF_GAP, *(item.s for item in self.crossings)))
-        starts = (item.s - 0.5 * item.width for item in self.crossings)
-        return min((against[0] - _HALF_GAP, *starts))
+        along, against = ([s for forward, s in self.stops if forward == way] for way in (True, False))
+        if not along:
+            return min((against[0] - _HALF_GAP, *(item.s - 0.5 * item.width for item in self.crossings)))
+        behind = 0.5 * (max(along) + min(against)) if against else along[0] + _HALF_GAP
+        return max((behind, *along, *(item.s for item in self.crossings)))
 
 
 def place_on_roads(
@@ -75,15 +70,11 @@ def place_on_roads(
         for group in _groups(sorted(items, key=lambda item: (item.s, item.osm_id))):
             first, last = group[0].s - _GROUP_REACH, group[-1].s + _GROUP_REACH
             own = {item.osm_id for item in group}
-            there = [
-                item
-                for item in at_road.get(road, ())
-                if item.osm_id in own or (first <= item.s <= last and item.osm_id not in named)
-            ]
+            near = (item for item in at_road.get(road, ()) if item.osm_id in own or first <= item.s <= last)
+            there = tuple(item for item in near if item.osm_id in own or item.osm_id not in named)
             stops = _stops(world, road, group, there)
             if stops:
-                ids = tuple(dict.fromkeys(item.osm_id for item in group))
-                out.append(RoadLight(road, stops, ids, tuple(there)))
+                out.append(RoadLight(road, stops, tuple(dict.fromkeys(item.osm_id for item in group)), there))
     return tuple(out)
 
 
@@ -91,10 +82,9 @@ def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:
     """Split candidates, in ascending s, at wide gaps."""
     out: list[list[Candidate]] = []
     for item in candidates:
-        if out and item.s - out[-1][-1].s <= _GROUP_REACH:
-            out[-1].append(item)
-        else:
-            out.append([item])
+        if not out or item.s - out[-1][-1].s > _GROUP_REACH:
+            out.append([])
+        out[-1].append(item)
     return out
 
 
@@ -110,8 +100,7 @@ def _stops(
     margin = min(_FROM_END, 0.5 * length)
     known = {item.osm_id for item in crossings}
     wanted = []
-    for along in (True, False):
-        sign = 1.0 if along else -1.0
+    for along, sign in ((True, 1.0), (False, -1.0)):
         at = [sign * item.s - _before(item, known) for item in group if item.along in (None, along)]
         if not at:
             continue
@@ -120,8 +109,8 @@ def _stops(
         inside = min(max(s, margin), length - margin)
         if car_lanes(world, road, inside, along):
             wanted.append((along, inside, sign * (inside - s) > 0.0))
-    before_junction = [(along, s) for along, s, moved_ahead in wanted if not moved_ahead]
-    return tuple(before_junction or [(along, s) for along, s, _ in wanted])
+    kept = [item for item in wanted if not item[2]] or wanted
+    return tuple((along, s) for along, s, _ in kept)
 
 
 def _before(item: Candidate, known: Collection[str]) -> float:

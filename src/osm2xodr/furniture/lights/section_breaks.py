@@ -27,16 +27,10 @@ _BEND_RADIUS: Final = 20.0
 
 
 def cut_sections(road_map: RoadMap, breaks: Sequence[tuple[int, float]]) -> RoadMap:
-    """Cut lane sections in two at some places.
+    """Cut lane sections in two at some places (id of the road, s, m).
 
-    Parameters
-    ----------
-    road_map
-        The roads.
-    breaks
-        (id of the road, s, m). Where another section begins or the road ends within `_APART`, or where the road bends
-        tightly, none is cut: readers that step from section to section along the reference line leave outer lanes
-        there.
+    Where another section begins or the road ends within `_APART`, or where the road bends tightly, none is cut:
+    readers that step from section to section along the reference line leave outer lanes there.
     """
     if not breaks:
         return road_map
@@ -64,11 +58,9 @@ def _cut(road: Road, places: Sequence[float], length: float) -> Road:
     for s in places:
         starts = [section.s for section in sections]
         # A light at the end of a short road may want a section that begins beyond that end.
-        at_end = s > length - _APART
-        if at_end or min(abs(s - other) for other in starts) < _APART:
-            continue
-        k = bisect_right(starts, s) - 1
-        sections[k : k + 1] = _halves(sections[k], s)
+        if s <= length - _APART and min(abs(s - other) for other in starts) >= _APART:
+            k = bisect_right(starts, s) - 1
+            sections[k : k + 1] = _halves(sections[k], s)
     return replace(road, lane_sections=tuple(sections))
 
 
@@ -104,7 +96,6 @@ def _vanished(lanes: Sequence[Lane], beyond: str) -> frozenset[int]:
 
 def _from(cubics: Sequence[Cubic], s: float) -> tuple[Cubic, ...]:
     """Return the part of piecewise cubics from s on, m, with s counted from there."""
-    if not cubics:
-        return ()
     k = max(bisect_right([item.s for item in cubics], s) - 1, 0)
-    return (cubics[k].begun_later(s - cubics[k].s, 0.0), *(replace(item, s=item.s - s) for item in cubics[k + 1 :]))
+    first = tuple(item.begun_later(s - item.s, 0.0) for item in cubics[k : k + 1])
+    return (*first, *(replace(item, s=item.s - s) for item in cubics[k + 1 :]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -41,13 +41,12 @@ def bus_stop_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
     """Make the objects of bus stops: a post at the kerb, and a bay where OSM has one."""
     out: list[RoadObject] = []
     for stop in [*_on_streets(world), *_beside(world, finder)]:
-        if stop.facts.bay:
-            bay = _bay(world, stop)
-            if bay is None:
-                words = "the bay of the bus stop is left out: the road is too short for it"
-                world.diagnostics.dropped("bus-bay", stop.osm_id, words)
-            else:
-                out.append(bay)
+        bay = _bay(world, stop) if stop.facts.bay else None
+        if bay is not None:
+            out.append(bay)
+        elif stop.facts.bay:
+            words = "the bay of the bus stop is left out: the road is too short for it"
+            world.diagnostics.dropped("bus-bay", stop.osm_id, words)
         out.append(_post(world, stop))
     return out
 
@@ -85,10 +84,8 @@ def _runs_along(world: World, place: NodePlace, stop: BusStop) -> bool | None:
     attributes = street.attributes_at(street.place_of(place.node))
     if stop.along is not None:
         return stop.along != attributes.reversed
-    runs = attributes.car_directions()
-    if runs == {Direction.FORWARD}:
-        return True
-    return False if runs == {Direction.BACKWARD} else None
+    one_way = {frozenset({Direction.FORWARD}): True, frozenset({Direction.BACKWARD}): False}
+    return one_way.get(attributes.car_directions())
 
 
 def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:
@@ -121,20 +118,10 @@ def _orientation(world: World, stop: _Stop) -> str:
 
 
 def _post(world: World, stop: _Stop) -> RoadObject:
-    side = 1.0 if stop.leftwards else -1.0
-    return RoadObject(
-        id=world.ids.thing(),
-        road=stop.road,
-        type="pole",
-        subtype="busStop",
-        name=f"bus stop {stop.facts.name}".strip(),
-        s=stop.s,
-        t=_edge(world, stop, stop.s) + side * _ASIDE,
-        height=_HEIGHT,
-        radius=0.5 * _WIDTH,
-        orientation=_orientation(world, stop),
-        osm_id=stop.osm_id,
-    )
+    words = ("pole", "busStop", f"bus stop {stop.facts.name}".strip())
+    t = _edge(world, stop, stop.s) + (_ASIDE if stop.leftwards else -_ASIDE)
+    post = world.object_at(stop.road, words, stop.s, t, stop.osm_id)
+    return replace(post, height=_HEIGHT, radius=0.5 * _WIDTH, orientation=_orientation(world, stop))
 
 
 def _bay(world: World, stop: _Stop) -> RoadObject | None:
@@ -145,27 +132,12 @@ def _bay(world: World, stop: _Stop) -> RoadObject | None:
     if length < 2 * whole:
         return None
     s = min(max(stop.s, whole), length - whole)
-    side = 1.0 if stop.leftwards else -1.0
-    corners = [
-        (s - whole, _edge(world, stop, s - whole)),
-        (s - half, _edge(world, stop, s - half) + side * _BAY_DEPTH),
-        (s + half, _edge(world, stop, s + half) + side * _BAY_DEPTH),
-        (s + whole, _edge(world, stop, s + whole)),
-    ]
-    # Back along the kerb, so that the bay follows the road in bends.
-    kerb = [(at, _edge(world, stop, at)) for at in np.linspace(s + whole, s - whole, 8).tolist()[1:-1]]
-    t = _edge(world, stop, s) + 0.5 * side * _BAY_DEPTH
-    return RoadObject(
-        id=world.ids.thing(),
-        road=stop.road,
-        type="patch",
-        subtype="busBay",
-        name="bus bay",
-        s=s,
-        t=t,
-        length=2 * whole,
-        width=_BAY_DEPTH,
-        orientation=_orientation(world, stop),
-        outline=outline(world, stop.road, s, t, corners + kerb),
-        osm_id=stop.osm_id,
-    )
+    depth = _BAY_DEPTH if stop.leftwards else -_BAY_DEPTH
+    # From one end to the other, and back along the kerb, so that the bay follows the road in bends.
+    kerb = np.linspace(s + whole, s - whole, 8).tolist()[1:-1]
+    places = [(s - whole, 0.0), (s - half, depth), (s + half, depth), (s + whole, 0.0), *((at, 0.0) for at in kerb)]
+    corners = [(at, _edge(world, stop, at) + aside) for at, aside in places]
+    t = _edge(world, stop, s) + 0.5 * depth
+    bay = world.object_at(stop.road, ("patch", "busBay", "bus bay"), s, t, stop.osm_id)
+    bay = replace(bay, outline=outline(world, stop.road, s, t, corners))
+    return replace(bay, length=2 * whole, width=_BAY_DEPTH, orientation=_orientation(world, stop))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
@@ -36,10 +37,9 @@ def calming_objects(world: World) -> list[RoadObject]:
     out: list[RoadObject] = []
     left_out: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for node in sorted(places):
-        kind = calming[node]
-        found = _objects(world, node, kind, places[node])
+        found = _objects(world, node, calming[node], places[node])
         if isinstance(found, str):
-            left_out[kind, found].append(f"node/{node}")
+            left_out[calming[node], found].append(f"node/{node}")
         else:
             out += found
     for (kind, why), names in sorted(left_out.items()):
@@ -53,21 +53,17 @@ def _objects(world: World, node: int, kind: str, here: Iterable[NodePlace]) -> l
     if kind != "island" and kind not in _SIZES:
         return "it changes the carriageway, which follows the lanes"
     length = _ISLAND_LENGTH if kind == "island" else _SIZES[kind][0]
-    inside = [place for place in here if place.road >= 0]
-    room = [place for place in inside if 0.0 <= place.s <= world.lanes.length(place.road)]
-    if not room:
+    outside = (place for place in here if place.road >= 0 and 0.0 <= place.s <= world.lanes.length(place.road))
+    place = next(outside, None)
+    if place is None:
         return "it lies in a junction"
-    place = room[0]
     whole = world.lanes.length(place.road)
     if whole < length:
         return "the road there is shorter"
     s = min(max(place.s, 0.5 * length), whole - 0.5 * length)
     osm_id = f"node/{node}"
     if kind != "island":
-        return [
-            _patch(world, kind, place.road, s, left, right, osm_id)
-            for left, right in _across(world, kind, place.road, s)
-        ]
+        return [_patch(world, kind, place.road, s, *edges, osm_id) for edges in _across(world, kind, place.road, s)]
     edges = island_edges(world, place.road, s)
     if edges is None:
         return "all lanes run the same way and do not show where it lies"
@@ -91,16 +87,5 @@ def _across(world: World, kind: str, road: int, s: float) -> list[tuple[float, f
 
 def _patch(world: World, kind: str, road: int, s: float, left: float, right: float, osm_id: str) -> RoadObject:
     length, height = _SIZES[kind]
-    return RoadObject(
-        id=world.ids.thing(),
-        road=road,
-        type="patch",
-        subtype=kind,
-        name=kind.replace("_", " "),
-        s=s,
-        t=0.5 * (left + right),
-        length=length,
-        width=left - right,
-        height=height,
-        osm_id=osm_id,
-    )
+    patch = world.object_at(road, ("patch", kind, kind.replace("_", " ")), s, 0.5 * (left + right), osm_id)
+    return replace(patch, length=length, width=left - right, height=height)

@@ -57,20 +57,16 @@ def find_crossings(world: World) -> tuple[Crossing, ...]:
     return tuple(item.crossing for item in out)
 
 
-def _width(mapped: MappedCrossing) -> float:
-    """Return the extent of a crossing along the road, m: as tagged, else usual."""
-    if mapped.width is not None:
-        return max(mapped.width, defaults.CROSSING_WIDTH_MIN)
-    return defaults.CROSSING_WIDTH_SIGNALS if mapped.lights else defaults.CROSSING_WIDTH
-
-
 def _placed(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> _Placed | str:
     """Put a crossing on a road, or return why it is on none."""
     road, s = _nearest(world, mapped, here)
     if road < 0:
         return f"it lies in a junction, more than {defaults.CROSSING_REACH:g} m from every road that it could cross"
     length = world.lanes.length(road)
-    width = min(_width(mapped), length - 2 * _FROM_END)
+    # As tagged, else usual
+    usual = defaults.CROSSING_WIDTH_SIGNALS if mapped.lights else defaults.CROSSING_WIDTH
+    width = usual if mapped.width is None else max(mapped.width, defaults.CROSSING_WIDTH_MIN)
+    width = min(width, length - 2 * _FROM_END)
     if width < defaults.CROSSING_WIDTH_MIN:
         return f"the road there, {length:.1f} m, is too short for it"
     room = 0.5 * width + _FROM_END
@@ -85,48 +81,36 @@ def _placed(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> 
 
 def _nearest(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> tuple[int, float]:
     """Return road and s of the place to which a crossing goes; -1 where there is none within reach."""
-    best: tuple[float, float, int, float] | None = None
+    keys: list[tuple[float, float, int, float]] = []
     for place in here:
+        # Where streets meet, the direction of the way that crosses shows which one it crosses.
+        along = 0.0 if mapped.heading is None or len(here) == 1 else abs(cos(mapped.heading - place.hdg))
         for road, s in _candidates(world, place):
-            length = world.lanes.length(road)
-            off = max(-s, s - length, 0.0)
-            # Where streets meet, the direction of the way that crosses shows which one it crosses.
-            along = 0.0 if mapped.heading is None else abs(cos(mapped.heading - place.hdg))
-            key = (along if len(here) > 1 else 0.0, off, road, s)
-            if off <= defaults.CROSSING_REACH and (best is None or key < best):
-                best = key
-    return (-1, 0.0) if best is None else best[2:]
+            keys.append((along, max(-s, s - world.lanes.length(road), 0.0), road, s))
+    return min((key for key in keys if key[1] <= defaults.CROSSING_REACH), default=(0.0, 0.0, -1, 0.0))[2:]
 
 
 def _candidates(world: World, place: NodePlace) -> list[tuple[int, float]]:
     """Return the roads to which a place may go, and s there, which may lie beyond the road's ends."""
     if place.road >= 0:
         return [(place.road, place.s)]
-    out = []
-    for arm in world.nodes.arms.get(place.junction, ()):
-        if abs(sin(arm.hdg - place.hdg)) > _ARM_SINE:
-            continue
-        off = hypot(place.x - arm.x, place.y - arm.y)
-        out.append((arm.road, world.lanes.length(arm.road) + off if arm.at_end else -off))
-    return out
+    arms = [item for item in world.nodes.arms.get(place.junction, ()) if abs(sin(item.hdg - place.hdg)) <= _ARM_SINE]
+    off = [hypot(place.x - arm.x, place.y - arm.y) for arm in arms]
+    length = world.lanes.length
+    return [(arm.road, length(arm.road) + far if arm.at_end else -far) for arm, far in zip(arms, off, strict=True)]
 
 
 def _at_junction(world: World, crossing: Crossing) -> Crossing:
     """Mark at which junction a crossing lies: the nearer, if no car fits between."""
-    length = world.lanes.length(crossing.road)
     most = _AT_JUNCTION_WITH_LIGHTS if crossing.signals else _AT_JUNCTION
-    road = world.lanes.road(crossing.road)
-    ends = []
-    for at_end, link, distance in (
-        (False, road.predecessor, crossing.s),
-        (True, road.successor, length - crossing.s),
-    ):
-        if link is not None and link.to_junction and distance - 0.5 * crossing.width <= most:
-            ends.append((distance, at_end))
-    if not ends:
-        return crossing
-    at_end = min(ends)[1]
-    return replace(crossing, at_start=not at_end, at_end=at_end)
+    road, to_end = world.lanes.road(crossing.road), world.lanes.length(crossing.road) - crossing.s
+    ends = [
+        (distance, at_end)
+        for at_end, link, distance in ((False, road.predecessor, crossing.s), (True, road.successor, to_end))
+        if link is not None and link.to_junction and distance - 0.5 * crossing.width <= most
+    ]
+    at_end = min(ends)[1] if ends else None
+    return replace(crossing, at_start=at_end is False, at_end=at_end is True)
 
 
 def _merged(world: World, found: list[_Placed]) -> list[_Placed]:
@@ -151,9 +135,7 @@ def _report(world: World, placed: Sequence[_Placed]) -> None:
         if item.moved > defaults.CROSSING_WIDTH:
             words = f"the crossing lies in a junction and was moved onto the road, by {item.moved:.1f} m"
             world.diagnostics.repaired("crossing-moved", item.crossing.osm_id, words)
-    finding = (
-        f"without a width: {defaults.CROSSING_WIDTH_SIGNALS:g} m assumed with lights, "
-        f"{defaults.CROSSING_WIDTH:g} m otherwise"
-    )
+    usual, with_lights = defaults.CROSSING_WIDTH, defaults.CROSSING_WIDTH_SIGNALS
+    finding = f"without a width: {with_lights:g} m assumed with lights, {usual:g} m otherwise"
     guessed = [item.crossing.osm_id for item in placed if not item.width_tagged]
     world.diagnostics.count(Kind.GUESSED, "crossing-width", guessed, "crossing", finding)

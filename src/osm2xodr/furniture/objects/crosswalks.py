@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.furniture.world import CAR_LANES, Crossing, LaneAt, World, outline
@@ -21,9 +22,9 @@ _SPARE: Final = frozenset({LaneType.MEDIAN, LaneType.NONE, LaneType.BORDER})
 _SUBTYPES: Final = {"unmarked": "virtual", "yes": "marked"}
 
 
-def crossing_objects(world: World, crossings: Sequence[Crossing]) -> tuple[RoadObject, ...]:
+def crossing_objects(world: World, crossings: Sequence[Crossing]) -> list[RoadObject]:
     """Make the objects of crossings: crosswalks, and islands in them."""
-    return tuple(item for crossing in crossings for item in _objects(world, crossing))
+    return [item for crossing in crossings for item in _objects(world, crossing)]
 
 
 def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
@@ -35,45 +36,32 @@ def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
         world.diagnostics.note("crossing-island", crossing.osm_id, words)
         return [_crosswalk(world, crossing, None, None)]
     left, right = edges
+    out = [_crosswalk(world, crossing, None, left)]
     if left - right < NARROWEST_ISLAND:
         words = f"the crossing is split, but its island is left out: the lanes can spare only {left - right:.1f} m"
         world.diagnostics.note("crossing-island", crossing.osm_id, words)
-        return [_crosswalk(world, crossing, None, left), _crosswalk(world, crossing, right, None)]
-    half = 0.5 * crossing.width + _ISLAND_BEYOND
-    return [
-        _crosswalk(world, crossing, None, left),
-        island(world, crossing.road, crossing.s, half, edges, crossing.osm_id),
-        _crosswalk(world, crossing, right, None),
-    ]
+    else:
+        half = 0.5 * crossing.width + _ISLAND_BEYOND
+        out.append(island(world, crossing.road, crossing.s, half, edges, crossing.osm_id))
+    return [*out, _crosswalk(world, crossing, right, None)]
 
 
 def _crosswalk(world: World, crossing: Crossing, left: float | None, right: float | None) -> RoadObject:
     """Make one crosswalk, up to t = left and right or the carriageway's edges, m."""
-    road = crossing.road
-    begin, end = crossing.s - 0.5 * crossing.width, crossing.s + 0.5 * crossing.width
-    at_begin, at_end = world.lanes.carriageway(road, begin), world.lanes.carriageway(road, end)
+    road, s, width = crossing.road, crossing.s, crossing.width
+    begin, end = s - 0.5 * width, s + 0.5 * width
+    at_begin, at_end = (
+        (edges[0] if left is None else left, edges[1] if right is None else right)
+        for edges in (world.lanes.carriageway(road, begin), world.lanes.carriageway(road, end))
+    )
     outer = crossing.left if left is None else left, crossing.right if right is None else right
     t = 0.5 * (outer[0] + outer[1])
     kind = crossing.marking.partition(":")[0].partition(";")[0]
-    corners = (
-        (begin, at_begin[1] if right is None else right),
-        (end, at_end[1] if right is None else right),
-        (end, at_end[0] if left is None else left),
-        (begin, at_begin[0] if left is None else left),
-    )
-    return RoadObject(
-        id=world.ids.thing(),
-        road=road,
-        type="crosswalk",
-        subtype=_SUBTYPES.get(crossing.marking, kind),
-        name=f"{'marked' if kind == 'yes' else kind} crossing",
-        s=crossing.s,
-        t=t,
-        length=crossing.width,
-        width=outer[0] - outer[1],
-        outline=outline(world, road, crossing.s, t, corners),
-        osm_id=crossing.osm_id,
-    )
+    name = f"{'marked' if kind == 'yes' else kind} crossing"
+    corners = ((begin, at_begin[1]), (end, at_end[1]), (end, at_end[0]), (begin, at_begin[0]))
+    words = ("crosswalk", _SUBTYPES.get(crossing.marking, kind), name)
+    found = world.object_at(road, words, s, t, crossing.osm_id)
+    return replace(found, length=width, width=outer[0] - outer[1], outline=outline(world, road, s, t, corners))
 
 
 def island_edges(world: World, road: int, s: float) -> tuple[float, float] | None:
@@ -93,12 +81,9 @@ def _spare(lanes: Sequence[LaneAt]) -> float:
     spare = 0.0
     for lane in lanes:
         width = lane.left - lane.right
-        if lane.type in _SPARE:
-            spare += width
-            continue
-        if lane.type in CAR_LANES:
-            spare += max(width - _LANE_WIDTH, 0.0)
-        break
+        if lane.type not in _SPARE:
+            return spare + max(width - _LANE_WIDTH, 0.0) if lane.type in CAR_LANES else spare
+        spare += width
     return spare
 
 
@@ -106,20 +91,8 @@ def island(world: World, road: int, s: float, half: float, edges: tuple[float, f
     """Make an island from s - half to s + half, cut at the road's ends, between t of its edges, m."""
     begin, end = max(s - half, 0.0), min(s + half, world.lanes.length(road))
     left, right = edges
-    t = 0.5 * (left + right)
-    at = 0.5 * (begin + end)
+    s, t = 0.5 * (begin + end), 0.5 * (left + right)
     corners = ((begin, right), (end, right), (end, left), (begin, left))
-    return RoadObject(
-        id=world.ids.thing(),
-        road=road,
-        type="trafficIsland",
-        subtype="",
-        name="island",
-        s=at,
-        t=t,
-        length=end - begin,
-        width=left - right,
-        height=_ISLAND_HEIGHT,
-        outline=outline(world, road, at, t, corners, _ISLAND_HEIGHT),
-        osm_id=osm_id,
-    )
+    around = outline(world, road, s, t, corners, _ISLAND_HEIGHT)
+    found = world.object_at(road, ("trafficIsland", "", "island"), s, t, osm_id)
+    return replace(found, length=end - begin, width=left - right, height=_ISLAND_HEIGHT, outline=around)

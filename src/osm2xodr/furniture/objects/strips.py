@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
@@ -31,12 +31,10 @@ class Strip:
 
     line: int  # Index of the line
     road: int  # Index of the road
-    # Where it begins, and its length, m
-    s: float
-    length: float
-    # At its start and end, m
-    t_start: float
-    t_end: float
+    s: float  # Where it begins, m
+    length: float  # m
+    t_start: float  # At its start, m
+    t_end: float  # At its end, m
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +43,8 @@ class Run:
 
     line: int  # Index of the line
     road: int  # Index of the road
-    # m
-    s: FloatArray
-    t: FloatArray
+    s: FloatArray  # m
+    t: FloatArray  # m
 
 
 def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_widths: Sequence[float]) -> list[Strip]:
@@ -79,10 +76,7 @@ def strips_on(finder: RoadsideFinder, lines: Sequence[FloatArray], half_width: f
 
 def _sampled(finder: RoadsideFinder, lines: Sequence[FloatArray]) -> tuple[IntArray, RoadsidePlaces]:
     """Return the places of points along lines, vertices included, and the index of each one's line."""
-    if not lines:
-        empty = np.zeros(0)
-        return np.zeros(0, np.int64), finder.places(empty, empty)
-    xs, ys, owner = [], [], []
+    xs, ys, owner = [np.zeros(0)], [np.zeros(0)], [np.zeros(0, np.int64)]
     for k, points in enumerate(lines):
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         count = max(int(np.ceil(along[-1] / POINT_SPACING)), 1) + 1
@@ -110,11 +104,11 @@ def _runs(line: IntArray, places: RoadsidePlaces, t: FloatArray, kept: BoolArray
     # Consecutive links in the same direction are one run.
     turn = np.sign(ds)
     begins = linked & ~np.concatenate([[False], linked[:-1] & (turn[1:] == turn[:-1])])
-    for first in np.flatnonzero(begins).tolist():
-        last = first
-        while last + 1 < len(linked) and linked[last + 1] and not begins[last + 1]:
-            last += 1
-        rows = slice(first, last + 2)
+    stops = np.append(np.flatnonzero(begins | ~linked), len(linked))
+    firsts = np.flatnonzero(begins)
+    ends = stops[np.searchsorted(stops, firsts, side="right")]
+    for first, end in zip(firsts.tolist(), ends.tolist(), strict=True):
+        rows = slice(first, end + 1)
         s, aside = places.s[rows], t[rows]
         if s[-1] < s[0]:
             s, aside = s[::-1], aside[::-1]
@@ -154,30 +148,20 @@ def object_along(
     world: World,
     strip: Strip,
     words: tuple[str, str, str],
-    edges: tuple[float, float],
     size: tuple[float, float],
-    distance: float,
     osm_id: str,
+    aside: float = 0.0,
+    distance: float = 0.0,
 ) -> RoadObject:
-    """Make an object along a strip of road.
+    """Make an object of a type, subtype and name (words) along a strip of road.
 
-    Words are its type, subtype and name; edges t of its middle at the start and the end, size its width and height,
-    distance that between round copies, 0 for one continuous object; all m.
+    Size is its width and height; aside how far its middle lies to the left of the strip; distance that between round
+    copies, 0 for one continuous object; all m.
     """
-    kind, subtype, name = words
     width, height = size
-    return RoadObject(
-        id=world.ids.thing(),
-        road=world.road_map.roads[strip.road].id,
-        type=kind,
-        subtype=subtype,
-        name=name,
-        s=strip.s,
-        t=edges[0],
-        length=0.0 if distance else strip.length,
-        width=0.0 if distance else width,
-        height=height,
-        radius=0.5 * width if distance else 0.0,
-        repeat=ObjectRepeat(strip.s, strip.length, distance, *edges, width, height),
-        osm_id=osm_id,
-    )
+    edges = strip.t_start + aside, strip.t_end + aside
+    found = world.object_at(world.road_map.roads[strip.road].id, words, strip.s, edges[0], osm_id)
+    repeat = ObjectRepeat(strip.s, strip.length, distance, *edges, width, height)
+    if distance:
+        return replace(found, height=height, radius=0.5 * width, repeat=repeat)
+    return replace(found, length=strip.length, width=width, height=height, repeat=repeat)

@@ -28,8 +28,7 @@ _END_TOLERANCE: Final = 0.1
 class _Part:
     """Part of a road on a bridge or in a tunnel."""
 
-    # Where on the road, m
-    begin: float
+    begin: float  # Where on the road, m
     end: float
     tags: tuple[StructureTags, ...]
     ways: tuple[int, ...]  # OSM ways that have these tags
@@ -51,10 +50,9 @@ def place_structures(world: World) -> tuple[RoadStructure, ...]:
         if any(piece.structure_tags is not None for _, piece in world.network.streets[street].pieces)
     }
     for road in world.road_map.roads if parts else ():
-        if road.junction is not None:
-            between = _between(world, road, parts)
-            if between is not None:
-                parts[road.id] = [between]
+        between = None if road.junction is None else _between(world, road, parts)
+        if between is not None:
+            parts[road.id] = [between]
     extent = _extents(world, parts)
     found = tuple(
         _structure(world, road, part, extent[road, number])
@@ -100,21 +98,19 @@ def _beyond(world: World, link: RoadLink | None, parts: _Parts) -> _Key | None:
 
 def _at_end(world: World, road: int, parts: _Parts, *, at_start: bool) -> _Key | None:
     """Return the part at the start or end of a road."""
+    first, last = parts[road][0], parts[road][-1]
     if at_start:
-        return (road, 0) if parts[road][0].begin < _END_TOLERANCE else None
-    last = len(parts[road]) - 1
-    return (road, last) if parts[road][last].end > world.lanes.length(road) - _END_TOLERANCE else None
+        return (road, 0) if first.begin < _END_TOLERANCE else None
+    return (road, len(parts[road]) - 1) if last.end > world.lanes.length(road) - _END_TOLERANCE else None
 
 
 def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
     """Return the length of the structure of each part, over all its roads, m; connecting roads do not count."""
     links: defaultdict[_Key, set[_Key]] = defaultdict(set)
-    connecting = set()
-    for road in world.road_map.roads if parts else ():
+    connecting = {road.id for road in world.road_map.roads if road.junction is not None}
+    for road in world.road_map.roads:
         if not parts.get(road.id):
             continue
-        if road.junction is not None:
-            connecting.add(road.id)
         for link, at_start in ((road.predecessor, True), (road.successor, False)):
             here, there = _at_end(world, road.id, parts, at_start=at_start), _beyond(world, link, parts)
             if here is not None and there is not None:
@@ -137,37 +133,23 @@ def _extents(world: World, parts: _Parts) -> dict[_Key, float]:
 def _structure(world: World, road: int, part: _Part, extent: float) -> RoadStructure:
     """Make a part of a structure of some length, m."""
     first = part.tags[0]
-    if first.kind == "bridge":
-        form, lighting, daylight = first.material or _BRIDGE_MATERIAL, 0.0, 0.0
-    else:
+    form, lighting, daylight = first.material or _BRIDGE_MATERIAL, 0.0, 0.0
+    if first.kind == "tunnel":
         lit = next((tags.lit for tags in part.tags if tags.lit is not None), extent >= _LIT_LENGTH)
         form, lighting = "underpass" if first.open_sides else "standard", float(lit)
         daylight = _GALLERY_DAYLIGHT if first.open_sides else 0.0
-    return RoadStructure(
-        id=world.ids.thing(),
-        road=road,
-        s=part.begin,
-        length=part.end - part.begin,
-        kind=first.kind,
-        type=form,
-        name=next((tags.name for tags in part.tags if tags.name), ""),
-        lighting=lighting,
-        daylight=daylight,
-        osm_way_ids=part.ways,
-    )
+    id_, begin, length = world.ids.thing(), part.begin, part.end - part.begin
+    name = next((tags.name for tags in part.tags if tags.name), "")
+    return RoadStructure(id_, road, begin, length, first.kind, form, name, lighting, daylight, part.ways)
 
 
 def _report(world: World, parts: list[_Part]) -> None:
     """Report what was guessed."""
-    plain, dark = set[int](), set[int]()
-    for part in parts:
-        if part.tags[0].kind == "bridge" and not part.tags[0].material:
-            plain.update(part.ways)
-        if part.tags[0].kind == "tunnel" and all(tags.lit is None for tags in part.tags):
-            dark.update(part.ways)
-    ids = [f"way/{way}" for way in sorted(plain)]
-    finding = f"on bridges without a material: {_BRIDGE_MATERIAL} assumed"
-    world.diagnostics.count(Kind.GUESSED, "bridge-material", ids, "way", finding)
-    ids = [f"way/{way}" for way in sorted(dark)]
-    finding = f"in tunnels without lit=*: assumed lit from a length of {_LIT_LENGTH:g} m"
-    world.diagnostics.count(Kind.GUESSED, "tunnel-lighting", ids, "way", finding)
+    plain = [part for part in parts if part.tags[0].kind == "bridge" and not part.tags[0].material]
+    tunnels = [part for part in parts if part.tags[0].kind == "tunnel"]
+    dark = [part for part in tunnels if all(tags.lit is None for tags in part.tags)]
+    material = f"on bridges without a material: {_BRIDGE_MATERIAL} assumed"
+    lighting = f"in tunnels without lit=*: assumed lit from a length of {_LIT_LENGTH:g} m"
+    for code, found, finding in (("bridge-material", plain, material), ("tunnel-lighting", dark, lighting)):
+        ids = [f"way/{way}" for way in sorted({way for part in found for way in part.ways})]
+        world.diagnostics.count(Kind.GUESSED, code, ids, "way", finding)

@@ -29,22 +29,14 @@ def place_signs(
     signalled: frozenset[tuple[int, bool]],
     crossings: Sequence[Crossing] = (),
 ) -> PlacedSigns:
-    """Place all signs.
+    """Place all signs; stop and give-way signs beside a road may be for those who cross it.
 
-    Parameters
-    ----------
-    world, approaches
-        The roads, and where cars come to junctions.
-    signalled
-        (road, whether at its end) of the approaches with lights, where signs stop nobody.
-    crossings
-        Where people cross: stop and give-way signs beside a road may be for them.
+    On the approaches with lights, `signalled` as (road, whether at its end), signs stop nobody.
     """
     yield_signs = YieldSigns(world, approaches, crossings)
     yield_signs.add_nodes()
     mapped = mapped_posts(world, yield_signs)
     posts = [*yield_signs.posts(), *mapped]
     posts += posts_of_ways(world, approaches, posts)
-    return PlacedSigns(
-        make_signals(world, merge_posts(posts, world.diagnostics)), tuple(yield_signs.stops(signalled))
-    )
+    signals = make_signals(world, merge_posts(posts, world.diagnostics))
+    return PlacedSigns(signals, tuple(yield_signs.stops(signalled)))

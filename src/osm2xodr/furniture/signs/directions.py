@@ -49,31 +49,16 @@ class LimitsAround:
     before: StreetAttributes
     after: StreetAttributes
     here: StreetAttributes  # At the place itself
-    # Distance to the ends of the street, m
-    to_start: float
-    to_end: float
+    to_start: float  # Distance to the start of the street, m
+    to_end: float  # To its end, m
     # The place, m, and the heading of the street there, rad
     x: float
     y: float
     hdg: float
 
     @classmethod
-    def at(cls, street: Street, node: int) -> LimitsAround:
-        """Look around a node of a street."""
-        return cls._of(street, street.place_of(node))
-
-    @classmethod
-    def near(cls, street: Street, x: float, y: float) -> LimitsAround:
-        """Look around the node of a street that is nearest to a place."""
-        return cls._of(street, int(np.argmin(np.hypot(street.points[:, 0] - x, street.points[:, 1] - y))))
-
-    @classmethod
-    def of_end(cls, street: Street, *, at_end: bool) -> LimitsAround:
-        """Look around the start or end of a street."""
-        return cls._of(street, len(street.points) - 1 if at_end else 0)
-
-    @classmethod
-    def _of(cls, street: Street, place: int) -> LimitsAround:
+    def at(cls, street: Street, place: int) -> LimitsAround:
+        """Look around the node of a street with an index."""
         step = np.hypot(*np.diff(street.points, axis=0).T)
         pieces = street.pieces
         k = max(i for i, (first, _) in enumerate(pieces) if first <= place)
@@ -94,11 +79,7 @@ class LimitsAround:
 
     def directions(self) -> tuple[bool, ...]:
         """Return which ways cars run along the street: True along it."""
-        runs = self.here.car_directions()
-        both = Direction.BOTH in runs
-        return tuple(
-            along for along, way in ((True, Direction.FORWARD), (False, Direction.BACKWARD)) if both or way in runs
-        )
+        return tuple(along for along, runs in zip((True, False), _runs(self.here), strict=True) if runs)
 
     def along(self, facing: Facing) -> bool | None:
         """Return the direction of traffic that a sign is for; None where neither tags nor a one-way street say it."""
@@ -117,9 +98,8 @@ class LimitsAround:
 
     def into_town(self) -> bool | None:
         """Return the direction into a town: to where the limit is lower; None where it is the same."""
-        before, after = (
-            max(item.speed_forward or 0.0, item.speed_backward or 0.0) for item in (self.before, self.after)
-        )
+        sides = (self.before, self.after)
+        before, after = (max(item.speed_forward or 0.0, item.speed_backward or 0.0) for item in sides)
         if not before or not after or abs(before - after) < _SAME_LIMIT:
             return None
         return after < before
@@ -158,9 +138,15 @@ class LimitsAround:
 
 def cars_at_end(street: Street, end: int) -> tuple[bool, bool]:
     """Return whether cars come to an end of a street (2 x street, plus 1 for its end), and whether they leave it."""
-    runs = street.pieces[-1 if end % 2 else 0][1].car_directions()
-    forward, backward = (Direction.BOTH in runs or way in runs for way in (Direction.FORWARD, Direction.BACKWARD))
+    forward, backward = _runs(street.pieces[-1 if end % 2 else 0][1])
     return (forward, backward) if end % 2 else (backward, forward)
+
+
+def _runs(attributes: StreetAttributes) -> tuple[bool, bool]:
+    """Return whether cars run along a street, and whether against it."""
+    runs = attributes.car_directions()
+    both = Direction.BOTH in runs
+    return both or Direction.FORWARD in runs, both or Direction.BACKWARD in runs
 
 
 class TownSide:

@@ -54,15 +54,15 @@ class _Reader:
             return
         street = self._world.network.streets[found[0].street]
         for facing, faces in values:
-            limits = LimitsAround.at(street, node)
-            spot = self._in_junction(node, found[0]) if meets or found[0].road < 0 else None
-            if spot is None and (meets or found[0].road < 0):
+            limits = LimitsAround.at(street, street.place_of(node))
+            if meets or found[0].road < 0:
+                spot = self._in_junction(node, found[0])
+            else:
+                s = min(max(found[0].s, 0.0), self._world.lanes.length(found[0].road))
+                spot = Spot(found[0].road, s, None, limits.along(facing), limits)
+            if spot is None:
                 self._leave_out(osm_id, "it stands on a junction and does not say for which of its roads")
                 return
-            if spot is None:
-                length = self._world.lanes.length(found[0].road)
-                s = min(max(found[0].s, 0.0), length)
-                spot = Spot(found[0].road, s, None, limits.along(facing), limits)
             if not facing.both and self._for_both(faces, spot):
                 words = "the sign holds for both directions of its street: no tag says for which"
                 self._world.diagnostics.guessed("sign-direction", osm_id, words)
@@ -75,7 +75,7 @@ class _Reader:
         if place.road >= 0 or node in street.node_ids[[0, -1]]:
             meeting = street.start if int(street.node_ids[0]) == node else street.end
         else:
-            runs = LimitsAround.at(street, node).directions()
+            runs = LimitsAround.at(street, street.place_of(node)).directions()
             if len(runs) != 1:
                 return None
             meeting = street.start if runs[0] else street.end
@@ -87,14 +87,14 @@ class _Reader:
         if road < 0:
             return None
         at_end = bool(coming[0] % 2)
-        limits = LimitsAround.of_end(network.streets[coming[0] // 2], at_end=at_end)
+        street = network.streets[coming[0] // 2]
+        limits = LimitsAround.at(street, len(street.points) - 1 if at_end else 0)
         return Spot(road, self._world.lanes.length(road) if at_end else 0.0, None, at_end, limits)
 
     def beside(self, thing: RoadsideThing, post: SignPost, candidates: Sequence[Candidate]) -> None:
         """Read the signs of a node beside streets."""
-        faces: list[SignFace] = []
-        for signs in post.signs:
-            faces += _faces_for_cars(signs, but_yielding=post.control is not None)
+        yielding = post.control is not None
+        faces = [face for signs in post.signs for face in _faces_for_cars(signs, but_yielding=yielding)]
         if post.control is not None:
             faces.insert(0, SignFace(post.control.value))
         if not faces:
@@ -102,7 +102,9 @@ class _Reader:
             return
         yields = [face.meaning for face in faces if face.meaning in KINDS]
         if yields:
-            spot = self._yield_spot(thing, candidates, yields[0])
+            spot = choose_yield(candidates, yields[0], self._yield_signs.ahead)
+            if not self._world.footway_nodes.isdisjoint(thing.node_ids.tolist()):
+                spot = "it stands on a way for people on foot or bicycles"
             if not isinstance(spot, str):
                 self._place(thing.osm_id, post, faces, spot)
                 return
@@ -115,12 +117,6 @@ class _Reader:
             self._leave_out(thing.osm_id, spot)
         else:
             self._place(thing.osm_id, post, faces, spot)
-
-    def _yield_spot(self, thing: RoadsideThing, candidates: Sequence[Candidate], kind: str) -> Spot | str:
-        """Return where a stop or give-way sign beside streets stands, or why there is none."""
-        if not self._world.footway_nodes.isdisjoint(thing.node_ids.tolist()):
-            return "it stands on a way for people on foot or bicycles"
-        return choose_yield(candidates, kind, self._yield_signs.ahead)
 
     def _place(self, osm_id: str, post: SignPost, faces: Sequence[SignFace], spot: Spot) -> None:
         """Make the posts of signs at a place, one for each direction that they are for."""
@@ -195,11 +191,10 @@ class _Reader:
             into = spot.limits.into_town()
         if into is None:
             into = self._town.ahead(spot.limits)
-            if into is not None:
-                words = "the town is assumed to lie on the side of its sign with more streets"
-                self._world.diagnostics.guessed("town-side", osm_id, words)
-        if into is None:
-            return []
+            if into is None:
+                return []
+            words = "the town is assumed to lie on the side of its sign with more streets"
+            self._world.diagnostics.guessed("town-side", osm_id, words)
         out = [] if ends else [(into, begin)]
         if ends or (word != "begin" and not face.code):
             out.append((not into, end))

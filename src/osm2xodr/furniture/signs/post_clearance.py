@@ -52,9 +52,8 @@ class PostClearance:
         elevation = world.road_map.elevation
         rise = cubic_value(elevation, curve, at) - cubic_value(elevation, own, s)[point]
         rows = np.flatnonzero(near & (np.abs(rise) <= _LEVEL_HEIGHT))
-        for place, other, on, off in zip(
-            point[rows].tolist(), curve[rows].tolist(), at[rows].tolist(), aside[rows].tolist(), strict=True
-        ):
+        columns = (column[rows].tolist() for column in (point, curve, at, aside))
+        for place, other, on, off in zip(*columns, strict=True):
             if out[place] and abs(off) < self._half_width(other):
                 left, right = world.lanes.carriageway(world.road_map.roads[other].id, on)
                 at_place = float(x[place]), float(y[place])

@@ -20,36 +20,40 @@ _SHARED_POST: Final = 4.0
 _STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
 
 # Shapes of the Vienna Convention on Road Signs; all others are round.
-_TRIANGLES: Final = frozenset(
-    {
-        *("give_way", "priority_next", "hazard", "crossroads", "curve_left", "curve_right", "curves_left"),
-        *("curves_right", "steep_down", "steep_up", "bumps", "slippery", "side_wind", "road_narrows"),
-        *("road_works", "queues", "two_way", "signals_ahead", "pedestrians", "children", "bicycles"),
-        *("animals", "level_crossing_ahead", "crosswalk_ahead", "stop_ahead", "give_way_ahead"),
-    }
-)
-_SQUARES: Final = frozenset(
-    {
-        *("priority_road", "priority_road_end", "priority_over_oncoming", "parking", "motorway"),
-        *("motorway_end", "motorroad", "motorroad_end", "crosswalk", "dead_end", "tunnel", "one_way"),
-        *("advisory_speed", "advisory_speed_end", "maxspeed_zone", "maxspeed_zone_end", "pedestrian_zone"),
-        *("pedestrian_zone_end"),
-    }
-)
+_SHAPES: Final = {
+    "stop": "octagon",
+    **dict.fromkeys(
+        (
+            *("give_way", "priority_next", "hazard", "crossroads", "curve_left", "curve_right", "curves_left"),
+            *("curves_right", "steep_down", "steep_up", "bumps", "slippery", "side_wind", "road_narrows"),
+            *("road_works", "queues", "two_way", "signals_ahead", "pedestrians", "children", "bicycles"),
+            *("animals", "level_crossing_ahead", "crosswalk_ahead", "stop_ahead", "give_way_ahead"),
+        ),
+        "triangle",
+    ),
+    **dict.fromkeys(
+        (
+            *("priority_road", "priority_road_end", "priority_over_oncoming", "parking", "motorway"),
+            *("motorway_end", "motorroad", "motorroad_end", "crosswalk", "dead_end", "tunnel", "one_way"),
+            *("advisory_speed", "advisory_speed_end", "maxspeed_zone", "maxspeed_zone_end", "pedestrian_zone"),
+            *("pedestrian_zone_end",),
+        ),
+        "square",
+    ),
+    **dict.fromkeys(("city_limit", "city_limit_end", "living_street", "living_street_end"), "town"),
+}
 # Lanes on which posts may stand.
 _STANDING: Final = frozenset(
     {LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB, LaneType.NONE, LaneType.MEDIAN, LaneType.SHOULDER}
 )
-_TOWNS: Final = frozenset({"city_limit", "city_limit_end", "living_street", "living_street_end"})
 
 
 @dataclass(frozen=True, slots=True)
 class Post:
     """Signs at one place for one direction."""
 
-    # Where, m
-    road: int
-    s: float
+    road: int  # Id of the road
+    s: float  # m
     along: bool  # Whether they are for traffic along s, else for that against it
     faces: tuple[SignFace, ...]  # The signs, from the top down; each supplementary plate follows its sign
     osm_id: str  # What they come from; empty where no single element is behind them
@@ -109,7 +113,11 @@ def make_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
     out: list[Signal] = []
     for post, (s, t) in zip(posts, _places(world, posts), strict=True):
         lower = defaults.SIGN_LOWER_EDGE
-        for face in reversed(_from_top(post.faces)):
+        faces = post.faces
+        if faces and faces[0].supplementary:
+            # A plate without a sign above it goes to the bottom.
+            faces = tuple(sorted(faces, key=lambda face: face.supplementary))
+        for face in reversed(faces):
             if face.code and not face.meaning and (face.country, face.code) not in foreign:
                 foreign.add((face.country, face.code))
                 words = f"the sign {face.country}:{face.code} has no common number and keeps its own"
@@ -120,11 +128,6 @@ def make_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
     return tuple(out)
 
 
-def _from_top(faces: Sequence[SignFace]) -> list[SignFace]:
-    """Return signs from the top down, a plate without a sign above it at the bottom."""
-    return sorted(faces, key=lambda face: face.supplementary) if faces and faces[0].supplementary else list(faces)
-
-
 def _places(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
     """Return s and t of posts: as mapped or beside the carriageway, and not on the lanes of another road."""
     others = PostClearance(world, [(post.road, post.s) for post in posts])
@@ -132,7 +135,8 @@ def _places(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
     free = others.are_free([(post.road, s, t) for post, (s, t) in zip(posts, first, strict=True)])
     out: list[tuple[float, float]] = []
     for post, usual, is_free in zip(posts, first, free, strict=True):
-        if post.t is not None and _beside(world, post.road, post.s, post.t):
+        left, right = world.lanes.carriageway(post.road, post.s)
+        if post.t is not None and max(post.t - left, right - post.t) > 0.5 * defaults.SIGN_CLEARANCE_LEAST:
             out.append((post.s, post.t))
         else:
             out.append(usual if is_free else _elsewhere(world, others, post))
@@ -156,11 +160,6 @@ def _elsewhere(world: World, others: PostClearance, post: Post) -> tuple[float, 
     return places[0]
 
 
-def _beside(world: World, road: int, s: float, t: float) -> bool:
-    left, right = world.lanes.carriageway(road, s)
-    return t > left + 0.5 * defaults.SIGN_CLEARANCE_LEAST or t < right - 0.5 * defaults.SIGN_CLEARANCE_LEAST
-
-
 def _beyond_edge(world: World, road: int, s: float, along: bool, clearance: float) -> float:
     """Return t of a place beside the carriageway on the side to which traffic of a direction keeps, m."""
     left, right = world.lanes.carriageway(road, s)
@@ -181,17 +180,11 @@ def _signal(world: World, post: Post, face: SignFace, place: tuple[float, float,
     code = sign_code(
         face.meaning, face.value, country, own_codes=target.own_codes, value_in_subtype=target.value_in_subtype
     ) or SignCode(face.code or "-1", NO_SUBTYPE, face.country)
+    name = face.meaning or face.text or f"{face.country}:{face.code}"
     width, height = defaults.SIGN_SIZE[_shape(face)]
     lanes = car_lanes(world, post.road, s, post.along) or car_lanes(world, post.road, s, not post.along)
     return Signal(
-        id=world.ids.thing(),
-        road=post.road,
-        s=s,
-        t=t,
-        name=face.meaning or face.text or f"{face.country}:{face.code}",
-        type=code.type,
-        subtype=code.subtype,
-        country=code.country,
+        *(world.ids.thing(), post.road, s, t, name, code.type, code.subtype, code.country),
         dynamic=False,
         orientation="+" if post.along else "-",
         z_offset=lower,
@@ -206,11 +199,4 @@ def _signal(world: World, post: Post, face: SignFace, place: tuple[float, float,
 
 
 def _shape(face: SignFace) -> str:
-    if face.supplementary:
-        return "plate"
-    if face.meaning == "stop":
-        return "octagon"
-    for shape, members in (("triangle", _TRIANGLES), ("square", _SQUARES), ("town", _TOWNS)):
-        if face.meaning in members:
-            return shape
-    return "round"
+    return "plate" if face.supplementary else _SHAPES.get(face.meaning, "round")

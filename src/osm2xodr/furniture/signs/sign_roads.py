@@ -69,49 +69,35 @@ def candidates_beside(world: World, things: Sequence[tuple[RoadsideThing, SignPo
     near = curves_near(plan, x, y)
     finder = CurveFinder(plan, near[near < len(world.places.road_street)])
     point, curve, s, t, distance = finder.near(x, y, _REACH)
-    hdg = pose(plan, curve, s)[2]
-    for k in np.lexsort((curve, distance, point)).tolist():
-        thing, road = int(point[k]), int(curve[k])
-        beyond = max(float(distance[k]) ** 2 - float(t[k]) ** 2, 0.0) ** 0.5
-        found = _candidate(
-            world,
-            things[thing][1].facing,
-            (x[thing], y[thing]),
-            road,
-            (float(s[k]), float(t[k]), float(hdg[k])),
-            beyond,
-        )
+    beyond = np.sqrt(np.maximum(distance**2 - t**2, 0.0))
+    order = np.lexsort((curve, distance, point))
+    columns = (point, curve, s, t, pose(plan, curve, s)[2], beyond)
+    for thing, road, *place in zip(*(column[order].tolist() for column in columns), strict=True):
+        found = _candidate(world, things[thing][1].facing, things[thing][0].points[0].tolist(), road, *place)
         if found is not None:
             out[thing].append(found)
     return out
 
 
 def _candidate(
-    world: World,
-    facing: Facing,
-    at: tuple[float, float],
-    curve: int,
-    place: tuple[float, float, float],
-    beyond: float,
+    world: World, facing: Facing, at: tuple[float, float], curve: int, s: float, t: float, hdg: float, beyond: float
 ) -> Candidate | None:
-    """Return a candidate at a place on a road (s, t, heading); None if the sign faces no traffic there."""
-    s, t, hdg = place
-    road = world.road_map.roads[curve].id
-    street = world.network.streets[int(world.places.road_street[curve])]
-    x, y = at
-    limits = LimitsAround.near(street, x, y)
-    runs = limits.directions()
-    left, right = world.lanes.carriageway(road, s)
-    on_right = t < 0.5 * (left + right)
-    keeps_right = world.road_map.rule is Rule.RIGHT_HAND
+    """Return a candidate at s, t, heading of a road; None if the sign faces no traffic there."""
     heading = seen_heading(facing)
     along = None if heading is None else faced_along(heading, hdg)
     if heading is not None and along is None:
         return None
+    road = world.road_map.roads[curve].id
+    street = world.network.streets[int(world.places.road_street[curve])]
+    limits = LimitsAround.at(street, int(np.argmin(np.hypot(*(street.points - at).T))))
+    runs = limits.directions()
+    left, right = world.lanes.carriageway(road, s)
+    on_right = t < 0.5 * (left + right)
+    keeps_right = world.road_map.rule is Rule.RIGHT_HAND
     if along is None:
         along = on_right == keeps_right if len(runs) > 1 else runs[0]
     spot, outside = Spot(road, s, t, along, limits), max(t - left, right - t)
-    return Candidate(spot, along, way_at(street, x, y), outside, on_right == (along == keeps_right), beyond)
+    return Candidate(spot, along, way_at(street, *at), outside, on_right == (along == keeps_right), beyond)
 
 
 def choose_spot(candidates: Sequence[Candidate], *, any_way: bool) -> Spot | str:
@@ -122,8 +108,7 @@ def choose_spot(candidates: Sequence[Candidate], *, any_way: bool) -> Spot | str
     if not candidates:
         return _NO_ROAD
     led = [item for item in candidates if any_way or item.along in item.spot.limits.directions()]
-    kept = led or candidates
-    return _best(kept, [item.misfit() for item in kept])
+    return _best([(item.misfit(), item) for item in led or candidates])
 
 
 def choose_yield(
@@ -135,17 +120,15 @@ def choose_yield(
     place, in a direction, m; None where there is nothing.
     """
     why = ""
-    misfits: list[float] = []
-    left: list[Candidate] = []
+    left: list[tuple[float, Candidate]] = []
     for item in sorted(candidates, key=Candidate.misfit):
         distance = ahead(item.spot, item.along)
         problem = _no_yield(item, kind)
         if problem or distance is None:
             why = why or problem or "no junction or crossing is ahead of it on the nearest road"
-            continue
-        left.append(item)
-        misfits.append(item.misfit() + _AHEAD_SHARE * distance)
-    return _best(left, misfits) if left else why or _NO_ROAD
+        else:
+            left.append((item.misfit() + _AHEAD_SHARE * distance, item))
+    return _best(left) if left else why or _NO_ROAD
 
 
 def _no_yield(item: Candidate, kind: str) -> str:
@@ -161,12 +144,11 @@ def _no_yield(item: Candidate, kind: str) -> str:
     return ""
 
 
-def _best(candidates: Sequence[Candidate], misfits: Sequence[float]) -> Spot | str:
-    """Return the place that fits best, unless a road of another level fits about as well."""
-    least, best = min(zip(misfits, candidates, strict=True), key=lambda pair: pair[0])
-    for item, misfit in zip(candidates, misfits, strict=True):
-        if item.way.layer != best.way.layer and misfit < least + _AMBIGUOUS:
-            return "roads on several levels are near, and it does not say for which of them"
+def _best(candidates: Sequence[tuple[float, Candidate]]) -> Spot | str:
+    """Return the place that fits best, by its misfit, unless a road of another level fits about as well."""
+    least, best = min(candidates, key=lambda pair: pair[0])
+    if any(item.way.layer != best.way.layer and misfit < least + _AMBIGUOUS for misfit, item in candidates):
+        return "roads on several levels are near, and it does not say for which of them"
     if best.way.structure is Structure.TUNNEL:
         return "the nearest road runs in a tunnel, and it does not say that it stands there"
     return best.spot

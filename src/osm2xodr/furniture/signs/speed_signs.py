@@ -6,7 +6,8 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from itertools import pairwise
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -29,12 +30,8 @@ _WHOLE_NUMBER: Final = 0.02
 _LIMITS: Final = frozenset({"maxspeed", "maxspeed_zone", "living_street", "restrictions_end"})
 
 
-@dataclass(frozen=True, slots=True)
-class _Pieces:
-    """What holds along a road."""
-
-    s: tuple[float, ...]  # Where each piece begins, ascending from 0, m
-    attributes: tuple[StreetAttributes, ...]
+# What holds along a road: where each piece begins, ascending from 0, m, and its attributes
+_Pieces: TypeAlias = list[tuple[float, StreetAttributes]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +61,8 @@ def posts_of_ways(world: World, approaches: Sequence[Approach], others: Sequence
     changes = [*_along_roads(world, pieces), *_behind_junctions(world, approaches, pieces)]
     # In the direction of travel, so that the first of equal signs is kept.
     for change in sorted(changes, key=lambda item: (item.road, item.along, item.s if item.along else -item.s)):
-        faces = [
-            face
-            for face in _faces(change, world.network.country)
-            if not _is_said(face, change, said.get((change.road, change.along), ()))
-        ]
+        before = said.get((change.road, change.along), ())
+        faces = [face for face in _faces(change, world.network.country) if not _is_said(face, change, before)]
         if faces and car_lanes(world, change.road, change.s, change.along):
             said[change.road, change.along] += [(change.s, face, False) for face in faces]
             osm_id = f"way/{change.after.osm_way_id}"
@@ -81,10 +75,10 @@ def _road_pieces(world: World) -> Mapping[int, _Pieces]:
     places, streets = world.places, world.network.streets
     of_street = places.road_street.tolist()
     cut = [
-        (k, piece, *streets[street].points[streets[street].pieces[piece][0]].tolist())
+        (k, piece, *streets[street].points[at].tolist())
         for k, street in enumerate(of_street)
-        for piece in range(1, len(streets[street].pieces))
-        if _signed(streets[street].pieces[piece - 1][1]) != _signed(streets[street].pieces[piece][1])
+        for piece, ((_, one), (at, other)) in enumerate(pairwise(streets[street].pieces), start=1)
+        if _signed(one) != _signed(other)
     ]
     found: dict[int, list[tuple[float, int]]] = defaultdict(list)
     if cut:
@@ -95,11 +89,10 @@ def _road_pieces(world: World) -> Mapping[int, _Pieces]:
     out: dict[int, _Pieces] = {}
     for k, street in enumerate(of_street):
         ways = streets[street].pieces
-        starts, holding = [0.0], [ways[0][1]]
+        holding = [(0.0, ways[0][1])]
         for at, index in sorted(found.get(k, ()), key=lambda item: item[1]):
-            starts.append(max(at, starts[-1]))
-            holding.append(ways[index][1])
-        out[world.road_map.roads[k].id] = _Pieces(tuple(starts), tuple(holding))
+            holding.append((max(at, holding[-1][0]), ways[index][1]))
+        out[world.road_map.roads[k].id] = holding
     return out
 
 
@@ -113,18 +106,13 @@ def _limit(attributes: StreetAttributes, along: bool) -> float | None:
 
 
 def _along_roads(world: World, pieces: Mapping[int, _Pieces]) -> Iterator[_Change]:
-    for road, item in pieces.items():
-        if len(item.s) == 1:
-            continue
-        length = world.lanes.length(road)
-        for k in range(1, len(item.s)):
-            if not 0.0 < item.s[k] < length:
-                continue
-            one, other = item.attributes[k - 1], item.attributes[k]
-            for along, before, after in ((True, one, other), (False, other, one)):
-                limit = _limit(before, along)
-                limits = () if limit is None else (limit,)
-                yield _Change(road, item.s[k], along, (before,), limits, after, from_junction=False)
+    for road, items in pieces.items():
+        for (_, one), (s, other) in pairwise(items):
+            if 0.0 < s < world.lanes.length(road):
+                for along, before, after in ((True, one, other), (False, other, one)):
+                    limit = _limit(before, along)
+                    limits = () if limit is None else (limit,)
+                    yield _Change(road, s, along, (before,), limits, after, from_junction=False)
 
 
 def _behind_junctions(
@@ -132,14 +120,14 @@ def _behind_junctions(
 ) -> Iterator[_Change]:
     limits: dict[tuple[int, bool], set[float]] = defaultdict(set)
     for item in approaches:
-        there = pieces[item.road].attributes[-1 if item.at_end else 0]
+        there = pieces[item.road][-1 if item.at_end else 0][1]
         limit = _limit(there, item.at_end)
         # Arms of unknown limit or of the lowest classes do not count.
         known = limit is not None and priority_rank(there.highway) > PRIORITY_RANK_MINOR
         for movement in item.movements:
             if movement.exit_road == item.road or movement.exit_road not in pieces:
                 continue
-            after = pieces[movement.exit_road].attributes[0 if movement.exit_at_start else -1]
+            after = pieces[movement.exit_road][0 if movement.exit_at_start else -1][1]
             signed = after.speed_signed and known and _limit(after, movement.exit_at_start) != limit
             if signed and limit is not None:
                 limits[movement.exit_road, movement.exit_at_start].add(limit)
@@ -148,7 +136,7 @@ def _behind_junctions(
     for (road, at_start), found in sorted(limits.items()):
         length = world.lanes.length(road)
         away = min(_BEHIND_JUNCTION, 0.5 * length)
-        after = pieces[road].attributes[0 if at_start else -1]
+        after = pieces[road][0 if at_start else -1][1]
         s = away if at_start else length - away
         yield _Change(road, s, at_start, (), tuple(sorted(found)), after, from_junction=True)
 
@@ -157,10 +145,8 @@ def _faces(change: _Change, country: str) -> Iterator[SignFace]:
     """Yield the signs that stand at a change."""
     if change.after.priority_road and (change.from_junction or not all(item.priority_road for item in change.before)):
         yield SignFace("priority_road")
-    limit = _limit(change.after, change.along)
-    if limit is None or not change.after.speed_signed:
-        return
-    if not all(same_limit(item, limit) for item in change.limits_before):
+    limit = _limit(change.after, change.along) if change.after.speed_signed else None
+    if limit is not None and not all(same_limit(item, limit) for item in change.limits_before):
         yield _limit_face(change.after, limit, country)
 
 
@@ -186,12 +172,9 @@ def shown_speed(speed: float, country: str) -> tuple[float, str]:
 
 def _is_said(face: SignFace, change: _Change, said: Sequence[tuple[float, SignFace, bool]]) -> bool:
     """Return whether another sign says the same: shortly before, or if it is mapped also shortly behind."""
-    for s, other, mapped in said:
-        ahead = change.s - s if change.along else s - change.s
-        near = abs(ahead) < _REPEATED if mapped else 0.0 <= ahead < _REPEATED
-        if near and _says(other) == _says(face):
-            return True
-    return False
+    sign = 1.0 if change.along else -1.0
+    same = ((sign * (change.s - s), mapped) for s, other, mapped in said if _says(other) == _says(face))
+    return any(abs(ahead) < _REPEATED and (mapped or ahead >= 0.0) for ahead, mapped in same)
 
 
 def _says(face: SignFace) -> tuple[str, float | None]:

@@ -25,10 +25,9 @@ class YieldSign:
     """A stop or give-way sign for one direction of a road."""
 
     kind: str  # ``stop`` or ``give_way``
-    # Where traffic has to stop or yield, m, and its direction
-    road: int
-    s: float
-    along: bool
+    road: int  # Id of the road
+    s: float  # Where traffic has to stop or yield, m
+    along: bool  # Its direction: whether along s
     osm_id: str  # The node
     approach: Approach | None = None  # The approach that it is for; None apart from junctions
     all_way: bool = False  # Whether all approaches of the junction have to stop
@@ -67,9 +66,9 @@ class YieldSigns:
             signs = self._signs(node, controls[node], found)
             if isinstance(signs, str):
                 self._leave_out(f"node/{node}", signs)
-                continue
-            for sign in signs:
-                self.add(sign)
+            else:
+                for sign in signs:
+                    self.add(sign)
 
     def add(self, sign: YieldSign) -> None:
         """Add a sign; of several for one approach the first is kept, but a stop sign rather than a give-way sign."""
@@ -151,14 +150,9 @@ class YieldSigns:
         """Return the approaches from which a street inside a junction is the only way on."""
         streets = self._world.network.streets
         arms = [2 * street + (not start) for street, start in self._world.network.intersections[start_node].arms]
-        out = []
-        for arm in arms:
-            if arm not in self._by_end or arm == end ^ 1:
-                continue
-            onwards = [other for other in arms if other != arm and cars_at_end(streets[other // 2], other)[1]]
-            if onwards == [end ^ 1]:
-                out.append(self._by_end[arm])
-        return out
+        left = [other for other in arms if cars_at_end(streets[other // 2], other)[1]]
+        coming = [arm for arm in arms if arm in self._by_end and arm != end ^ 1]
+        return [self._by_end[arm] for arm in coming if [other for other in left if other != arm] == [end ^ 1]]
 
     def _at_intersection(self, meeting: Intersection, control: NodeControl) -> list[YieldSign] | str:
         """Return the signs of a node where streets meet."""
@@ -171,30 +165,27 @@ class YieldSigns:
         meant = here if control.all_way or len(here) == 1 else self._yielding(here, control)
         if not meant:
             return "it stands on a junction of equal roads and does not say for which of them"
-        return [
-            self._of(item, _kind(control), f"node/{meeting.osm_node_id}", all_way=control.all_way) for item in meant
-        ]
+        kind, osm_id = _kind(control), f"node/{meeting.osm_node_id}"
+        return [self._of(item, kind, osm_id, all_way=control.all_way) for item in meant]
 
     def _yielding(self, here: Sequence[Approach], control: NodeControl) -> list[Approach]:
         """Return the approaches that yield: by the junction's priorities, class of road, or the node's direction."""
         minor = [item for item in here if item.road in self._minor_roads[item.junction]]
         if minor and len(minor) < len(here):
             return minor
-        ranks = [self._rank(item.street_end) for item in here]
+        streets = self._world.network.streets
+        ends = [(item, item.street_end % 2, streets[item.street_end // 2]) for item in here]
+        ranks = [priority_rank(street.pieces[-1 if end else 0][1].highway) for _, end, street in ends]
         lower = [item for item, rank in zip(here, ranks, strict=True) if rank < max(ranks)]
         if lower:
             return lower
         if control.facing.along is None:
             return []
-        out = []
-        for item in here:
-            street, end = self._world.network.streets[item.street_end // 2], item.street_end % 2
-            if meant_ends(street, end * (len(street.points) - 1), control.facing) == (end,):
-                out.append(item)
-        return out
-
-    def _rank(self, end: int) -> int:
-        return priority_rank(self._world.network.streets[end // 2].pieces[-1 if end % 2 else 0][1].highway)
+        return [
+            item
+            for item, end, street in ends
+            if meant_ends(street, end * (len(street.points) - 1), control.facing) == (end,)
+        ]
 
     def _of(self, item: Approach, kind: str, osm_id: str, *, all_way: bool = False) -> YieldSign:
         return YieldSign(kind, item.road, item.stop_s, item.at_end, osm_id, item, all_way)

@@ -42,7 +42,11 @@ def find_approaches(world: World, crossings: Sequence[Crossing]) -> tuple[Approa
 def _movements(world: World) -> dict[tuple[int, int, bool], list[Movement]]:
     """Return the ways of cars through junctions, by junction, road and whether they come from its end."""
     road_map = world.road_map
-    turns = _turns(world)
+    plan = road_map.plan_view
+    every = np.arange(len(plan.start) - 1)
+    start, end = (pose(plan, every, s)[2] for s in (np.zeros(len(every)), lengths(plan)))
+    # Change of heading along each road, rad
+    turns = wrapped(end - start).tolist()
     out: dict[tuple[int, int, bool], list[Movement]] = defaultdict(list)
     for junction in road_map.junctions:
         for connection in junction.connections:
@@ -54,25 +58,9 @@ def _movements(world: World) -> dict[tuple[int, int, bool], list[Movement]]:
                 lane = next(item for item in through.lane_sections[0].lanes if item.id == lane_through)
                 if lane.type not in CAR_LANES or lane.successor is None:
                     continue
-                movement = Movement(
-                    connection.connecting_road,
-                    lane_in,
-                    after.id,
-                    bool(after.at_start),
-                    lane.successor,
-                    turns[world.lanes.index(connection.connecting_road)],
-                )
+                turn = turns[world.lanes.index(through.id)]
+                movement = Movement(through.id, lane_in, after.id, bool(after.at_start), lane.successor, turn)
                 out[junction.id, before.id, not before.at_start].append(movement)
-    return out
-
-
-def _turns(world: World) -> list[float]:
-    """Return the change of heading along each road, rad."""
-    plan = world.road_map.plan_view
-    every = np.arange(len(plan.start) - 1)
-    start = pose(plan, every, np.zeros(len(every)))[2]
-    end = pose(plan, every, lengths(plan))[2]
-    out: list[float] = wrapped(end - start).tolist()
     return out
 
 
@@ -84,34 +72,27 @@ def _control_nodes(world: World) -> Mapping[tuple[int, bool], list[float]]:
         control = world.network.node_facts.controls.get(node)
         if road < 0 or control is None or control.tagged is None:
             continue
-        length = world.lanes.length(road)
-        if 0.0 < s < length:
-            for at_end, distance in ((False, s), (True, length - s)):
-                if distance <= defaults.STOP_NODE_REACH:
-                    out[road, at_end].append(s)
+        for at_end, distance in ((False, s), (True, world.lanes.length(road) - s)):
+            if 0.0 < s < world.lanes.length(road) and distance <= defaults.STOP_NODE_REACH:
+                out[road, at_end].append(s)
     return out
 
 
 def _stop(world: World, road: int, at_end: bool, crossings: Sequence[Crossing], nodes: Sequence[float]) -> float:
     """Return s where traffic stops: at the farthest sign, but before crossings and outside the junction, m."""
     length = world.lanes.length(road)
-    # Distance from the junction
-    away = defaults.STOP_LINE_SETBACK
-    for s in nodes:
-        away = max(away, length - s if at_end else s)
-    for crossing in crossings:
-        to_middle = length - crossing.s if at_end else crossing.s
-        away = max(away, to_middle + 0.5 * crossing.width + defaults.STOP_LINE_BEFORE_CROSSING)
-    away = min(away, 0.5 * length)
-    return length - away if at_end else away
+    # s, and how far before it traffic stops
+    before = [(s, 0.0) for s in nodes]
+    before += [(item.s, 0.5 * item.width + defaults.STOP_LINE_BEFORE_CROSSING) for item in crossings]
+    # Distances from the junction
+    away = [(length - s if at_end else s) + more for s, more in before]
+    farthest = min(max([defaults.STOP_LINE_SETBACK, *away]), 0.5 * length)
+    return length - farthest if at_end else farthest
 
 
 def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
     """Return the ids of the lanes for cars that run along s (or against it), from the centre outwards."""
-    found = [
-        lane.id
-        for lane in world.lanes.at(road, s)
-        if lane.type in CAR_LANES
-        and (lane.type is LaneType.BIDIRECTIONAL or world.lanes.runs_along(lane.id) == along)
-    ]
-    return tuple(sorted(found, key=abs))
+    runs = world.lanes.runs_along
+    cars = [lane for lane in world.lanes.at(road, s) if lane.type in CAR_LANES]
+    own = (lane.id for lane in cars if lane.type is LaneType.BIDIRECTIONAL or runs(lane.id) == along)
+    return tuple(sorted(own, key=abs))

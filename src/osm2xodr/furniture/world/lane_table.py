@@ -5,7 +5,10 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Final
+
+import numpy as np
 
 from osm2xodr.curves import lengths
 from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, Road, RoadMap, Rule
@@ -21,9 +24,8 @@ class LaneAt:
 
     id: int
     type: LaneType
-    # t of its edges, left > right, m
-    left: float
-    right: float
+    left: float  # t of its left edge, m
+    right: float  # t of its right edge, m; less than left
 
     @property
     def middle(self) -> float:
@@ -33,34 +35,29 @@ class LaneAt:
 
 @dataclass(frozen=True, slots=True)
 class _Sides:
-    """The lanes left and right of the centre, outwards, and how many of them are part of the carriageway."""
+    """The lanes left and right of the centre, outwards, and those of them that are part of the carriageway."""
 
     left: tuple[Lane, ...]
     right: tuple[Lane, ...]
-    paved_left: int
-    paved_right: int
+    paved_left: tuple[Lane, ...]
+    paved_right: tuple[Lane, ...]
 
     @classmethod
     def of(cls, section: LaneSection) -> _Sides:
         """Sort the lanes of a section."""
-        left = tuple(sorted((lane for lane in section.lanes if lane.id > 0), key=lambda lane: lane.id))
-        right = tuple(sorted((lane for lane in section.lanes if lane.id < 0), key=lambda lane: -lane.id))
-        return cls(left, right, _paved(left), _paved(right))
+        lanes = sorted(section.lanes, key=lambda lane: abs(lane.id))
+        left, right = (tuple(lane for lane in lanes if lane.id * side > 0) for side in (1, -1))
+        paved = (tuple(takewhile(lambda lane: lane.type not in OFF_CARRIAGEWAY, side)) for side in (left, right))
+        return cls(left, right, *paved)
 
 
 def lane_ranges(lanes: Iterable[int]) -> tuple[tuple[int, int], ...]:
     """Return lane ids as ascending ranges (first, last) without gaps."""
     out: list[tuple[int, int]] = []
     for lane in sorted(set(lanes)):
-        if out and lane - out[-1][1] == 1:
-            out[-1] = (out[-1][0], lane)
-        else:
-            out.append((lane, lane))
+        first = out.pop()[0] if out and lane - out[-1][1] == 1 else lane
+        out.append((first, lane))
     return tuple(out)
-
-
-def _paved(lanes: tuple[Lane, ...]) -> int:
-    return next((k for k, lane in enumerate(lanes) if lane.type in OFF_CARRIAGEWAY), len(lanes))
 
 
 class LaneTable:
@@ -75,9 +72,7 @@ class LaneTable:
         # As lists, which are faster than arrays for single values.
         self._first = offset.start.tolist()
         self._offset_s = offset.s.tolist()
-        self._offsets = list(
-            zip(offset.a.tolist(), offset.b.tolist(), offset.c.tolist(), offset.d.tolist(), strict=True)
-        )
+        self._offsets = np.column_stack([offset.a, offset.b, offset.c, offset.d]).tolist()
 
     def index(self, road: int) -> int:
         """Return the index of a road in the tables of the road map."""
@@ -118,9 +113,9 @@ class LaneTable:
         k = self._index[road]
         section, sides = self._section(k, s)
         left = right = self._offset(k, s)
-        for lane in sides.left[: sides.paved_left]:
+        for lane in sides.paved_left:
             left += _value(lane.widths, s - section.s)
-        for lane in sides.right[: sides.paved_right]:
+        for lane in sides.paved_right:
             right -= _value(lane.widths, s - section.s)
         return left, right
 
@@ -154,9 +149,5 @@ def _value(cubics: Sequence[Cubic], ds: float) -> float:
     """Return the value of piecewise cubics, never below 0."""
     if not cubics:
         return 0.0
-    holding = cubics[0]
-    for item in cubics[1:]:
-        if item.s > ds:
-            break
-        holding = item
+    holding = next((item for item in reversed(cubics) if item.s <= ds), cubics[0])
     return max(holding.at(ds - holding.s), 0.0)

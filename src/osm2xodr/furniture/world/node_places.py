@@ -23,9 +23,8 @@ _END_TOLERANCE: Final = 1e-6
 class NodePlace:
     """One place of a node on a street."""
 
-    # OSM id, index of the street
-    node: int
-    street: int
+    node: int  # OSM id
+    street: int  # Index of the street
     # Local position, m, and direction of the street there, rad
     x: float
     y: float
@@ -84,12 +83,10 @@ class NodePlaces:
         s = np.array([lanes.length(item) if last else 0.0 for item, last in zip(road, at_end, strict=True)])
         x, y, hdg = pose(self._road_map.plan_view, curve, s)
         out: dict[int, list[Arm]] = defaultdict(list)
-        rows = zip(
-            places.end_junction[used].tolist(), road, at_end, x.tolist(), y.tolist(), hdg.tolist(), strict=True
-        )
-        for junction, *arm in rows:
-            out[junction].append(Arm(*arm))
-        return {junction: tuple(found) for junction, found in out.items()}
+        found = map(Arm, road, at_end, x.tolist(), y.tolist(), hdg.tolist())
+        for junction, arm in zip(places.end_junction[used].tolist(), found, strict=True):
+            out[junction].append(arm)
+        return {junction: tuple(arms) for junction, arms in out.items()}
 
     def on_streets(self, nodes: Iterable[int]) -> dict[int, list[NodePlace]]:
         """Return all places on streets of nodes, by OSM id, in the order of streets; nodes on none are left out."""
@@ -109,15 +106,12 @@ class NodePlaces:
             # The start and end of a loop: the direction in which it begins.
             along = points[1] - points[0]
         hdg = float(np.arctan2(along[1], along[0]))
-        rows = self._tagged.get((node, street), [])
-        places = self._places
-        if again < len(rows):
-            row = rows[again]
-            return NodePlace(
-                node, street, x, y, hdg, int(places.road[row]), float(places.s[row]), int(places.junction[row])
-            )
-        road, s, junction = self._find(street, points[at])
-        return NodePlace(node, street, x, y, hdg, road, s, junction)
+        rows, places = self._tagged.get((node, street), [])[again:], self._places
+        if rows:
+            found = int(places.road[rows[0]]), float(places.s[rows[0]]), int(places.junction[rows[0]])
+        else:
+            found = self._find(street, points[at])
+        return NodePlace(node, street, x, y, hdg, *found)
 
     def _find(self, street: int, point: FloatArray) -> tuple[int, float, int]:
         """Return road, s and junction, as in `NodePlace`, of a node that is not in `StreetPlaces`."""
@@ -125,17 +119,12 @@ class NodePlaces:
         roads = self._roads.get(street)
         if not roads:
             return -1, float("nan"), int(places.end_junction[2 * street])
-        road_map = self._road_map
-        curves = np.array(roads, np.int64)
-        x, y = np.full(len(roads), point[0]), np.full(len(roads), point[1])
-        s, _, distance = project(road_map.plan_view, curves, x, y)
+        plan, curves = self._road_map.plan_view, np.array(roads, np.int64)
+        s, _, distance = project(plan, curves, *(np.full(len(roads), value) for value in point))
         best = int(np.argmin(distance))
-        px, py, hdg = pose(road_map.plan_view, curves[best : best + 1], s[best : best + 1])
-        beyond = float((point[0] - px[0]) * np.cos(hdg[0]) + (point[1] - py[0]) * np.sin(hdg[0]))
-        road = road_map.roads[roads[best]].id
-        at = float(s[best]) + beyond
-        if at < -_END_TOLERANCE:
-            return road, at, int(places.end_junction[2 * street])
-        if at > self._lanes.length(road) + _END_TOLERANCE:
-            return road, at, int(places.end_junction[2 * street + 1])
-        return road, at, -1
+        (x,), (y,), (hdg,) = pose(plan, curves[best : best + 1], s[best : best + 1])
+        road = self._road_map.roads[roads[best]].id
+        at = float(s[best] + ((point[0] - x) * np.cos(hdg) + (point[1] - y) * np.sin(hdg)))
+        beyond = at > self._lanes.length(road) + _END_TOLERANCE
+        off = at < -_END_TOLERANCE or beyond
+        return road, at, int(places.end_junction[2 * street + beyond]) if off else -1

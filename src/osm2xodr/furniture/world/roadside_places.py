@@ -30,12 +30,10 @@ class RoadsidePlaces:
     """Places of points beside roads outside junctions, all (n,); NaN without a road."""
 
     road: IntArray  # Index of the road, -1 where none is within reach
-    # Where on it, m
-    s: FloatArray
-    t: FloatArray
-    # t of the edges of its carriageway there, m
-    left: FloatArray
-    right: FloatArray
+    s: FloatArray  # Where on it, m
+    t: FloatArray  # m
+    left: FloatArray  # t of the left edge of its carriageway there, m
+    right: FloatArray  # Of the right edge, m
 
     @property
     def beyond(self) -> FloatArray:
@@ -140,14 +138,11 @@ class RoadsideFinder:
         """Return stations along a road and t of its carriageway's left and right edge there, m."""
         found = self._edges.get(curve)
         if found is None:
-            road = self._world.road_map.roads[curve]
-            length = float(self._length[curve])
+            road, length, stations = self._world.road_map.roads[curve], float(self._length[curve]), np.zeros(1)
             if self._changes(curve):
                 count = max(int(np.ceil(length / _STATION_SPACING)), 1) + 1
                 begins = [min(section.s, length) for section in road.lane_sections]
                 stations = np.unique(np.concatenate([np.linspace(0.0, length, count), begins]))
-            else:
-                stations = np.zeros(1)
             both = np.array([self._world.lanes.carriageway(road.id, s) for s in stations.tolist()])
             found = self._edges[curve] = (stations, both[:, 0], both[:, 1])
         return found
@@ -156,14 +151,12 @@ class RoadsideFinder:
         """Return whether the edges of a road's carriageway change along it."""
         sections, offset = self._world.road_map.roads[curve].lane_sections, self._world.road_map.lane_offset
         records = slice(int(offset.start[curve]), int(offset.start[curve + 1]))
+        widths = [lane.widths for lane in sections[0].lanes]
         return (
             len(sections) > 1
             or len(offset.s[records]) > 1
             or any(bool(cubics[records].any()) for cubics in (offset.b, offset.c, offset.d))
-            or any(
-                len(lane.widths) > 1 or any(width.b or width.c or width.d for width in lane.widths)
-                for lane in sections[0].lanes
-            )
+            or any(len(cubics) > 1 or not all(item.is_flat for item in cubics) for cubics in widths)
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
@@ -20,6 +20,7 @@ from osm2xodr.model import (
     IntArray,
     PlanView,
     RoadMap,
+    RoadObject,
     Street,
     StreetAttributes,
     StreetNetwork,
@@ -31,33 +32,28 @@ _SHORTEST_PIECE: Final = 0.5
 
 
 class Ids:
-    """Counts ids from 1: one range for signals and objects, one for controllers."""
+    """Counts ids from 1: `thing` those of signals and objects, `controller` those of controllers."""
 
     def __init__(self) -> None:
-        self._things = count(1)
-        self._controllers = count(1)
-
-    def thing(self) -> int:
-        """Return the next id of a signal or object."""
-        return next(self._things)
-
-    def controller(self) -> int:
-        """Return the next id of a controller."""
-        return next(self._controllers)
+        self.thing: Callable[[], int] = count(1).__next__
+        self.controller: Callable[[], int] = count(1).__next__
 
 
 @dataclass(frozen=True, eq=False)
 class World:
     """Streets and roads before furniture is placed."""
 
-    # The streets, the roads made from them, and where
-    network: StreetNetwork
-    road_map: RoadMap
-    places: StreetPlaces
+    network: StreetNetwork  # The streets
+    road_map: RoadMap  # The roads made from them
+    places: StreetPlaces  # Where these lie
     lanes: LaneTable  # Looks up lanes
     options: FurnitureOptions  # What the user chose
     diagnostics: Diagnostics  # Gets what is guessed, and what is dropped and why
     ids: Ids = field(default_factory=Ids)
+
+    def object_at(self, road: int, words: tuple[str, str, str], s: float, t: float, osm_id: str) -> RoadObject:
+        """Return an object without size; words are OpenDRIVE's type and subtype, and a name."""
+        return RoadObject(self.ids.thing(), road, *words, s, t, osm_id=osm_id)
 
     @cached_property
     def nodes(self) -> NodePlaces:
@@ -74,18 +70,15 @@ class World:
 class Crossing:
     """A crossing for people on foot, placed on a road."""
 
-    # Its middle, m
-    road: int
-    s: float
+    road: int  # Id of the road
+    s: float  # Of its middle, m
     width: float  # Extent along the road, m
-    # t of its ends, m
-    left: float
-    right: float
+    left: float  # t of its left end, m
+    right: float  # t of its right end, m
     osm_id: str  # The node that it comes from
     signals: bool  # Whether it has lights
-    # Whether it lies at the junction at the road's start or end, so that traffic stops before it there
-    at_start: bool = False
-    at_end: bool = False
+    at_start: bool = False  # Whether it lies at the junction at the road's start, and traffic stops before it
+    at_end: bool = False  # The same of its end
     # What is painted: OSM's value of ``crossing:markings``, ``unmarked`` where there is nothing
     marking: str = "unmarked"
     island: bool = False  # Whether people can wait in its middle
@@ -95,13 +88,11 @@ class Crossing:
 class Movement:
     """One way through a junction."""
 
-    # Id of the connecting road, lane of the approach's road
-    connecting_road: int
-    entry_lane: int
-    # The road that it leads to, whether onto its start, and the lane there
-    exit_road: int
-    exit_at_start: bool
-    exit_lane: int
+    connecting_road: int  # Id
+    entry_lane: int  # Lane of the approach's road
+    exit_road: int  # Id of the road that it leads to
+    exit_at_start: bool  # Whether onto its start
+    exit_lane: int  # The lane there
     turn: float  # Change of heading, rad, left positive
 
 
@@ -109,9 +100,8 @@ class Movement:
 class Approach:
     """A road end at which cars come to a junction."""
 
-    # The road, and whether traffic comes to its end (along s) or to its start
-    road: int
-    at_end: bool
+    road: int  # Id
+    at_end: bool  # Whether traffic comes to its end (along s), else to its start
     junction: int  # Id of the junction
     street_end: int  # As in `StreetPlaces.end_road`
     # Ids of the lanes for cars that lead into the junction, from left to right as their drivers see them
@@ -130,9 +120,8 @@ class Approach:
 class Stop:
     """A place where traffic stops or yields, which gets a line across its lanes."""
 
-    # The edge of the line on the far side for its traffic, m
-    road: int
-    s: float
+    road: int  # Id
+    s: float  # Of the edge of the line on the far side for its traffic, m
     lanes: tuple[int, ...]  # Ids of the lanes that it crosses
     orientation: str  # Of the traffic, as in OpenDRIVE
     kind: str  # ``traffic_signals``, ``stop`` or ``give_way``
@@ -150,30 +139,14 @@ def points_beside(
 def outline(
     world: World, road: int, s: float, t: float, corners: Sequence[tuple[float, float]], height: float = 0.0
 ) -> tuple[tuple[float, float, float, float], ...]:
-    """Return the corners of an object in its own frame: u along the road at the object, v to its left.
+    """Return the corners (s, t) of an object at s, t of a road in its own frame: u, v, z, height, m.
 
-    Parameters
-    ----------
-    world
-        The roads.
-    road, s, t
-        Id of the road and the object's place on it, m.
-    corners
-        s, t of each corner, m.
-    height
-        Of the object there, m.
-
-    Returns
-    -------
-    outline
-        u, v, z, height of each corner, m. z is 0: the frame leans with the road, as CARLA 0.9.16 reads it (corners on
-        roads of 10 % are then 0.01 m off; with heights of their own they are 0.2 m off).
+    u runs along the road at the object, v to its left. z is 0: the frame leans with the road, as CARLA 0.9.16 reads
+    it (corners on roads of 10 % are then 0.01 m off; with heights of their own they are 0.2 m off).
     """
-    at = np.array([s, *(corner[0] for corner in corners)])
-    aside = np.array([t, *(corner[1] for corner in corners)])
-    x, y, hdg = points_beside(
-        world.road_map.plan_view, np.full(len(at), world.lanes.index(road), np.int64), at, aside
-    )
+    at, aside = np.array([(s, t), *corners]).T
+    curve = np.full(len(at), world.lanes.index(road), np.int64)
+    x, y, hdg = points_beside(world.road_map.plan_view, curve, at, aside)
     dx, dy = x[1:] - x[0], y[1:] - y[0]
     u = dx * np.cos(hdg[0]) + dy * np.sin(hdg[0])
     v = dy * np.cos(hdg[0]) - dx * np.sin(hdg[0])
