@@ -86,12 +86,7 @@ def sign_meanings() -> frozenset[str]:
 def sign_meaning(country: str, code: str) -> tuple[str, float | None]:
     """Return the meaning of a country's code, empty where it is not known, and the value that the code contains.
 
-    Parameters
-    ----------
-    country
-        ISO 3166-1 alpha-2.
-    code
-        Without the country, and without a value in brackets.
+    `country` is ISO 3166-1 alpha-2; `code` has neither the country nor a value in brackets.
     """
     catalogue = _catalogues().get(country)
     if catalogue is None:
@@ -124,18 +119,10 @@ def is_supplementary(country: str, code: str) -> bool:
 def sign_code(
     meaning: str, value: float | None, country: str, *, own_codes: bool, value_in_subtype: bool
 ) -> SignCode | None:
-    """Return the code to write for a sign; None where the meaning has none.
+    """Return the code to write for a sign with a meaning and a number on it; None where the meaning has none.
 
-    Parameters
-    ----------
-    meaning, value
-        What the sign means, and the number on it.
-    country
-        Where it stands; empty where that is not known.
-    own_codes
-        Whether to prefer the country's own numbers to the common ones.
-    value_in_subtype
-        Whether the subtype of common numbers is the value on the sign.
+    `country` is where it stands, empty where that is not known. `own_codes` prefers its own numbers to the common
+    ones; `value_in_subtype` makes the value on the sign the subtype of common numbers.
     """
     owner = country if own_codes and meaning in _templates(country) else COMMON
     template = _templates(owner).get(meaning)

@@ -58,10 +58,8 @@ def parse_osm(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> St
     ----------
     path
         An OSM file: .osm, .osm.gz, .osm.bz2 or .osm.pbf, recognised by its content.
-    options
-        What to read of it.
-    diagnostics
-        Gets what is guessed, dropped or repaired.
+    options, diagnostics
+        What to read of it; what gets the guesses, losses and repairs.
 
     Raises
     ------

@@ -60,10 +60,7 @@ class OsmFile:
 def open_osm_file(path: Path) -> OsmFile:
     """Find the format of an OSM file.
 
-    Raises
-    ------
-    InputError
-        The file is missing, cannot be read, is not OSM data, or is XML with a document type declaration.
+    Raises InputError if it is missing, cannot be read, is not OSM data, or has a document type declaration.
     """
     head = _read_head(path)
     if b"OSMHeader" in head[:64]:

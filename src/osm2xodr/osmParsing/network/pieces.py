@@ -89,12 +89,7 @@ def join_same_places(
 ) -> tuple[Lines, dict[int, int]]:
     """Join consecutive nodes at one place into the one with the lowest id.
 
-    Returns
-    -------
-    lines : Lines
-        The lines through the remaining nodes.
-    same_node : dict
-        OSM ids of joined nodes, each with that of the remaining node.
+    Returns the lines through the remaining nodes, and the OSM ids of joined nodes, each with the remaining one's.
     """
     a, b = lines.node[:-1], lines.node[1:]
     near = np.hypot(*(points[b] - points[a]).T) < _SAME_NODE_DISTANCE

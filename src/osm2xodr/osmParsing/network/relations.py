@@ -28,18 +28,10 @@ _OPTIONAL: Final = re.compile(r"\(([^()]*)\)")
 def read_restrictions(
     relations: Sequence[RawRelation], ways: Sequence[RawWay], same_node: Mapping[int, int], diagnostics: Diagnostics
 ) -> tuple[TurnRestriction, ...]:
-    """Read the turn restrictions that hold for cars at all times.
+    """Read the turn restrictions that hold for cars at all times; others go to the diagnostics.
 
-    Parameters
-    ----------
-    relations
-        Relations of any type.
-    ways
-        The ways that become streets; relations that need others are left out.
-    same_node
-        Ids of nodes that were joined with another, and the id of that one.
-    diagnostics
-        Gets the restrictions that are left out.
+    Of `relations` of any type those are left out that need other ways than `ways`, which become streets. `same_node`
+    has the ids of nodes that were joined with another, and the id of that one.
     """
     carried = {way.id: way for way in ways}
     found = (_restriction(relation, carried, same_node, diagnostics) for relation in relations)

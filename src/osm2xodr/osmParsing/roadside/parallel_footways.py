@@ -67,18 +67,9 @@ def attach_footways(
     way_tags: Mapping[int, Mapping[str, str]],
     diagnostics: Diagnostics,
 ) -> tuple[Street, ...]:
-    """Give streets the footways that run along them as margins.
+    """Give streets the footways within reach that run along them as margins; one sentence to the diagnostics.
 
-    Parameters
-    ----------
-    streets, samples
-        The streets, and points along them.
-    footways
-        Footways within reach of them.
-    way_tags
-        Tags of the streets' ways, by OSM id.
-    diagnostics
-        Gets one sentence about what was done.
+    `samples` are points along the streets, `way_tags` the tags of their ways by OSM id.
     """
     candidates = [footway for footway in footways if not footway.crossing]
     if not candidates:

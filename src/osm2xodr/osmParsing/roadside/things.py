@@ -23,14 +23,9 @@ from osm2xodr.osmParsing.tags import read_thing_facts
 
 
 def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays:
-    """Return which ways are read besides streets.
+    """Return which ways are read besides those whose ``highway`` is among `streets`.
 
-    Parameters
-    ----------
-    streets
-        Values of ``highway`` of ways that are read as streets.
-    extra
-        Kinds of things read on request: ``lamps``, ``trees``.
+    `extra` are kinds of things read on request: ``lamps``, ``trees``.
     """
     values = way_values(streets, extra)
 
@@ -50,29 +45,11 @@ def read_beside(
     extra: AbstractSet[str],
     country: str,
 ) -> tuple[tuple[Footway, ...], tuple[RoadsideThing, ...]]:
-    """Select the footways and things within reach of streets.
+    """Select the footways (ascending in id) and things (in kind and id, nodes before ways) within reach of streets.
 
-    Parameters
-    ----------
-    ways
-        Those of `ways_beside`.
-    nodes, points : (n, 2)
-        The nodes, and their local x, y, m.
-    samples
-        Points along the streets.
-    carried : (m,)
-        OSM ids of the nodes on streets, ascending.
-    extra
-        Kinds of things read on request.
-    country
-        Whose signs they are, ISO 3166-1 alpha-2.
-
-    Returns
-    -------
-    footways
-        In ascending id.
-    things
-        In ascending kind and id, nodes before ways.
+    `ways` are those of `ways_beside`, `points` (n, 2) the local x, y of the nodes, m, `samples` points along the
+    streets, `carried` (m,) the OSM ids of nodes on streets, ascending. `extra` are the kinds of things read on
+    request; `country` (ISO 3166-1 alpha-2) says whose signs they are.
     """
     lengths = np.array([len(way.refs) for way in ways], np.int64)
     refs = np.concatenate([np.zeros(0, np.int64), *[way.refs for way in ways]])

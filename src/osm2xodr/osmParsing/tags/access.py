@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Final
 
 from osm2xodr.osmParsing.options import WaySelection
-
-Tags = Mapping[str, str]
+from osm2xodr.osmParsing.tags.values import Tags
 
 # OSM wiki, Key:access: the most specific key present decides.
 CAR_KEYS: Final = ("motorcar", "motor_vehicle", "vehicle", "access")

@@ -10,7 +10,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Final
@@ -23,7 +23,7 @@ from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_la
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, lane_groups
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
-from osm2xodr.osmParsing.tags.values import Findings, first_width
+from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 
 # Widths of a carriageway that are believed, m: from a car's to ten wide lanes with their margins.
 _CARRIAGEWAY_WIDTHS: Final = (1.5, 60.0)
@@ -55,7 +55,7 @@ class CrossSection:
 
 
 def cross_section(
-    tags: Mapping[str, str],
+    tags: Tags,
     direction: int,
     rule: Rule,
     default_lane_width: float | None = None,
@@ -106,9 +106,7 @@ class _Carriageway:
     parking_right: float = 0.0
 
 
-def _carriageway(
-    tags: Mapping[str, str], margins: Margins, slots: Sequence[Slot], findings: Findings
-) -> _Carriageway:
+def _carriageway(tags: Tags, margins: Margins, slots: Sequence[Slot], findings: Findings) -> _Carriageway:
     """Return the carriageway where it is needed: for lanes without a width, or for parking on it.
 
     Without a tagged width, parking does not shift the lanes off the line. Nor does it where parked cars would leave
@@ -171,13 +169,13 @@ def _beside_width(kind: LaneType, usual: float) -> float:
 # ---------------------------------------------------------------- placement
 
 
-def is_transition(tags: Mapping[str, str]) -> bool:
+def is_transition(tags: Tags) -> bool:
     """Whether the line of a way changes its position among the lanes (``placement=transition``)."""
     return any(tags.get(key) == "transition" for key in _PLACEMENT_TAGS)
 
 
 def _middle_offset(
-    lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Mapping[str, str], direction: int, findings: Findings
+    lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Tags, direction: int, findings: Findings
 ) -> float | None:
     """Return the offset of the middle of the lanes from the OSM line, left positive, m; None if not tagged.
 

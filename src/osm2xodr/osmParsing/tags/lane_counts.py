@@ -8,7 +8,6 @@ else assumed: one lane each way, more on one-way motorways. Every decision becom
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -17,7 +16,7 @@ from osm2xodr.model import LaneType
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes, read_change, read_slots, read_turns
-from osm2xodr.osmParsing.tags.values import Findings, parse_count
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_count
 
 COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
 # Tags that open one direction of a road to buses or bicycles alone, or close it to bicycles.
@@ -52,7 +51,7 @@ class LaneGroups:
 
 
 def lane_groups(
-    tags: Mapping[str, str], direction: int, findings: Findings, closed: int = 0, contraflow_bus: bool = False
+    tags: Tags, direction: int, findings: Findings, closed: int = 0, contraflow_bus: bool = False
 ) -> LaneGroups:
     """Reconcile all tags about the number and use of a way's lanes.
 
@@ -71,7 +70,7 @@ def lane_groups(
     return groups.with_slots(closed, _closed_to_cars(groups.of(closed), tags, closed))
 
 
-def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: int) -> tuple[Slot, ...]:
+def _closed_to_cars(slots: tuple[Slot, ...], tags: Tags, closed: int) -> tuple[Slot, ...]:
     """Return the lanes of a direction closed to cars: for buses if they may use them, else for bicycles."""
     side = SIDES[closed]
     kind = LaneType.BIKING
@@ -82,7 +81,7 @@ def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: in
     return tuple(replace(slot, type=kind) if slot.type is LaneType.DRIVING else slot for slot in slots)
 
 
-def _oneway_groups(tags: Mapping[str, str], direction: int, contraflow_bus: bool, findings: Findings) -> LaneGroups:
+def _oneway_groups(tags: Tags, direction: int, contraflow_bus: bool, findings: Findings) -> LaneGroups:
     side, other = SIDES[direction], SIDES[-direction]
     along, against = _count(tags, f"lanes:{side}", findings), _count(tags, f"lanes:{other}", findings)
     tagged = _count(tags, "lanes", findings) or along
@@ -99,9 +98,7 @@ def _oneway_groups(tags: Mapping[str, str], direction: int, contraflow_bus: bool
     return LaneGroups(slots, contraflow) if direction > 0 else LaneGroups(contraflow, slots)
 
 
-def _contraflow_slots(
-    tags: Mapping[str, str], side: str, tagged: int, known: bool, findings: Findings
-) -> tuple[Slot, ...]:
+def _contraflow_slots(tags: Tags, side: str, tagged: int, known: bool, findings: Findings) -> tuple[Slot, ...]:
     """Return the bus lanes against the direction of a one-way road."""
     listed = read_slots(tags, (f":{side}",), tagged, findings)
     buses = tuple(slot for slot in listed if slot.type is LaneType.BUS)
@@ -115,7 +112,7 @@ def _contraflow_slots(
     return ()
 
 
-def _oneway_slots(tags: Mapping[str, str], side: str, tagged: int, findings: Findings) -> tuple[Slot, ...]:
+def _oneway_slots(tags: Tags, side: str, tagged: int, findings: Findings) -> tuple[Slot, ...]:
     ways = ("", f":{side}")
     slots = read_slots(tags, ways, tagged, findings)
     if not tagged and not motor_lanes(slots):
@@ -126,7 +123,7 @@ def _oneway_slots(tags: Mapping[str, str], side: str, tagged: int, findings: Fin
     return _with_change(_with_turns(_fit(slots, tagged, findings), turn, findings), change, findings)
 
 
-def _twoway_groups(tags: Mapping[str, str], findings: Findings) -> LaneGroups:
+def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
     total = _count(tags, "lanes", findings)
     if any(f"{name}:lanes" in tags for name in ("turn", "width", "change")):
         findings.append((Kind.DROPPED, "lane-lists", "lists of lanes of a two-way road name no direction, ignored"))
@@ -151,9 +148,7 @@ def _twoway_groups(tags: Mapping[str, str], findings: Findings) -> LaneGroups:
     )
 
 
-def _with_common_tags(
-    slots: tuple[Slot, ...], tags: Mapping[str, str], way: str, findings: Findings
-) -> tuple[Slot, ...]:
+def _with_common_tags(slots: tuple[Slot, ...], tags: Tags, way: str, findings: Findings) -> tuple[Slot, ...]:
     """Apply the tags for all lanes of one direction of a two-way road."""
     if way != "both_ways":
         slots = _with_turns(slots, tags.get(f"turn:{way}", ""), findings)
@@ -221,7 +216,7 @@ def _with_change(slots: tuple[Slot, ...], change: str, findings: Findings) -> tu
     return tuple(replace(slot, change=said) for slot in slots) if said else slots
 
 
-def _count(tags: Mapping[str, str], key: str, findings: Findings) -> int:
+def _count(tags: Tags, key: str, findings: Findings) -> int:
     """Read a number of lanes; 0 if there is none."""
     text = tags.get(key)
     if text is None:

@@ -22,7 +22,7 @@ from osm2xodr.osmParsing.defaults import (
     TAGGED_LANE_WIDTH_MIN,
 )
 from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES
-from osm2xodr.osmParsing.tags.values import Findings, parse_length
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_length
 
 MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")
@@ -85,9 +85,7 @@ def read_change(text: str, findings: Findings) -> str:
     return ""
 
 
-def read_slots(
-    tags: Mapping[str, str], directions: Sequence[str], tagged: int, findings: Findings
-) -> tuple[Slot, ...]:
+def read_slots(tags: Tags, directions: Sequence[str], tagged: int, findings: Findings) -> tuple[Slot, ...]:
     """Read all lists of one direction: its lanes from left to right as drivers see them; empty without lists.
 
     `directions` are the endings of keys to look for, in order of precedence. `tagged` is the number of lanes for cars
@@ -127,7 +125,7 @@ def _mark_narrow(slots: list[Slot], tagged: int, findings: Findings) -> None:
         findings.append((Kind.GUESSED, "lane-lists", "more widths than lanes, the narrow ones are for bicycles"))
 
 
-def _lists(tags: Mapping[str, str], directions: Sequence[str], findings: Findings) -> dict[str, list[str]]:
+def _lists(tags: Tags, directions: Sequence[str], findings: Findings) -> dict[str, list[str]]:
     lists: dict[str, list[str]] = {}
     for name in (*_OTHER_LISTS, *_USER_LISTS):
         for direction in directions:
@@ -160,7 +158,7 @@ def _types(users: Mapping[str, Sequence[str]], count: int, tagged: int) -> list[
     return types
 
 
-def _type(users: Mapping[str, str]) -> LaneType:
+def _type(users: Tags) -> LaneType:
     """Return who may use one lane, given its values by list."""
     car = next((users[name] for name in CAR_KEYS if users.get(name)), "")
     buses = users.get("bus") or users.get("psv") or ""

@@ -10,6 +10,7 @@ from typing import Final
 from osm2xodr.conventions import SPEED_UNITS, Country
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import LaneType, Street, StreetAttributes
+from osm2xodr.osmParsing.tags.values import Tags
 
 # Tags that show a built-up area: street lamps and sidewalks.
 _SIDEWALK_TAGS: Final = ("sidewalk", "sidewalk:both", "sidewalk:left", "sidewalk:right")
@@ -32,7 +33,7 @@ _MAY_BE_URBAN: Final = frozenset(
 )
 
 
-def legal_speed(tags: Mapping[str, str], country: Country) -> float | None:
+def legal_speed(tags: Tags, country: Country) -> float | None:
     """Return the legal limit of a way without a tagged one, m/s.
 
     Infinity where there is none; None where the kind of road cannot be determined or the law is not known.
@@ -53,23 +54,13 @@ def speed_guess(speed: float, country: Country) -> str:
 
 
 def with_urban_speeds(
-    streets: Sequence[Street], tags: Mapping[int, Mapping[str, str]], country: Country, diagnostics: Diagnostics
+    streets: Sequence[Street], tags: Mapping[int, Tags], country: Country, diagnostics: Diagnostics
 ) -> tuple[Street, ...]:
     """Give the limit of built-up areas to pieces of streets whose surroundings show that they lie in one.
 
     The evidence is a sidewalk mapped apart from the street, or an adjacent piece of the same street that lies in a
-    built-up area, so that a street's limit does not come and go with the tags of its pieces.
-
-    Parameters
-    ----------
-    streets
-        All streets, with their margins.
-    tags
-        Tags of ways by id.
-    country
-        The country whose law holds.
-    diagnostics
-        Gets each way that is given a limit.
+    built-up area, so that a street's limit does not come and go with the tags of its pieces. `tags` are those of ways
+    by id; the diagnostics get each way that is given a limit.
     """
     urban = country.speeds.get("urban")
     if urban is None:
@@ -102,7 +93,7 @@ def _lacks_limit(piece: StreetAttributes) -> bool:
 def _urban_pieces(
     pieces: Sequence[StreetAttributes],
     open_pieces: Sequence[int],
-    tags: Mapping[int, Mapping[str, str]],
+    tags: Mapping[int, Tags],
     country: Country,
 ) -> set[int]:
     """Return which of the pieces without a limit lie in a built-up area."""
@@ -126,7 +117,7 @@ def _has_sidewalk(piece: StreetAttributes) -> bool:
     return any(strip.type is LaneType.SIDEWALK for strip in (*piece.margin_left, *piece.margin_right))
 
 
-def _is_built_up(tags: Mapping[str, str]) -> bool:
+def _is_built_up(tags: Tags) -> bool:
     """Whether a way has street lamps or a sidewalk."""
     if tags.get("lit", "no") not in _UNLIT:
         return True

@@ -10,7 +10,7 @@ from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import is_roundabout, oneway
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
-from osm2xodr.osmParsing.tags.values import parse_count
+from osm2xodr.osmParsing.tags.values import Tags, parse_count
 
 _LANE_TAGS: Final = (*COUNT_TAGS, *LIST_TAGS)
 # How many ways beyond an untagged one are searched for a number of lanes on either side; a choice.
@@ -48,7 +48,7 @@ def lanes_of_neighbours(ways: Sequence[RawWay]) -> dict[int, int]:
     return found
 
 
-def _street(tags: Mapping[str, str]) -> tuple[str, ...] | None:
+def _street(tags: Tags) -> tuple[str, ...] | None:
     """Return what all ways of a street have in common; None for roundabouts and ways without a name."""
     name, ref = tags.get("name", ""), tags.get("ref", "")
     if is_roundabout(tags) or not (name or ref):

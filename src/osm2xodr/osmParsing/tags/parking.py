@@ -12,8 +12,8 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.osmParsing.defaults import PARKING_WIDTH
-from osm2xodr.osmParsing.tags.sides import Tags, width_of_side
-from osm2xodr.osmParsing.tags.values import Findings, add_once
+from osm2xodr.osmParsing.tags.sides import width_of_side
+from osm2xodr.osmParsing.tags.values import Findings, Tags, add_once
 
 _OLD: Final = "parking:lane"
 _NEW: Final = "parking"
@@ -43,14 +43,9 @@ STREET_SIDE: Final = "street_side"
 SHOULDER: Final = "shoulder"
 # Where cars stand, by the value in either scheme.
 _PLACES: Final = {
-    "lane": LANE,
-    "on_street": LANE,
-    "painted_area_only": LANE,
-    "half_on_kerb": HALF_ON_KERB,
-    "on_kerb": ON_KERB,
-    "street_side": STREET_SIDE,
+    **{place: place for place in (LANE, HALF_ON_KERB, ON_KERB, STREET_SIDE, SHOULDER)},
+    **dict.fromkeys(("on_street", "painted_area_only"), LANE),
     "lay_by": STREET_SIDE,
-    "shoulder": SHOULDER,
 }
 # No parking, or none that is part of the road.
 _NONE: Final = frozenset(

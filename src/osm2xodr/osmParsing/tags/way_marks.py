@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction
-from osm2xodr.osmParsing.tags.values import Findings, parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_speed
 
 _OVERTAKING: Final = {
     "": (Direction.FORWARD, Direction.BACKWARD),
@@ -33,17 +32,17 @@ _ALLOWED: Final = {
     "no": frozenset[Direction](),
 }
 # Sets of directions, shared by all ways: bit 1 is forward, bit 2 backward.
-_SETS: Final = {
-    bits: frozenset(way for way, bit in ((Direction.FORWARD, 1), (Direction.BACKWARD, 2)) if bits & bit)
+_SETS: Final = tuple(
+    frozenset(way for way, bit in ((Direction.FORWARD, 1), (Direction.BACKWARD, 2)) if bits & bit)
     for bits in range(4)
-}
+)
 _RAILS: Final = frozenset({"tram", "light_rail", "yes"})
 _TRAMS: Final = frozenset({"tram", "light_rail"})
 _OTHER_SIDE: Final = {"left": "right", "right": "left", "forward": "backward", "backward": "forward"}
 _SIDE_WORD: Final = re.compile("|".join(_OTHER_SIDE))
 
 
-def no_overtaking(tags: Mapping[str, str], direction: int, findings: Findings) -> frozenset[Direction]:
+def no_overtaking(tags: Tags, direction: int, findings: Findings) -> frozenset[Direction]:
     """Return the directions along the way in which overtaking is forbidden.
 
     `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0.
@@ -73,7 +72,7 @@ def opposite_directions(directions: frozenset[Direction]) -> frozenset[Direction
     return _SETS[1] if Direction.BACKWARD in directions else _SETS[2]
 
 
-def lanes_marked(tags: Mapping[str, str], findings: Findings) -> bool | None:
+def lanes_marked(tags: Tags, findings: Findings) -> bool | None:
     """Return whether lanes are marked; None if not tagged."""
     value = tags.get("lane_markings")
     if value is None:
@@ -91,7 +90,7 @@ def reversed_divider(value: str) -> str:
     return ";".join(_SIDE_WORD.sub(lambda word: _OTHER_SIDE[word[0]], part) for part in parts)
 
 
-def has_tram(tags: Mapping[str, str]) -> bool:
+def has_tram(tags: Tags) -> bool:
     """Whether tram tracks lie in the carriageway."""
     if "embedded_rails" not in tags and "railway" not in tags:
         return False
@@ -99,7 +98,7 @@ def has_tram(tags: Mapping[str, str]) -> bool:
     return not _RAILS.isdisjoint(embedded) or tags.get("railway") in _TRAMS
 
 
-def speed_is_signed(tags: Mapping[str, str]) -> bool:
+def speed_is_signed(tags: Tags) -> bool:
     """Whether ``maxspeed`` gives a number and no tag says that it follows from the law for a kind of road.
 
     The limit of a zone such as ``DE:zone30`` is signed.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Final
@@ -17,7 +17,7 @@ from osm2xodr.osmParsing.tags.legal_speeds import EVIDENCE_TAGS, legal_speed, sp
 from osm2xodr.osmParsing.tags.margins import seen_backwards
 from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours
 from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, structure_of, structure_tags
-from osm2xodr.osmParsing.tags.values import Findings, parse_grade, parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_grade, parse_speed
 from osm2xodr.osmParsing.tags.way_marks import (
     MARK_TAGS,
     has_tram,
@@ -60,27 +60,12 @@ def way_attributes(
     diagnostics: Diagnostics,
     country: Country = GENERIC,
 ) -> tuple[list[StreetAttributes], list[int]]:
-    """Read the tags of ways.
+    """Read the tags `WAY_TAGS` of ways: the attributes of each, seen along its nodes, and its direction of traffic.
 
-    Parameters
-    ----------
-    ways
-        Ways with the tags `WAY_TAGS`.
-    rule
-        The side that traffic drives on.
-    default_lane_width
-        Width of lanes without a tagged width, m; None takes one by the class of the road.
-    diagnostics
-        Gets what is guessed, repaired or ignored.
-    country
-        Whose limits and usual widths hold where nothing is tagged.
-
-    Returns
-    -------
-    attributes : list of StreetAttributes
-        Attributes of each way, seen along its order of nodes.
-    directions : list of int
-        1 or -1 where the way is one-way for cars along or against its order of nodes, else 0.
+    The direction is 1 or -1 where the way is one-way for cars along or against its order of nodes, else 0. `rule` is
+    the side that traffic drives on, `default_lane_width` (m) that of lanes without a tagged one (None takes one by
+    the class of the road); limits and usual widths are those of `country`. What is guessed, repaired or ignored goes
+    to the diagnostics.
     """
     # Most ways of a city share a few cross sections.
     known: dict[tuple[object, ...], CrossSection] = {}
@@ -152,7 +137,7 @@ def _mirrored(lanes_ltr: tuple[LaneSpec, ...]) -> tuple[LaneSpec, ...]:
     return tuple(replace(lane, direction=Direction(-lane.direction)) for lane in reversed(lanes_ltr))
 
 
-def _unknown_oneway(tags: Mapping[str, str], direction: int) -> tuple[Kind, str, str]:
+def _unknown_oneway(tags: Tags, direction: int) -> tuple[Kind, str, str]:
     taken = "two-way" if direction == 0 else "one-way along its nodes"
     if changes_direction(tags):
         return Kind.GUESSED, "oneway", f"oneway={tags['oneway']} has no fixed direction, taken as {taken}"
@@ -202,7 +187,7 @@ def _attributes(
 _speed_of = lru_cache(maxsize=1024)(parse_speed)
 
 
-def _speed(tags: Mapping[str, str], key: str, findings: Findings) -> float | None:
+def _speed(tags: Tags, key: str, findings: Findings) -> float | None:
     text = tags.get(key)
     if text is None:
         return None
@@ -212,7 +197,7 @@ def _speed(tags: Mapping[str, str], key: str, findings: Findings) -> float | Non
     return speed
 
 
-def _implied_speed(tags: Mapping[str, str]) -> float | None:
+def _implied_speed(tags: Tags) -> float | None:
     """Return the legal limit of a tagged zone or kind of road, such as ``source:maxspeed=DE:urban``, m/s."""
     for key in _IMPLIED_SPEED:
         # Other values tell where the limit was read, not its value.
@@ -224,7 +209,7 @@ def _implied_speed(tags: Mapping[str, str]) -> float | None:
     return None
 
 
-def _grade(tags: Mapping[str, str], findings: Findings) -> float | None:
+def _grade(tags: Tags, findings: Findings) -> float | None:
     text = tags.get("incline")
     if text is None or text in {"up", "down", "yes", "no"}:
         return None
