@@ -46,9 +46,8 @@ class MarkStyle:
     outer_edge: str = "standard"
     median_edge: str = "standard"
     double_from: int = 0  # Least number of lanes for cars with a double centre line; 0 for none
-    double_no_overtaking: bool = (
-        False  # Whether centre lines on roads of two lanes are double where nobody may overtake
-    )
+    # Whether centre lines on roads of two lanes are double where nobody may overtake
+    double_no_overtaking: bool = False
     # Width of a line, or of each line of a double one, m; the second on `FAST_HIGHWAYS`
     width: float = MARK_WIDTH
     width_fast: float = MARK_WIDTH_WIDE

@@ -43,6 +43,9 @@ class _Catalogue:
     supplementary: re.Pattern[str] | None  # Codes of plates that add to the sign above them
 
 
+_EMPTY: Final = _Catalogue({}, {}, (), None)
+
+
 @cache
 def _catalogues() -> Mapping[str, _Catalogue]:
     text = Path(__file__).with_name("sign_codes.json").read_text(encoding="utf-8")
@@ -88,10 +91,7 @@ def sign_meaning(country: str, code: str) -> tuple[str, float | None]:
 
     `country` is ISO 3166-1 alpha-2; `code` has neither the country nor a value in brackets.
     """
-    catalogue = _catalogues().get(country)
-    if catalogue is None:
-        return "", None
-    plain = _plain(code)
+    catalogue, plain = _catalogues().get(country, _EMPTY), _plain(code)
     if plain in catalogue.meanings:
         return catalogue.meanings[plain], None
     for pattern, meaning, factor in catalogue.valued:
@@ -111,8 +111,7 @@ def _value_shown(country: str, number: float, factor: float) -> float:
 
 def is_supplementary(country: str, code: str) -> bool:
     """Return whether a country's code is that of a plate that only adds to the sign above it."""
-    catalogue = _catalogues().get(country)
-    pattern = catalogue.supplementary if catalogue else None
+    pattern = _catalogues().get(country, _EMPTY).supplementary
     return pattern is not None and pattern.fullmatch(code.strip().upper()) is not None
 
 
@@ -124,19 +123,15 @@ def sign_code(
     `country` is where it stands, empty where that is not known. `own_codes` prefers its own numbers to the common
     ones; `value_in_subtype` makes the value on the sign the subtype of common numbers.
     """
-    owner = country if own_codes and meaning in _templates(country) else COMMON
-    template = _templates(owner).get(meaning)
+    own = own_codes and meaning in _catalogues().get(country, _EMPTY).templates
+    owner = country if own else COMMON
+    template = _catalogues()[owner].templates.get(meaning)
     if template is None:
         return None
     if "{" in template:
         return _with_value(template, value, owner, in_subtype=value_in_subtype or own_codes)
     kind, _, variant = template.partition("-") if owner == COMMON else (template, "", "")
     return SignCode(kind, variant or NO_SUBTYPE, owner)
-
-
-def _templates(country: str) -> Mapping[str, str]:
-    catalogue = _catalogues().get(country)
-    return catalogue.templates if catalogue else {}
 
 
 def _with_value(template: str, value: float | None, country: str, *, in_subtype: bool) -> SignCode:

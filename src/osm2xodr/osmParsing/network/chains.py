@@ -60,21 +60,17 @@ def _mates(start: IntArray, end: IntArray, flow: IntArray, points: FloatArray, n
     first = np.flatnonzero(np.diff(ordered, prepend=-1))
     pairs = first[np.diff(np.append(first, len(ordered))) == 2]
     a, b = order[pairs], order[pairs + 1]
-    through = (_enters(a, flow) & _leaves(b, flow)) | (_enters(b, flow) & _leaves(a, flow))
+    # Where traffic can reach the other end of a piece (`^ 1`), it can enter the piece at this one.
+    through = (_reaches(a, flow) & _reaches(b ^ 1, flow)) | (_reaches(b, flow) & _reaches(a ^ 1, flow))
     through &= ~turns_back(neighbour[a], points[node[a]], neighbour[b])
     mates[a[through]] = b[through]
     mates[b[through]] = a[through]
     return mates
 
 
-def _enters(ends: IntArray, flow: IntArray) -> BoolArray:
+def _reaches(ends: IntArray, flow: IntArray) -> BoolArray:
     """Return which ends of pieces traffic can reach along the piece."""
     return np.where(ends % 2 == 1, flow[ends // 2] >= 0, flow[ends // 2] <= 0)
-
-
-def _leaves(ends: IntArray, flow: IntArray) -> BoolArray:
-    """Return at which ends of pieces traffic can enter the piece."""
-    return np.where(ends % 2 == 0, flow[ends // 2] >= 0, flow[ends // 2] <= 0)
 
 
 def _walk(piece: int, mates: Sequence[int]) -> tuple[list[Link], bool]:
@@ -100,7 +96,7 @@ def _directed(links: list[Link], closed: bool, flows: Sequence[int]) -> list[Cha
     The chain initially runs along its lowest piece, so that the result does not depend on where the walk began.
     """
     signs = [flows[piece] if along else -flows[piece] for piece, along in links]
-    if min(signs) == max(signs) == 0 or min(signs) >= 0:
+    if min(signs) >= 0:
         return [Chain(tuple(links), closed)]
     if max(signs) <= 0:
         return [Chain(_reversed(links), closed)]

@@ -67,8 +67,7 @@ def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics
         diagnostics.dropped("absent-node", f"way/{ways[index].id}", words)
     place = np.flatnonzero(present)
     skipped = np.diff(place, prepend=-1) > 1
-    lines = Lines(node[present], way[present], way[present], skipped)
-    lines = _without_repeats(lines)
+    lines = _without_repeats(Lines(node[present], way[present], way[present], skipped))
     single = np.bincount(lines.line, minlength=len(ways)) == 1
     gone = (np.bincount(way, minlength=len(ways)) > 0) & (np.bincount(lines.line, minlength=len(ways)) <= 1)
     for index in np.flatnonzero(gone | (lengths == 0)).tolist():
@@ -78,10 +77,7 @@ def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics
 
 def _without_repeats(lines: Lines) -> Lines:
     """Leave out nodes that repeat the one before."""
-    again = (lines.node[1:] == lines.node[:-1]) & (lines.line[1:] == lines.line[:-1])
-    keep = np.ones(len(lines.node), np.bool_)
-    keep[1:] = ~again
-    return lines.chosen(keep)
+    return lines.chosen((np.diff(lines.node, prepend=-1) != 0) | (np.diff(lines.line, prepend=-1) != 0))
 
 
 def join_same_places(
@@ -125,9 +121,7 @@ def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnosti
         return lines
     for index in np.unique(lines.way[gap]).tolist():
         diagnostics.repaired("absent-node", f"way/{ways[index].id}", "leaves the area and comes back, cut there")
-    starts = np.ones(len(lines.node), np.bool_)
-    starts[1:] = lines.line[1:] != lines.line[:-1]
-    line = np.cumsum(starts | gap) - 1
+    line = np.cumsum((np.diff(lines.line, prepend=-1) != 0) | gap) - 1
     cut = Lines(lines.node, line, lines.way, lines.skipped)
     return cut.chosen(np.bincount(line)[line] > 1)
 
@@ -141,8 +135,7 @@ def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay]
     if count == 0:
         empty = np.zeros(0, np.int64)
         return Pieces(empty, empty, empty, empty)
-    first_of_line = np.ones(count, np.bool_)
-    first_of_line[1:] = lines.line[1:] != lines.line[:-1]
+    first_of_line = np.diff(lines.line, prepend=-1) != 0
     last_of_line = np.roll(first_of_line, -1)
     visits = np.bincount(lines.node)
     back = np.zeros(count, np.bool_)
@@ -179,6 +172,5 @@ def _topmost(pieces: Pieces) -> BoolArray:
     short = np.flatnonzero(pieces.last - pieces.first == 1)
     ends = np.sort(np.column_stack([pieces.node[pieces.first[short]], pieces.node[pieces.last[short]]]), axis=1)
     _, stays = np.unique(ends, axis=0, return_index=True)
-    keep[short] = False
-    keep[short[stays]] = True
+    keep[np.delete(short, stays)] = False
     return keep

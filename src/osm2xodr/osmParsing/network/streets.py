@@ -97,12 +97,9 @@ def _stretches(
         at = 0
         for piece, along in chain.links:
             way = ways[piece]
-            if along:
-                seen = attributes[way]
-            elif way in turned:
-                seen = turned[way]
-            else:
-                seen = turned[way] = turned_round(attributes[way])
+            if not along and way not in turned:
+                turned[way] = turned_round(attributes[way])
+            seen = attributes[way] if along else turned[way]
             if not stretches or stretches[-1][1] is not seen:
                 stretches.append((at, seen))
             at += lengths[piece]

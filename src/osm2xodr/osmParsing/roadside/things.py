@@ -57,7 +57,9 @@ def read_beside(
     row[row == len(nodes.ids)] = 0
     present = (nodes.ids[row] == refs) & np.isfinite(points[row]).all(axis=1)
     row, way = row[present], np.repeat(np.arange(len(ways)), lengths)[present]
-    single = _single_things(nodes, carried, extra)
+    # Nodes that are things and not on streets.
+    single_ids = np.array([number for number, tags in nodes.tags.items() if kind_of_node(tags, extra)], np.int64)
+    single = np.searchsorted(nodes.ids, single_ids[~np.isin(single_ids, carried)])
     asked = np.unique(np.concatenate([row, single]))
     near = np.zeros(len(nodes.ids), np.bool_)
     near[asked] = near_streets(samples, points[asked])
@@ -77,20 +79,12 @@ def read_beside(
         # A way of a single node has no extent.
         if size > 1:
             _add_way(ways[number], ids[first : first + size], places[first : first + size], footways, things)
-    things.sort(key=_order)
-    return tuple(footways), tuple(things)
 
+    def order(thing: RoadsideThing) -> tuple[str, str, int]:
+        element, _, number = thing.osm_id.partition("/")
+        return thing.kind.value, element, int(number)
 
-def _order(thing: RoadsideThing) -> tuple[str, str, int]:
-    element, _, number = thing.osm_id.partition("/")
-    return thing.kind.value, element, int(number)
-
-
-def _single_things(nodes: RawNodes, carried: IntArray, extra: AbstractSet[str]) -> IntArray:
-    """Return the indices of nodes that are things and not on streets."""
-    ids = np.array([number for number, tags in nodes.tags.items() if kind_of_node(tags, extra)], np.int64)
-    ids = ids[~np.isin(ids, carried)]
-    return np.searchsorted(nodes.ids, ids)
+    return tuple(footways), tuple(sorted(things, key=order))
 
 
 def _node(index: int, nodes: RawNodes, points: FloatArray, extra: AbstractSet[str], country: str) -> RoadsideThing:

@@ -7,7 +7,7 @@ carriageway are in `cycle_tracks`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
@@ -38,15 +38,8 @@ _MARKED: Final = frozenset({"exclusive", "advisory", "soft_lane", "mandatory", "
 REVERSE: Final = frozenset({"-1", "reverse"})
 _BOTH: Final = (Direction.FORWARD, Direction.BACKWARD)
 _CODE: Final = "cycle-lane"
-
-
-@dataclass(frozen=True, slots=True)
-class _CycleLane:
-    """A bicycle lane on one side of a way."""
-
-    side: str
-    runs: Direction  # Its direction along the way
-    width: float | None  # m, where OSM gives it
+# A bicycle lane: its side of the way, its direction along it, its width where OSM gives it, m.
+_CycleLane = tuple[str, Direction, float | None]
 
 
 def with_beside_lanes(groups: LaneGroups, tags: Tags, direction: int, rule: Rule, findings: Findings) -> LaneGroups:
@@ -63,7 +56,7 @@ def with_beside_lanes(groups: LaneGroups, tags: Tags, direction: int, rule: Rule
     found = [lane for side in LEFT_RIGHT if (lane := _cycle_lane(tags, side, direction, rule, findings))]
     listed = {runs for runs in _BOTH if any(slot.type is LaneType.BIKING for slot in groups.of(runs))}
     for lane in found:
-        if lane.runs not in listed:
+        if lane[1] not in listed:
             groups = _with_cycle_lane(groups, lane, tags, direction, rule, findings)
     return groups
 
@@ -73,9 +66,6 @@ def near_side(runs: Direction, rule: Rule) -> str:
     return "right" if (runs is Direction.FORWARD) == (rule is Rule.RIGHT_HAND) else "left"
 
 
-# ---------------------------------------------------------------- bicycles
-
-
 def _cycle_lane(tags: Tags, side: str, direction: int, rule: Rule, findings: Findings) -> _CycleLane | None:
     """Return the bicycle lane on one side of the way."""
     own = Direction.FORWARD if near_side(Direction.FORWARD, rule) == side else Direction.BACKWARD
@@ -83,15 +73,12 @@ def _cycle_lane(tags: Tags, side: str, direction: int, rule: Rule, findings: Fin
     marked = next((tags[f"{name}:lane"] for name in names_of_side("cycleway", side) if f"{name}:lane" in tags), "")
     if value not in _LANES | _AGAINST and not (value is None and marked in _MARKED):
         return None
-    width = _width(tags, side, findings)
-    if direction == 0:
-        return _CycleLane(side, _along(tags, side, own, findings), width)
-    with_traffic = Direction(direction)
-    against = Direction(-direction)
-    far = own is against
-    if value in _AGAINST or (far and key != "cycleway" and tags.get("oneway:bicycle") in NO_VALUES):
-        return _CycleLane(side, against, width)
-    return _CycleLane(side, _along(tags, side, with_traffic, findings), width)
+    keys = (f"{name}:{what}" for name in names_of_side("cycleway", side) for what in ("width", "est_width"))
+    width = first_width(tags, keys, (TAGGED_LANE_WIDTH_MIN, TAGGED_LANE_WIDTH_MAX), _CODE, "a lane", findings)
+    far = own == -direction
+    if direction and (value in _AGAINST or (far and key != "cycleway" and tags.get("oneway:bicycle") in NO_VALUES)):
+        return side, Direction(-direction), width
+    return side, _along(tags, side, Direction(direction or own), findings), width
 
 
 def side_value(tags: Tags, key: str, side: str, direction: int, own: Direction) -> tuple[str | None, str]:
@@ -120,17 +107,12 @@ def _along(tags: Tags, side: str, usual: Direction, findings: Findings) -> Direc
     return Direction.BACKWARD if text in REVERSE else usual
 
 
-def _width(tags: Tags, side: str, findings: Findings) -> float | None:
-    keys = (f"{name}:{what}" for name in names_of_side("cycleway", side) for what in ("width", "est_width"))
-    return first_width(tags, keys, (TAGGED_LANE_WIDTH_MIN, TAGGED_LANE_WIDTH_MAX), _CODE, "a lane", findings)
-
-
 def _with_cycle_lane(
     groups: LaneGroups, lane: _CycleLane, tags: Tags, direction: int, rule: Rule, findings: Findings
 ) -> LaneGroups:
     """Add one bicycle lane at its edge of the carriageway."""
-    runs = lane.runs
-    outer = near_side(runs, rule) == lane.side
+    side, runs, width = lane
+    outer = near_side(runs, rule) == side
     if not outer and (groups.both_ways or groups.of(-runs)):
         # OpenDRIVE has no place for it beyond the lanes of the other direction.
         runs, outer = Direction(-runs), True
@@ -139,10 +121,10 @@ def _with_cycle_lane(
     slots = groups.of(runs)
     at_end = outer == (rule is Rule.RIGHT_HAND)
     edge = slots[-1 if at_end else 0] if slots else None
-    slot = Slot(LaneType.BIKING, width=lane.width, beside=True)
+    slot = Slot(LaneType.BIKING, width=width, beside=True)
     if edge is not None and outer and not edge.turns and motor_lanes(slots) == _tagged(tags, runs, direction) + 1:
         # Lists such as ``turn:lanes`` count the bicycle lane, ``lanes`` does not.
-        slot = replace(edge, type=LaneType.BIKING, width=edge.width or lane.width)
+        slot = replace(edge, type=LaneType.BIKING, width=edge.width or width)
         slots = slots[:-1] if at_end else slots[1:]
     return groups.with_slots(runs, (*slots, slot) if at_end else (slot, *slots))
 
@@ -153,9 +135,6 @@ def _tagged(tags: Tags, runs: Direction, direction: int) -> int:
         return -1
     key = "lanes" if direction else f"lanes:{SIDES[runs.value]}"
     return parse_count(tags.get(key, ""))[0] or -1
-
-
-# ---------------------------------------------------------------- buses
 
 
 def _with_bus_lanes(groups: LaneGroups, tags: Tags, direction: int, rule: Rule, findings: Findings) -> LaneGroups:

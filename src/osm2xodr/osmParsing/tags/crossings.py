@@ -38,7 +38,9 @@ def read_crossings(node_tags: Mapping[int, Tags], footways: Sequence[Footway]) -
             continue
         if node in ways:
             footway, at = ways[node]
-            out.append(_crossing(node, {**footway.tags, **tags}, _heading(footway, at)))
+            along = footway.points[min(at + 1, len(footway.points) - 1)] - footway.points[max(at - 1, 0)]
+            heading = float(np.arctan2(along[1], along[0]))
+            out.append(_crossing(node, {**footway.tags, **tags}, heading))
         else:
             out.append(_crossing(node, tags, None))
     return tuple(out)
@@ -52,12 +54,6 @@ def is_crossing(tags: Tags) -> bool:
     if tags.get("highway") == "crossing":
         return True
     return bool(value) and tags.get("railway") not in TRACK_CROSSINGS
-
-
-def _heading(footway: Footway, at: int) -> float:
-    points = footway.points
-    along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
-    return float(np.arctan2(along[1], along[0]))
 
 
 def _crossing(node: int, tags: Tags, heading: float | None) -> MappedCrossing:

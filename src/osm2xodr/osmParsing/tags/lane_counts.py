@@ -120,7 +120,7 @@ def _oneway_slots(tags: Tags, side: str, tagged: int, findings: Findings) -> tup
         findings.append((Kind.GUESSED, _CODE, f"no lanes given, {_lanes(tagged)} assumed"))
     turn = next((tags[f"turn{way}"] for way in ways if f"turn{way}" in tags), "")
     change = next((tags[f"change{way}"] for way in reversed(ways) if f"change{way}" in tags), "")
-    return _with_change(_with_turns(_fit(slots, tagged, findings), turn, findings), change, findings)
+    return _with_common_tags(_fit(slots, tagged, findings), turn, change, findings)
 
 
 def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
@@ -140,19 +140,16 @@ def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
         forward = backward = 1
     else:
         forward, between, backward = _split(total, forward, between, backward, findings)
-    return LaneGroups(
-        _with_common_tags(_fit(slots[0], forward, findings), tags, "forward", findings),
-        _with_common_tags(_fit(slots[2], backward, findings), tags, "backward", findings),
-        _with_common_tags(_fit(slots[1], between, findings), tags, "both_ways", findings) if between else (),
-        shared,
-    )
-
-
-def _with_common_tags(slots: tuple[Slot, ...], tags: Tags, way: str, findings: Findings) -> tuple[Slot, ...]:
-    """Apply the tags for all lanes of one direction of a two-way road."""
-    if way != "both_ways":
-        slots = _with_turns(slots, tags.get(f"turn:{way}", ""), findings)
-    return _with_change(slots, tags.get(f"change:{way}", tags.get("change", "")), findings)
+    groups: dict[str, tuple[Slot, ...]] = {}
+    for way, own, count in (
+        ("forward", slots[0], forward),
+        ("backward", slots[2], backward),
+        ("both_ways", slots[1], between),
+    ):
+        turn = tags.get(f"turn:{way}", "") if way != "both_ways" else ""
+        change = tags.get(f"change:{way}", tags.get("change", ""))
+        groups[way] = _with_common_tags(_fit(own, count, findings), turn, change, findings) if count else ()
+    return LaneGroups(**groups, shared=shared)
 
 
 def _split(total: int, forward: int, between: int, backward: int, findings: Findings) -> tuple[int, int, int]:
@@ -200,20 +197,15 @@ def _fit(slots: tuple[Slot, ...], tagged: int, findings: Findings) -> tuple[Slot
     return (Slot(),) * tagged
 
 
-def _with_turns(slots: tuple[Slot, ...], turn: str, findings: Findings) -> tuple[Slot, ...]:
-    """Give the arrows of ``turn`` to all lanes unless some have arrows of their own."""
-    if not turn or "|" in turn or any(slot.turns for slot in slots):
-        return slots
-    turns = read_turns(turn, findings)
-    return tuple(replace(slot, turns=turns) for slot in slots)
-
-
-def _with_change(slots: tuple[Slot, ...], change: str, findings: Findings) -> tuple[Slot, ...]:
-    """Give the value of ``change`` to all lanes unless some have one of their own."""
-    if not change or any(slot.change for slot in slots):
-        return slots
-    said = read_change(change, findings)
-    return tuple(replace(slot, change=said) for slot in slots) if said else slots
+def _with_common_tags(slots: tuple[Slot, ...], turn: str, change: str, findings: Findings) -> tuple[Slot, ...]:
+    """Give the values of ``turn`` and ``change`` to all lanes of a direction unless some have one of their own."""
+    if turn and "|" not in turn and not any(slot.turns for slot in slots):
+        turns = read_turns(turn, findings)
+        slots = tuple(replace(slot, turns=turns) for slot in slots)
+    if change and not any(slot.change for slot in slots):
+        said = read_change(change, findings)
+        slots = tuple(replace(slot, change=said) for slot in slots)
+    return slots
 
 
 def _count(tags: Tags, key: str, findings: Findings) -> int:

@@ -26,11 +26,8 @@ _BY_CLASS: Final[Mapping[str, tuple[str, ...]]] = {
 # Roads with the limit of built-up areas where there are street lamps or sidewalks: not roads built for speed, whose
 # junctions are lit anywhere, nor tracks.
 _MAY_BE_URBAN: Final = frozenset(
-    {
-        *("primary", "primary_link", "secondary", "secondary_link", "tertiary", "tertiary_link"),
-        *("unclassified", "road", "service", "busway"),
-    }
-)
+    f"{name}{link}" for name in ("primary", "secondary", "tertiary") for link in ("", "_link")
+) | {"unclassified", "road", "service", "busway"}
 
 
 def legal_speed(tags: Tags, country: Country) -> float | None:
@@ -97,7 +94,8 @@ def _urban_pieces(
     country: Country,
 ) -> set[int]:
     """Return which of the pieces without a limit lie in a built-up area."""
-    found = {k for k in open_pieces if _has_sidewalk(pieces[k])}
+    margins = {k: (*pieces[k].margin_left, *pieces[k].margin_right) for k in open_pieces}
+    found = {k for k, strips in margins.items() if any(strip.type is LaneType.SIDEWALK for strip in strips)}
     if len(pieces) == 1:
         return found
     urban = {
@@ -111,10 +109,6 @@ def _urban_pieces(
             if not {k - 1, k + 1}.isdisjoint(urban | found):
                 found.add(k)
     return found
-
-
-def _has_sidewalk(piece: StreetAttributes) -> bool:
-    return any(strip.type is LaneType.SIDEWALK for strip in (*piece.margin_left, *piece.margin_right))
 
 
 def _is_built_up(tags: Tags) -> bool:

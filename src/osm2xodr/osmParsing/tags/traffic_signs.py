@@ -71,10 +71,8 @@ _NUMBER: Final = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mph|km/h|kmh|t|m)?")
 def read_facing(text: str, *, compass_points: bool = False) -> Facing:
     """Read a value of ``direction``: ``forward``, ``backward``, ``both``, degrees, or compass points if wanted."""
     place = text.strip().upper() if compass_points else text
-    azimuth: float | None = None
-    if _DEGREES.fullmatch(place):
-        azimuth = float(place)
-    elif compass_points and place in _COMPASS_POINTS:
+    azimuth = float(place) if _DEGREES.fullmatch(place) else None
+    if compass_points and place in _COMPASS_POINTS:
         azimuth = _COMPASS_POINTS.index(place) * _DEGREES_PER_POINT
     return Facing(_ALONG.get(text), text == "both", azimuth)
 

@@ -75,12 +75,9 @@ def opposite_directions(directions: frozenset[Direction]) -> frozenset[Direction
 def lanes_marked(tags: Tags, findings: Findings) -> bool | None:
     """Return whether lanes are marked; None if not tagged."""
     value = tags.get("lane_markings")
-    if value is None:
-        return None
-    if value in ("yes", "no"):
-        return value == "yes"
-    findings.append((Kind.DROPPED, "lane-markings", f"lane_markings={value} is not known and is ignored"))
-    return None
+    if value not in (None, "yes", "no"):
+        findings.append((Kind.DROPPED, "lane-markings", f"lane_markings={value} is not known and is ignored"))
+    return {"yes": True, "no": False}.get(value or "")
 
 
 @lru_cache(maxsize=256)
