@@ -99,18 +99,14 @@ def countries() -> Mapping[str, Country]:
 
 def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> Country:
     unit = entry.get("unit", KMH)
+    words = {"none": math.inf, "walk": WALKING_SPEED_KMH * SPEED_UNITS[KMH]}
+    limits = entry.get("speeds", {}).items()
+    speeds = {kind: words[limit] if limit in words else limit * SPEED_UNITS[unit] for kind, limit in limits}
     return Country(
         code=code,
         speed_unit=unit,
-        speeds=MappingProxyType({kind: _speed(limit, unit) for kind, limit in entry.get("speeds", {}).items()}),
+        speeds=MappingProxyType(speeds),
         lane_widths=MappingProxyType(dict(entry.get("lane_widths", {}))),
         marks=MarkStyle(**entry.get("marks", {})),
         sources=tuple(titles[source] for source in entry["sources"]),
     )
-
-
-def _speed(limit: float | str, unit: str) -> float:
-    """Return a limit of the table, m/s."""
-    if isinstance(limit, str):
-        return {"none": math.inf, "walk": WALKING_SPEED_KMH * SPEED_UNITS[KMH]}[limit]
-    return limit * SPEED_UNITS[unit]

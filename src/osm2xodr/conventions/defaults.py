@@ -5,8 +5,6 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-# ---------------------------------------------------------------- widths of lanes
-
 # Width of one lane by OSM's highway value, m: RAA 2008 (motorways 3.75), RAL 2012 (rural roads 3.50 and 3.25) and
 # RASt 06 (6.50 m of carriageway for main streets with buses, 5.50 m for residential ones, 4.75 m where a car passes a
 # lorry slowly); within 0.2 m of the 12, 11 and 9 feet of AASHTO's Green Book for the same uses.
@@ -23,8 +21,6 @@ LANE_WIDTH: Final = MappingProxyType(
     }
 )
 LANE_WIDTH_OTHER: Final = 2.75
-
-# ---------------------------------------------------------------- priorities at junctions
 
 # Rank of a road by OSM's highway value where nothing is signed: traffic from a road of lower rank yields. Ramps yield
 # to all roads; traffic from properties, tracks and streets with walking speed yields to all others (StVO, sections 8,
@@ -44,8 +40,6 @@ PRIORITY_RANK: Final = MappingProxyType(
 )
 PRIORITY_RANK_LINK: Final = 3
 PRIORITY_RANK_OTHER: Final = 4
-
-# ---------------------------------------------------------------- road marks
 
 # Width of narrow marks and of wide ones (motorway edges), m: German RMS 1993.
 MARK_WIDTH: Final = 0.12

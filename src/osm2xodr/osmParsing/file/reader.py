@@ -193,7 +193,10 @@ def read_nodes(
     # Positions are collected in C++. Negative ids are not kept.
     with readable(file):
         nodes = osmium.FileProcessor(handle(file), osmium.osm.NODE)
-        nodes.with_locations(_table_for(nodes.header))
+        is_sorted = nodes.header.get("sorting", "") == "Type_then_ID"
+        # A map has three times the size, but keeps the last version of nodes that occur several times.
+        once = is_sorted and not nodes.header.has_multiple_object_versions
+        nodes.with_locations("sparse_mem_array" if once else "sparse_mem_map")
         if not len(ids) or ids[0] >= 0:
             only_ways = osmium.filter.EntityFilter(osmium.osm.WAY)
             nodes.with_filter(osmium.filter.KeyFilter(*sorted(keys)) if keys else only_ways)
@@ -227,14 +230,6 @@ def read_nodes(
         np.ascontiguousarray(lon_lat[valid, 1]),
         {number: tags[number] for number in known},
     )
-
-
-def _table_for(header: Any) -> str:
-    """Return libosmium's kind of table for positions."""
-    if header.get("sorting", "") == "Type_then_ID" and not header.has_multiple_object_versions:
-        return "sparse_mem_array"
-    # Three times the size, but keeps the last version of nodes that occur several times.
-    return "sparse_mem_map"
 
 
 def _tagged(

@@ -70,8 +70,7 @@ def _ends(samples: StreetSamples, points: FloatArray, beside: BoolArray) -> list
     if not len(row):
         return []
     length, piece, beside = samples.lines.length[row], samples.piece[row], beside[row]
-    begins = np.ones(len(piece), np.bool_)
-    begins[1:] = (piece[1:] != piece[:-1]) | (beside[1:] != beside[:-1])
+    begins = (np.diff(piece, prepend=-1) != 0) | np.diff(beside, prepend=beside[:1])
     run = np.cumsum(begins) - 1
     start = np.flatnonzero(begins)
     lengths = np.bincount(run, length)

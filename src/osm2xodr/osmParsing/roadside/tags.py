@@ -8,8 +8,6 @@ from typing import Final
 
 from osm2xodr.model import RoadsideKind
 
-# ---------------------------------------------------------------- nodes
-
 # Nodes with one of these keys are read, on streets and beside them.
 _NODE_KEYS: Final = frozenset(
     {"highway", "traffic_signals", "traffic_signals:direction", "direction", "stop", "diameter", "ele"}
@@ -35,8 +33,6 @@ _LAMP_DETAILS: Final = frozenset({"lamp_mount", "lamp_type"})
 _TREE_DETAILS: Final = frozenset({"natural", "leaf_type", "leaf_cycle", "circumference", "diameter_crown"})
 # Names are kept only where a sign or a stop shows them.
 _NAMED: Final = (*_SIGN_KEYS, "city_limit", "public_transport")
-
-# ---------------------------------------------------------------- ways
 
 # Ways for walking or cycling; stairs are not part of a street.
 FOOT_HIGHWAYS: Final = frozenset({"footway", "path", "pedestrian", "cycleway"})

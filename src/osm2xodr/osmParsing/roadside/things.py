@@ -88,17 +88,12 @@ def read_beside(
 
 
 def _node(index: int, nodes: RawNodes, points: FloatArray, extra: AbstractSet[str], country: str) -> RoadsideThing:
-    number = int(nodes.ids[index])
-    tags = nodes.tags[number]
+    ids, points = nodes.ids[index : index + 1].copy(), points[index : index + 1].copy()
+    tags = nodes.tags[int(ids[0])]
     kind = kind_of_node(tags, extra)
     assert kind is not None
-    return RoadsideThing(
-        kind,
-        f"node/{number}",
-        points[index : index + 1].copy(),
-        nodes.ids[index : index + 1].copy(),
-        read_thing_facts(kind, thing_tags(kind, tags), country),
-    )
+    facts = read_thing_facts(kind, thing_tags(kind, tags), country)
+    return RoadsideThing(kind, f"node/{ids[0]}", points, ids, facts)
 
 
 def _add_way(
@@ -110,11 +105,10 @@ def _add_way(
     kind = kind_of_way(way.tags)
     if kind is None:
         return
+    facts = read_thing_facts(kind, thing_tags(kind, way.tags), "")
     if kind is RoadsideKind.BUS_STOP:
         # Of a platform's outline or line only the middle is kept.
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))[None, :]
         nearest = int(np.argmin(np.hypot(*(points - middle).T)))
         points, ids = middle, ids[nearest : nearest + 1]
-    things.append(
-        RoadsideThing(kind, f"way/{way.id}", points, ids, read_thing_facts(kind, thing_tags(kind, way.tags), ""))
-    )
+    things.append(RoadsideThing(kind, f"way/{way.id}", points, ids, facts))

@@ -202,6 +202,5 @@ def _count(tags: Tags, key: str) -> int:
 def contraflow_bus_lane(tags: Tags, direction: int) -> bool:
     """Whether tags of the whole way give a one-way road a contraflow bus lane."""
     against = SIDES[-direction]
-    if any(tags.get(f"busway{key}") in _AGAINST for key in SIDE_KEYS):
-        return True
-    return any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))
+    against_traffic = any(tags.get(f"busway{key}") in _AGAINST for key in SIDE_KEYS)
+    return against_traffic or any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))

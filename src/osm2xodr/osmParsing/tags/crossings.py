@@ -49,11 +49,8 @@ def read_crossings(node_tags: Mapping[int, Tags], footways: Sequence[Footway]) -
 def is_crossing(tags: Tags) -> bool:
     """Return whether a node on a street is a crossing for people, marked or not."""
     value = tags.get("crossing", "")
-    if value == "no":
-        return False
-    if tags.get("highway") == "crossing":
-        return True
-    return bool(value) and tags.get("railway") not in TRACK_CROSSINGS
+    for_people = bool(value) and tags.get("railway") not in TRACK_CROSSINGS
+    return value != "no" and (for_people or tags.get("highway") == "crossing")
 
 
 def _crossing(node: int, tags: Tags, heading: float | None) -> MappedCrossing:

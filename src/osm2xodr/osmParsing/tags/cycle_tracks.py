@@ -131,11 +131,7 @@ def _gap(tags: Tags, side: str, ends: tuple[str, ...], findings: Findings) -> fl
 
 def _level(tags: Tags, side: str, inner: str) -> bool:
     """Whether a track is level with the carriageway, only separated by something that stands there."""
-    values = [
-        tags[f"{name}{end}"]
-        for name in names_of_side("cycleway", side, ":separation")
-        for end in (f":{inner}", ":both", "")
-        if f"{name}{end}" in tags
-    ]
-    parts = {part.strip() for part in values[0].split(";")} if values else set()
+    separations = names_of_side("cycleway", side, ":separation")
+    names = (f"{name}{end}" for name in separations for end in (f":{inner}", ":both", ""))
+    parts = {part.strip() for part in next((tags[name] for name in names if name in tags), "").split(";")}
     return bool(parts & _ON_CARRIAGEWAY) and "kerb" not in parts

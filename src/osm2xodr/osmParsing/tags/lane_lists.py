@@ -94,11 +94,16 @@ def read_slots(tags: Tags, directions: Sequence[str], tagged: int, findings: Fin
     lists = _lists(tags, directions, findings)
     if not lists:
         return ()
-    count = _slot_count(lists, tagged)
+    # The most frequent length, lists of users first.
+    deciding = [len(lists[name]) for name in _USER_LISTS if name in lists]
+    lengths = Counter(deciding or [len(values) for values in lists.values()])
+    count = max(lengths, key=lambda length: (lengths[length], length == tagged, length))
     types = _types({name: lists[name] for name in _USER_LISTS if len(lists.get(name, ())) == count}, count, tagged)
     slots = [Slot(kind) for kind in types]
+    # Lists describe all lanes, or only those for cars.
+    motor = [place for place, kind in enumerate(types) if kind in MOTOR_LANES]
     for name, values in lists.items():
-        places = _places(len(values), types)
+        places = next((some for some in (range(count), motor) if len(some) == len(values)), ())
         if not places:
             text = "|".join(values)
             findings.append((Kind.DROPPED, "lane-lists", f"{name}:lanes={text} does not fit {count} lanes, ignored"))
@@ -143,13 +148,6 @@ def _lists(tags: Tags, directions: Sequence[str], findings: Findings) -> dict[st
     return lists
 
 
-def _slot_count(lists: Mapping[str, Sequence[str]], tagged: int) -> int:
-    """Return the number of lanes that the lists describe: the most frequent length, lists of users first."""
-    deciding = [len(lists[name]) for name in _USER_LISTS if name in lists]
-    lengths = Counter(deciding or [len(values) for values in lists.values()])
-    return max(lengths, key=lambda length: (lengths[length], length == tagged, length))
-
-
 def _types(users: Mapping[str, Sequence[str]], count: int, tagged: int) -> list[LaneType]:
     types = [_type({name: values[place] for name, values in users.items()}) for place in range(count)]
     if LaneType.BIKING in types and count == tagged and not any(name in users for name in CAR_KEYS):
@@ -176,21 +174,12 @@ def _type(users: Tags) -> LaneType:
     return next((kind for value, kind in others if value in _ALLOWED), LaneType.NONE)
 
 
-def _places(length: int, types: Sequence[LaneType]) -> list[int]:
-    """Return the lanes that a list of a length describes: all, or only those for cars; empty if neither fits."""
-    if length == len(types):
-        return list(range(length))
-    motor = [place for place, kind in enumerate(types) if kind in MOTOR_LANES]
-    return motor if length == len(motor) else []
-
-
 def _width(text: str, findings: Findings) -> float | None:
     if not text:
         return None
     width = parse_length(text)
     if width is None or not TAGGED_LANE_WIDTH_MIN <= width <= TAGGED_LANE_WIDTH_MAX:
-        findings.append(
-            (Kind.DROPPED, "lane-width", f"{text!r} in width:lanes is not the width of a lane and is ignored")
-        )
+        words = f"{text!r} in width:lanes is not the width of a lane and is ignored"
+        findings.append((Kind.DROPPED, "lane-width", words))
         return None
     return width

@@ -113,6 +113,5 @@ def _urban_pieces(
 
 def _is_built_up(tags: Tags) -> bool:
     """Whether a way has street lamps or a sidewalk."""
-    if tags.get("lit", "no") not in _UNLIT:
-        return True
-    return any(key in tags and tags[key] not in _NO_SIDEWALK for key in _SIDEWALK_TAGS)
+    has_sidewalk = any(key in tags and tags[key] not in _NO_SIDEWALK for key in _SIDEWALK_TAGS)
+    return has_sidewalk or tags.get("lit", "no") not in _UNLIT

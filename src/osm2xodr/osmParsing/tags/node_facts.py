@@ -50,19 +50,15 @@ _GAUGES: Final = range(500, 2001)
 
 def read_node_facts(node_tags: Mapping[int, Tags], footways: Sequence[Footway], country: str) -> NodeFacts:
     """Read the tags of the nodes on streets, in ascending id, in a country (ISO 3166-1 alpha-2)."""
-    controls = {node: read_control(tags) for node, tags in node_tags.items()}
-    calming = {node: _calming(tags) for node, tags in node_tags.items()}
+    tagged = node_tags.items()
+    signed = [(node, tags) for node, tags in tagged if any(key in tags for key in SIGN_KEYS)]
     return NodeFacts(
-        controls={node: control for node, control in controls.items() if control is not None},
-        sign_posts={
-            node: read_sign_post(tags, country)
-            for node, tags in node_tags.items()
-            if any(key in tags for key in SIGN_KEYS)
-        },
+        controls={node: control for node, tags in tagged if (control := read_control(tags)) is not None},
+        sign_posts={node: read_sign_post(tags, country) for node, tags in signed},
         crossings=read_crossings(node_tags, footways),
-        calming={node: kind for node, kind in calming.items() if kind},
-        bus_stops={node: _bus_stop(tags) for node, tags in node_tags.items() if tags.get("highway") == "bus_stop"},
-        track_crossings=frozenset(node for node, tags in node_tags.items() if tags.get("railway") in TRACK_CROSSINGS),
+        calming={node: kind for node, tags in tagged if (kind := _calming(tags))},
+        bus_stops={node: _bus_stop(tags) for node, tags in tagged if tags.get("highway") == "bus_stop"},
+        track_crossings=frozenset(node for node, tags in tagged if tags.get("railway") in TRACK_CROSSINGS),
     )
 
 

@@ -78,9 +78,8 @@ def read_parking(tags: Tags, side: str, findings: Findings) -> Parking | None:
     if new is None and old is None:
         return None
     if new is not None and old is not None and (new[0] == "") != (old[0] == ""):
-        add_once(
-            findings, Kind.REPAIRED, _CODE, "parking:lane contradicts the newer tags of parking, which are taken"
-        )
+        words = "parking:lane contradicts the newer tags of parking, which are taken"
+        add_once(findings, Kind.REPAIRED, _CODE, words)
     place, orientation = new or old or ("", "")
     if not place:
         return None
@@ -102,9 +101,8 @@ def _newer(tags: Tags, side: str, findings: Findings) -> tuple[str, str] | None:
         if value in _NONE:
             return "", ""
         if value == "yes":
-            add_once(
-                findings, Kind.GUESSED, _CODE, f"{name}=yes does not say where cars stand, on the carriageway assumed"
-            )
+            words = f"{name}=yes does not say where cars stand, on the carriageway assumed"
+            add_once(findings, Kind.GUESSED, _CODE, words)
         names = (f"{_NEW}:{side}:orientation", f"{_NEW}:both:orientation")
         orientation = next((found for key in names if (found := _first(tags, key, _ORIENTATIONS, findings))), "")
         return _PLACES.get(value, LANE), _ORIENTATIONS.get(orientation, "")

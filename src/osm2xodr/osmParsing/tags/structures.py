@@ -44,14 +44,13 @@ def structure_of(tags: Tags) -> Structure:
 def layer_of(tags: Tags, structure: Structure, findings: Findings) -> int:
     """Return a way's ``layer``, or the usual one of its structure."""
     text = tags.get("layer")
-    if text is not None:
-        layer = parse_layer(text)
-        if layer is None:
-            findings.append((Kind.DROPPED, "layer", f"layer={text} is not a layer and is ignored"))
-        else:
-            if ";" in text:
-                findings.append((Kind.GUESSED, "layer", f"layer={text} taken for {layer}"))
-            return layer
+    layer = parse_layer(text or "")
+    if text is not None and layer is None:
+        findings.append((Kind.DROPPED, "layer", f"layer={text} is not a layer and is ignored"))
+    elif text is not None and ";" in text:
+        findings.append((Kind.GUESSED, "layer", f"layer={text} taken for {layer}"))
+    if layer is not None:
+        return layer
     return {Structure.GROUND: 0, Structure.BRIDGE: 1, Structure.TUNNEL: -1}[structure]
 
 

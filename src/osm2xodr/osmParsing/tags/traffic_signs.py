@@ -19,7 +19,6 @@ _COMPASS_POINTS: Final = (
     *("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE"),
     *("S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"),
 )
-_DEGREES_PER_POINT: Final = 22.5
 
 # OSM's words whose meaning has another name in the table of codes.
 _WORDS: Final = {
@@ -73,7 +72,7 @@ def read_facing(text: str, *, compass_points: bool = False) -> Facing:
     place = text.strip().upper() if compass_points else text
     azimuth = float(place) if _DEGREES.fullmatch(place) else None
     if compass_points and place in _COMPASS_POINTS:
-        azimuth = _COMPASS_POINTS.index(place) * _DEGREES_PER_POINT
+        azimuth = _COMPASS_POINTS.index(place) * 360.0 / len(_COMPASS_POINTS)
     return Facing(_ALONG.get(text), text == "both", azimuth)
 
 

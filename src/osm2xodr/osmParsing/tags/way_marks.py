@@ -100,9 +100,8 @@ def speed_is_signed(tags: Tags) -> bool:
 
     The limit of a zone such as ``DE:zone30`` is signed.
     """
-    if not any(key in tags and _is_number(tags[key]) for key in _SPEEDS):
-        return False
-    return not any(_is_law(tags[key]) for key in _SPEED_SOURCES if key in tags)
+    is_number = any(key in tags and _is_number(tags[key]) for key in _SPEEDS)
+    return is_number and not any(_is_law(tags[key]) for key in _SPEED_SOURCES if key in tags)
 
 
 @lru_cache(maxsize=1024)
