@@ -1,9 +1,8 @@
-"""The numbers that countries give their traffic signs, and what they mean.
+"""The numbers that countries give their traffic signs, and what they mean: the keys of ``sign_codes.json``.
 
-Meanings are the keys of ``sign_codes.json``. Readers know different numbers: CARLA (``SignalType.cpp``) compares the
-type alone with the numbers of the German StVO and takes the value of a speed limit from the subtype. esmini has a
-list for each country (``resources/traffic_signals``), of which only the German one has more than a few signs, and
-looks up type and subtype joined. So both know the German numbers with the country ``DE``.
+Readers know different numbers: CARLA (``SignalType.cpp``) compares the type alone with the German ones and takes a
+speed limit from the subtype; esmini (``resources/traffic_signals``) looks up type and subtype joined in a list for
+each country, of which only the German one has more than a few signs. So both know German numbers with ``DE``.
 """
 
 from __future__ import annotations

@@ -96,10 +96,8 @@ def _directed(links: list[Link], closed: bool, flows: Sequence[int]) -> list[Cha
     The chain initially runs along its lowest piece, so that the result does not depend on where the walk began.
     """
     signs = [flows[piece] if along else -flows[piece] for piece, along in links]
-    if min(signs) >= 0:
-        return [Chain(tuple(links), closed)]
-    if max(signs) <= 0:
-        return [Chain(_reversed(links), closed)]
+    if min(signs) >= 0 or max(signs) <= 0:
+        return [_chain(links, min(signs), closed)]
     if closed:
         first = next(place for place, sign in enumerate(signs) if sign)
         links, signs = links[first:] + links[:first], signs[first:] + signs[:first]
@@ -112,18 +110,15 @@ def _directed(links: list[Link], closed: bool, flows: Sequence[int]) -> list[Cha
         if sign * running < 0:
             # Two-way pieces between them stay with the lower piece, whatever the direction of the walk.
             rest = part[directed:] if link[0] < part[directed - 1][0] else []
-            chains.append(_part(part[: len(part) - len(rest)], running))
+            chains.append(_chain(part[: len(part) - len(rest)], running, ring=False))
             part, running = rest, 0
         part.append(link)
         if sign:
             running, directed = sign, len(part)
-    chains.append(_part(part, running))
+    chains.append(_chain(part, running, ring=False))
     return chains
 
 
-def _part(links: list[Link], running: int) -> Chain:
-    return Chain(_reversed(links) if running < 0 else tuple(links), False)
-
-
-def _reversed(links: list[Link]) -> tuple[Link, ...]:
-    return tuple((piece, not along) for piece, along in reversed(links))
+def _chain(links: list[Link], running: int, ring: bool) -> Chain:
+    """Return a chain in the direction of its one-way pieces, which run along (1) or against (-1) the links."""
+    return Chain(tuple((piece, not along) for piece, along in reversed(links)) if running < 0 else tuple(links), ring)

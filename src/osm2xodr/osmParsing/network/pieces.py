@@ -1,9 +1,7 @@
 """Ways are cut into pieces between the nodes where streets may meet; flat arrays over all ways.
 
-1. Absent nodes are left out of their ways; where that would bridge a long gap, the way is cut.
-2. Consecutive nodes at one place become one node.
-3. Ways are cut at nodes that are shared with others or visited twice.
-4. Spikes (out and back over the same nodes) are shortened, pieces on top of others left out.
+Absent nodes are left out, or cut the way where they leave a long gap; consecutive nodes at one place become one. Ways
+are cut at nodes that are shared or visited twice; spikes are shortened, pieces on top of others left out.
 """
 
 from __future__ import annotations

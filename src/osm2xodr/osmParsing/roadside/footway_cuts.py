@@ -64,9 +64,7 @@ def join_like_pieces(street: Street) -> Street:
 def _ends(samples: StreetSamples, points: FloatArray, beside: BoolArray) -> list[tuple[int, int]]:
     """Return (piece, node counted over all streets) next to where long runs with and without a footway meet."""
     # Only pieces that have any.
-    some = np.zeros(len(samples.street), np.bool_)
-    some[samples.piece[beside]] = True
-    row = np.flatnonzero(some[samples.piece])
+    row = np.flatnonzero(np.isin(samples.piece, samples.piece[beside]))
     if not len(row):
         return []
     length, piece, beside = samples.lines.length[row], samples.piece[row], beside[row]

@@ -1,12 +1,8 @@
 """Footways and cycleways that are mapped apart but run along a street become its sidewalks and bicycle tracks.
 
-Many towns are mapped so, but OpenDRIVE has sidewalks as lanes of the road. Tags do not say which street a footway
-belongs to, so geometry decides:
-
-1. Points along footways are matched with the nearest parallel edge of a carriageway at the same level.
-2. Streets are cut where a footway beside them begins or ends.
-3. A piece of street gets a strip where matches cover most of it, at their median distance from the edge.
-4. Short gaps are closed, short strips dropped, and distances that hardly differ along a street made equal.
+OpenDRIVE has sidewalks as lanes of the road, but tags do not say which street a footway belongs to: geometry decides.
+A piece of street gets a strip where matches (`footway_matches`) cover most of it, at their median distance from the
+edge; then short gaps are closed, short strips dropped, and distances that hardly differ made equal.
 """
 
 from __future__ import annotations
@@ -144,8 +140,7 @@ def _use(tags: Mapping[str, str]) -> LaneType:
 
 
 def _width(tags: Mapping[str, str]) -> float:
-    for key in ("width", "est_width"):
-        width = parse_length(tags.get(key, ""))
+    for width in (parse_length(tags.get(key, "")) for key in ("width", "est_width")):
         if width is not None and _WIDTH_MIN <= width <= _WIDTH_MAX:
             return width
     if _use(tags) is LaneType.SIDEWALK:

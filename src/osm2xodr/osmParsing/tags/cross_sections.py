@@ -1,10 +1,8 @@
 """From a way's tags to its cross section: lanes from left to right, and what lies beside them.
 
-1. `lane_counts` finds the lanes of each direction, `beside_lanes` adds those for bicycles and buses; together they
-   stand in the order in which one crosses the road, which depends on the side that traffic drives on.
-2. Widths come from ``width:lanes``, else the carriageway's width is shared out, else from the class of the road.
-3. `margins` reads what lies beside the lanes: parking, shoulders, tracks, sidewalks.
-4. ``placement`` tells where among the lanes the OSM line runs; without it the line is the middle of the carriageway.
+`lane_counts` finds the lanes of each direction, `beside_lanes` adds those for bicycles and buses, `margins` reads
+what lies beside them. Widths come from ``width:lanes``, else from the carriageway's width, else from the class of the
+road. ``placement`` tells where among the lanes the OSM line runs; without it, it is the middle of the carriageway.
 """
 
 from __future__ import annotations

@@ -79,8 +79,7 @@ def _has_lights(tags: Tags) -> bool:
 
 def _has_island(tags: Tags) -> bool:
     """Return whether people can wait in the middle of a crossing."""
-    value = tags.get("crossing:island", "")
-    if value:
+    if value := tags.get("crossing:island", ""):
         return value != "no"
     return tags.get("crossing") == "island" or tags.get("traffic_calming") == "island"
 

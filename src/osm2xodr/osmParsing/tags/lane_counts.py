@@ -1,9 +1,8 @@
 """How many lanes a way has in each direction.
 
-OSM may say it three times: ``lanes`` for the whole road, ``lanes:forward`` and the like by direction, and lists such
-as ``turn:lanes`` lane by lane. Where they disagree, the more specific tag is taken: lists before counts by direction
-before ``lanes``, in which mappers often leave out short turn lanes. Missing counts are derived from those there are,
-else assumed: one lane each way, more on one-way motorways. Every decision becomes a finding.
+Where tags disagree, the more specific one is taken: lists such as ``turn:lanes`` before counts by direction before
+``lanes``, in which mappers often leave out short turn lanes. Missing counts are derived from those there are, else
+assumed: one lane each way, more on one-way motorways. Every decision becomes a finding.
 """
 
 from __future__ import annotations

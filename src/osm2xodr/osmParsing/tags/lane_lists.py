@@ -1,8 +1,7 @@
 """Lists of values lane by lane (``turn:lanes``, ``width:lanes``, ``access:lanes`` …) for one direction of a street.
 
-Values are separated by bars and ordered from left to right as the drivers of that direction see them, whichever side
-traffic drives on (OSM wiki, Lanes). Lists include all lanes, also those for bicycles, while ``lanes`` counts only
-lanes wide enough for cars.
+Values are separated by bars, from left to right as the drivers of that direction see them (OSM wiki, Lanes). Lists
+include all lanes, also those for bicycles, while ``lanes`` counts only lanes wide enough for cars.
 """
 
 from __future__ import annotations

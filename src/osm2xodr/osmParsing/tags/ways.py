@@ -85,11 +85,10 @@ def way_attributes(
         if index in neighbours:
             lane_tags["lanes"] = str(neighbours[index])
         key = (tags["highway"], direction, closed, *lane_tags.items())
-        section = known.get(key)
-        if section is None:
+        if key not in known:
             lane_tags["highway"] = tags["highway"]
-            section = cross_section(lane_tags, direction, rule, default_lane_width, closed, country)
-            known[key] = section
+            known[key] = cross_section(lane_tags, direction, rule, default_lane_width, closed, country)
+        section = known[key]
         findings = list(section.findings)
         if not certain:
             findings.append(_unknown_oneway(tags, direction))
@@ -106,10 +105,8 @@ def way_attributes(
         ]
         attributes.append(_attributes(way, section, direction or -closed, country, findings))
         directions.append(direction or -closed)
-        if findings:
-            osm_id = f"way/{way.id}"
-            for kind, code, words in findings:
-                diagnostics.add(kind, code, osm_id, words)
+        for kind, code, words in findings:
+            diagnostics.add(kind, code, f"way/{way.id}", words)
     return attributes, directions
 
 
@@ -271,8 +268,7 @@ def _implied_speed(tags: Tags) -> float | None:
         # Other values tell where the limit was read, not its value.
         if ":" not in tags.get(key, "") or (key == "zone:traffic" and tags["highway"] in _OUT_OF_ZONE):
             continue
-        speed = _speed_of(tags[key])
-        if speed is not None:
+        if (speed := _speed_of(tags[key])) is not None:
             return speed
     return None
 
