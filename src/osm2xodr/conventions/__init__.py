@@ -42,14 +42,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "find_country"),
-        "sign_codes": (
-            "NO_SUBTYPE",
-            "SignCode",
-            "is_supplementary",
-            "sign_code",
-            "sign_meaning",
-            "sign_meanings",
-        ),
+        "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
         "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
         "targets": ("Crosswalks", "DEFAULT_TARGET", "TARGETS", "Target"),
     },

@@ -46,9 +46,8 @@ class MarkStyle:
     outer_edge: str = "standard"
     median_edge: str = "standard"
     double_from: int = 0  # Least number of lanes for cars with a double centre line; 0 for none
-    double_no_overtaking: bool = (
-        False  # Whether centre lines on roads of two lanes are double where nobody may overtake
-    )
+    # Whether centre lines on roads of two lanes are double where nobody may overtake
+    double_no_overtaking: bool = False
     # Width of a line, or of each line of a double one, m; the second on `FAST_HIGHWAYS`
     width: float = MARK_WIDTH
     width_fast: float = MARK_WIDTH_WIDE
@@ -100,18 +99,14 @@ def countries() -> Mapping[str, Country]:
 
 def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> Country:
     unit = entry.get("unit", KMH)
+    words = {"none": math.inf, "walk": WALKING_SPEED_KMH * SPEED_UNITS[KMH]}
+    limits = entry.get("speeds", {}).items()
+    speeds = {kind: words[limit] if limit in words else limit * SPEED_UNITS[unit] for kind, limit in limits}
     return Country(
         code=code,
         speed_unit=unit,
-        speeds=MappingProxyType({kind: _speed(limit, unit) for kind, limit in entry.get("speeds", {}).items()}),
+        speeds=MappingProxyType(speeds),
         lane_widths=MappingProxyType(dict(entry.get("lane_widths", {}))),
         marks=MarkStyle(**entry.get("marks", {})),
         sources=tuple(titles[source] for source in entry["sources"]),
     )
-
-
-def _speed(limit: float | str, unit: str) -> float:
-    """Return a limit of the table, m/s."""
-    if isinstance(limit, str):
-        return {"none": math.inf, "walk": WALKING_SPEED_KMH * SPEED_UNITS[KMH]}[limit]
-    return limit * SPEED_UNITS[unit]

@@ -5,37 +5,22 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-# ---------------------------------------------------------------- widths of lanes
-
 # Width of one lane by OSM's highway value, m: RAA 2008 (motorways 3.75), RAL 2012 (rural roads 3.50 and 3.25) and
 # RASt 06 (6.50 m of carriageway for main streets with buses, 5.50 m for residential ones, 4.75 m where a car passes a
 # lorry slowly); within 0.2 m of the 12, 11 and 9 feet of AASHTO's Green Book for the same uses.
 LANE_WIDTH: Final = MappingProxyType(
     {
         "motorway": 3.75,
-        "motorway_link": 3.5,
-        "trunk": 3.5,
-        "trunk_link": 3.5,
-        "primary": 3.5,
-        "primary_link": 3.5,
-        "secondary": 3.25,
-        "secondary_link": 3.25,
-        "tertiary": 3.0,
-        "tertiary_link": 3.0,
-        "busway": 3.25,
-        "unclassified": 2.75,
-        "residential": 2.75,
-        "road": 2.75,
-        "living_street": 2.5,
-        "service": 2.5,
-        "pedestrian": 2.5,
+        **dict.fromkeys(("motorway_link", "trunk", "trunk_link", "primary", "primary_link"), 3.5),
+        **dict.fromkeys(("secondary", "secondary_link", "busway"), 3.25),
+        **dict.fromkeys(("tertiary", "tertiary_link"), 3.0),
+        **dict.fromkeys(("unclassified", "residential", "road"), 2.75),
+        **dict.fromkeys(("living_street", "service", "pedestrian"), 2.5),
         "track": 2.0,
         "raceway": 5.0,
     }
 )
 LANE_WIDTH_OTHER: Final = 2.75
-
-# ---------------------------------------------------------------- priorities at junctions
 
 # Rank of a road by OSM's highway value where nothing is signed: traffic from a road of lower rank yields. Ramps yield
 # to all roads; traffic from properties, tracks and streets with walking speed yields to all others (StVO, sections 8,
@@ -47,20 +32,14 @@ PRIORITY_RANK: Final = MappingProxyType(
         "primary": 7,
         "secondary": 6,
         "tertiary": 5,
-        "unclassified": 4,
-        "residential": 4,
-        "road": 4,
-        "busway": 4,
-        "living_street": 2,
-        "pedestrian": 2,
+        **dict.fromkeys(("unclassified", "residential", "road", "busway"), 4),
+        **dict.fromkeys(("living_street", "pedestrian"), 2),
         "service": 1,
         "track": 0,
     }
 )
 PRIORITY_RANK_LINK: Final = 3
 PRIORITY_RANK_OTHER: Final = 4
-
-# ---------------------------------------------------------------- road marks
 
 # Width of narrow marks and of wide ones (motorway edges), m: German RMS 1993.
 MARK_WIDTH: Final = 0.12

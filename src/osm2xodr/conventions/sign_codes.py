@@ -1,9 +1,8 @@
-"""The numbers that countries give their traffic signs, and what they mean.
+"""The numbers that countries give their traffic signs, and what they mean: the keys of ``sign_codes.json``.
 
-Meanings are the keys of ``sign_codes.json``. Readers know different numbers: CARLA (``SignalType.cpp``) compares the
-type alone with the numbers of the German StVO and takes the value of a speed limit from the subtype. esmini has a
-list for each country (``resources/traffic_signals``), of which only the German one has more than a few signs, and
-looks up type and subtype joined. So both know the German numbers with the country ``DE``.
+Readers know different numbers: CARLA (``SignalType.cpp``) compares the type alone with the German ones and takes a
+speed limit from the subtype; esmini (``resources/traffic_signals``) looks up type and subtype joined in a list for
+each country, of which only the German one has more than a few signs. So both know German numbers with ``DE``.
 """
 
 from __future__ import annotations
@@ -41,6 +40,9 @@ class _Catalogue:
     meanings: Mapping[str, str]  # Meanings by code, of codes without a value
     valued: tuple[tuple[re.Pattern[str], str, float], ...]  # (pattern of a code with a value, meaning, factor)
     supplementary: re.Pattern[str] | None  # Codes of plates that add to the sign above them
+
+
+_EMPTY: Final = _Catalogue({}, {}, (), None)
 
 
 @cache
@@ -86,17 +88,9 @@ def sign_meanings() -> frozenset[str]:
 def sign_meaning(country: str, code: str) -> tuple[str, float | None]:
     """Return the meaning of a country's code, empty where it is not known, and the value that the code contains.
 
-    Parameters
-    ----------
-    country
-        ISO 3166-1 alpha-2.
-    code
-        Without the country, and without a value in brackets.
+    `country` is ISO 3166-1 alpha-2; `code` has neither the country nor a value in brackets.
     """
-    catalogue = _catalogues().get(country)
-    if catalogue is None:
-        return "", None
-    plain = _plain(code)
+    catalogue, plain = _catalogues().get(country, _EMPTY), _plain(code)
     if plain in catalogue.meanings:
         return catalogue.meanings[plain], None
     for pattern, meaning, factor in catalogue.valued:
@@ -116,40 +110,27 @@ def _value_shown(country: str, number: float, factor: float) -> float:
 
 def is_supplementary(country: str, code: str) -> bool:
     """Return whether a country's code is that of a plate that only adds to the sign above it."""
-    catalogue = _catalogues().get(country)
-    pattern = catalogue.supplementary if catalogue else None
+    pattern = _catalogues().get(country, _EMPTY).supplementary
     return pattern is not None and pattern.fullmatch(code.strip().upper()) is not None
 
 
 def sign_code(
     meaning: str, value: float | None, country: str, *, own_codes: bool, value_in_subtype: bool
 ) -> SignCode | None:
-    """Return the code to write for a sign; None where the meaning has none.
+    """Return the code to write for a sign with a meaning and a number on it; None where the meaning has none.
 
-    Parameters
-    ----------
-    meaning, value
-        What the sign means, and the number on it.
-    country
-        Where it stands; empty where that is not known.
-    own_codes
-        Whether to prefer the country's own numbers to the common ones.
-    value_in_subtype
-        Whether the subtype of common numbers is the value on the sign.
+    `country` is where it stands, empty where that is not known. `own_codes` prefers its own numbers to the common
+    ones; `value_in_subtype` makes the value on the sign the subtype of common numbers.
     """
-    owner = country if own_codes and meaning in _templates(country) else COMMON
-    template = _templates(owner).get(meaning)
+    own = own_codes and meaning in _catalogues().get(country, _EMPTY).templates
+    owner = country if own else COMMON
+    template = _catalogues()[owner].templates.get(meaning)
     if template is None:
         return None
     if "{" in template:
         return _with_value(template, value, owner, in_subtype=value_in_subtype or own_codes)
     kind, _, variant = template.partition("-") if owner == COMMON else (template, "", "")
     return SignCode(kind, variant or NO_SUBTYPE, owner)
-
-
-def _templates(country: str) -> Mapping[str, str]:
-    catalogue = _catalogues().get(country)
-    return catalogue.templates if catalogue else {}
 
 
 def _with_value(template: str, value: float | None, country: str, *, in_subtype: bool) -> SignCode:

@@ -8,8 +8,6 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-# ---------------------------------------------------------------- lanes
-
 # Narrowest and widest lane that is made from a carriageway's width, m. RASt 06: two cars pass each other slowly on
 # 4.10 m, and lanes that two cars use side by side begin at 5.50 m; any width beyond that is room for parking. Widths
 # that ``width:lanes`` gives for a lane itself are believed within wider limits, the narrow ones not for cars.
@@ -27,8 +25,6 @@ LANE_WIDTH_BICYCLE: Final = 1.5
 ONEWAY_LANES: Final = MappingProxyType({"motorway": 2, "trunk": 2})
 # More lanes than any carriageway has (toll plazas reach 25); a larger ``lanes`` is a mistake.
 LANES_PLAUSIBLE_MAX: Final = 25
-
-# ---------------------------------------------------------------- margins
 
 # Widths of strips beside the carriageway that are believed, m: from the narrowest strip that people walk on to a
 # promenade. A choice.
@@ -50,8 +46,6 @@ PARKING_WIDTH: Final = MappingProxyType({"parallel": 2.0, "diagonal": 4.85, "per
 SHOULDER_WIDTH: Final = MappingProxyType({"motorway": 2.5, "trunk": 2.5})
 SHOULDER_WIDTH_OTHER: Final = 1.5
 VERGE_WIDTH: Final = 1.5
-
-# ---------------------------------------------------------------- roadside
 
 # How far from a carriageway's edge a thing still belongs to the street, m: RPS 2009 wants guard rails where trees
 # stand within 7.5 m of a rural road (12 m above 100 km/h); a footway behind a verge and a hedge lies as far away. A

@@ -39,13 +39,7 @@ PRESETS: Final[Mapping[str, WaySelection]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class ParseOptions:
-    """What is read of an OSM file.
-
-    Raises
-    ------
-    ValueError
-        The lane width is not that of a lane.
-    """
+    """What is read of an OSM file; ValueError if the lane width is not that of a lane."""
 
     ways: WaySelection = DRIVABLE  # Which ways become streets
     include_private: bool = False  # Whether to carry ways that are closed to the public
@@ -65,14 +59,9 @@ class ParseOptions:
 
 
 def parse_ways_option(text: str) -> WaySelection:
-    """Read ``--ways``: presets and values of ``highway``, separated by commas.
+    """Read ``--ways``: presets and values of ``highway``, separated by commas; ValueError for others or none.
 
     ``service`` named by itself means service roads of every kind.
-
-    Raises
-    ------
-    ValueError
-        A name is neither, or there is none.
     """
     names = [name.strip() for name in text.split(",") if name.strip()]
     unknown = [name for name in names if name not in PRESETS and name not in HIGHWAYS]

@@ -58,10 +58,8 @@ def parse_osm(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> St
     ----------
     path
         An OSM file: .osm, .osm.gz, .osm.bz2 or .osm.pbf, recognised by its content.
-    options
-        What to read of it.
-    diagnostics
-        Gets what is guessed, dropped or repaired.
+    options, diagnostics
+        What to read of it; what gets the guesses, losses and repairs.
 
     Raises
     ------
@@ -92,6 +90,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     transitions = frozenset(way.id for way in carried if is_transition(way.tags))
     streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
     ids = np.unique(np.concatenate([street.node_ids for street in streets]))
+    on_streets = np.searchsorted(nodes.ids, ids)
     tags = {way.id: way.tags for way in ways}
     node_tags = tags_on_streets(ids, nodes, same_node)
     report_unused_nodes(node_tags, diagnostics)
@@ -110,7 +109,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         intersections=intersections,
         restrictions=read_restrictions(relations, carried, same_node, diagnostics),
         node_tags=node_tags,
-        bounds_deg=_bounds(nodes, np.searchsorted(nodes.ids, ids)),
+        bounds_deg=projection.bounds_deg(nodes.lon_deg[on_streets], nodes.lat_deg[on_streets]),
         connectivities=read_connectivities(relations, carried, same_node, diagnostics),
         footways=footways,
         roadside=roadside,
@@ -146,7 +145,7 @@ def _local(
     path: Path, nodes: RawNodes, carried: IntArray, given: LocalFrame | None, diagnostics: Diagnostics
 ) -> tuple[LocalFrame, FloatArray]:
     """Return the given frame, else one in the middle of the carried nodes (indices), and x, y of all nodes."""
-    west, south, east, north = _bounds(nodes, carried)
+    west, south, east, north = projection.bounds_deg(nodes.lon_deg[carried], nodes.lat_deg[carried])
     if max(abs(south), abs(north)) > LATITUDE_MAX_DEG:
         raise InputError(
             f"{path} reaches to latitude {max(south, north, key=abs):.2f}, but the local projection is of use up to "
@@ -159,8 +158,7 @@ def _local(
             f"{_LONGITUDE_SPAN_MAX_DEG:g}; choose a smaller area, without node/{far}"
         )
     lon = (west + east) / 2.0
-    middle = lon - 360.0 if lon > 180.0 else lon
-    frame = given or projection.make_frame((south + north) / 2.0, middle)
+    frame = given or projection.make_frame((south + north) / 2.0, lon - 360.0 if lon > 180.0 else lon)
     x, y = projection.to_local(frame, nodes.lon_deg, nodes.lat_deg)
     reach = float(np.hypot(x[carried], y[carried]).max())
     if not np.isfinite(reach):
@@ -169,9 +167,8 @@ def _local(
             f"{frame.lon_0_deg:g}; give an origin near it"
         )
     if reach > _FRAME_REACH:
-        diagnostics.note(
-            "extent", "", f"roads lie up to {reach / 1e3:.0f} km from the origin, where lengths are no longer exact"
-        )
+        words = f"roads lie up to {reach / 1e3:.0f} km from the origin, where lengths are no longer exact"
+        diagnostics.note("extent", "", words)
     return frame, np.column_stack([x, y])
 
 
@@ -181,11 +178,6 @@ def _farthest(nodes: RawNodes, chosen: IntArray) -> int:
     # The middle of most nodes, on either side of the 180th meridian.
     middle = np.arctan2(np.median(np.sin(lon)), np.median(np.cos(lon)))
     return int(chosen[np.argmin(np.cos(lon - middle))])
-
-
-def _bounds(nodes: RawNodes, chosen: IntArray) -> tuple[float, float, float, float]:
-    """Return west, south, east, north of nodes as `osm2xodr.projection.bounds_deg` does."""
-    return projection.bounds_deg(nodes.lon_deg[chosen], nodes.lat_deg[chosen])
 
 
 def _country_and_rule(

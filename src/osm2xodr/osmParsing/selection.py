@@ -33,17 +33,10 @@ _QUOTED_MAX: Final = 40
 def read_selected_ways(
     file: OsmFile, options: ParseOptions, extra: frozenset[str], diagnostics: Diagnostics
 ) -> tuple[list[RawWay], list[RawWay], list[RawRelation], list[RawWay]]:
-    """Read the ways that become streets, and those beside them.
+    """Read the ways that become streets, those beside them, relations, and all ways of the kinds asked for.
 
-    Ways that are left out although cars might drive on them go to the diagnostics. `extra` are the kinds of things
-    read beside streets on request.
-
-    Returns
-    -------
-    carried, beside, relations
-        Ways that become streets, ways beside them, and relations; each in ascending id.
-    asked
-        All ways of the kinds asked for, including those left out.
+    Each is in ascending id. Ways that are left out although cars might drive on them go to the diagnostics. `extra`
+    are the kinds of things read beside streets on request.
     """
     asked = options.ways.highways | _UNBUILT
     beside = ways_beside(asked, extra) if options.furniture else OtherWays({}, frozenset(), lambda _: False)

@@ -12,7 +12,7 @@ from osm_builder import ROAD, ROW, Area, nodes_of, tags_of
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Rule, StreetAttributes, Structure
 from osm2xodr.osmParsing.file.reader import RawWay
-from osm2xodr.osmParsing.tags.ways import way_attributes
+from osm2xodr.osmParsing.tags.ways import _WAYS_SEARCHED, lanes_of_neighbours, way_attributes
 
 
 def read(tags: str) -> tuple[StreetAttributes, int, list[tuple[Kind, str, str]]]:
@@ -176,3 +176,82 @@ def test_what_needs_no_word(tmp_path: Path, tags: str) -> None:
     ((_, piece),) = network.streets[0].pieces
     assert piece.grade is None
     assert piece.speed_forward == (math.inf if "none" in tags else None)
+
+
+def row(*tags: str, street: str = "highway=primary name=A") -> list[RawWay]:
+    """Ways end to end, the second one drawn against the others."""
+    ways = []
+    for k, text in enumerate(tags):
+        refs = [k + 1, k] if k == 1 else [k, k + 1]
+        ways.append(RawWay(k + 1, refs, tags_of(f"{street} {text}")))
+    return ways
+
+
+@pytest.mark.parametrize(
+    ("tags", "found"),
+    [
+        (("lanes=2", "", "lanes=2"), {1: 2}),
+        (("lanes=4", "", "lanes=4"), {1: 4}),
+        # Lanes that one side has more, and the odd one of a two-way street, are turning lanes.
+        (("lanes=4", "", "lanes=2"), {1: 2}),
+        (("lanes=3", "", "lanes=3"), {1: 2}),
+        (("lanes=1", "", "lanes=2"), {1: 1}),
+        (("lanes=4", "", "", "lanes=4"), {1: 4, 2: 4}),
+        # Known on one side only, or not a number.
+        (("lanes=4", ""), {}),
+        (("lanes=4", "", ""), {}),
+        (("lanes=4", "", "lanes=many"), {}),
+        (("lanes=4", "", "lanes=99"), {}),
+        # Ways that say something about their lanes are not silent.
+        (("lanes=4", "lanes:forward=1", "lanes=4"), {}),
+        (("lanes=4", "turn:lanes:forward=left|right", "lanes=4"), {}),
+        # Another street.
+        (("lanes=4", "name=B", "lanes=4"), {}),
+        (("lanes=4", "highway=secondary", "lanes=4"), {}),
+        (("lanes=4", "oneway=yes", "lanes=4"), {}),
+        (("lanes=4", "junction=roundabout", "lanes=4"), {}),
+    ],
+)
+def test_two_way_streets(tags: tuple[str, ...], found: dict[int, int]) -> None:
+    assert lanes_of_neighbours(row(*tags)) == found
+
+
+def test_one_way_streets() -> None:
+    street = "highway=primary ref=1 oneway=yes"
+    assert lanes_of_neighbours(row("lanes=3", "oneway=-1", "lanes=3", street=street)) == {1: 3}
+    assert lanes_of_neighbours(row("lanes=3", "oneway=-1", "lanes=2", street=street)) == {1: 2}
+
+
+def test_streets_without_a_name_have_no_neighbours() -> None:
+    assert lanes_of_neighbours(row("lanes=4", "", "lanes=4", street="highway=primary")) == {}
+
+
+def test_ways_without_nodes_have_no_neighbours() -> None:
+    ways = row("lanes=4", "", "lanes=4")
+    assert lanes_of_neighbours([*ways, RawWay(9, [], tags_of("highway=primary name=A"))]) == {1: 4}
+
+
+def test_a_fork_tells_nothing() -> None:
+    ways = [*row("lanes=4", "", "lanes=4"), RawWay(9, [2, 20], tags_of("highway=primary name=A lanes=4"))]
+    assert lanes_of_neighbours(ways) == {}
+
+
+def test_a_ring_of_silent_ways_ends() -> None:
+    tags = tags_of("highway=primary name=A")
+    assert lanes_of_neighbours([RawWay(1, [1, 2, 3], tags), RawWay(2, [3, 4, 1], tags)]) == {}
+    assert lanes_of_neighbours([RawWay(1, [1, 2, 3, 1], tags)]) == {}
+
+
+def test_only_so_many_silent_ways_are_stepped_over() -> None:
+    most = _WAYS_SEARCHED
+    assert len(lanes_of_neighbours(row("lanes=4", *[""] * most, "lanes=4"))) == most
+    assert lanes_of_neighbours(row("lanes=4", *[""] * (2 * most), "lanes=4")) == {}
+
+
+def test_the_guess_is_told() -> None:
+    diagnostics = Diagnostics()
+    attributes, _ = way_attributes(row("lanes=4", "width=13", "lanes=4"), Rule.RIGHT_HAND, None, diagnostics)
+    assert [len(item.lanes_ltr) for item in attributes] == [4, 4, 4]
+    said = [(item.kind, item.code, item.message) for item in diagnostics if item.osm_id == "way/2"]
+    words = "no lanes given, lanes=4 as on the same street on both sides"
+    assert said == [(Kind.GUESSED, "lane-count", words)]

@@ -13,7 +13,7 @@ import re
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Final, cast
+from typing import Any, BinaryIO, Final, cast
 from xml.parsers import expat
 
 from osm2xodr.errors import InputError
@@ -60,16 +60,13 @@ class OsmFile:
 def open_osm_file(path: Path) -> OsmFile:
     """Find the format of an OSM file.
 
-    Raises
-    ------
-    InputError
-        The file is missing, cannot be read, is not OSM data, or is XML with a document type declaration.
+    Raises InputError if it is missing, cannot be read, is not OSM data, or has a document type declaration.
     """
     head = _read_head(path)
     if b"OSMHeader" in head[:64]:
         return OsmFile(path, "pbf")
     kind = "osm.gz" if head.startswith(b"\x1f\x8b") else "osm.bz2" if head.startswith(b"BZh") else "osm"
-    if kind == "osm" and not _starts_like_xml(head):
+    if kind == "osm" and not _text(head).lstrip("\ufeff \t\r\n").startswith("<"):
         what = next((what for starts, what in _OTHER_FORMATS if head.startswith(starts)), None)
         raise InputError(f"{path} is {what or 'no OSM data'}; {_EXPECTED}")
     try:
@@ -97,10 +94,6 @@ def _read_head(path: Path) -> bytes:
     return head
 
 
-def _starts_like_xml(head: bytes) -> bool:
-    return _text(head).lstrip("\ufeff \t\r\n").startswith("<")
-
-
 def _text(raw: bytes) -> str:
     """Decode the start of an XML file as far as its markup goes (XML 1.0, appendix F)."""
     if raw.startswith(codecs.BOM_UTF8):
@@ -113,11 +106,8 @@ def _text(raw: bytes) -> str:
 
 
 def _decompressed(path: Path, kind: str) -> BinaryIO:
-    if kind == "osm.gz":
-        return cast("BinaryIO", gzip.open(path, "rb"))
-    if kind == "osm.bz2":
-        return cast("BinaryIO", bz2.open(path, "rb"))
-    return path.open("rb")
+    opener: Any = {"osm.gz": gzip.open, "osm.bz2": bz2.open}.get(kind, open)
+    return cast("BinaryIO", opener(path, "rb"))
 
 
 def _check_prolog(path: Path, stream: BinaryIO) -> None:

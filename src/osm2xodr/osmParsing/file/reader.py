@@ -23,10 +23,7 @@ from osm2xodr.model import FloatArray, IntArray, LocalFrame
 from osm2xodr.osmParsing.file.file_format import OsmFile, open_osm_file
 
 RELATION_TYPES: Final = (
-    "restriction",
-    "restriction:motorcar",
-    "restriction:motor_vehicle",
-    "restriction:vehicle",
+    *("restriction", "restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle"),
     "connectivity",
 )
 # libosmium's integer positions; missing or impossible ones lie outside the Earth.
@@ -89,21 +86,8 @@ def read_ways(
 ) -> tuple[list[RawWay], list[RawRelation]]:
     """Read the ways with given values of ``highway`` and the relations of `RELATION_TYPES`, in ascending id.
 
-    Parameters
-    ----------
-    file
-        The file.
-    highways
-        Values of ``highway`` of the ways to read.
-    keys
-        Keys of the tags to keep of them.
-    others
-        Further ways to read, with other values of ``highway``; they are returned among the others.
-
-    Raises
-    ------
-    InputError
-        The file is damaged or incomplete.
+    `keys` are those of the tags to keep of these ways. `others` are further ways to read, with other values of
+    ``highway``; they are returned among the ways. Raises InputError if the file is damaged or incomplete.
     """
     only_ways = _way_filter(highways, others)
     only_ways.enable_for(osmium.osm.WAY)
@@ -120,7 +104,7 @@ def read_ways(
                 if number not in ways or version >= ways[number][0]:
                     gone = item.deleted or ("way", number) in file.deleted
                     if others is None or item.tags.get("highway") in highways:
-                        way: RawWay | None = _way(item, keys)
+                        way: RawWay | None = RawWay(item.id, _refs(item), _tags(item, keys))
                     else:
                         way = _other_way(item, others)
                     ways[number] = version, None if gone else way
@@ -168,26 +152,9 @@ def _read_refs(file: OsmFile, ways: AbstractSet[int], relations: AbstractSet[int
 
 
 def element_places(path: Path, frame: LocalFrame, osm_ids: Iterable[str]) -> dict[str, FloatArray]:
-    """Return the positions of the nodes that elements consist of.
+    """Return the local x, y (n, 2), m, of the nodes that elements (``node/1``, ``way/2``, ``relation/3``) consist of.
 
-    Parameters
-    ----------
-    path
-        OSM file.
-    frame
-        Local frame.
-    osm_ids
-        ``node/1``, ``way/2``, ``relation/3`` ...
-
-    Returns
-    -------
-    dict
-        Local x, y (n, 2), m, with n >= 1; without elements of which the file has no node.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read.
+    Elements of which the file has no node are left out. Raises InputError if the file cannot be read.
     """
     file = open_osm_file(path)
     numbers: dict[str, set[int]] = {"node": set(), "way": set(), "relation": set()}
@@ -216,32 +183,20 @@ def read_nodes(
     more_keys: AbstractSet[str] = frozenset(),
     also: Callable[[Mapping[str, str]], bool] | None = None,
 ) -> RawNodes:
-    """Read the nodes with given ids; those without a valid position count as absent.
+    """Read the nodes with given ids (n,), ascending, each once; those without a valid position count as absent.
 
-    Parameters
-    ----------
-    file
-        The file.
-    ids : (n,)
-        Ids of the nodes, ascending, each once.
-    keys
-        Keys of the tags to keep.
-    more_keys
-        Keys of further tags to keep of nodes that have one of `keys`.
-    also
-        Decides by these tags which further nodes are read.
-
-    Raises
-    ------
-    InputError
-        The file is damaged or incomplete.
+    Tags with `keys` are kept, and those with `more_keys` of nodes that have one of `keys`; `also` decides by these
+    tags which further nodes are read. Raises InputError if the file is damaged or incomplete.
     """
     deleted = np.array([number for kind, number in file.deleted if kind == "node"], np.int64)
     ids = ids[~np.isin(ids, deleted)]
     # Positions are collected in C++. Negative ids are not kept.
     with readable(file):
         nodes = osmium.FileProcessor(handle(file), osmium.osm.NODE)
-        nodes.with_locations(_table_for(nodes.header))
+        is_sorted = nodes.header.get("sorting", "") == "Type_then_ID"
+        # A map has three times the size, but keeps the last version of nodes that occur several times.
+        once = is_sorted and not nodes.header.has_multiple_object_versions
+        nodes.with_locations("sparse_mem_array" if once else "sparse_mem_map")
         if not len(ids) or ids[0] >= 0:
             only_ways = osmium.filter.EntityFilter(osmium.osm.WAY)
             nodes.with_filter(osmium.filter.KeyFilter(*sorted(keys)) if keys else only_ways)
@@ -275,14 +230,6 @@ def read_nodes(
         np.ascontiguousarray(lon_lat[valid, 1]),
         {number: tags[number] for number in known},
     )
-
-
-def _table_for(header: Any) -> str:
-    """Return libosmium's kind of table for positions."""
-    if header.get("sorting", "") == "Type_then_ID" and not header.has_multiple_object_versions:
-        return "sparse_mem_array"
-    # Three times the size, but keeps the last version of nodes that occur several times.
-    return "sparse_mem_map"
 
 
 def _tagged(
@@ -330,10 +277,6 @@ def readable(file: OsmFile) -> Iterator[None]:
             f"{file.path} cannot be read as OSM data ({cause}); it may be damaged or incomplete, "
             "download or export it again"
         ) from error
-
-
-def _way(item: Any, keys: AbstractSet[str]) -> RawWay:
-    return RawWay(item.id, _refs(item), _tags(item, keys))
 
 
 def _other_way(item: Any, others: OtherWays) -> RawWay | None:

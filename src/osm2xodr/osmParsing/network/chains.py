@@ -60,21 +60,17 @@ def _mates(start: IntArray, end: IntArray, flow: IntArray, points: FloatArray, n
     first = np.flatnonzero(np.diff(ordered, prepend=-1))
     pairs = first[np.diff(np.append(first, len(ordered))) == 2]
     a, b = order[pairs], order[pairs + 1]
-    through = (_enters(a, flow) & _leaves(b, flow)) | (_enters(b, flow) & _leaves(a, flow))
+    # Where traffic can reach the other end of a piece (`^ 1`), it can enter the piece at this one.
+    through = (_reaches(a, flow) & _reaches(b ^ 1, flow)) | (_reaches(b, flow) & _reaches(a ^ 1, flow))
     through &= ~turns_back(neighbour[a], points[node[a]], neighbour[b])
     mates[a[through]] = b[through]
     mates[b[through]] = a[through]
     return mates
 
 
-def _enters(ends: IntArray, flow: IntArray) -> BoolArray:
+def _reaches(ends: IntArray, flow: IntArray) -> BoolArray:
     """Return which ends of pieces traffic can reach along the piece."""
     return np.where(ends % 2 == 1, flow[ends // 2] >= 0, flow[ends // 2] <= 0)
-
-
-def _leaves(ends: IntArray, flow: IntArray) -> BoolArray:
-    """Return at which ends of pieces traffic can enter the piece."""
-    return np.where(ends % 2 == 0, flow[ends // 2] >= 0, flow[ends // 2] <= 0)
 
 
 def _walk(piece: int, mates: Sequence[int]) -> tuple[list[Link], bool]:
@@ -100,10 +96,8 @@ def _directed(links: list[Link], closed: bool, flows: Sequence[int]) -> list[Cha
     The chain initially runs along its lowest piece, so that the result does not depend on where the walk began.
     """
     signs = [flows[piece] if along else -flows[piece] for piece, along in links]
-    if min(signs) == max(signs) == 0 or min(signs) >= 0:
-        return [Chain(tuple(links), closed)]
-    if max(signs) <= 0:
-        return [Chain(_reversed(links), closed)]
+    if min(signs) >= 0 or max(signs) <= 0:
+        return [_chain(links, min(signs), closed)]
     if closed:
         first = next(place for place, sign in enumerate(signs) if sign)
         links, signs = links[first:] + links[:first], signs[first:] + signs[:first]
@@ -116,18 +110,15 @@ def _directed(links: list[Link], closed: bool, flows: Sequence[int]) -> list[Cha
         if sign * running < 0:
             # Two-way pieces between them stay with the lower piece, whatever the direction of the walk.
             rest = part[directed:] if link[0] < part[directed - 1][0] else []
-            chains.append(_part(part[: len(part) - len(rest)], running))
+            chains.append(_chain(part[: len(part) - len(rest)], running, ring=False))
             part, running = rest, 0
         part.append(link)
         if sign:
             running, directed = sign, len(part)
-    chains.append(_part(part, running))
+    chains.append(_chain(part, running, ring=False))
     return chains
 
 
-def _part(links: list[Link], running: int) -> Chain:
-    return Chain(_reversed(links) if running < 0 else tuple(links), False)
-
-
-def _reversed(links: list[Link]) -> tuple[Link, ...]:
-    return tuple((piece, not along) for piece, along in reversed(links))
+def _chain(links: list[Link], running: int, ring: bool) -> Chain:
+    """Return a chain in the direction of its one-way pieces, which run along (1) or against (-1) the links."""
+    return Chain(tuple((piece, not along) for piece, along in reversed(links)) if running < 0 else tuple(links), ring)

@@ -46,17 +46,13 @@ def _borders() -> _Borders:
     packed = resources.files("osm2xodr.osmParsing.network").joinpath("data/countries.json.gz").read_bytes()
     table = json.loads(gzip.decompress(packed))
     unit = float(table["unit_deg"])
-    rings: list[FloatArray] = []
-    owners: list[int] = []
-    for number, place in enumerate(table["places"]):
-        for ring in place["rings"]:
-            rings.append(np.cumsum(np.asarray(ring, np.float64).reshape(-1, 2), axis=0) * unit)
-            owners.append(number)
+    owned = [(number, ring) for number, place in enumerate(table["places"]) for ring in place["rings"]]
+    rings = [np.cumsum(np.asarray(ring, np.float64).reshape(-1, 2), axis=0) * unit for _, ring in owned]
     x1, y1 = np.concatenate([ring[:-1] for ring in rings]).T
     x2, y2 = np.concatenate([ring[1:] for ring in rings]).T
     edges = np.array([len(ring) - 1 for ring in rings])
     codes, drives_left = (tuple(place[key] for place in table["places"]) for key in ("code", "left"))
-    return _Borders(codes, drives_left, x1, y1, x2, y2, np.repeat(np.asarray(owners, np.int64), edges))
+    return _Borders(codes, drives_left, x1, y1, x2, y2, np.repeat([number for number, _ in owned], edges))
 
 
 def find_place(lat_deg: float, lon_deg: float) -> Place:

@@ -1,9 +1,7 @@
 """Ways are cut into pieces between the nodes where streets may meet; flat arrays over all ways.
 
-1. Absent nodes are left out of their ways; where that would bridge a long gap, the way is cut.
-2. Consecutive nodes at one place become one node.
-3. Ways are cut at nodes that are shared with others or visited twice.
-4. Spikes (out and back over the same nodes) are shortened, pieces on top of others left out.
+Absent nodes are left out, or cut the way where they leave a long gap; consecutive nodes at one place become one. Ways
+are cut at nodes that are shared or visited twice; spikes are shortened, pieces on top of others left out.
 """
 
 from __future__ import annotations
@@ -67,8 +65,7 @@ def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics
         diagnostics.dropped("absent-node", f"way/{ways[index].id}", words)
     place = np.flatnonzero(present)
     skipped = np.diff(place, prepend=-1) > 1
-    lines = Lines(node[present], way[present], way[present], skipped)
-    lines = _without_repeats(lines)
+    lines = _without_repeats(Lines(node[present], way[present], way[present], skipped))
     single = np.bincount(lines.line, minlength=len(ways)) == 1
     gone = (np.bincount(way, minlength=len(ways)) > 0) & (np.bincount(lines.line, minlength=len(ways)) <= 1)
     for index in np.flatnonzero(gone | (lengths == 0)).tolist():
@@ -78,10 +75,7 @@ def make_lines(ways: Sequence[RawWay], nodes: RawNodes, diagnostics: Diagnostics
 
 def _without_repeats(lines: Lines) -> Lines:
     """Leave out nodes that repeat the one before."""
-    again = (lines.node[1:] == lines.node[:-1]) & (lines.line[1:] == lines.line[:-1])
-    keep = np.ones(len(lines.node), np.bool_)
-    keep[1:] = ~again
-    return lines.chosen(keep)
+    return lines.chosen((np.diff(lines.node, prepend=-1) != 0) | (np.diff(lines.line, prepend=-1) != 0))
 
 
 def join_same_places(
@@ -89,12 +83,7 @@ def join_same_places(
 ) -> tuple[Lines, dict[int, int]]:
     """Join consecutive nodes at one place into the one with the lowest id.
 
-    Returns
-    -------
-    lines : Lines
-        The lines through the remaining nodes.
-    same_node : dict
-        OSM ids of joined nodes, each with that of the remaining node.
+    Returns the lines through the remaining nodes, and the OSM ids of joined nodes, each with the remaining one's.
     """
     a, b = lines.node[:-1], lines.node[1:]
     near = np.hypot(*(points[b] - points[a]).T) < _SAME_NODE_DISTANCE
@@ -130,9 +119,7 @@ def cut_gaps(lines: Lines, points: FloatArray, ways: Sequence[RawWay], diagnosti
         return lines
     for index in np.unique(lines.way[gap]).tolist():
         diagnostics.repaired("absent-node", f"way/{ways[index].id}", "leaves the area and comes back, cut there")
-    starts = np.ones(len(lines.node), np.bool_)
-    starts[1:] = lines.line[1:] != lines.line[:-1]
-    line = np.cumsum(starts | gap) - 1
+    line = np.cumsum((np.diff(lines.line, prepend=-1) != 0) | gap) - 1
     cut = Lines(lines.node, line, lines.way, lines.skipped)
     return cut.chosen(np.bincount(line)[line] > 1)
 
@@ -146,8 +133,7 @@ def cut_at_shared_nodes(lines: Lines, points: FloatArray, ways: Sequence[RawWay]
     if count == 0:
         empty = np.zeros(0, np.int64)
         return Pieces(empty, empty, empty, empty)
-    first_of_line = np.ones(count, np.bool_)
-    first_of_line[1:] = lines.line[1:] != lines.line[:-1]
+    first_of_line = np.diff(lines.line, prepend=-1) != 0
     last_of_line = np.roll(first_of_line, -1)
     visits = np.bincount(lines.node)
     back = np.zeros(count, np.bool_)
@@ -184,6 +170,5 @@ def _topmost(pieces: Pieces) -> BoolArray:
     short = np.flatnonzero(pieces.last - pieces.first == 1)
     ends = np.sort(np.column_stack([pieces.node[pieces.first[short]], pieces.node[pieces.last[short]]]), axis=1)
     _, stays = np.unique(ends, axis=0, return_index=True)
-    keep[short] = False
-    keep[short[stays]] = True
+    keep[np.delete(short, stays)] = False
     return keep

@@ -28,22 +28,33 @@ _OPTIONAL: Final = re.compile(r"\(([^()]*)\)")
 def read_restrictions(
     relations: Sequence[RawRelation], ways: Sequence[RawWay], same_node: Mapping[int, int], diagnostics: Diagnostics
 ) -> tuple[TurnRestriction, ...]:
-    """Read the turn restrictions that hold for cars at all times.
+    """Read the turn restrictions that hold for cars at all times; others go to the diagnostics.
 
-    Parameters
-    ----------
-    relations
-        Relations of any type.
-    ways
-        The ways that become streets; relations that need others are left out.
-    same_node
-        Ids of nodes that were joined with another, and the id of that one.
-    diagnostics
-        Gets the restrictions that are left out.
+    Of `relations` of any type those are left out that need other ways than `ways`, which become streets. `same_node`
+    has the ids of nodes that were joined with another, and the id of that one.
     """
     carried = {way.id: way for way in ways}
-    found = (_restriction(relation, carried, same_node, diagnostics) for relation in relations)
-    return tuple(restriction for restriction in found if restriction is not None)
+    found: list[TurnRestriction] = []
+    for relation in relations:
+        value = _restriction_for_cars(relation, diagnostics)
+        if value is None:
+            continue
+        members = _find_members(relation, carried, same_node)
+        if isinstance(members, str):
+            diagnostics.dropped("restriction", f"relation/{relation.id}", f"{value} {members} and is not applied")
+            continue
+        found.append(
+            TurnRestriction(
+                osm_relation_id=relation.id,
+                only=value.startswith("only_"),
+                value=value,
+                from_ways=members.from_ways,
+                to_ways=members.to_ways,
+                via_node=members.via_node,
+                via_ways=members.via_ways,
+            )
+        )
+    return tuple(found)
 
 
 def read_connectivities(
@@ -62,9 +73,6 @@ def read_connectivities(
         else:
             found.append(connectivity)
     return tuple(found)
-
-
-# ---------------------------------------------------------------- members
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,30 +108,6 @@ def _find_members(
     return _Members(ways["from"], same_node.get(nodes[0], nodes[0]), (), ways["to"])
 
 
-# ---------------------------------------------------------------- turn restrictions
-
-
-def _restriction(
-    relation: RawRelation, carried: Mapping[int, RawWay], same_node: Mapping[int, int], diagnostics: Diagnostics
-) -> TurnRestriction | None:
-    value = _restriction_for_cars(relation, diagnostics)
-    if value is None:
-        return None
-    members = _find_members(relation, carried, same_node)
-    if isinstance(members, str):
-        diagnostics.dropped("restriction", f"relation/{relation.id}", f"{value} {members} and is not applied")
-        return None
-    return TurnRestriction(
-        osm_relation_id=relation.id,
-        only=value.startswith("only_"),
-        value=value,
-        from_ways=members.from_ways,
-        to_ways=members.to_ways,
-        via_node=members.via_node,
-        via_ways=members.via_ways,
-    )
-
-
 def _restriction_for_cars(relation: RawRelation, diagnostics: Diagnostics) -> str | None:
     """Return the restriction that holds for cars at all times; None if there is none."""
     tags, osm_id = relation.tags, f"relation/{relation.id}"
@@ -141,9 +125,6 @@ def _restriction_for_cars(relation: RawRelation, diagnostics: Diagnostics) -> st
         diagnostics.dropped("restriction", osm_id, f"{value!r} is not a known restriction")
         return None
     return value
-
-
-# ---------------------------------------------------------------- lane connectivity
 
 
 def _connectivity(

@@ -27,23 +27,10 @@ def make_streets(
 ) -> tuple[tuple[Street, ...], tuple[Intersection, ...]]:
     """Join pieces of ways into streets between intersections.
 
-    Parameters
-    ----------
-    pieces
-        Parts of ways between the nodes where streets may meet.
-    nodes, points : (n, 2)
-        The nodes, and their local x, y, m.
-    attributes, directions
-        Attributes of each way seen along it, and its direction of traffic: 1, -1 or 0 for both.
-    transitions
-        OSM ids of ways whose line changes its position among the lanes (``placement=transition``).
-
-    Returns
-    -------
-    streets
-        In ascending lowest way id and place along that way.
-    intersections
-        In ascending node id.
+    `points` (n, 2) are the local x, y of the nodes, m; `attributes` and `directions` (1, -1 or 0 for both) of traffic
+    are those of each way, seen along it; `transitions` the OSM ids of ways whose line changes its position among the
+    lanes (``placement=transition``). Streets are in ascending lowest way id and place along that way, intersections
+    in ascending node id.
     """
     start, end = pieces.node[pieces.first], pieces.node[pieces.last]
     second, last_but_one = pieces.node[pieces.first + 1], pieces.node[pieces.last - 1]
@@ -110,12 +97,9 @@ def _stretches(
         at = 0
         for piece, along in chain.links:
             way = ways[piece]
-            if along:
-                seen = attributes[way]
-            elif way in turned:
-                seen = turned[way]
-            else:
-                seen = turned[way] = turned_round(attributes[way])
+            if not along and way not in turned:
+                turned[way] = turned_round(attributes[way])
+            seen = attributes[way] if along else turned[way]
             if not stretches or stretches[-1][1] is not seen:
                 stretches.append((at, seen))
             at += lengths[piece]

@@ -38,16 +38,14 @@ def cut_where_footways_end(
     for piece, found in sorted(cuts.items()):
         number = int(samples.street[piece])
         street = streets[number]
-        own = street.pieces[int(samples.index[piece])]
-        begin = own[0]
-        later = [at for at, _ in street.pieces if at > begin]
-        end = later[0] if later else len(street.points) - 1
+        begin, attributes = street.pieces[int(samples.index[piece])]
+        end = next((at for at, _ in street.pieces if at > begin), len(street.points) - 1)
         taken = [begin, end]
         # By id, an order that does not depend on the way's direction.
         for at in sorted((node - first[number] for node in found), key=lambda at: int(ids[first[number] + at])):
-            if begin < at < end and min(_distance(street, at, other) for other in taken) > _NODE_NEAR:
+            if begin < at < end and np.hypot(*(street.points[taken] - street.points[at]).T).min() > _NODE_NEAR:
                 taken.append(at)
-        more = [(at, own[1]) for at in taken[2:]]
+        more = [(at, attributes) for at in taken[2:]]
         pieces = tuple(sorted((*out[number].pieces, *more), key=lambda item: item[0]))
         out[number] = replace(out[number], pieces=pieces)
     new = tuple(out)
@@ -63,21 +61,14 @@ def join_like_pieces(street: Street) -> Street:
     return replace(street, pieces=tuple(kept)) if len(kept) < len(street.pieces) else street
 
 
-def _distance(street: Street, a: int, b: int) -> float:
-    return float(np.hypot(*(street.points[a] - street.points[b])))
-
-
 def _ends(samples: StreetSamples, points: FloatArray, beside: BoolArray) -> list[tuple[int, int]]:
     """Return (piece, node counted over all streets) next to where long runs with and without a footway meet."""
     # Only pieces that have any.
-    some = np.zeros(len(samples.street), np.bool_)
-    some[samples.piece[beside]] = True
-    row = np.flatnonzero(some[samples.piece])
+    row = np.flatnonzero(np.isin(samples.piece, samples.piece[beside]))
     if not len(row):
         return []
     length, piece, beside = samples.lines.length[row], samples.piece[row], beside[row]
-    begins = np.ones(len(piece), np.bool_)
-    begins[1:] = (piece[1:] != piece[:-1]) | (beside[1:] != beside[:-1])
+    begins = (np.diff(piece, prepend=-1) != 0) | np.diff(beside, prepend=beside[:1])
     run = np.cumsum(begins) - 1
     start = np.flatnonzero(begins)
     lengths = np.bincount(run, length)

@@ -55,12 +55,8 @@ def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: 
     along, piece = samples.lines.along[around], samples.piece[around]
     left_of = np.column_stack([-along[:, 1], along[:, 0]])
     # The left edges of all points, then the right ones.
-    edges = np.concatenate(
-        [
-            samples.lines.points[around] + samples.left[piece][:, None] * left_of,
-            samples.lines.points[around] + samples.right[piece][:, None] * left_of,
-        ]
-    )
+    offsets = (samples.left[piece], samples.right[piece])
+    edges = np.concatenate([samples.lines.points[around] + offset[:, None] * left_of for offset in offsets])
     near_foot, near_edge = near_each_other(lines.points, edges, _SEARCH_RADIUS)
     foot, edge = np.flatnonzero(near_foot), np.flatnonzero(near_edge)
     if not len(edge):
@@ -72,9 +68,8 @@ def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: 
     own_levels = np.array([_level_of(footway.tags) for footway in footways])
     edges, edge_along = edges[edge], along[own]
     outwards = np.where((side == LEFT)[:, None], left_of[own], -left_of[own])
-    tree = cKDTree(
-        _search_points(edges, edge_along, levels[samples.piece[street]]), balanced_tree=False, compact_nodes=False
-    )
+    searched = _search_points(edges, edge_along, levels[samples.piece[street]])
+    tree = cKDTree(searched, balanced_tree=False, compact_nodes=False)
     query = _search_points(lines.points[foot], lines.along[foot], own_levels[owner[foot]])
     number = np.asarray(tree.query(query, k=_CANDIDATES, distance_upper_bound=_SEARCH_RADIUS)[1], np.int64)
     number[number == len(edges)] = -1
@@ -89,15 +84,8 @@ def match_footways(streets: Sequence[Street], samples: StreetSamples, footways: 
     row = np.flatnonzero(fits.any(axis=1))
     best = best[row]
     foot, nearest, beside, same_way = foot[row], number[row, best], beside[row, best], same_way[row, best]
-    return FootwayMatches(
-        owner[foot],
-        street[nearest],
-        side[nearest],
-        beside,
-        lines.length[foot],
-        same_way > 0.0,
-        float(lines.length.sum()),
-    )
+    length, total = lines.length[foot], float(lines.length.sum())
+    return FootwayMatches(owner[foot], street[nearest], side[nearest], beside, length, same_way > 0.0, total)
 
 
 def _search_points(points: FloatArray, along: FloatArray, level: FloatArray) -> FloatArray:

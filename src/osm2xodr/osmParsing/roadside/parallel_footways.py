@@ -1,18 +1,13 @@
 """Footways and cycleways that are mapped apart but run along a street become its sidewalks and bicycle tracks.
 
-Many towns are mapped so, but OpenDRIVE has sidewalks as lanes of the road. Tags do not say which street a footway
-belongs to, so geometry decides:
-
-1. Points along footways are matched with the nearest parallel edge of a carriageway at the same level.
-2. Streets are cut where a footway beside them begins or ends.
-3. A piece of street gets a strip where matches cover most of it, at their median distance from the edge.
-4. Short gaps are closed, short strips dropped, and distances that hardly differ along a street made equal.
+OpenDRIVE has sidewalks as lanes of the road, but tags do not say which street a footway belongs to: geometry decides.
+A piece of street gets a strip where matches (`footway_matches`) cover most of it, at their median distance from the
+edge; then short gaps are closed, short strips dropped, and distances that hardly differ made equal.
 """
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -67,18 +62,9 @@ def attach_footways(
     way_tags: Mapping[int, Mapping[str, str]],
     diagnostics: Diagnostics,
 ) -> tuple[Street, ...]:
-    """Give streets the footways that run along them as margins.
+    """Give streets the footways within reach that run along them as margins; one sentence to the diagnostics.
 
-    Parameters
-    ----------
-    streets, samples
-        The streets, and points along them.
-    footways
-        Footways within reach of them.
-    way_tags
-        Tags of the streets' ways, by OSM id.
-    diagnostics
-        Gets one sentence about what was done.
+    `samples` are points along the streets, `way_tags` the tags of their ways by OSM id.
     """
     candidates = [footway for footway in footways if not footway.crossing]
     if not candidates:
@@ -91,20 +77,15 @@ def attach_footways(
     _drop_short(samples, found)
     _even_out(samples, found)
     out = [join_like_pieces(street) for street in streets]
-    by_street: dict[int, list[int]] = defaultdict(list)
+    new: dict[int, list[tuple[int, StreetAttributes]]] = {}
     for piece in sorted({piece for piece, _, _ in found}):
-        by_street[int(samples.street[piece])].append(piece)
-    for number, pieces in by_street.items():
-        new = list(streets[number].pieces)
-        for piece in pieces:
-            at, attributes = new[int(samples.index[piece])]
-            new[int(samples.index[piece])] = at, _with_margins(attributes, piece, found, way_tags)
-        out[number] = join_like_pieces(replace(streets[number], pieces=tuple(new)))
+        street, index = int(samples.street[piece]), int(samples.index[piece])
+        pieces = new.setdefault(street, list(streets[street].pieces))
+        pieces[index] = pieces[index][0], _with_margins(pieces[index][1], piece, found, way_tags)
+    for street, pieces in new.items():
+        out[street] = join_like_pieces(replace(streets[street], pieces=tuple(pieces)))
     _report(samples, matches, use, found, diagnostics)
     return tuple(out)
-
-
-# ---------------------------------------------------------------- pieces of streets
 
 
 # Number of the piece, side, number of the use.
@@ -137,7 +118,7 @@ def _find_strips(
             order = np.lexsort((matches.distance[chosen], piece))
             chosen, piece = chosen[order], piece[order]
             every, begin, count = np.unique(piece, return_index=True, return_counts=True)
-            for number, start, size in zip(every.tolist(), begin.tolist(), count.tolist(), strict=True):
+            for number, start, size in np.column_stack([every, begin, count]).tolist():
                 if cover[number] < _COVER_MIN * lengths[number]:
                     continue
                 # The median distance.
@@ -159,8 +140,7 @@ def _use(tags: Mapping[str, str]) -> LaneType:
 
 
 def _width(tags: Mapping[str, str]) -> float:
-    for key in ("width", "est_width"):
-        width = parse_length(tags.get(key, ""))
+    for width in (parse_length(tags.get(key, "")) for key in ("width", "est_width")):
         if width is not None and _WIDTH_MIN <= width <= _WIDTH_MAX:
             return width
     if _use(tags) is LaneType.SIDEWALK:
@@ -172,9 +152,8 @@ def _runs(tags: Mapping[str, str]) -> int:
     """Return 1 or -1 if a cycleway is one-way along or against its nodes, else 0."""
     if _use(tags) is LaneType.SIDEWALK:
         return 0
-    return {"yes": 1, "true": 1, "1": 1, "-1": -1, "reverse": -1}.get(
-        tags.get("oneway:bicycle", tags.get("oneway", "")), 0
-    )
+    value = tags.get("oneway:bicycle", tags.get("oneway", ""))
+    return {"yes": 1, "true": 1, "1": 1, "-1": -1, "reverse": -1}.get(value, 0)
 
 
 def _distance_max(highway: str, tags: Mapping[str, str]) -> float:
@@ -205,9 +184,6 @@ def _way_side(attributes: StreetAttributes, side: int) -> str:
     return LEFT_RIGHT[side] if not attributes.reversed else LEFT_RIGHT[1 - side]
 
 
-# ---------------------------------------------------------------- along streets
-
-
 def _close_gaps(
     streets: Sequence[Street], samples: StreetSamples, found: _Found, way_tags: Mapping[int, Mapping[str, str]]
 ) -> None:
@@ -215,20 +191,17 @@ def _close_gaps(
     lengths = samples.piece_lengths()
     for piece, side, kind in sorted(found):
         length, last = 0.0, piece + 1
-        while (
-            last < len(lengths) and samples.street[last] == samples.street[piece] and (last, side, kind) not in found
-        ):
+        end = int(np.searchsorted(samples.street, samples.street[piece], side="right"))
+        while last < end and (last, side, kind) not in found:
             length += lengths[last]
             last += 1
-        if last == piece + 1 or last == len(lengths) or samples.street[last] != samples.street[piece]:
+        if last in (piece + 1, end):
             continue
         pieces = streets[samples.street[piece]].pieces
         a, b = found[piece, side, kind], found[last, side, kind]
         strip = replace(a, distance=0.5 * (a.distance + b.distance), width=min(a.width, b.width))
         between = [pieces[samples.index[number]][1] for number in range(piece + 1, last)]
-        if length <= _GAP_CLOSED and all(
-            _may_have(attributes, side, kind, strip.distance, way_tags) for attributes in between
-        ):
+        if length <= _GAP_CLOSED and all(_may_have(item, side, kind, strip.distance, way_tags) for item in between):
             found.update({(number, side, kind): strip for number in range(piece + 1, last)})
 
 
@@ -262,11 +235,9 @@ def _even_out(samples: StreetSamples, found: _Found) -> None:
     lengths = samples.piece_lengths()
 
     def alike(key: _Key, before: Sequence[_Key]) -> bool:
-        return all(
-            abs(found[item].distance - found[key].distance) <= _SAME_STRIP
-            and abs(found[item].width - found[key].width) <= _SAME_STRIP
-            for item in before
-        )
+        own = found[key]
+        others = [found[item] for item in before]
+        return all(max(abs(it.distance - own.distance), abs(it.width - own.width)) <= _SAME_STRIP for it in others)
 
     for run in _continuous_runs(samples, found, alike):
         weights = [float(lengths[item[0]]) for item in run]
@@ -281,12 +252,11 @@ def _with_margins(
     attributes: StreetAttributes, piece: int, found: _Found, way_tags: Mapping[int, Mapping[str, str]]
 ) -> StreetAttributes:
     tags = way_tags[attributes.osm_way_id]
-    left, right = (kerb_height(tags, _way_side(attributes, side), []) for side in (LEFT, RIGHT))
-    return replace(
-        attributes,
-        margin_left=_margin(attributes.margin_left, piece, LEFT, found, left),
-        margin_right=_margin(attributes.margin_right, piece, RIGHT, found, right),
-    )
+    margins = [
+        _margin(margin, piece, side, found, kerb_height(tags, _way_side(attributes, side), []))
+        for side, margin in ((LEFT, attributes.margin_left), (RIGHT, attributes.margin_right))
+    ]
+    return replace(attributes, margin_left=margins[LEFT], margin_right=margins[RIGHT])
 
 
 def _margin(

@@ -8,24 +8,21 @@ from typing import Final
 
 from osm2xodr.model import RoadsideKind
 
-# ---------------------------------------------------------------- nodes
-
 # Nodes with one of these keys are read, on streets and beside them.
 _NODE_KEYS: Final = frozenset(
     {"highway", "traffic_signals", "traffic_signals:direction", "direction", "stop", "diameter", "ele"}
 )
 _SIGN_KEYS: Final = ("traffic_sign", "traffic_sign:forward", "traffic_sign:backward", "traffic_sign:both")
 _FURNITURE_NODE_KEYS: Final = frozenset(
-    {
-        *_SIGN_KEYS,
-        *("crossing", "traffic_calming", "city_limit", "maxspeed", "barrier", "railway", "public_transport"),
-    }
+    (*_SIGN_KEYS, "crossing", "traffic_calming", "city_limit", "maxspeed", "barrier", "railway", "public_transport")
+)
+_CROSSING_DETAILS: Final = tuple(
+    f"crossing{what}" for what in (":island", ":markings", ":signals", ":width", ":kerb", "_ref")
 )
 # Further tags that are kept of them.
 _NODE_DETAILS: Final = frozenset(
     {
-        *("crossing:island", "crossing:markings", "crossing:signals", "crossing:width", "crossing_ref"),
-        "crossing:kerb",
+        *_CROSSING_DETAILS,
         *("button_operated", "tactile_paving", "kerb", "width", "height", "length", "material", "layer"),
         *("traffic_sign:direction", "name", "side", "support", "hazard", "maxheight", "maxwidth", "maxweight"),
         *("maxspeed:forward", "maxspeed:backward", "bus", "bus_bay", "bay", "shelter", "tram", "train", "trolleybus"),
@@ -37,18 +34,14 @@ _TREE_DETAILS: Final = frozenset({"natural", "leaf_type", "leaf_cycle", "circumf
 # Names are kept only where a sign or a stop shows them.
 _NAMED: Final = (*_SIGN_KEYS, "city_limit", "public_transport")
 
-# ---------------------------------------------------------------- ways
-
 # Ways for walking or cycling; stairs are not part of a street.
 FOOT_HIGHWAYS: Final = frozenset({"footway", "path", "pedestrian", "cycleway"})
 # Keys that show that a path is built rather than trodden (OSM wiki, Tag:highway=path).
 _BUILT_PATH: Final = frozenset({"footway", "path", "cycleway", "segregated", "crossing", "crossing:markings"})
 _BARRIERS: Final[Mapping[str, RoadsideKind]] = MappingProxyType(
     {
-        "guard_rail": RoadsideKind.GUARD_RAIL,
-        "jersey_barrier": RoadsideKind.GUARD_RAIL,
-        "wall": RoadsideKind.WALL,
-        "retaining_wall": RoadsideKind.WALL,
+        **dict.fromkeys(("guard_rail", "jersey_barrier"), RoadsideKind.GUARD_RAIL),
+        **dict.fromkeys(("wall", "retaining_wall"), RoadsideKind.WALL),
         "fence": RoadsideKind.FENCE,
         "hedge": RoadsideKind.HEDGE,
         "bollard": RoadsideKind.BOLLARD,
@@ -63,22 +56,12 @@ _RAIL_MODES: Final = ("train", "subway", "light_rail", "ferry", "tram")
 _FOOTWAY_DETAILS: Final = frozenset(
     {
         *("highway", "area", "footway", "path", "cycleway", "width", "est_width", "surface", "bicycle", "foot"),
-        *(
-            "segregated",
-            "layer",
-            "bridge",
-            "tunnel",
-            "kerb",
-            "oneway",
-            "oneway:bicycle",
-            "crossing",
-            "crossing:island",
-        ),
-        *("crossing:markings", "crossing:signals", "crossing_ref", "crossing:width", "crossing:kerb"),
+        *("segregated", "layer", "bridge", "tunnel", "kerb", "oneway", "oneway:bicycle", "crossing"),
+        *_CROSSING_DETAILS,
     }
 )
 _BARRIER_DETAILS: Final = frozenset(
-    {"barrier", "height", "width", "material", "fence_type", "layer", "bridge", "tunnel"}
+    ("barrier", "height", "width", "material", "fence_type", "layer", "bridge", "tunnel")
 )
 _TRACK_DETAILS: Final = frozenset({"railway", "gauge", "layer", "bridge", "tunnel", "embedded", "service"})
 _STOP_DETAILS: Final = frozenset(
@@ -89,10 +72,9 @@ _STOP_DETAILS: Final = frozenset(
 )
 _SIGN_DETAILS: Final = frozenset(
     {
-        *("highway", "traffic_sign", "traffic_sign:direction", "traffic_sign:forward", "traffic_sign:backward"),
-        *("traffic_sign:both", "hazard", "maxheight", "maxwidth", "maxweight"),
+        *(*_SIGN_KEYS, "traffic_sign:direction", "highway", "hazard", "maxheight", "maxwidth", "maxweight", "height"),
         *("direction", "maxspeed", "maxspeed:forward", "maxspeed:backward", "name", "city_limit", "side", "support"),
-        *("stop", "height", "layer"),
+        *("stop", "layer"),
     }
 )
 _LIGHT_DETAILS: Final = frozenset(
@@ -119,12 +101,8 @@ BESIDE_TAGS: Final = (
 def node_keys(furniture: bool, extra: AbstractSet[str]) -> tuple[frozenset[str], frozenset[str]]:
     """Return the keys of which a node must have one to be read, and further keys that are kept.
 
-    Parameters
-    ----------
-    furniture
-        Whether anything but turning circles, signals and heights is needed.
-    extra
-        Kinds of things read on request: ``lamps``, ``trees``.
+    `furniture` says whether anything but turning circles, signals and heights is needed; `extra` are kinds of things
+    read on request: ``lamps``, ``trees``.
     """
     if not furniture:
         return _NODE_KEYS, frozenset()
@@ -139,12 +117,7 @@ def node_keys(furniture: bool, extra: AbstractSet[str]) -> tuple[frozenset[str],
 def way_values(streets: AbstractSet[str], extra: AbstractSet[str]) -> dict[str, frozenset[str]]:
     """Return the values by key of which a way must have one to be read.
 
-    Parameters
-    ----------
-    streets
-        Values of ``highway`` of ways that become streets.
-    extra
-        Kinds of things read on request: ``lamps``, ``trees``.
+    `streets` are the values of ``highway`` of ways that become streets; `extra` as of `node_keys`.
     """
     values = {
         "highway": FOOT_HIGHWAYS - streets,

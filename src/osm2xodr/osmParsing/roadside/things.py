@@ -23,14 +23,9 @@ from osm2xodr.osmParsing.tags import read_thing_facts
 
 
 def ways_beside(streets: AbstractSet[str], extra: AbstractSet[str]) -> OtherWays:
-    """Return which ways are read besides streets.
+    """Return which ways are read besides those whose ``highway`` is among `streets`.
 
-    Parameters
-    ----------
-    streets
-        Values of ``highway`` of ways that are read as streets.
-    extra
-        Kinds of things read on request: ``lamps``, ``trees``.
+    `extra` are kinds of things read on request: ``lamps``, ``trees``.
     """
     values = way_values(streets, extra)
 
@@ -50,29 +45,11 @@ def read_beside(
     extra: AbstractSet[str],
     country: str,
 ) -> tuple[tuple[Footway, ...], tuple[RoadsideThing, ...]]:
-    """Select the footways and things within reach of streets.
+    """Select the footways (ascending in id) and things (in kind and id, nodes before ways) within reach of streets.
 
-    Parameters
-    ----------
-    ways
-        Those of `ways_beside`.
-    nodes, points : (n, 2)
-        The nodes, and their local x, y, m.
-    samples
-        Points along the streets.
-    carried : (m,)
-        OSM ids of the nodes on streets, ascending.
-    extra
-        Kinds of things read on request.
-    country
-        Whose signs they are, ISO 3166-1 alpha-2.
-
-    Returns
-    -------
-    footways
-        In ascending id.
-    things
-        In ascending kind and id, nodes before ways.
+    `ways` are those of `ways_beside`, `points` (n, 2) the local x, y of the nodes, m, `samples` points along the
+    streets, `carried` (m,) the OSM ids of nodes on streets, ascending. `extra` are the kinds of things read on
+    request; `country` (ISO 3166-1 alpha-2) says whose signs they are.
     """
     lengths = np.array([len(way.refs) for way in ways], np.int64)
     refs = np.concatenate([np.zeros(0, np.int64), *[way.refs for way in ways]])
@@ -80,7 +57,9 @@ def read_beside(
     row[row == len(nodes.ids)] = 0
     present = (nodes.ids[row] == refs) & np.isfinite(points[row]).all(axis=1)
     row, way = row[present], np.repeat(np.arange(len(ways)), lengths)[present]
-    single = _single_things(nodes, carried, extra)
+    # Nodes that are things and not on streets.
+    single_ids = np.array([number for number, tags in nodes.tags.items() if kind_of_node(tags, extra)], np.int64)
+    single = np.searchsorted(nodes.ids, single_ids[~np.isin(single_ids, carried)])
     asked = np.unique(np.concatenate([row, single]))
     near = np.zeros(len(nodes.ids), np.bool_)
     near[asked] = near_streets(samples, points[asked])
@@ -100,34 +79,21 @@ def read_beside(
         # A way of a single node has no extent.
         if size > 1:
             _add_way(ways[number], ids[first : first + size], places[first : first + size], footways, things)
-    things.sort(key=_order)
-    return tuple(footways), tuple(things)
 
+    def order(thing: RoadsideThing) -> tuple[str, str, int]:
+        element, _, number = thing.osm_id.partition("/")
+        return thing.kind.value, element, int(number)
 
-def _order(thing: RoadsideThing) -> tuple[str, str, int]:
-    element, _, number = thing.osm_id.partition("/")
-    return thing.kind.value, element, int(number)
-
-
-def _single_things(nodes: RawNodes, carried: IntArray, extra: AbstractSet[str]) -> IntArray:
-    """Return the indices of nodes that are things and not on streets."""
-    ids = np.array([number for number, tags in nodes.tags.items() if kind_of_node(tags, extra)], np.int64)
-    ids = ids[~np.isin(ids, carried)]
-    return np.searchsorted(nodes.ids, ids)
+    return tuple(footways), tuple(sorted(things, key=order))
 
 
 def _node(index: int, nodes: RawNodes, points: FloatArray, extra: AbstractSet[str], country: str) -> RoadsideThing:
-    number = int(nodes.ids[index])
-    tags = nodes.tags[number]
+    ids, points = nodes.ids[index : index + 1].copy(), points[index : index + 1].copy()
+    tags = nodes.tags[int(ids[0])]
     kind = kind_of_node(tags, extra)
     assert kind is not None
-    return RoadsideThing(
-        kind,
-        f"node/{number}",
-        points[index : index + 1].copy(),
-        nodes.ids[index : index + 1].copy(),
-        read_thing_facts(kind, thing_tags(kind, tags), country),
-    )
+    facts = read_thing_facts(kind, thing_tags(kind, tags), country)
+    return RoadsideThing(kind, f"node/{ids[0]}", points, ids, facts)
 
 
 def _add_way(
@@ -139,11 +105,10 @@ def _add_way(
     kind = kind_of_way(way.tags)
     if kind is None:
         return
+    facts = read_thing_facts(kind, thing_tags(kind, way.tags), "")
     if kind is RoadsideKind.BUS_STOP:
         # Of a platform's outline or line only the middle is kept.
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))[None, :]
         nearest = int(np.argmin(np.hypot(*(points - middle).T)))
         points, ids = middle, ids[nearest : nearest + 1]
-    things.append(
-        RoadsideThing(kind, f"way/{way.id}", points, ids, read_thing_facts(kind, thing_tags(kind, way.tags), ""))
-    )
+    things.append(RoadsideThing(kind, f"way/{way.id}", points, ids, facts))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Final
 
 from osm2xodr.osmParsing.options import WaySelection
-
-Tags = Mapping[str, str]
+from osm2xodr.osmParsing.tags.values import Tags
 
 # OSM wiki, Key:access: the most specific key present decides.
 CAR_KEYS: Final = ("motorcar", "motor_vehicle", "vehicle", "access")
@@ -51,12 +49,9 @@ def oneway(tags: Tags) -> tuple[int, bool]:
     The second value is False where the tag says something else (such as ``reversible``), so that this is a guess.
     """
     value = tags.get("oneway")
-    if value in _FORWARD:
-        return 1, True
-    if value in _BACKWARD:
-        return -1, True
-    if value in NO_VALUES:
-        return 0, True
+    for values, direction in ((_FORWARD, 1), (_BACKWARD, -1), (NO_VALUES, 0)):
+        if value in values:
+            return direction, True
     implied = int(is_roundabout(tags) or tags.get("highway") in _ONEWAY_HIGHWAYS)
     if value in _CHANGING and "lanes:forward" in tags and "lanes:backward" in tags:
         implied = 0

@@ -7,8 +7,7 @@ carriageway are in `cycle_tracks`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
@@ -18,7 +17,7 @@ from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_counts import SIDES, LaneGroups
 from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, SIDE_KEYS, names_of_side
-from osm2xodr.osmParsing.tags.values import Findings, first_width, parse_count
+from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width, parse_count
 
 CYCLE_TAGS: Final = (
     "oneway:bicycle",
@@ -39,20 +38,11 @@ _MARKED: Final = frozenset({"exclusive", "advisory", "soft_lane", "mandatory", "
 REVERSE: Final = frozenset({"-1", "reverse"})
 _BOTH: Final = (Direction.FORWARD, Direction.BACKWARD)
 _CODE: Final = "cycle-lane"
+# A bicycle lane: its side of the way, its direction along it, its width where OSM gives it, m.
+_CycleLane = tuple[str, Direction, float | None]
 
 
-@dataclass(frozen=True, slots=True)
-class _CycleLane:
-    """A bicycle lane on one side of a way."""
-
-    side: str
-    runs: Direction  # Its direction along the way
-    width: float | None  # m, where OSM gives it
-
-
-def with_beside_lanes(
-    groups: LaneGroups, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
-) -> LaneGroups:
+def with_beside_lanes(groups: LaneGroups, tags: Tags, direction: int, rule: Rule, findings: Findings) -> LaneGroups:
     """Add bicycle lanes to the lanes that counts and lists give, and reserve lanes for buses.
 
     `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0.
@@ -66,7 +56,7 @@ def with_beside_lanes(
     found = [lane for side in LEFT_RIGHT if (lane := _cycle_lane(tags, side, direction, rule, findings))]
     listed = {runs for runs in _BOTH if any(slot.type is LaneType.BIKING for slot in groups.of(runs))}
     for lane in found:
-        if lane.runs not in listed:
+        if lane[1] not in listed:
             groups = _with_cycle_lane(groups, lane, tags, direction, rule, findings)
     return groups
 
@@ -76,32 +66,22 @@ def near_side(runs: Direction, rule: Rule) -> str:
     return "right" if (runs is Direction.FORWARD) == (rule is Rule.RIGHT_HAND) else "left"
 
 
-# ---------------------------------------------------------------- bicycles
-
-
-def _cycle_lane(
-    tags: Mapping[str, str], side: str, direction: int, rule: Rule, findings: Findings
-) -> _CycleLane | None:
+def _cycle_lane(tags: Tags, side: str, direction: int, rule: Rule, findings: Findings) -> _CycleLane | None:
     """Return the bicycle lane on one side of the way."""
     own = Direction.FORWARD if near_side(Direction.FORWARD, rule) == side else Direction.BACKWARD
     value, key = side_value(tags, "cycleway", side, direction, own)
     marked = next((tags[f"{name}:lane"] for name in names_of_side("cycleway", side) if f"{name}:lane" in tags), "")
     if value not in _LANES | _AGAINST and not (value is None and marked in _MARKED):
         return None
-    width = _width(tags, side, findings)
-    if direction == 0:
-        return _CycleLane(side, _along(tags, side, own, findings), width)
-    with_traffic = Direction(direction)
-    against = Direction(-direction)
-    far = own is against
-    if value in _AGAINST or (far and key != "cycleway" and tags.get("oneway:bicycle") in NO_VALUES):
-        return _CycleLane(side, against, width)
-    return _CycleLane(side, _along(tags, side, with_traffic, findings), width)
+    keys = (f"{name}:{what}" for name in names_of_side("cycleway", side) for what in ("width", "est_width"))
+    width = first_width(tags, keys, (TAGGED_LANE_WIDTH_MIN, TAGGED_LANE_WIDTH_MAX), _CODE, "a lane", findings)
+    far = own == -direction
+    if direction and (value in _AGAINST or (far and key != "cycleway" and tags.get("oneway:bicycle") in NO_VALUES)):
+        return side, Direction(-direction), width
+    return side, _along(tags, side, Direction(direction or own), findings), width
 
 
-def side_value(
-    tags: Mapping[str, str], key: str, side: str, direction: int, own: Direction
-) -> tuple[str | None, str]:
+def side_value(tags: Tags, key: str, side: str, direction: int, own: Direction) -> tuple[str | None, str]:
     """Return the value tagged for a side, and its key.
 
     Keys with a side take precedence. The key without one means both sides of a two-way road, but only the near side
@@ -118,7 +98,7 @@ def side_value(
     return value, key
 
 
-def _along(tags: Mapping[str, str], side: str, usual: Direction, findings: Findings) -> Direction:
+def _along(tags: Tags, side: str, usual: Direction, findings: Findings) -> Direction:
     """Return the direction of a bicycle lane; `usual` unless a tag says otherwise."""
     text = next((tags[f"{name}:oneway"] for name in names_of_side("cycleway", side) if f"{name}:oneway" in tags), "")
     if text in NO_VALUES:
@@ -127,17 +107,12 @@ def _along(tags: Mapping[str, str], side: str, usual: Direction, findings: Findi
     return Direction.BACKWARD if text in REVERSE else usual
 
 
-def _width(tags: Mapping[str, str], side: str, findings: Findings) -> float | None:
-    keys = (f"{name}:{what}" for name in names_of_side("cycleway", side) for what in ("width", "est_width"))
-    return first_width(tags, keys, (TAGGED_LANE_WIDTH_MIN, TAGGED_LANE_WIDTH_MAX), _CODE, "a lane", findings)
-
-
 def _with_cycle_lane(
-    groups: LaneGroups, lane: _CycleLane, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
+    groups: LaneGroups, lane: _CycleLane, tags: Tags, direction: int, rule: Rule, findings: Findings
 ) -> LaneGroups:
     """Add one bicycle lane at its edge of the carriageway."""
-    runs = lane.runs
-    outer = near_side(runs, rule) == lane.side
+    side, runs, width = lane
+    outer = near_side(runs, rule) == side
     if not outer and (groups.both_ways or groups.of(-runs)):
         # OpenDRIVE has no place for it beyond the lanes of the other direction.
         runs, outer = Direction(-runs), True
@@ -146,15 +121,15 @@ def _with_cycle_lane(
     slots = groups.of(runs)
     at_end = outer == (rule is Rule.RIGHT_HAND)
     edge = slots[-1 if at_end else 0] if slots else None
-    slot = Slot(LaneType.BIKING, width=lane.width, beside=True)
+    slot = Slot(LaneType.BIKING, width=width, beside=True)
     if edge is not None and outer and not edge.turns and motor_lanes(slots) == _tagged(tags, runs, direction) + 1:
         # Lists such as ``turn:lanes`` count the bicycle lane, ``lanes`` does not.
-        slot = replace(edge, type=LaneType.BIKING, width=edge.width or lane.width)
+        slot = replace(edge, type=LaneType.BIKING, width=edge.width or width)
         slots = slots[:-1] if at_end else slots[1:]
     return groups.with_slots(runs, (*slots, slot) if at_end else (slot, *slots))
 
 
-def _tagged(tags: Mapping[str, str], runs: Direction, direction: int) -> int:
+def _tagged(tags: Tags, runs: Direction, direction: int) -> int:
     """Return the tagged number of lanes for cars of a direction, -1 if there is none."""
     if direction and direction != runs:
         return -1
@@ -162,12 +137,7 @@ def _tagged(tags: Mapping[str, str], runs: Direction, direction: int) -> int:
     return parse_count(tags.get(key, ""))[0] or -1
 
 
-# ---------------------------------------------------------------- buses
-
-
-def _with_bus_lanes(
-    groups: LaneGroups, tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings
-) -> LaneGroups:
+def _with_bus_lanes(groups: LaneGroups, tags: Tags, direction: int, rule: Rule, findings: Findings) -> LaneGroups:
     """Reserve outer lanes for buses unless lists say which lanes are theirs."""
     for runs in _BOTH:
         slots = groups.of(runs)
@@ -201,9 +171,7 @@ def _reserve_lanes(
     return tuple(own if at_end else own[::-1])
 
 
-def _bus_lanes(
-    tags: Mapping[str, str], runs: Direction, direction: int, rule: Rule, findings: Findings
-) -> tuple[int, int]:
+def _bus_lanes(tags: Tags, runs: Direction, direction: int, rule: Rule, findings: Findings) -> tuple[int, int]:
     """Return the numbers of bus lanes at the near side and at the far side of a direction."""
     for user in ("psv", "bus"):
         own = _count(tags, f"lanes:{user}:{SIDES[runs.value]}")
@@ -225,15 +193,14 @@ def _bus_lanes(
     return int(at_near), int(at_far)
 
 
-def _count(tags: Mapping[str, str], key: str) -> int:
+def _count(tags: Tags, key: str) -> int:
     """Read a number of lanes; 0 if there is none."""
     count = parse_count(tags.get(key, ""))[0] or 0
     return count if count <= LANES_PLAUSIBLE_MAX else 0
 
 
-def contraflow_bus_lane(tags: Mapping[str, str], direction: int) -> bool:
+def contraflow_bus_lane(tags: Tags, direction: int) -> bool:
     """Whether tags of the whole way give a one-way road a contraflow bus lane."""
     against = SIDES[-direction]
-    if any(tags.get(f"busway{key}") in _AGAINST for key in SIDE_KEYS):
-        return True
-    return any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))
+    against_traffic = any(tags.get(f"busway{key}") in _AGAINST for key in SIDE_KEYS)
+    return against_traffic or any(_count(tags, f"lanes:{user}:{against}") for user in ("psv", "bus"))

@@ -1,16 +1,14 @@
 """From a way's tags to its cross section: lanes from left to right, and what lies beside them.
 
-1. `lane_counts` finds the lanes of each direction, `beside_lanes` adds those for bicycles and buses; together they
-   stand in the order in which one crosses the road, which depends on the side that traffic drives on.
-2. Widths come from ``width:lanes``, else the carriageway's width is shared out, else from the class of the road.
-3. `margins` reads what lies beside the lanes: parking, shoulders, tracks, sidewalks.
-4. ``placement`` tells where among the lanes the OSM line runs; without it the line is the middle of the carriageway.
+`lane_counts` finds the lanes of each direction, `beside_lanes` adds those for bicycles and buses, `margins` reads
+what lies beside them. Widths come from ``width:lanes``, else from the carriageway's width, else from the class of the
+road. ``placement`` tells where among the lanes the OSM line runs; without it, it is the middle of the carriageway.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Final
@@ -23,7 +21,7 @@ from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_la
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, lane_groups
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
-from osm2xodr.osmParsing.tags.values import Findings, first_width
+from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 
 # Widths of a carriageway that are believed, m: from a car's to ten wide lanes with their margins.
 _CARRIAGEWAY_WIDTHS: Final = (1.5, 60.0)
@@ -55,7 +53,7 @@ class CrossSection:
 
 
 def cross_section(
-    tags: Mapping[str, str],
+    tags: Tags,
     direction: int,
     rule: Rule,
     default_lane_width: float | None = None,
@@ -79,86 +77,72 @@ def cross_section(
     between = [(slot, Direction.BOTH) for slot in groups.both_ways]
     lanes = backward + between + forward if rule is Rule.RIGHT_HAND else forward + between + backward
     margins = read_margins(tags, runs_one_way, rule, findings)
-    carriageway = _carriageway(tags, margins, [slot for slot, _ in lanes], findings)
-    usual = _usual_width(tags["highway"], groups.shared, default_lane_width, country)
-    widths = _widths([slot for slot, _ in lanes], usual, default_lane_width is not None, carriageway, findings)
+    slots = [slot for slot, _ in lanes]
+    carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, findings)
+    usual = default_lane_width or country.lane_width(tags["highway"])
+    if groups.shared:
+        usual = max(usual / 2.0, LANE_WIDTH_MIN)
+    chosen = default_lane_width is not None
+    widths = _widths(slots, usual, chosen, carriageway, parking_left + parking_right, findings)
     lanes_ltr = tuple(
         LaneSpec(slot.type, runs, width, slot.turns, slot.change)
         for (slot, runs), width in zip(lanes, widths, strict=True)
     )
-    beside = [slot.beside for slot, _ in lanes]
-    offset = _middle_offset(lanes_ltr, beside, tags, direction, findings)
+    offset = _middle_offset(lanes_ltr, [slot.beside for slot in slots], tags, direction, findings)
     if offset is None:
         # The line is the middle of the carriageway; parking on one side of it shifts the lanes.
-        offset = (carriageway.parking_right - carriageway.parking_left) / 2.0
+        offset = (parking_right - parking_left) / 2.0
     return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
 
 
-# ---------------------------------------------------------------- widths
-
-
-@dataclass(frozen=True, slots=True)
-class _Carriageway:
-    """Tagged width of the carriageway, and its parts used for parking, m."""
-
-    width: float | None = None
-    parking_left: float = 0.0
-    parking_right: float = 0.0
-
-
 def _carriageway(
-    tags: Mapping[str, str], margins: Margins, slots: Sequence[Slot], findings: Findings
-) -> _Carriageway:
-    """Return the carriageway where it is needed: for lanes without a width, or for parking on it.
+    tags: Tags, margins: Margins, slots: Sequence[Slot], findings: Findings
+) -> tuple[float | None, float, float]:
+    """Return the tagged width of the carriageway, and its parts used for parking on the left and right, m.
 
+    The width is read where it is needed: for lanes without one, or for parking.
     Without a tagged width, parking does not shift the lanes off the line. Nor does it where parked cars would leave
     no room for a lane: then the width is taken to be that of the lanes alone.
     """
     parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
     if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
-        return _Carriageway()
+        return None, 0.0, 0.0
     width = first_width(tags, _WIDTH_TAGS, _CARRIAGEWAY_WIDTHS, "width", "a road", findings)
     if width is None or not parked:
-        return _Carriageway(width)
+        return width, 0.0, 0.0
     parking = margins.parking_left + margins.parking_right
     if width - parking < LANE_WIDTH_MIN:
         words = f"{width:g} m of width have no room for {parking:g} m of parking, taken to be that of the lanes alone"
         findings.append((Kind.GUESSED, "width", words))
-        return _Carriageway(width)
-    return _Carriageway(width, margins.parking_left, margins.parking_right)
+        return width, 0.0, 0.0
+    return width, margins.parking_left, margins.parking_right
 
 
 def _widths(
-    slots: Sequence[Slot], usual: float, chosen: bool, carriageway: _Carriageway, findings: Findings
+    slots: Sequence[Slot], usual: float, chosen: bool, carriageway: float | None, parked: float, findings: Findings
 ) -> list[float]:
     """Return the width of each lane, m: tagged, else its share of the carriageway, else the usual one.
 
-    The usual width is the user's if `chosen`, else a guess.
+    The usual width is the user's if `chosen`, else a guess; of the carriageway `parked` is used for parking, m.
     """
     widths = [slot.width or _beside_width(slot.type, usual) for slot in slots]
     open_lanes = [place for place, slot in enumerate(slots) if not slot.width and slot.type in MOTOR_LANES]
     if not open_lanes:
         return widths
-    if carriageway.width is None:
+    if carriageway is None:
         if not chosen:
             findings.append((Kind.GUESSED, "lane-width", f"no width given, lanes of {usual:g} m assumed"))
         return widths
     taken = sum(widths) - sum(widths[place] for place in open_lanes)
-    parked = carriageway.parking_left + carriageway.parking_right
-    share = (carriageway.width - parked - taken) / len(open_lanes)
+    share = (carriageway - parked - taken) / len(open_lanes)
     width = min(max(share, LANE_WIDTH_MIN), LANE_WIDTH_MAX)
     if abs(width - share) > 1e-9:
         less = f" less {parked:g} m of parking" if parked else ""
-        words = f"{carriageway.width:g} m of width{less} would make lanes of {share:.2f} m, {width:g} m taken"
+        words = f"{carriageway:g} m of width{less} would make lanes of {share:.2f} m, {width:g} m taken"
         findings.append((Kind.REPAIRED, "lane-width", words))
     for place in open_lanes:
         widths[place] = width
     return widths
-
-
-def _usual_width(highway: str, shared: bool, default_lane_width: float | None, country: Country) -> float:
-    width = default_lane_width or country.lane_width(highway)
-    return max(width / 2.0, LANE_WIDTH_MIN) if shared else width
 
 
 def _beside_width(kind: LaneType, usual: float) -> float:
@@ -168,16 +152,13 @@ def _beside_width(kind: LaneType, usual: float) -> float:
     return usual if kind in MOTOR_LANES else LANE_WIDTH_BICYCLE
 
 
-# ---------------------------------------------------------------- placement
-
-
-def is_transition(tags: Mapping[str, str]) -> bool:
+def is_transition(tags: Tags) -> bool:
     """Whether the line of a way changes its position among the lanes (``placement=transition``)."""
     return any(tags.get(key) == "transition" for key in _PLACEMENT_TAGS)
 
 
 def _middle_offset(
-    lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Mapping[str, str], direction: int, findings: Findings
+    lanes_ltr: Sequence[LaneSpec], beside: Sequence[bool], tags: Tags, direction: int, findings: Findings
 ) -> float | None:
     """Return the offset of the middle of the lanes from the OSM line, left positive, m; None if not tagged.
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.model import Footway, MappedCrossing
-from osm2xodr.osmParsing.tags.values import plausible_length
+from osm2xodr.osmParsing.tags.values import Tags, plausible_length
 
 # Wider crossings are mistakes, m; a choice.
 _WIDTH_MAX: Final = 20.0
@@ -20,9 +20,7 @@ _PAINTED: Final = frozenset({"marked", "uncontrolled", "traffic_signals"})
 TRACK_CROSSINGS: Final = frozenset({"level_crossing", "crossing", "tram_level_crossing", "tram_crossing"})
 
 
-def read_crossings(
-    node_tags: Mapping[int, Mapping[str, str]], footways: Sequence[Footway]
-) -> tuple[MappedCrossing, ...]:
+def read_crossings(node_tags: Mapping[int, Tags], footways: Sequence[Footway]) -> tuple[MappedCrossing, ...]:
     """Find the crossings on streets, in ascending node.
 
     Each node of a street that is tagged as a crossing is one, and each node of a way that crosses. Where both have a
@@ -40,29 +38,22 @@ def read_crossings(
             continue
         if node in ways:
             footway, at = ways[node]
-            out.append(_crossing(node, {**footway.tags, **tags}, _heading(footway, at)))
+            along = footway.points[min(at + 1, len(footway.points) - 1)] - footway.points[max(at - 1, 0)]
+            heading = float(np.arctan2(along[1], along[0]))
+            out.append(_crossing(node, {**footway.tags, **tags}, heading))
         else:
             out.append(_crossing(node, tags, None))
     return tuple(out)
 
 
-def is_crossing(tags: Mapping[str, str]) -> bool:
+def is_crossing(tags: Tags) -> bool:
     """Return whether a node on a street is a crossing for people, marked or not."""
     value = tags.get("crossing", "")
-    if value == "no":
-        return False
-    if tags.get("highway") == "crossing":
-        return True
-    return bool(value) and tags.get("railway") not in TRACK_CROSSINGS
+    for_people = bool(value) and tags.get("railway") not in TRACK_CROSSINGS
+    return value != "no" and (for_people or tags.get("highway") == "crossing")
 
 
-def _heading(footway: Footway, at: int) -> float:
-    points = footway.points
-    along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
-    return float(np.arctan2(along[1], along[0]))
-
-
-def _crossing(node: int, tags: Mapping[str, str], heading: float | None) -> MappedCrossing:
+def _crossing(node: int, tags: Tags, heading: float | None) -> MappedCrossing:
     widths = (plausible_length(tags.get(key, ""), _WIDTH_MAX) for key in ("crossing:width", "width"))
     return MappedCrossing(
         node,
@@ -75,7 +66,7 @@ def _crossing(node: int, tags: Mapping[str, str], heading: float | None) -> Mapp
     )
 
 
-def _has_lights(tags: Mapping[str, str]) -> bool:
+def _has_lights(tags: Tags) -> bool:
     """Return whether a crossing has traffic lights; ``crossing:signals`` goes before all other tags."""
     if "crossing:signals" in tags:
         return tags["crossing:signals"] != "no"
@@ -86,15 +77,14 @@ def _has_lights(tags: Mapping[str, str]) -> bool:
     )
 
 
-def _has_island(tags: Mapping[str, str]) -> bool:
+def _has_island(tags: Tags) -> bool:
     """Return whether people can wait in the middle of a crossing."""
-    value = tags.get("crossing:island", "")
-    if value:
+    if value := tags.get("crossing:island", ""):
         return value != "no"
     return tags.get("crossing") == "island" or tags.get("traffic_calming") == "island"
 
 
-def _marking(tags: Mapping[str, str]) -> str:
+def _marking(tags: Tags) -> str:
     """Return what is painted, in the words of ``crossing:markings``: ``zebra``, ``lines`` …, ``unmarked``.
 
     ``yes`` stands for any kind of marks.

@@ -5,7 +5,6 @@ Tracks mapped as ways of their own (``separate``) are handled in `osm2xodr.osmPa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,7 +20,7 @@ from osm2xodr.osmParsing.defaults import (
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.beside_lanes import REVERSE, near_side, side_value
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, SIDE_KEYS, keys_of_sides, names_of_side, width_of_side
-from osm2xodr.osmParsing.tags.values import Findings, add_once, parse_length
+from osm2xodr.osmParsing.tags.values import Findings, Tags, add_once, parse_length
 
 _SEPARATION: Final = tuple(f":{what}{side}" for what in ("separation", "buffer") for side in SIDE_KEYS)
 # In addition to those of `beside_lanes`.
@@ -61,7 +60,7 @@ class Track:
     gap_given: bool  # Whether OSM gives `gap`
 
 
-def report_unknown_cycleways(tags: Mapping[str, str], findings: Findings) -> None:
+def report_unknown_cycleways(tags: Tags, findings: Findings) -> None:
     """Report values of ``cycleway`` that are not known."""
     for key in SIDE_KEYS:
         value = tags.get(f"cycleway{key}")
@@ -69,9 +68,7 @@ def report_unknown_cycleways(tags: Mapping[str, str], findings: Findings) -> Non
             findings.append((Kind.DROPPED, _CODE, f"cycleway{key}={value} is not known and is ignored"))
 
 
-def read_track(
-    tags: Mapping[str, str], side: str, direction: int, rule: Rule, parking: bool, findings: Findings
-) -> Track | None:
+def read_track(tags: Tags, side: str, direction: int, rule: Rule, parking: bool, findings: Findings) -> Track | None:
     """Return the bicycle track on a side (``left`` or ``right``) of a way; None if there is none.
 
     `direction` is 1 or -1 if the way is one-way for cars along or against its order of nodes, else 0; `parking` says
@@ -105,7 +102,7 @@ def read_track(
     )
 
 
-def _runs(tags: Mapping[str, str], side: str, direction: int, own: Direction, value: str, key: str) -> Direction:
+def _runs(tags: Tags, side: str, direction: int, own: Direction, value: str, key: str) -> Direction:
     text = next((tags[name] for name in names_of_side("cycleway", side, ":oneway") if name in tags), "")
     if text in NO_VALUES:
         return Direction.BOTH
@@ -118,7 +115,7 @@ def _runs(tags: Mapping[str, str], side: str, direction: int, own: Direction, va
     return Direction(-direction if against else direction)
 
 
-def _gap(tags: Mapping[str, str], side: str, ends: tuple[str, ...], findings: Findings) -> float | None:
+def _gap(tags: Tags, side: str, ends: tuple[str, ...], findings: Findings) -> float | None:
     """Return the width of the buffer on one side of a track, m; None if it is not tagged."""
     for name in names_of_side("cycleway", side, ":buffer"):
         for end in ends:
@@ -132,13 +129,9 @@ def _gap(tags: Mapping[str, str], side: str, ends: tuple[str, ...], findings: Fi
     return None
 
 
-def _level(tags: Mapping[str, str], side: str, inner: str) -> bool:
+def _level(tags: Tags, side: str, inner: str) -> bool:
     """Whether a track is level with the carriageway, only separated by something that stands there."""
-    values = [
-        tags[f"{name}{end}"]
-        for name in names_of_side("cycleway", side, ":separation")
-        for end in (f":{inner}", ":both", "")
-        if f"{name}{end}" in tags
-    ]
-    parts = {part.strip() for part in values[0].split(";")} if values else set()
+    separations = names_of_side("cycleway", side, ":separation")
+    names = (f"{name}{end}" for name in separations for end in (f":{inner}", ":both", ""))
+    parts = {part.strip() for part in next((tags[name] for name in names if name in tags), "").split(";")}
     return bool(parts & _ON_CARRIAGEWAY) and "kerb" not in parts

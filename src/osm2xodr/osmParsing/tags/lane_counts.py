@@ -1,14 +1,12 @@
 """How many lanes a way has in each direction.
 
-OSM may say it three times: ``lanes`` for the whole road, ``lanes:forward`` and the like by direction, and lists such
-as ``turn:lanes`` lane by lane. Where they disagree, the more specific tag is taken: lists before counts by direction
-before ``lanes``, in which mappers often leave out short turn lanes. Missing counts are derived from those there are,
-else assumed: one lane each way, more on one-way motorways. Every decision becomes a finding.
+Where tags disagree, the more specific one is taken: lists such as ``turn:lanes`` before counts by direction before
+``lanes``, in which mappers often leave out short turn lanes. Missing counts are derived from those there are, else
+assumed: one lane each way, more on one-way motorways. Every decision becomes a finding.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -17,7 +15,7 @@ from osm2xodr.model import LaneType
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX, ONEWAY_LANES
 from osm2xodr.osmParsing.tags.access import NO_VALUES
 from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes, read_change, read_slots, read_turns
-from osm2xodr.osmParsing.tags.values import Findings, parse_count
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_count
 
 COUNT_TAGS: Final = ("lanes", "lanes:forward", "lanes:backward", "lanes:both_ways", "lanes:reversible")
 # Tags that open one direction of a road to buses or bicycles alone, or close it to bicycles.
@@ -52,7 +50,7 @@ class LaneGroups:
 
 
 def lane_groups(
-    tags: Mapping[str, str], direction: int, findings: Findings, closed: int = 0, contraflow_bus: bool = False
+    tags: Tags, direction: int, findings: Findings, closed: int = 0, contraflow_bus: bool = False
 ) -> LaneGroups:
     """Reconcile all tags about the number and use of a way's lanes.
 
@@ -71,7 +69,7 @@ def lane_groups(
     return groups.with_slots(closed, _closed_to_cars(groups.of(closed), tags, closed))
 
 
-def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: int) -> tuple[Slot, ...]:
+def _closed_to_cars(slots: tuple[Slot, ...], tags: Tags, closed: int) -> tuple[Slot, ...]:
     """Return the lanes of a direction closed to cars: for buses if they may use them, else for bicycles."""
     side = SIDES[closed]
     kind = LaneType.BIKING
@@ -82,7 +80,7 @@ def _closed_to_cars(slots: tuple[Slot, ...], tags: Mapping[str, str], closed: in
     return tuple(replace(slot, type=kind) if slot.type is LaneType.DRIVING else slot for slot in slots)
 
 
-def _oneway_groups(tags: Mapping[str, str], direction: int, contraflow_bus: bool, findings: Findings) -> LaneGroups:
+def _oneway_groups(tags: Tags, direction: int, contraflow_bus: bool, findings: Findings) -> LaneGroups:
     side, other = SIDES[direction], SIDES[-direction]
     along, against = _count(tags, f"lanes:{side}", findings), _count(tags, f"lanes:{other}", findings)
     tagged = _count(tags, "lanes", findings) or along
@@ -99,9 +97,7 @@ def _oneway_groups(tags: Mapping[str, str], direction: int, contraflow_bus: bool
     return LaneGroups(slots, contraflow) if direction > 0 else LaneGroups(contraflow, slots)
 
 
-def _contraflow_slots(
-    tags: Mapping[str, str], side: str, tagged: int, known: bool, findings: Findings
-) -> tuple[Slot, ...]:
+def _contraflow_slots(tags: Tags, side: str, tagged: int, known: bool, findings: Findings) -> tuple[Slot, ...]:
     """Return the bus lanes against the direction of a one-way road."""
     listed = read_slots(tags, (f":{side}",), tagged, findings)
     buses = tuple(slot for slot in listed if slot.type is LaneType.BUS)
@@ -115,7 +111,7 @@ def _contraflow_slots(
     return ()
 
 
-def _oneway_slots(tags: Mapping[str, str], side: str, tagged: int, findings: Findings) -> tuple[Slot, ...]:
+def _oneway_slots(tags: Tags, side: str, tagged: int, findings: Findings) -> tuple[Slot, ...]:
     ways = ("", f":{side}")
     slots = read_slots(tags, ways, tagged, findings)
     if not tagged and not motor_lanes(slots):
@@ -123,10 +119,10 @@ def _oneway_slots(tags: Mapping[str, str], side: str, tagged: int, findings: Fin
         findings.append((Kind.GUESSED, _CODE, f"no lanes given, {_lanes(tagged)} assumed"))
     turn = next((tags[f"turn{way}"] for way in ways if f"turn{way}" in tags), "")
     change = next((tags[f"change{way}"] for way in reversed(ways) if f"change{way}" in tags), "")
-    return _with_change(_with_turns(_fit(slots, tagged, findings), turn, findings), change, findings)
+    return _with_common_tags(_fit(slots, tagged, findings), turn, change, findings)
 
 
-def _twoway_groups(tags: Mapping[str, str], findings: Findings) -> LaneGroups:
+def _twoway_groups(tags: Tags, findings: Findings) -> LaneGroups:
     total = _count(tags, "lanes", findings)
     if any(f"{name}:lanes" in tags for name in ("turn", "width", "change")):
         findings.append((Kind.DROPPED, "lane-lists", "lists of lanes of a two-way road name no direction, ignored"))
@@ -143,21 +139,16 @@ def _twoway_groups(tags: Mapping[str, str], findings: Findings) -> LaneGroups:
         forward = backward = 1
     else:
         forward, between, backward = _split(total, forward, between, backward, findings)
-    return LaneGroups(
-        _with_common_tags(_fit(slots[0], forward, findings), tags, "forward", findings),
-        _with_common_tags(_fit(slots[2], backward, findings), tags, "backward", findings),
-        _with_common_tags(_fit(slots[1], between, findings), tags, "both_ways", findings) if between else (),
-        shared,
-    )
-
-
-def _with_common_tags(
-    slots: tuple[Slot, ...], tags: Mapping[str, str], way: str, findings: Findings
-) -> tuple[Slot, ...]:
-    """Apply the tags for all lanes of one direction of a two-way road."""
-    if way != "both_ways":
-        slots = _with_turns(slots, tags.get(f"turn:{way}", ""), findings)
-    return _with_change(slots, tags.get(f"change:{way}", tags.get("change", "")), findings)
+    groups: dict[str, tuple[Slot, ...]] = {}
+    for way, own, count in (
+        ("forward", slots[0], forward),
+        ("backward", slots[2], backward),
+        ("both_ways", slots[1], between),
+    ):
+        turn = tags.get(f"turn:{way}", "") if way != "both_ways" else ""
+        change = tags.get(f"change:{way}", tags.get("change", ""))
+        groups[way] = _with_common_tags(_fit(own, count, findings), turn, change, findings) if count else ()
+    return LaneGroups(**groups, shared=shared)
 
 
 def _split(total: int, forward: int, between: int, backward: int, findings: Findings) -> tuple[int, int, int]:
@@ -205,23 +196,18 @@ def _fit(slots: tuple[Slot, ...], tagged: int, findings: Findings) -> tuple[Slot
     return (Slot(),) * tagged
 
 
-def _with_turns(slots: tuple[Slot, ...], turn: str, findings: Findings) -> tuple[Slot, ...]:
-    """Give the arrows of ``turn`` to all lanes unless some have arrows of their own."""
-    if not turn or "|" in turn or any(slot.turns for slot in slots):
-        return slots
-    turns = read_turns(turn, findings)
-    return tuple(replace(slot, turns=turns) for slot in slots)
+def _with_common_tags(slots: tuple[Slot, ...], turn: str, change: str, findings: Findings) -> tuple[Slot, ...]:
+    """Give the values of ``turn`` and ``change`` to all lanes of a direction unless some have one of their own."""
+    if turn and "|" not in turn and not any(slot.turns for slot in slots):
+        turns = read_turns(turn, findings)
+        slots = tuple(replace(slot, turns=turns) for slot in slots)
+    if change and not any(slot.change for slot in slots):
+        said = read_change(change, findings)
+        slots = tuple(replace(slot, change=said) for slot in slots)
+    return slots
 
 
-def _with_change(slots: tuple[Slot, ...], change: str, findings: Findings) -> tuple[Slot, ...]:
-    """Give the value of ``change`` to all lanes unless some have one of their own."""
-    if not change or any(slot.change for slot in slots):
-        return slots
-    said = read_change(change, findings)
-    return tuple(replace(slot, change=said) for slot in slots) if said else slots
-
-
-def _count(tags: Mapping[str, str], key: str, findings: Findings) -> int:
+def _count(tags: Tags, key: str, findings: Findings) -> int:
     """Read a number of lanes; 0 if there is none."""
     text = tags.get(key)
     if text is None:

@@ -1,8 +1,7 @@
 """Lists of values lane by lane (``turn:lanes``, ``width:lanes``, ``access:lanes`` …) for one direction of a street.
 
-Values are separated by bars and ordered from left to right as the drivers of that direction see them, whichever side
-traffic drives on (OSM wiki, Lanes). Lists include all lanes, also those for bicycles, while ``lanes`` counts only
-lanes wide enough for cars.
+Values are separated by bars, from left to right as the drivers of that direction see them (OSM wiki, Lanes). Lists
+include all lanes, also those for bicycles, while ``lanes`` counts only lanes wide enough for cars.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from osm2xodr.osmParsing.defaults import (
     TAGGED_LANE_WIDTH_MIN,
 )
 from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES
-from osm2xodr.osmParsing.tags.values import Findings, parse_length
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_length
 
 MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")
@@ -85,9 +84,7 @@ def read_change(text: str, findings: Findings) -> str:
     return ""
 
 
-def read_slots(
-    tags: Mapping[str, str], directions: Sequence[str], tagged: int, findings: Findings
-) -> tuple[Slot, ...]:
+def read_slots(tags: Tags, directions: Sequence[str], tagged: int, findings: Findings) -> tuple[Slot, ...]:
     """Read all lists of one direction: its lanes from left to right as drivers see them; empty without lists.
 
     `directions` are the endings of keys to look for, in order of precedence. `tagged` is the number of lanes for cars
@@ -96,11 +93,16 @@ def read_slots(
     lists = _lists(tags, directions, findings)
     if not lists:
         return ()
-    count = _slot_count(lists, tagged)
+    # The most frequent length, lists of users first.
+    deciding = [len(lists[name]) for name in _USER_LISTS if name in lists]
+    lengths = Counter(deciding or [len(values) for values in lists.values()])
+    count = max(lengths, key=lambda length: (lengths[length], length == tagged, length))
     types = _types({name: lists[name] for name in _USER_LISTS if len(lists.get(name, ())) == count}, count, tagged)
     slots = [Slot(kind) for kind in types]
+    # Lists describe all lanes, or only those for cars.
+    motor = [place for place, kind in enumerate(types) if kind in MOTOR_LANES]
     for name, values in lists.items():
-        places = _places(len(values), types)
+        places = next((some for some in (range(count), motor) if len(some) == len(values)), ())
         if not places:
             text = "|".join(values)
             findings.append((Kind.DROPPED, "lane-lists", f"{name}:lanes={text} does not fit {count} lanes, ignored"))
@@ -127,7 +129,7 @@ def _mark_narrow(slots: list[Slot], tagged: int, findings: Findings) -> None:
         findings.append((Kind.GUESSED, "lane-lists", "more widths than lanes, the narrow ones are for bicycles"))
 
 
-def _lists(tags: Mapping[str, str], directions: Sequence[str], findings: Findings) -> dict[str, list[str]]:
+def _lists(tags: Tags, directions: Sequence[str], findings: Findings) -> dict[str, list[str]]:
     lists: dict[str, list[str]] = {}
     for name in (*_OTHER_LISTS, *_USER_LISTS):
         for direction in directions:
@@ -145,13 +147,6 @@ def _lists(tags: Mapping[str, str], directions: Sequence[str], findings: Finding
     return lists
 
 
-def _slot_count(lists: Mapping[str, Sequence[str]], tagged: int) -> int:
-    """Return the number of lanes that the lists describe: the most frequent length, lists of users first."""
-    deciding = [len(lists[name]) for name in _USER_LISTS if name in lists]
-    lengths = Counter(deciding or [len(values) for values in lists.values()])
-    return max(lengths, key=lambda length: (lengths[length], length == tagged, length))
-
-
 def _types(users: Mapping[str, Sequence[str]], count: int, tagged: int) -> list[LaneType]:
     types = [_type({name: values[place] for name, values in users.items()}) for place in range(count)]
     if LaneType.BIKING in types and count == tagged and not any(name in users for name in CAR_KEYS):
@@ -160,7 +155,7 @@ def _types(users: Mapping[str, Sequence[str]], count: int, tagged: int) -> list[
     return types
 
 
-def _type(users: Mapping[str, str]) -> LaneType:
+def _type(users: Tags) -> LaneType:
     """Return who may use one lane, given its values by list."""
     car = next((users[name] for name in CAR_KEYS if users.get(name)), "")
     buses = users.get("bus") or users.get("psv") or ""
@@ -178,21 +173,12 @@ def _type(users: Mapping[str, str]) -> LaneType:
     return next((kind for value, kind in others if value in _ALLOWED), LaneType.NONE)
 
 
-def _places(length: int, types: Sequence[LaneType]) -> list[int]:
-    """Return the lanes that a list of a length describes: all, or only those for cars; empty if neither fits."""
-    if length == len(types):
-        return list(range(length))
-    motor = [place for place, kind in enumerate(types) if kind in MOTOR_LANES]
-    return motor if length == len(motor) else []
-
-
 def _width(text: str, findings: Findings) -> float | None:
     if not text:
         return None
     width = parse_length(text)
     if width is None or not TAGGED_LANE_WIDTH_MIN <= width <= TAGGED_LANE_WIDTH_MAX:
-        findings.append(
-            (Kind.DROPPED, "lane-width", f"{text!r} in width:lanes is not the width of a lane and is ignored")
-        )
+        words = f"{text!r} in width:lanes is not the width of a lane and is ignored"
+        findings.append((Kind.DROPPED, "lane-width", words))
         return None
     return width

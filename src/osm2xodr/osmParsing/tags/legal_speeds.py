@@ -10,6 +10,7 @@ from typing import Final
 from osm2xodr.conventions import SPEED_UNITS, Country
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import LaneType, Street, StreetAttributes
+from osm2xodr.osmParsing.tags.values import Tags
 
 # Tags that show a built-up area: street lamps and sidewalks.
 _SIDEWALK_TAGS: Final = ("sidewalk", "sidewalk:both", "sidewalk:left", "sidewalk:right")
@@ -25,14 +26,11 @@ _BY_CLASS: Final[Mapping[str, tuple[str, ...]]] = {
 # Roads with the limit of built-up areas where there are street lamps or sidewalks: not roads built for speed, whose
 # junctions are lit anywhere, nor tracks.
 _MAY_BE_URBAN: Final = frozenset(
-    {
-        *("primary", "primary_link", "secondary", "secondary_link", "tertiary", "tertiary_link"),
-        *("unclassified", "road", "service", "busway"),
-    }
-)
+    f"{name}{link}" for name in ("primary", "secondary", "tertiary") for link in ("", "_link")
+) | {"unclassified", "road", "service", "busway"}
 
 
-def legal_speed(tags: Mapping[str, str], country: Country) -> float | None:
+def legal_speed(tags: Tags, country: Country) -> float | None:
     """Return the legal limit of a way without a tagged one, m/s.
 
     Infinity where there is none; None where the kind of road cannot be determined or the law is not known.
@@ -53,23 +51,13 @@ def speed_guess(speed: float, country: Country) -> str:
 
 
 def with_urban_speeds(
-    streets: Sequence[Street], tags: Mapping[int, Mapping[str, str]], country: Country, diagnostics: Diagnostics
+    streets: Sequence[Street], tags: Mapping[int, Tags], country: Country, diagnostics: Diagnostics
 ) -> tuple[Street, ...]:
     """Give the limit of built-up areas to pieces of streets whose surroundings show that they lie in one.
 
     The evidence is a sidewalk mapped apart from the street, or an adjacent piece of the same street that lies in a
-    built-up area, so that a street's limit does not come and go with the tags of its pieces.
-
-    Parameters
-    ----------
-    streets
-        All streets, with their margins.
-    tags
-        Tags of ways by id.
-    country
-        The country whose law holds.
-    diagnostics
-        Gets each way that is given a limit.
+    built-up area, so that a street's limit does not come and go with the tags of its pieces. `tags` are those of ways
+    by id; the diagnostics get each way that is given a limit.
     """
     urban = country.speeds.get("urban")
     if urban is None:
@@ -102,11 +90,12 @@ def _lacks_limit(piece: StreetAttributes) -> bool:
 def _urban_pieces(
     pieces: Sequence[StreetAttributes],
     open_pieces: Sequence[int],
-    tags: Mapping[int, Mapping[str, str]],
+    tags: Mapping[int, Tags],
     country: Country,
 ) -> set[int]:
     """Return which of the pieces without a limit lie in a built-up area."""
-    found = {k for k in open_pieces if _has_sidewalk(pieces[k])}
+    margins = {k: (*pieces[k].margin_left, *pieces[k].margin_right) for k in open_pieces}
+    found = {k for k, strips in margins.items() if any(strip.type is LaneType.SIDEWALK for strip in strips)}
     if len(pieces) == 1:
         return found
     urban = {
@@ -122,12 +111,7 @@ def _urban_pieces(
     return found
 
 
-def _has_sidewalk(piece: StreetAttributes) -> bool:
-    return any(strip.type is LaneType.SIDEWALK for strip in (*piece.margin_left, *piece.margin_right))
-
-
-def _is_built_up(tags: Mapping[str, str]) -> bool:
+def _is_built_up(tags: Tags) -> bool:
     """Whether a way has street lamps or a sidewalk."""
-    if tags.get("lit", "no") not in _UNLIT:
-        return True
-    return any(key in tags and tags[key] not in _NO_SIDEWALK for key in _SIDEWALK_TAGS)
+    has_sidewalk = any(key in tags and tags[key] not in _NO_SIDEWALK for key in _SIDEWALK_TAGS)
+    return has_sidewalk or tags.get("lit", "no") not in _UNLIT

@@ -7,7 +7,6 @@ track, a verge, the sidewalk. A verge replaces the gap before a track. Sidewalks
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
@@ -32,13 +31,12 @@ from osm2xodr.osmParsing.tags.sides import (
     LEFT_RIGHT,
     SIDE_KEYS,
     YES,
-    Tags,
     keys_of_sides,
     names_of_side,
     sides_of,
     width_of_side,
 )
-from osm2xodr.osmParsing.tags.values import Findings, add_once, parse_length
+from osm2xodr.osmParsing.tags.values import Findings, Tags, add_once, parse_length
 
 # The second is a common typing error.
 _OLD_WIDTHS: Final = (":width", ".width")
@@ -75,19 +73,7 @@ class Margins:
 NOTHING: Final = Margins()
 
 
-@dataclass(frozen=True, slots=True)
-class _Side:
-    """What one side of a way has; widths and the height of the kerb in m."""
-
-    parking: Parking | None
-    shoulder: float | None
-    track: Track | None
-    verge: float | None
-    sidewalk: float | None
-    kerb: float
-
-
-def read_margins(tags: Mapping[str, str], direction: int, rule: Rule, findings: Findings) -> Margins:
+def read_margins(tags: Tags, direction: int, rule: Rule, findings: Findings) -> Margins:
     """Read the margins of a way from its tags (``highway`` and `MARGIN_TAGS`).
 
     `direction` is 1 or -1 if the way is one-way for cars along or against its order of nodes, else 0.
@@ -95,7 +81,8 @@ def read_margins(tags: Mapping[str, str], direction: int, rule: Rule, findings: 
     if _DECIDING_TAGS.isdisjoint(tags):
         return NOTHING
     report_unknown_cycleways(tags, findings)
-    sidewalks, verges = _sidewalk_sides(tags, findings), _verge_sides(tags, findings)
+    sidewalks = _sidewalk_sides(tags, findings)
+    verges = [side for side, state in sides_of(tags, "verge", "verge", findings).items() if state == YES]
     # Without a side, shoulders of one-way roads are on the near side (OSM wiki, Key:shoulder).
     near = (near_side(Direction(direction), rule),) if direction else LEFT_RIGHT
     shoulders = sides_of(tags, "shoulder", "shoulder", findings, near)
@@ -113,7 +100,7 @@ def read_margins(tags: Mapping[str, str], direction: int, rule: Rule, findings: 
             guessed.add(f"cycle tracks of {track.width:g} m")
         if track and not track.gap_given and side not in verges:
             guessed.add(f"{track.gap:g} m before cycle tracks")
-        shoulder = verge = sidewalk = None
+        shoulder = verge = sidewalk = 0.0
         if has_shoulder:
             usual = SHOULDER_WIDTH.get(tags["highway"], SHOULDER_WIDTH_OTHER)
             width = width_of_side(tags, names_of_side("shoulder", side, ":width"), "shoulder", findings)
@@ -124,7 +111,7 @@ def read_margins(tags: Mapping[str, str], direction: int, rule: Rule, findings: 
         if side in sidewalks:
             sidewalk = _known(_sidewalk_width(tags, side, findings), SIDEWALK_WIDTH, "sidewalks", guessed)
         kerb = kerb_height(tags, side, findings) if (parking or track or sidewalk) else 0.0
-        strips = _strips(_Side(parking, shoulder, track, verge, sidewalk, kerb))
+        strips = _strips(parking, shoulder, track, verge, sidewalk, kerb)
         found[side] = strips, parking.on_carriageway if parking else 0.0
     if guessed:
         findings.append((Kind.GUESSED, "margin-width", f"no width given, {', '.join(sorted(guessed))} assumed"))
@@ -139,31 +126,33 @@ def _known(width: float | None, usual: float, what: str, guessed: set[str]) -> f
     return width
 
 
-def _strips(side: _Side) -> tuple[MarginSpec, ...]:
-    """Return the strips of a side in their order from the carriageway's edge outwards."""
+def _strips(
+    parking: Parking | None, shoulder: float, track: Track | None, verge: float, sidewalk: float, kerb: float
+) -> tuple[MarginSpec, ...]:
+    """Return the strips of a side in their order from the carriageway's edge outwards.
+
+    Widths and the height of the kerb are in m; widths are 0 where there is no such strip.
+    """
     strips: list[MarginSpec] = []
-    parking, kerb = side.parking, side.kerb
     if parking and parking.place in (LANE, HALF_ON_KERB):
         # Parking half on the kerb becomes one strip, level with the carriageway.
         strips.append(MarginSpec(LaneType.PARKING, parking.width))
-    if side.shoulder is not None:
-        strips.append(MarginSpec(LaneType.SHOULDER, side.shoulder))
+    if shoulder:
+        strips.append(MarginSpec(LaneType.SHOULDER, shoulder))
     if parking and parking.place in (STREET_SIDE, ON_KERB):
         height = kerb if parking.place == ON_KERB else 0.0
         strips.append(MarginSpec(LaneType.PARKING, parking.width, height=height))
-    track = side.track
     if track:
         height = kerb if track.raised else 0.0
-        gap = track.gap if side.verge is None else side.verge
-        if gap > 0.0:
+        if gap := verge or track.gap:
             strips.append(MarginSpec(LaneType.BORDER, gap, height=height))
         strips.append(MarginSpec(LaneType.BIKING, track.width, track.runs, height))
-        if track.gap_beyond > 0.0 and side.sidewalk is not None:
+        if track.gap_beyond and sidewalk:
             strips.append(MarginSpec(LaneType.BORDER, track.gap_beyond, height=height))
-    elif side.verge is not None:
-        strips.append(MarginSpec(LaneType.BORDER, side.verge, height=kerb if side.sidewalk is not None else 0.0))
-    if side.sidewalk is not None:
-        strips.append(MarginSpec(LaneType.SIDEWALK, side.sidewalk, height=kerb))
+    elif verge:
+        strips.append(MarginSpec(LaneType.BORDER, verge, height=kerb if sidewalk else 0.0))
+    if sidewalk:
+        strips.append(MarginSpec(LaneType.SIDEWALK, sidewalk, height=kerb))
     return tuple(strips)
 
 
@@ -182,26 +171,16 @@ def _sidewalk_width(tags: Tags, side: str, findings: Findings) -> float | None:
     return width_of_side(tags, (*names, *old), "sidewalk", findings)
 
 
-def _verge_sides(tags: Tags, findings: Findings) -> frozenset[str]:
-    """Return the sides of a way that have a verge."""
-    return frozenset(side for side, state in sides_of(tags, "verge", "verge", findings).items() if state == YES)
-
-
 def kerb_height(tags: Tags, side: str, findings: Findings) -> float:
     """Return the height of the kerb on a side (``left`` or ``right``) of a way, m; a raised kerb's if untagged.
 
     What cannot be used is added to `findings`.
     """
-    for name in names_of_side("kerb", side, ":height"):
+    heights = names_of_side("kerb", side, ":height")
+    for name in (*heights, *names_of_side("sidewalk", side, ":kerb"), *names_of_side("kerb", side)):
         if name in tags:
-            height = parse_length(tags[name])
+            height = parse_length(tags[name]) if name in heights else KERB_HEIGHT.get(tags[name])
             if height is not None and height <= KERB_HEIGHT_MAX:
-                return height
-            add_once(findings, Kind.DROPPED, "kerb", f"{name}={tags[name]} is not a known kerb and is ignored")
-    for name in (*names_of_side("sidewalk", side, ":kerb"), *names_of_side("kerb", side)):
-        if name in tags:
-            height = KERB_HEIGHT.get(tags[name])
-            if height is not None:
                 return height
             add_once(findings, Kind.DROPPED, "kerb", f"{name}={tags[name]} is not a known kerb and is ignored")
     return KERB_HEIGHT["raised"]

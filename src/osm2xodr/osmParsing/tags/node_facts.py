@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -15,39 +16,29 @@ from osm2xodr.model import (
     RoadsideKind,
     Sign,
     ThingFacts,
+    TurningPlace,
 )
 from osm2xodr.osmParsing.tags.crossings import TRACK_CROSSINGS, is_crossing, read_crossings
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, read_facing, read_sign_post
-from osm2xodr.osmParsing.tags.values import plausible_length
+from osm2xodr.osmParsing.tags.values import FOOT, Tags, plausible_length
 
 # Signals that are not those of a junction (OSM wiki, Key:traffic_signals).
 _SPECIAL_LIGHTS: Final = {
-    "pedestrian_crossing": Light.CROSSING,
-    "crossing": Light.CROSSING,
-    "tunnel": Light.ROAD,
-    "ramp_meter": Light.ROAD,
-    "emergency": Light.ROAD,
-    "bottleneck": Light.ROAD,
-    "bridge": Light.ROAD,
-    "level_crossing": Light.OTHER,
-    "blinker": Light.OTHER,
-    "blink_mode": Light.OTHER,
-    "no": Light.OTHER,
+    **dict.fromkeys(("pedestrian_crossing", "crossing"), Light.CROSSING),
+    **dict.fromkeys(("tunnel", "ramp_meter", "emergency", "bottleneck", "bridge"), Light.ROAD),
+    **dict.fromkeys(("level_crossing", "blinker", "blink_mode", "no"), Light.OTHER),
 }
 _TAGGED: Final = {sign.value: sign for sign in Sign}
 # Values of ``stop`` for signs before all arms.
 _ALL_WAY: Final = frozenset({"all", "4-way", "4way"})
 # Other words for kinds of ``traffic_calming``, and values that name none.
 _CALMING: Final = {
-    "humps": "hump",
-    "bumps": "bump",
-    "cushions": "cushion",
+    **{f"{kind}s": kind for kind in ("hump", "bump", "cushion", "rumble_strip")},
+    **dict.fromkeys(("no", "yes", "none"), ""),
     "raised_crossing": "table",
-    "rumble_strips": "rumble_strip",
-    "no": "",
-    "yes": "",
-    "none": "",
 }
+_CIRCLES: Final = frozenset({"turning_circle", "turning_loop", "mini_roundabout"})
+_DIAMETER: Final = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(m|ft|')?\s*")
 # Values of ``bus_bay`` and ``bay`` where there is a bay.
 _BAY: Final = frozenset({"yes", "left", "right", "both"})
 # Higher and wider things beside the road are mistakes, m; choices.
@@ -57,27 +48,33 @@ _WIDTH_MAX: Final = 5.0
 _GAUGES: Final = range(500, 2001)
 
 
-def read_node_facts(
-    node_tags: Mapping[int, Mapping[str, str]], footways: Sequence[Footway], country: str
-) -> NodeFacts:
+def read_node_facts(node_tags: Mapping[int, Tags], footways: Sequence[Footway], country: str) -> NodeFacts:
     """Read the tags of the nodes on streets, in ascending id, in a country (ISO 3166-1 alpha-2)."""
-    controls = {node: read_control(tags) for node, tags in node_tags.items()}
-    calming = {node: _calming(tags) for node, tags in node_tags.items()}
+    tagged = node_tags.items()
+    signed = [(node, tags) for node, tags in tagged if any(key in tags for key in SIGN_KEYS)]
     return NodeFacts(
-        controls={node: control for node, control in controls.items() if control is not None},
-        sign_posts={
-            node: read_sign_post(tags, country)
-            for node, tags in node_tags.items()
-            if any(key in tags for key in SIGN_KEYS)
-        },
+        controls={node: control for node, tags in tagged if (control := read_control(tags)) is not None},
+        sign_posts={node: read_sign_post(tags, country) for node, tags in signed},
         crossings=read_crossings(node_tags, footways),
-        calming={node: kind for node, kind in calming.items() if kind},
-        bus_stops={node: _bus_stop(tags) for node, tags in node_tags.items() if tags.get("highway") == "bus_stop"},
-        track_crossings=frozenset(node for node, tags in node_tags.items() if tags.get("railway") in TRACK_CROSSINGS),
+        calming={node: kind for node, tags in tagged if (kind := _calming(tags))},
+        bus_stops={node: _bus_stop(tags) for node, tags in tagged if tags.get("highway") == "bus_stop"},
+        track_crossings=frozenset(node for node, tags in tagged if tags.get("railway") in TRACK_CROSSINGS),
     )
 
 
-def read_thing_facts(kind: RoadsideKind, tags: Mapping[str, str], country: str) -> ThingFacts:
+def turning_places(node_tags: Mapping[int, Tags]) -> dict[int, TurningPlace]:
+    """Return what the tags of nodes, by id, say about room to turn round; nothing about most of them."""
+    found = {}
+    for node, tags in node_tags.items():
+        match = _DIAMETER.fullmatch(tags.get("diameter", ""))
+        diameter = float(match[1]) * (1.0 if match[2] in (None, "m") else FOOT) if match else None
+        circle = tags.get("highway") in _CIRCLES
+        if circle or diameter is not None:
+            found[node] = TurningPlace(circle, diameter)
+    return found
+
+
+def read_thing_facts(kind: RoadsideKind, tags: Tags, country: str) -> ThingFacts:
     """Read the tags of a thing beside the road."""
     if kind is RoadsideKind.BUS_STOP:
         return ThingFacts(bus_stop=_bus_stop(tags))
@@ -94,7 +91,7 @@ def read_thing_facts(kind: RoadsideKind, tags: Mapping[str, str], country: str) 
     return ThingFacts(plausible_length(tags.get("width", ""), _WIDTH_MAX), height)
 
 
-def read_control(tags: Mapping[str, str]) -> NodeControl | None:
+def read_control(tags: Tags) -> NodeControl | None:
     """Read the stop or give-way sign or traffic lights of a node; None where it has none."""
     tagged = _TAGGED.get(tags.get("highway", ""))
     light = _light(tags)
@@ -110,20 +107,20 @@ def read_control(tags: Mapping[str, str]) -> NodeControl | None:
     )
 
 
-def _light(tags: Mapping[str, str]) -> Light | None:
+def _light(tags: Tags) -> Light | None:
     if tags.get("highway") == "traffic_signals":
         return _SPECIAL_LIGHTS.get(tags.get("traffic_signals", ""), Light.JUNCTION)
     crossing = tags.get("crossing") == "traffic_signals" or tags.get("crossing:signals") == "yes"
     return Light.CROSSING if crossing else None
 
 
-def _calming(tags: Mapping[str, str]) -> str:
+def _calming(tags: Tags) -> str:
     """Return what calms traffic, empty for nothing; islands of crossings belong to these."""
     value = tags.get("traffic_calming", "")
     kind = _CALMING.get(value, value)
     return "" if kind == "island" and is_crossing(tags) else kind
 
 
-def _bus_stop(tags: Mapping[str, str]) -> BusStop:
+def _bus_stop(tags: Tags) -> BusStop:
     bay = not _BAY.isdisjoint((tags.get("bus_bay", ""), tags.get("bay", "")))
     return BusStop(tags.get("name", ""), bay, read_facing(tags.get("direction", "")).along)

@@ -12,8 +12,8 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.osmParsing.defaults import PARKING_WIDTH
-from osm2xodr.osmParsing.tags.sides import Tags, width_of_side
-from osm2xodr.osmParsing.tags.values import Findings, add_once
+from osm2xodr.osmParsing.tags.sides import width_of_side
+from osm2xodr.osmParsing.tags.values import Findings, Tags, add_once
 
 _OLD: Final = "parking:lane"
 _NEW: Final = "parking"
@@ -43,14 +43,9 @@ STREET_SIDE: Final = "street_side"
 SHOULDER: Final = "shoulder"
 # Where cars stand, by the value in either scheme.
 _PLACES: Final = {
-    "lane": LANE,
-    "on_street": LANE,
-    "painted_area_only": LANE,
-    "half_on_kerb": HALF_ON_KERB,
-    "on_kerb": ON_KERB,
-    "street_side": STREET_SIDE,
+    **{place: place for place in (LANE, HALF_ON_KERB, ON_KERB, STREET_SIDE, SHOULDER)},
+    **dict.fromkeys(("on_street", "painted_area_only"), LANE),
     "lay_by": STREET_SIDE,
-    "shoulder": SHOULDER,
 }
 # No parking, or none that is part of the road.
 _NONE: Final = frozenset(
@@ -83,9 +78,8 @@ def read_parking(tags: Tags, side: str, findings: Findings) -> Parking | None:
     if new is None and old is None:
         return None
     if new is not None and old is not None and (new[0] == "") != (old[0] == ""):
-        add_once(
-            findings, Kind.REPAIRED, _CODE, "parking:lane contradicts the newer tags of parking, which are taken"
-        )
+        words = "parking:lane contradicts the newer tags of parking, which are taken"
+        add_once(findings, Kind.REPAIRED, _CODE, words)
     place, orientation = new or old or ("", "")
     if not place:
         return None
@@ -107,9 +101,8 @@ def _newer(tags: Tags, side: str, findings: Findings) -> tuple[str, str] | None:
         if value in _NONE:
             return "", ""
         if value == "yes":
-            add_once(
-                findings, Kind.GUESSED, _CODE, f"{name}=yes does not say where cars stand, on the carriageway assumed"
-            )
+            words = f"{name}=yes does not say where cars stand, on the carriageway assumed"
+            add_once(findings, Kind.GUESSED, _CODE, words)
         names = (f"{_NEW}:{side}:orientation", f"{_NEW}:both:orientation")
         orientation = next((found for key in names if (found := _first(tags, key, _ORIENTATIONS, findings))), "")
         return _PLACES.get(value, LANE), _ORIENTATIONS.get(orientation, "")

@@ -5,14 +5,12 @@ A key that names a side takes precedence over ``key:both``, and that over the ke
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.osmParsing.defaults import MARGIN_WIDTH_MAX, MARGIN_WIDTH_MIN
-from osm2xodr.osmParsing.tags.values import Findings, first_width
-
-Tags = Mapping[str, str]
+from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 
 LEFT_RIGHT: Final = ("left", "right")
 SIDE_KEYS: Final = ("", ":both", ":left", ":right")
@@ -36,25 +34,10 @@ def names_of_side(key: str, side: str, ending: str = "") -> tuple[str, str, str]
 
 
 def sides_of(tags: Tags, key: str, code: str, findings: Findings, yes: Sequence[str] = LEFT_RIGHT) -> dict[str, str]:
-    """Read what the two sides of a way have.
+    """Read what the sides of a way have: `YES`, `NO` or `APART` for ``left`` and ``right``, if a tag mentions it.
 
-    Parameters
-    ----------
-    tags
-        Tags of the way.
-    key
-        The key without a side, such as ``sidewalk``.
-    code
-        Code of the findings.
-    findings
-        Values that are not known or contradict each other are added.
-    yes
-        The sides that ``yes`` means for the key without a side.
-
-    Returns
-    -------
-    dict of str to str
-        `YES`, `NO` or ``separate`` for ``left`` and ``right``; without a side that no tag mentions.
+    `key` has no side (``sidewalk``); `yes` are the sides that its value ``yes`` means. Values that are not known or
+    contradict each other are added to `findings` with `code`.
     """
     said: dict[str, list[str]] = {side: [] for side in LEFT_RIGHT}
     for end, about in ((":left", ("left",)), (":right", ("right",)), (":both", LEFT_RIGHT), ("", LEFT_RIGHT)):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Structure, StructureTags
-from osm2xodr.osmParsing.tags.values import Findings, parse_layer
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_layer
 
 STRUCTURE_TAGS: Final = (
     "bridge",
@@ -35,28 +34,27 @@ _MATERIALS: Final = {
 _LIT: Final = {"yes": True, "24/7": True, "automatic": True, "no": False, "disused": False}
 
 
-def structure_of(tags: Mapping[str, str]) -> Structure:
+def structure_of(tags: Tags) -> Structure:
     """Return whether a way is on a bridge, in a tunnel or on the ground."""
     if tags.get("bridge", "no") != "no":
         return Structure.BRIDGE
     return Structure.GROUND if tags.get("tunnel", "no") in _GROUND_TUNNELS else Structure.TUNNEL
 
 
-def layer_of(tags: Mapping[str, str], structure: Structure, findings: Findings) -> int:
+def layer_of(tags: Tags, structure: Structure, findings: Findings) -> int:
     """Return a way's ``layer``, or the usual one of its structure."""
     text = tags.get("layer")
-    if text is not None:
-        layer = parse_layer(text)
-        if layer is None:
-            findings.append((Kind.DROPPED, "layer", f"layer={text} is not a layer and is ignored"))
-        else:
-            if ";" in text:
-                findings.append((Kind.GUESSED, "layer", f"layer={text} taken for {layer}"))
-            return layer
+    layer = parse_layer(text or "")
+    if text is not None and layer is None:
+        findings.append((Kind.DROPPED, "layer", f"layer={text} is not a layer and is ignored"))
+    elif text is not None and ";" in text:
+        findings.append((Kind.GUESSED, "layer", f"layer={text} taken for {layer}"))
+    if layer is not None:
+        return layer
     return {Structure.GROUND: 0, Structure.BRIDGE: 1, Structure.TUNNEL: -1}[structure]
 
 
-def structure_tags(tags: Mapping[str, str]) -> StructureTags | None:
+def structure_tags(tags: Tags) -> StructureTags | None:
     """Return material, cover, lighting and name of a way's bridge or tunnel; None if it has neither."""
     if tags.get("bridge", "no") != "no":
         material = tags.get("bridge:material", tags.get("material", ""))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Final
 
 from osm2xodr.conventions import find_country, is_supplementary, sign_meaning, sign_meanings
 from osm2xodr.model import Facing, FacingSigns, Sign, SignFace, SignPost, StreetAttributes
+from osm2xodr.osmParsing.tags.values import Tags
 
 SIGN_KEYS: Final = ("traffic_sign", "traffic_sign:forward", "traffic_sign:backward", "traffic_sign:both")
 _ALONG: Final = {"forward": True, "backward": False}
@@ -18,47 +19,31 @@ _COMPASS_POINTS: Final = (
     *("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE"),
     *("S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"),
 )
-_DEGREES_PER_POINT: Final = 22.5
 
 # OSM's words whose meaning has another name in the table of codes.
 _WORDS: Final = {
-    "yield": "give_way",
-    "giveway": "give_way",
-    "overtaking": "no_overtaking",
-    "maxheight": "max_height",
-    "maxwidth": "max_width",
-    "maxlength": "max_length",
-    "maxweight": "max_weight",
+    **{f"max{what}": f"max_{what}" for what in ("height", "width", "length", "weight")},
+    **dict.fromkeys(("yield", "giveway"), "give_way"),
+    **dict.fromkeys(("pedestrian_crossing", "crossing"), "crosswalk"),
+    **dict.fromkeys(("speed_limit", "max_speed"), "maxspeed"),
     "maxaxleload": "max_axle_load",
+    "overtaking": "no_overtaking",
     "oneway": "one_way",
-    "pedestrian_crossing": "crosswalk",
-    "crossing": "crosswalk",
     "traffic_signals": "signals_ahead",
     "school": "children",
-    "speed_limit": "maxspeed",
-    "max_speed": "maxspeed",
     "noexit": "dead_end",
     "city_limit_begin": "city_limit",
 }
 # Values of ``hazard`` (OSM wiki, Key:hazard).
 _HAZARDS: Final = {
-    "animal_crossing": "animals",
-    "animals": "animals",
-    "wild_animals": "animals",
-    "deer": "animals",
-    "bump": "bumps",
-    "dip": "bumps",
-    "bumps": "bumps",
-    "children": "children",
-    "school_zone": "children",
-    "cyclists": "bicycles",
-    "bicycles": "bicycles",
+    **dict.fromkeys(("animal_crossing", "animals", "wild_animals", "deer"), "animals"),
+    **dict.fromkeys(("bump", "dip", "bumps"), "bumps"),
+    **dict.fromkeys(("children", "school_zone"), "children"),
+    **dict.fromkeys(("cyclists", "bicycles"), "bicycles"),
+    **dict.fromkeys(("narrow", "road_narrows"), "road_narrows"),
+    **dict.fromkeys(("slippery", "slippery_road"), "slippery"),
     "pedestrians": "pedestrians",
-    "narrow": "road_narrows",
-    "road_narrows": "road_narrows",
     "queues_likely": "queues",
-    "slippery": "slippery",
-    "slippery_road": "slippery",
     "side_winds": "side_wind",
     "traffic_signals": "signals_ahead",
 }
@@ -66,13 +51,10 @@ _HAZARDS: Final = {
 _VAGUE: Final = frozenset({"", "yes", "no", "none", "variable", "information", "street_name_sign", "id", "unknown"})
 # The tag with the number on a sign, and the unit of numbers without one, by meaning; empty for that of speed limits.
 _VALUE_TAGS: Final = {
-    "maxspeed": ("maxspeed", ""),
-    "maxspeed_zone": ("maxspeed", ""),
+    **dict.fromkeys(("maxspeed", "maxspeed_zone"), ("maxspeed", "")),
     "minspeed": ("minspeed", ""),
     "advisory_speed": ("maxspeed:advisory", ""),
-    "max_height": ("maxheight", "m"),
-    "max_width": ("maxwidth", "m"),
-    "max_length": ("maxlength", "m"),
+    **{f"max_{what}": (f"max{what}", "m") for what in ("height", "width", "length")},
     "max_weight": ("maxweight", "t"),
     "max_axle_load": ("maxaxleload", "t"),
 }
@@ -88,15 +70,13 @@ _NUMBER: Final = re.compile(r"(\d+(?:[.,]\d+)?)\s*(mph|km/h|kmh|t|m)?")
 def read_facing(text: str, *, compass_points: bool = False) -> Facing:
     """Read a value of ``direction``: ``forward``, ``backward``, ``both``, degrees, or compass points if wanted."""
     place = text.strip().upper() if compass_points else text
-    azimuth: float | None = None
-    if _DEGREES.fullmatch(place):
-        azimuth = float(place)
-    elif compass_points and place in _COMPASS_POINTS:
-        azimuth = _COMPASS_POINTS.index(place) * _DEGREES_PER_POINT
+    azimuth = float(place) if _DEGREES.fullmatch(place) else None
+    if compass_points and place in _COMPASS_POINTS:
+        azimuth = _COMPASS_POINTS.index(place) * 360.0 / len(_COMPASS_POINTS)
     return Facing(_ALONG.get(text), text == "both", azimuth)
 
 
-def read_sign_post(tags: Mapping[str, str], country: str) -> SignPost:
+def read_sign_post(tags: Tags, country: str) -> SignPost:
     """Read all signs of a node in a country (ISO 3166-1 alpha-2)."""
     highway = tags.get("highway", "")
     return SignPost(
@@ -120,18 +100,18 @@ def _is_zone(text: str, country: str) -> bool:
     return bool(text) and any(face.meaning == "maxspeed_zone" for face in read_faces(text, {}, country))
 
 
-def _direction(tags: Mapping[str, str]) -> str:
+def _direction(tags: Tags) -> str:
     return tags.get("traffic_sign:direction") or tags.get("direction", "")
 
 
-def directed_values(tags: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def directed_values(tags: Tags) -> Iterator[tuple[str, str]]:
     """Yield (direction, empty where unknown, and value) of each tag that names signs."""
     for key in SIGN_KEYS:
         if key in tags:
             yield _direction(tags) if key == "traffic_sign" else key.removeprefix("traffic_sign:"), tags[key]
 
 
-def read_faces(text: str, tags: Mapping[str, str], country: str, direction: str = "") -> tuple[SignFace, ...]:
+def read_faces(text: str, tags: Tags, country: str, direction: str = "") -> tuple[SignFace, ...]:
     """Read a value of ``traffic_sign``; empty where it names no sign.
 
     Commas separate signs on one pole, semicolons those that stand apart; a country's prefix holds for what follows.
@@ -191,7 +171,7 @@ def _read_value(text: str) -> tuple[float | None, str, str]:
     return float(found[1].replace(",", ".")), (found[2] or "").replace("kmh", "km/h"), ""
 
 
-def _completed(face: SignFace, tags: Mapping[str, str], country: str, direction: str) -> SignFace:
+def _completed(face: SignFace, tags: Tags, country: str, direction: str) -> SignFace:
     """Add what other tags say: the number on the sign, its unit, the name of the town, the kind of hazard."""
     meaning, value, unit, text = face.meaning, face.value, face.unit, face.text
     if meaning == "hazard":

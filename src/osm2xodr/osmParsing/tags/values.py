@@ -19,13 +19,12 @@ _SPEED_PLAUSIBLE_MAX_KMH: Final = 250.0
 # Layers beyond these are mistakes (OSM wiki, Key:layer: -5 to 5; stacked interchanges keep within 8).
 _LAYER_PLAUSIBLE_MAX: Final = 10
 
-_FOOT: Final = 0.3048
+FOOT: Final = 0.3048
 _INCH: Final = 0.0254
-_KNOT: Final = 1852.0 / 3600.0
 
 _LENGTH_UNITS: Final = {
     **dict.fromkeys(("", "m", "metre", "metres", "meter", "meters"), 1.0),
-    **dict.fromkeys(("ft", "feet", "foot"), _FOOT),
+    **dict.fromkeys(("ft", "feet", "foot"), FOOT),
     "cm": 0.01,
     "mm": 0.001,
     "km": 1000.0,
@@ -35,7 +34,7 @@ _LENGTH_UNITS: Final = {
 }
 _SPEED_UNITS: Final = {
     **dict.fromkeys(("", "km/h", "kmh", "kph"), SPEED_UNITS[KMH]),
-    **dict.fromkeys(("knots", "knot", "kn"), _KNOT),
+    **dict.fromkeys(("knots", "knot", "kn"), 1852.0 / 3600.0),
     "mph": SPEED_UNITS[MPH],
 }
 _NUMBER: Final = r"\d+(?:[.,]\d+)?|[.,]\d+"
@@ -50,6 +49,8 @@ _ZONE: Final = re.compile(r"(?:zone:?)?(\d{1,3})", re.ASCII)
 _ALIASES: Final = {"UK": "GB"}
 
 
+# Tags of a way or node.
+Tags = Mapping[str, str]
 # Diagnostics about a way's tags without its id: kind, code, words.
 Findings = list[tuple[Kind, str, str]]
 
@@ -72,7 +73,7 @@ def parse_length(text: str) -> float | None:
     text = text.strip().lower()
     found = _FEET_INCHES.fullmatch(text)
     if found:
-        return _number(found[1]) * _FOOT + (_number(found[2]) * _INCH if found[2] else 0.0)
+        return _number(found[1]) * FOOT + (_number(found[2]) * _INCH if found[2] else 0.0)
     found = _QUANTITY.fullmatch(text)
     if not found or found[2] not in _LENGTH_UNITS:
         return None
@@ -86,7 +87,7 @@ def plausible_length(text: str, most: float) -> float | None:
 
 
 def first_width(
-    tags: Mapping[str, str],
+    tags: Tags,
     keys: Iterable[str],
     limits: tuple[float, float],
     code: str,

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction
-from osm2xodr.osmParsing.tags.values import Findings, parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_speed
 
 _OVERTAKING: Final = {
     "": (Direction.FORWARD, Direction.BACKWARD),
@@ -33,17 +32,17 @@ _ALLOWED: Final = {
     "no": frozenset[Direction](),
 }
 # Sets of directions, shared by all ways: bit 1 is forward, bit 2 backward.
-_SETS: Final = {
-    bits: frozenset(way for way, bit in ((Direction.FORWARD, 1), (Direction.BACKWARD, 2)) if bits & bit)
+_SETS: Final = tuple(
+    frozenset(way for way, bit in ((Direction.FORWARD, 1), (Direction.BACKWARD, 2)) if bits & bit)
     for bits in range(4)
-}
+)
 _RAILS: Final = frozenset({"tram", "light_rail", "yes"})
 _TRAMS: Final = frozenset({"tram", "light_rail"})
 _OTHER_SIDE: Final = {"left": "right", "right": "left", "forward": "backward", "backward": "forward"}
 _SIDE_WORD: Final = re.compile("|".join(_OTHER_SIDE))
 
 
-def no_overtaking(tags: Mapping[str, str], direction: int, findings: Findings) -> frozenset[Direction]:
+def no_overtaking(tags: Tags, direction: int, findings: Findings) -> frozenset[Direction]:
     """Return the directions along the way in which overtaking is forbidden.
 
     `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0.
@@ -73,15 +72,12 @@ def opposite_directions(directions: frozenset[Direction]) -> frozenset[Direction
     return _SETS[1] if Direction.BACKWARD in directions else _SETS[2]
 
 
-def lanes_marked(tags: Mapping[str, str], findings: Findings) -> bool | None:
+def lanes_marked(tags: Tags, findings: Findings) -> bool | None:
     """Return whether lanes are marked; None if not tagged."""
     value = tags.get("lane_markings")
-    if value is None:
-        return None
-    if value in ("yes", "no"):
-        return value == "yes"
-    findings.append((Kind.DROPPED, "lane-markings", f"lane_markings={value} is not known and is ignored"))
-    return None
+    if value not in (None, "yes", "no"):
+        findings.append((Kind.DROPPED, "lane-markings", f"lane_markings={value} is not known and is ignored"))
+    return {"yes": True, "no": False}.get(value or "")
 
 
 @lru_cache(maxsize=256)
@@ -91,7 +87,7 @@ def reversed_divider(value: str) -> str:
     return ";".join(_SIDE_WORD.sub(lambda word: _OTHER_SIDE[word[0]], part) for part in parts)
 
 
-def has_tram(tags: Mapping[str, str]) -> bool:
+def has_tram(tags: Tags) -> bool:
     """Whether tram tracks lie in the carriageway."""
     if "embedded_rails" not in tags and "railway" not in tags:
         return False
@@ -99,14 +95,13 @@ def has_tram(tags: Mapping[str, str]) -> bool:
     return not _RAILS.isdisjoint(embedded) or tags.get("railway") in _TRAMS
 
 
-def speed_is_signed(tags: Mapping[str, str]) -> bool:
+def speed_is_signed(tags: Tags) -> bool:
     """Whether ``maxspeed`` gives a number and no tag says that it follows from the law for a kind of road.
 
     The limit of a zone such as ``DE:zone30`` is signed.
     """
-    if not any(key in tags and _is_number(tags[key]) for key in _SPEEDS):
-        return False
-    return not any(_is_law(tags[key]) for key in _SPEED_SOURCES if key in tags)
+    is_number = any(key in tags and _is_number(tags[key]) for key in _SPEEDS)
+    return is_number and not any(_is_law(tags[key]) for key in _SPEED_SOURCES if key in tags)
 
 
 @lru_cache(maxsize=1024)

@@ -1,4 +1,4 @@
-"""From the tags of ways to the attributes of streets."""
+"""From the tags of ways, and those of the ways that continue a street, to the attributes of streets."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ from typing import Final
 from osm2xodr.conventions import GENERIC, Country
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
+from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
 from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
+from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
+from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import EVIDENCE_TAGS, legal_speed, speed_guess
 from osm2xodr.osmParsing.tags.margins import seen_backwards
-from osm2xodr.osmParsing.tags.neighbours import lanes_of_neighbours
 from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, structure_of, structure_tags
-from osm2xodr.osmParsing.tags.values import Findings, parse_grade, parse_speed
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_count, parse_grade, parse_speed
 from osm2xodr.osmParsing.tags.way_marks import (
     MARK_TAGS,
     has_tram,
@@ -51,6 +53,9 @@ WAY_TAGS: Final = frozenset(
 )
 
 _SECTION_TAGS: Final = frozenset(SECTION_TAGS)
+_LANE_TAGS: Final = (*COUNT_TAGS, *LIST_TAGS)
+# How many ways beyond an untagged one are searched for a number of lanes on either side; a choice.
+_WAYS_SEARCHED: Final = 5
 
 
 def way_attributes(
@@ -60,27 +65,12 @@ def way_attributes(
     diagnostics: Diagnostics,
     country: Country = GENERIC,
 ) -> tuple[list[StreetAttributes], list[int]]:
-    """Read the tags of ways.
+    """Read the tags `WAY_TAGS` of ways: the attributes of each, seen along its nodes, and its direction of traffic.
 
-    Parameters
-    ----------
-    ways
-        Ways with the tags `WAY_TAGS`.
-    rule
-        The side that traffic drives on.
-    default_lane_width
-        Width of lanes without a tagged width, m; None takes one by the class of the road.
-    diagnostics
-        Gets what is guessed, repaired or ignored.
-    country
-        Whose limits and usual widths hold where nothing is tagged.
-
-    Returns
-    -------
-    attributes : list of StreetAttributes
-        Attributes of each way, seen along its order of nodes.
-    directions : list of int
-        1 or -1 where the way is one-way for cars along or against its order of nodes, else 0.
+    The direction is 1 or -1 where the way is one-way for cars along or against its order of nodes, else 0. `rule` is
+    the side that traffic drives on, `default_lane_width` (m) that of lanes without a tagged one (None takes one by
+    the class of the road); limits and usual widths are those of `country`. What is guessed, repaired or ignored goes
+    to the diagnostics.
     """
     # Most ways of a city share a few cross sections.
     known: dict[tuple[object, ...], CrossSection] = {}
@@ -95,11 +85,10 @@ def way_attributes(
         if index in neighbours:
             lane_tags["lanes"] = str(neighbours[index])
         key = (tags["highway"], direction, closed, *lane_tags.items())
-        section = known.get(key)
-        if section is None:
+        if key not in known:
             lane_tags["highway"] = tags["highway"]
-            section = cross_section(lane_tags, direction, rule, default_lane_width, closed, country)
-            known[key] = section
+            known[key] = cross_section(lane_tags, direction, rule, default_lane_width, closed, country)
+        section = known[key]
         findings = list(section.findings)
         if not certain:
             findings.append(_unknown_oneway(tags, direction))
@@ -116,11 +105,72 @@ def way_attributes(
         ]
         attributes.append(_attributes(way, section, direction or -closed, country, findings))
         directions.append(direction or -closed)
-        if findings:
-            osm_id = f"way/{way.id}"
-            for kind, code, words in findings:
-                diagnostics.add(kind, code, osm_id, words)
+        for kind, code, words in findings:
+            diagnostics.add(kind, code, f"way/{way.id}", words)
     return attributes, directions
+
+
+def lanes_of_neighbours(ways: Sequence[RawWay]) -> dict[int, int]:
+    """Guess the numbers of lanes (both directions together) of untagged ways, by index of the way.
+
+    A street continues where exactly one other way of the same class, name and number of directions ends; untagged
+    ways are stepped over. A number is needed on both sides. The smaller one is taken, made even for two-way streets:
+    short turn lanes make the difference.
+    """
+    # A way without nodes continues nowhere.
+    streets = [_street(way.tags) if len(way.refs) else None for way in ways]
+    untagged = [
+        street is not None and way.tags.keys().isdisjoint(_LANE_TAGS)
+        for way, street in zip(ways, streets, strict=True)
+    ]
+    if not any(untagged):
+        return {}
+    meeting: dict[tuple[int, tuple[str, ...]], list[int]] = {}
+    for index, (way, street) in enumerate(zip(ways, streets, strict=True)):
+        if street is not None:
+            for node in (way.refs[0], way.refs[-1]):
+                meeting.setdefault((node, street), []).append(index)
+    found: dict[int, int] = {}
+    for index, is_untagged in enumerate(untagged):
+        if is_untagged:
+            counts = [_count_beyond(index, end, ways, streets, untagged, meeting) for end in (0, -1)]
+            if all(counts):
+                lanes = min(counts)
+                two_way = oneway(ways[index].tags)[0] == 0
+                found[index] = lanes - 1 if two_way and lanes % 2 and lanes > 1 else lanes
+    return found
+
+
+def _street(tags: Tags) -> tuple[str, ...] | None:
+    """Return what all ways of a street have in common; None for roundabouts and ways without a name."""
+    name, ref = tags.get("name", ""), tags.get("ref", "")
+    if is_roundabout(tags) or not (name or ref):
+        return None
+    return tags["highway"], name or ref, str(abs(oneway(tags)[0]))
+
+
+def _count_beyond(
+    index: int,
+    end: int,
+    ways: Sequence[RawWay],
+    streets: Sequence[tuple[str, ...] | None],
+    untagged: Sequence[bool],
+    meeting: Mapping[tuple[int, tuple[str, ...]], Sequence[int]],
+) -> int:
+    """Return the number of lanes of the first tagged way beyond one end (0 or -1); 0 if there is none."""
+    node = ways[index].refs[end]
+    street = streets[index]
+    for _ in range(_WAYS_SEARCHED):
+        others = [other for other in meeting.get((node, street), ()) if other != index] if street else []
+        if len(others) != 1:
+            return 0
+        index = others[0]
+        if not untagged[index]:
+            count = parse_count(ways[index].tags.get("lanes", ""))[0] or 0
+            return count if count <= LANES_PLAUSIBLE_MAX else 0
+        refs = ways[index].refs
+        node = refs[-1] if refs[0] == node else refs[0]
+    return 0
 
 
 def without_margins(attributes: StreetAttributes) -> StreetAttributes:
@@ -152,7 +202,7 @@ def _mirrored(lanes_ltr: tuple[LaneSpec, ...]) -> tuple[LaneSpec, ...]:
     return tuple(replace(lane, direction=Direction(-lane.direction)) for lane in reversed(lanes_ltr))
 
 
-def _unknown_oneway(tags: Mapping[str, str], direction: int) -> tuple[Kind, str, str]:
+def _unknown_oneway(tags: Tags, direction: int) -> tuple[Kind, str, str]:
     taken = "two-way" if direction == 0 else "one-way along its nodes"
     if changes_direction(tags):
         return Kind.GUESSED, "oneway", f"oneway={tags['oneway']} has no fixed direction, taken as {taken}"
@@ -202,7 +252,7 @@ def _attributes(
 _speed_of = lru_cache(maxsize=1024)(parse_speed)
 
 
-def _speed(tags: Mapping[str, str], key: str, findings: Findings) -> float | None:
+def _speed(tags: Tags, key: str, findings: Findings) -> float | None:
     text = tags.get(key)
     if text is None:
         return None
@@ -212,19 +262,18 @@ def _speed(tags: Mapping[str, str], key: str, findings: Findings) -> float | Non
     return speed
 
 
-def _implied_speed(tags: Mapping[str, str]) -> float | None:
+def _implied_speed(tags: Tags) -> float | None:
     """Return the legal limit of a tagged zone or kind of road, such as ``source:maxspeed=DE:urban``, m/s."""
     for key in _IMPLIED_SPEED:
         # Other values tell where the limit was read, not its value.
         if ":" not in tags.get(key, "") or (key == "zone:traffic" and tags["highway"] in _OUT_OF_ZONE):
             continue
-        speed = _speed_of(tags[key])
-        if speed is not None:
+        if (speed := _speed_of(tags[key])) is not None:
             return speed
     return None
 
 
-def _grade(tags: Mapping[str, str], findings: Findings) -> float | None:
+def _grade(tags: Tags, findings: Findings) -> float | None:
     text = tags.get("incline")
     if text is None or text in {"up", "down", "yes", "no"}:
         return None
