@@ -19,6 +19,7 @@ from osm2xodr.geometry.junctions.road_parts import (
 )
 from osm2xodr.geometry.lanes import cross_section
 from osm2xodr.geometry.plan_view import FittedStreets
+from osm2xodr.geometry.plan_view.streets import fit_streets
 from osm2xodr.model import PlanView, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
@@ -142,7 +143,7 @@ def cut_ring(*lanes_from: tuple[float, str]) -> RoadParts:
     return cut_roads(stages.network, FittedStreets(plan, (pieces,), np.zeros(1)), stages.layout)
 
 
-def spans(parts: RoadParts) -> list[list[tuple[float, float, int, tuple[int, ...]]]]:
+def spans(parts: RoadParts) -> list[list[tuple[object, ...]]]:
     """Return start, end, number of lanes and ways of all stretches of all roads."""
     return [
         [(item.start, item.end, len(item.attributes.lanes_ltr), item.ways) for item in found]
@@ -197,3 +198,13 @@ def test_a_ring_is_cut_on_its_longest_stretch_off_its_borders() -> None:
     cut = (80.0 + 0.25 * (upper - 80.0) + upper) / 2
     assert parts.end[0] == near(cut, abs=0.02)
     assert [len(found) for found in parts.stretches] == [3, 1]
+
+
+def test_a_road_has_other_lanes_at_either_end_where_they_change() -> None:
+    nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0), "x": (0.0, 300.0), "y": (90.0, 300.0)}
+    case = Case(nodes, {1: ("x y", "lanes=4"), 2: ("w o", "lanes=2"), 3: ("o e", "lanes=3")})
+    stages = case.stages()
+    parts = cut_roads(stages.network, fit_streets(stages.network, Diagnostics()), stages.layout)
+    (road,) = (k for k, found in enumerate(parts.stretches) if len(found) == 2)
+    assert [parts.at_end(end).ways for end in (2 * road, 2 * road + 1)] == [(2,), (3,)]
+    assert [parts.at_end(end).ways for end in (2 - 2 * road, 3 - 2 * road)] == [(1,), (1,)]

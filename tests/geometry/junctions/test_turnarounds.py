@@ -212,3 +212,34 @@ def test_two_loops_of_a_street_leave_a_road_of_two_metres(length: float, loops: 
     assert RoadMeasures(roads).length(street) == pytest.approx(length - loops * beyond, abs=0.01)
     reported = _codes(case, RoadOptions(turnarounds=True))
     assert reported == [("no-room-to-turn", "node/1002")] * (2 - loops)
+
+
+def test_every_loop_has_the_lanes_of_its_own_street_at_its_end() -> None:
+    """A street of two lanes that ends with four goes round in two lanes there, and in one at its other end."""
+    nodes = {"a": (0.0, 0.0), "b": (100.0, 0.0), "c": (200.0, 0.0), "x": (0.0, 300.0), "y": (100.0, 300.0)}
+    ways = {1: ("x y", "width=6 lanes=2"), 2: ("a b", "width=6 lanes=2"), 3: ("b c", "width=12 lanes=4")}
+    circle = "highway=turning_circle diameter=30"
+    roads = Case(nodes, ways, node_tags={"a": circle, "c": circle}).build()
+    found = sorted(
+        (records(roads.plan_view, k)[1][1].x, 1 / records(roads.plan_view, k)[1][3]) for k, _ in _loops(roads)
+    )
+    assert [radius for _, radius in found] == pytest.approx([13.5, 13.5, 10.5], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("aside", "radius"),
+    [
+        # A circle of 20 m is wished for: 8.5 m to the middle of the lane. The curb is 1.5 m beyond, 0.5 m are free.
+        (13.6, 8.5),
+        (13.4, 5.75),
+        (10.8, 5.75),
+        # Half of the way to the least circle, of 3 m; then that one.
+        (10.7, 3.0),
+        (8.1, 3.0),
+    ],
+)
+def test_loops_shrink_in_two_steps(aside: float, radius: float) -> None:
+    nodes = {**_LINE, "a": (-60.0, aside), "b": (60.0, aside)}
+    tags = {"o": "highway=turning_circle diameter=20"}
+    roads = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: ("a b", "width=6 lanes=2")}, node_tags=tags).build()
+    assert _radius(roads) == pytest.approx(radius, abs=1e-6)
