@@ -150,20 +150,20 @@ def stated_by(case: Case) -> dict[tuple[int, int], tuple[int, ...]]:
     }
 
 
-@pytest.mark.parametrize("turned", [(), (1,), (2,), (5,), (6,), (5, 6), (1, 2, 5, 6)])
+@pytest.mark.parametrize("turned", [(), (1,), (2,), (5,), (6,), (5, 8, 6), (1, 2, 5, 8, 6)])
 def test_relations_speak_of_paths_over_all_ways_inside_a_junction(turned: tuple[int, ...]) -> None:
-    """Ways 5 and 6 lead from one T to the other, whichever way streets are drawn."""
-    nodes = {**_OFFSET.nodes, "r": (0.0, 0.0)}
-    rows = {1: "w a", 2: "b e", 3: "s a", 4: "b n", 5: "a r", 6: "r b"}
+    """Ways 5, 8 and 6 lead from one T to the other, whichever way streets are drawn."""
+    nodes = {**_OFFSET.nodes, "q": (-1.0, 0.0), "r": (1.0, 0.0)}
+    rows = {1: "w a", 2: "b e", 3: "s a", 4: "b n", 5: "a q", 8: "q r", 6: "r b"}
     ways = {way: (" ".join(row.split()[::-1]) if way in turned else row, "") for way, row in rows.items()}
-    there = ((1, "a", 5), (5, "r", 6), (6, "b", 2))
-    back = ((2, "b", 6), (6, "r", 5), (5, "a", 1))
+    there = ((1, "a", 5), (5, "q", 8), (8, "r", 6), (6, "b", 2))
+    back = ((2, "b", 6), (6, "r", 8), (8, "q", 5), (5, "a", 1))
     named = tuple((*item, "1:1", 1, 1) for item in (*there, *back, (3, "a", 1), (4, "a", 2)))
     found = stated_by(Case(nodes, ways, connectivity=named))
     # The last one names a node at which its ways do not meet.
-    assert found == {(1, 2): (1, 2, 3), (2, 1): (4, 5, 6), (3, 1): (7,)}
+    assert found == {(1, 2): (1, 2, 3, 4), (2, 1): (5, 6, 7, 8), (3, 1): (9,)}
     # All of a path must be spoken of.
-    assert stated_by(Case(nodes, ways, connectivity=(named[0], named[2], *named[3:6]))) == {(2, 1): (3, 4, 5)}
+    assert stated_by(Case(nodes, ways, connectivity=(*named[:2], *named[3:8]))) == {(2, 1): (4, 5, 6, 7)}
 
 
 def test_relations_over_ways_speak_of_paths_over_these_ways() -> None:

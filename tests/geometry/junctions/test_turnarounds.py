@@ -217,7 +217,7 @@ def test_two_loops_of_a_street_leave_a_road_of_two_metres(length: float, loops: 
 def test_every_loop_has_the_lanes_of_its_own_street_at_its_end() -> None:
     """A street of two lanes that ends with four goes round in two lanes there, and in one at its other end."""
     nodes = {"a": (0.0, 0.0), "b": (100.0, 0.0), "c": (200.0, 0.0), "x": (0.0, 300.0), "y": (100.0, 300.0)}
-    ways = {1: ("x y", "width=6 lanes=2"), 2: ("a b", "width=6 lanes=2"), 3: ("b c", "width=12 lanes=4")}
+    ways = {1: ("x y", "width=12 lanes=4"), 2: ("a b", "width=6 lanes=2"), 3: ("b c", "width=12 lanes=4")}
     circle = "highway=turning_circle diameter=30"
     roads = Case(nodes, ways, node_tags={"a": circle, "c": circle}).build()
     found = sorted(
