@@ -61,7 +61,7 @@ class Found(NamedTuple):
         return [k for k, street in enumerate(streets) if self.places.node[k] == node and self.way(street) == way]
 
 
-@pytest.fixture(name="found", scope="module")
+@pytest.fixture(name="found")
 def _found() -> Found:
     """Road k has the id 100 + k; the junction of a and b is 70, that of e is not written."""
     stages = Case(_NODES, _WAYS, node_tags=dict.fromkeys(_TAGGED, _CROSSING)).stages()
