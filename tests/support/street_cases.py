@@ -5,6 +5,7 @@ A case is drawn for right-hand traffic; `mirrored` turns it over the x axis, tag
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -150,6 +151,11 @@ def _stages(osm: str, rule: Rule) -> Stages:
     ends = street_ends(network, fitted.plan_view, tuple((p[0][2], p[-1][2]) for p in fitted.pieces))
     layout = lay_out_junctions(network, ends)
     return Stages(network, ends, layout, find_movements(network, ends, layout, diagnostics), diagnostics)
+
+
+# Mutation tests change the code in copies of a process that has made cases already.
+os.register_at_fork(after_in_child=_built.cache_clear)
+os.register_at_fork(after_in_child=_stages.cache_clear)
 
 
 def _tags(text: str) -> str:

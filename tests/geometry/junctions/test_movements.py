@@ -134,3 +134,52 @@ def test_nobody_turns_back_into_a_fast_ramp_within_20_degrees(degrees: float, tu
     nodes = {"o": (0.0, 0.0), "e": (300.0, 0.0), "n": (x, y)}
     stages = Case(nodes, {1: ("o e", "highway=trunk"), 2: ("o n", "highway=trunk_link oneway=yes")}).stages()
     assert ((1, 2) in pairs(stages)) == turns
+
+
+# ---------------------------------------------------------------- what relations say about lanes
+
+
+def stated_by(case: Case) -> dict[tuple[int, int], tuple[int, ...]]:
+    """Return the numbers of the relations (from 1) that speak of each movement, by (from way, to way)."""
+    stages = case.stages()
+    assert len(stages.layout.arms) == 1
+    return {
+        (stages.way(item.entry), stages.way(item.exit)): tuple(k - 9000 for k in item.stated.relations)
+        for item in stages.movements
+        if item.stated is not None
+    }
+
+
+@pytest.mark.parametrize("turned", [(), (1,), (2,), (5,), (6,), (5, 8, 6), (1, 2, 5, 8, 6)])
+def test_relations_speak_of_paths_over_all_ways_inside_a_junction(turned: tuple[int, ...]) -> None:
+    """Ways 5, 8 and 6 lead from one T to the other, whichever way streets are drawn."""
+    nodes = {**_OFFSET.nodes, "q": (-1.0, 0.0), "r": (1.0, 0.0)}
+    rows = {1: "w a", 2: "b e", 3: "s a", 4: "b n", 5: "a q", 8: "q r", 6: "r b"}
+    ways = {way: (" ".join(row.split()[::-1]) if way in turned else row, "") for way, row in rows.items()}
+    there = ((1, "a", 5), (5, "q", 8), (8, "r", 6), (6, "b", 2))
+    back = ((2, "b", 6), (6, "r", 8), (8, "q", 5), (5, "a", 1))
+    named = tuple((*item, "1:1", 1, 1) for item in (*there, *back, (3, "a", 1), (4, "a", 2)))
+    found = stated_by(Case(nodes, ways, connectivity=named))
+    # The last one names a node at which its ways do not meet.
+    assert found == {(1, 2): (1, 2, 3, 4), (2, 1): (5, 6, 7, 8), (3, 1): (9,)}
+    # All of a path must be spoken of.
+    assert stated_by(Case(nodes, ways, connectivity=(*named[:2], *named[3:8]))) == {(2, 1): (4, 5, 6, 7)}
+
+
+def test_relations_over_ways_speak_of_paths_over_these_ways() -> None:
+    """Three Ts in a row: ways 5 and 6 lie between them."""
+    nodes = {"w": (-80.0, 0.0), "a": (0.0, 0.0), "b": (8.0, 0.0), "c": (16.0, 0.0), "e": (96.0, 0.0)}
+    nodes |= {"s": (0.0, -80.0), "n": (8.0, 80.0), "t": (16.0, -80.0)}
+    ways = {1: ("w a", ""), 2: ("c e", ""), 3: ("s a", ""), 4: ("b n", ""), 7: ("c t", "")}
+    ways |= {5: ("a b", ""), 6: ("c b", "")}
+    named = ((1, "5 6", 2), (2, "6 5", 3), (4, "6", 7), (3, "6", 4), (1, "5", 4))
+    found = stated_by(Case(nodes, ways, connectivity=tuple((*item, "1:1", 1, 1) for item in named)))
+    assert found == {(1, 2): (1,), (2, 3): (2,), (4, 7): (3,), (1, 4): (5,)}
+
+
+def test_a_way_that_runs_on_through_a_junction_is_one_way() -> None:
+    """Way 1 leads through the first T, and way 6 through the second."""
+    nodes = {**_OFFSET.nodes, "r": (0.0, 0.0)}
+    ways = {1: ("w a r", ""), 3: ("s a", ""), 4: ("b n", ""), 6: ("r b e", "")}
+    named = tuple((*item, "1:1", 1, 1) for item in ((1, "r", 6), (6, "r", 1)))
+    assert stated_by(Case(nodes, ways, connectivity=named)) == {(1, 6): (1,), (6, 1): (2,)}

@@ -172,3 +172,74 @@ def test_half_a_metre_stays_free_beside_a_loop(gap: float, free: bool) -> None:
     tags = {"o": "highway=turning_circle"}
     roads = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: ("a b", "width=6")}, node_tags=tags).build()
     assert (_radius(roads) == pytest.approx(6.5)) == free
+
+
+@pytest.mark.parametrize("line", ["a b", "b a"])
+def test_a_street_that_points_at_a_loop_is_as_far_away_as_its_end(line: str) -> None:
+    """It is 6 m wide and ends 12 m from the middle: 9 m are free, and 8.5 m needed."""
+    tags = {"o": "highway=turning_circle"}
+    nodes = {**_LINE, "a": (3.0, 60.0), "b": (3.0, 12.0)}
+    case = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: (line, "width=6")}, node_tags=tags)
+    assert _radius(case.build()) == pytest.approx(6.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(("line", "drawn"), [("o p q r", 1), ("r q p o", -1)])
+@pytest.mark.parametrize(("back", "near"), [(80.0, True), (50.0, False)])
+def test_a_street_is_in_the_way_of_its_own_loop_where_it_comes_back(
+    back: float, near: bool, line: str, drawn: int
+) -> None:
+    """Beside the circle, 9 m off, it is 169 m along itself away, or 109 m: it counts from 120 m on."""
+    nodes = {"o": (0.0, 0.0), "p": (-back, 0.0), "q": (-back, 9.0), "r": (40.0, 9.0)}
+    nodes |= {"x": (0.0, 300.0), "y": (400.0, 300.0)}
+    ways = {1: ("x y", ""), 2: (line, "width=6 lanes=2")}
+    roads = Case(nodes, ways, node_tags={"o": "highway=turning_circle"}).build()
+    ((k, loop),) = _loops(roads)
+    assert (_radius(roads) == pytest.approx(6.5, abs=1e-6)) != near
+    assert 1 / abs(records(roads.plan_view, k)[1][3]) <= 6.5 + 1e-6
+    assert loop.predecessor is not None
+    assert loop.predecessor.at_start == (drawn > 0)
+
+
+@pytest.mark.parametrize(("length", "loops"), [(16.6, 1), (16.9, 2)])
+def test_two_loops_of_a_street_leave_a_road_of_two_metres(length: float, loops: int) -> None:
+    """Circles of 12 m: their middles lie 7.37 m beyond the ends of the road."""
+    beyond = math.sqrt((1.25 + 3.5 + 4.75) ** 2 - (1.25 + 4.75) ** 2)
+    assert (length - 2 * beyond >= 2.0) == (loops == 2)
+    case = Case({"a": (0.0, 0.0), "b": (length, 0.0)}, {1: ("a b", "width=5 lanes=2")})
+    roads = case.build(turnarounds=True)
+    assert len(roads.junctions) == loops
+    (street,) = (road for road in roads.roads if road.junction is None)
+    assert RoadMeasures(roads).length(street) == pytest.approx(length - loops * beyond, abs=0.01)
+    reported = _codes(case, RoadOptions(turnarounds=True))
+    assert reported == [("no-room-to-turn", "node/1002")] * (2 - loops)
+
+
+def test_every_loop_has_the_lanes_of_its_own_street_at_its_end() -> None:
+    """A street of two lanes that ends with four goes round in two lanes there, and in one at its other end."""
+    nodes = {"a": (0.0, 0.0), "b": (100.0, 0.0), "c": (200.0, 0.0), "x": (0.0, 300.0), "y": (100.0, 300.0)}
+    ways = {1: ("x y", "width=12 lanes=4"), 2: ("a b", "width=6 lanes=2"), 3: ("b c", "width=12 lanes=4")}
+    circle = "highway=turning_circle diameter=30"
+    roads = Case(nodes, ways, node_tags={"a": circle, "c": circle}).build()
+    found = sorted(
+        (records(roads.plan_view, k)[1][1].x, 1 / records(roads.plan_view, k)[1][3]) for k, _ in _loops(roads)
+    )
+    assert [radius for _, radius in found] == pytest.approx([13.5, 13.5, 10.5], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("aside", "radius"),
+    [
+        # A circle of 20 m is wished for: 8.5 m to the middle of the lane. The curb is 1.5 m beyond, 0.5 m are free.
+        (13.6, 8.5),
+        (13.4, 5.75),
+        (10.8, 5.75),
+        # Half of the way to the least circle, of 3 m; then that one.
+        (10.7, 3.0),
+        (8.1, 3.0),
+    ],
+)
+def test_loops_shrink_in_two_steps(aside: float, radius: float) -> None:
+    nodes = {**_LINE, "a": (-60.0, aside), "b": (60.0, aside)}
+    tags = {"o": "highway=turning_circle diameter=20"}
+    roads = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: ("a b", "width=6 lanes=2")}, node_tags=tags).build()
+    assert _radius(roads) == pytest.approx(radius, abs=1e-6)

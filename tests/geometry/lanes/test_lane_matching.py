@@ -214,3 +214,41 @@ def test_the_far_lane_runs_on_with_traffic_on_the_left() -> None:
     stated = {Direction.FORWARD: StatedLanes(((1, 1, False), (1, 2, False), (2, 3, False)), (1,))}
     one, other = section("f f", Rule.LEFT_HAND), section("f f f", Rule.LEFT_HAND)
     assert match_lanes(one, other, Rule.LEFT_HAND, stated) == {2: 2, 1: 1}
+
+
+@pytest.mark.parametrize(
+    ("pairs", "right_hand", "left_hand"),
+    [
+        # Of two lanes that lead into one, the far one runs on, unless that is optional.
+        (((1, 1, False), (2, 1, False)), {-1: -1}, {1: 1}),
+        (((1, 1, True), (2, 1, False)), {-2: -1}, {1: 1}),
+        (((1, 1, False), (2, 1, True)), {-1: -1}, {2: 1}),
+        # Of those that cross, the far one.
+        (((1, 2, False), (2, 1, False)), None, None),
+    ],
+)
+def test_of_two_lanes_into_one_the_far_one_continues(
+    pairs: tuple[tuple[int, int, bool], ...], right_hand: dict[int, int] | None, left_hand: dict[int, int] | None
+) -> None:
+    """Where a relation speaks of a lane that is not there, both near lanes are those that stay."""
+    for rule, expected in ((Rule.RIGHT_HAND, right_hand), (Rule.LEFT_HAND, left_hand)):
+        stated = {Direction.FORWARD: StatedLanes(pairs, (1,))}
+        found = match_lanes(section("f f", rule), section("f", rule), rule, stated)
+        assert found == (
+            match_lanes(section("f f", rule), section("f", rule), rule) if expected is None else expected
+        )
+
+
+def test_relations_about_lanes_of_cars_leave_those_of_bicycles_as_they_are() -> None:
+    stated = {Direction.FORWARD: StatedLanes(((1, 2, False),), (1,)), Direction.BACKWARD: StatedLanes((), (2,))}
+    found = match_lanes(lane_section("d< d> c>"), lane_section("d< d> d> c>"), Rule.RIGHT_HAND, stated)
+    assert found == {-1: -2, -2: -3}
+
+
+def test_a_centre_lane_goes_on_as_a_pocket_only_where_the_pocket_opens() -> None:
+    """Where the lane in its place continues another one, or the centre lane goes on, they are not linked."""
+    centre = lane_section("d< d= d>")
+    assert match_lanes(centre, lane_section("d< d= d> d>"), Rule.RIGHT_HAND) == {1: 1, -1: -1, -2: -2}
+    assert match_lanes(centre, lane_section("d< d>"), Rule.RIGHT_HAND) == {1: 1, -2: -1}
+    # From the pocket back to a centre lane there is no link.
+    assert match_lanes(lane_section("d< d> d>"), centre, Rule.RIGHT_HAND) == {1: 1, -2: -2}

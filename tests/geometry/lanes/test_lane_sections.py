@@ -9,9 +9,11 @@ from lane_cases import cut, layout, street
 from road_measures import assert_sound, lane_edges, profile_value, width_at
 from street_cases import Case
 
+from osm2xodr.conventions import find_country
 from osm2xodr.geometry import defaults
+from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_sections import lay_out_all, smooth_step, tapered, without_repeats
-from osm2xodr.model import Cubic, RoadMap, Rule, StreetAttributes
+from osm2xodr.model import Cubic, LaneConnectivity, RoadMap, Rule, StreetAttributes
 
 
 def row(*tags: str, length: float = 200.0) -> Case:
@@ -244,6 +246,8 @@ def test_equal_lanes_with_another_speed_have_a_type_of_their_own() -> None:
         ("trunk", None, "rural"),
         ("trunk", 50 / 3.6, "townExpressway"),
         ("trunk_link", 61 / 3.6, "rural"),
+        ("trunk_link", 60 / 3.6, "townExpressway"),
+        ("trunk_link", None, "rural"),
         ("motorway", 50 / 3.6, "motorway"),
         # Rural is what goes beyond the limits of towns, 60 km/h.
         ("secondary", 60 / 3.6, "town"),
@@ -265,3 +269,35 @@ def test_marks_between_lanes_and_at_the_edges() -> None:
     assert marks == {1: "solid", 0: "solid", -1: "broken", -2: "solid"}
     (item,) = layout((0.0, street("d< d>", "residential"))).sections
     assert {lane.road_mark.type for lane in item.lanes if lane.road_mark is not None} == {"none"}
+
+
+def test_what_is_left_between_lanes_that_open_and_end_is_about_the_middle() -> None:
+    """Of 12 m one lane left of the centre and two right of it stay, 9 m about the middle: 3 m left of the centre."""
+    found = offsets("d< d< d> d>", "d< d> d> d>")
+    assert found == [(0.0, 0.0), (100.0, pytest.approx(1.5)), (200.0, pytest.approx(3.0))]
+    # Beside the line of OSM by a metre and a half: they come together about the middle of what was there.
+    found = offsets("d< d< d> d>", "d< d> d> d>", m0=1.5)
+    assert found == [(0.0, 1.5), (100.0, pytest.approx(3.0)), (200.0, pytest.approx(3.0))]
+
+
+def test_roads_whose_lanes_change_are_painted_as_in_their_country() -> None:
+    road = cut((0.0, street("d< d>")), (50.0, street("d< d> d>")))
+    (found,) = lay_out_all([road], Rule.RIGHT_HAND, None, find_country("US"))
+    centres = [lane.road_mark for section in found.sections for lane in section.lanes if lane.id == 0]
+    assert [(mark.type, mark.color) for mark in centres if mark] == [("broken", "yellow"), ("solid", "yellow")]
+
+
+def test_relations_count_at_the_border_of_their_ways() -> None:
+    """Ways 1 and 5, 2 and 6 have the same lanes: the border is that of ways 5 and 2."""
+
+    def items(after: str) -> list[tuple[float, StreetAttributes]]:
+        pairs = [(1, "d> d>"), (5, "d> d>"), (2, after), (6, after)]
+        return [(50.0 * k, street(text, osm_way_id=way)) for k, (way, text) in enumerate(pairs)]
+
+    def links(one: int, other: int) -> dict[int, int | None]:
+        known = Connectivity.of([LaneConnectivity(9, one, 7, (), other, ((1, 2, False), (2, 3, False)))])
+        (found,) = lay_out_all([cut(*items("d> d> d>"), end=200.0)], Rule.RIGHT_HAND, known)
+        return {lane.id: lane.successor for lane in found.sections[0].lanes if lane.id}
+
+    assert links(5, 2) == {-1: -2, -2: -3}
+    assert links(1, 2) == links(5, 6) == links(1, 6) == {-1: -1, -2: -2}

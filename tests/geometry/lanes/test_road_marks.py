@@ -244,6 +244,36 @@ def test_widths(code: str, highway: str, line: float, edge: float, special: floa
 
 
 @pytest.mark.parametrize(
+    ("text", "forbidden", "divider", "color", "kind"),
+    [
+        ("d< d>", (), "", "yellow", "broken"),
+        ("d< d>", (), "dashed_line", "yellow", "broken"),
+        ("d< d>", (F, B), "", "yellow", "solid solid"),
+        ("d< d>", (F,), "", "yellow", "broken solid"),
+        ("d< d>", (), "solid_line", "yellow", "solid solid"),
+        ("d< d> d>", (), "", "yellow", "solid"),
+        ("d< d= d>", (), "", "yellow", "broken solid"),
+        # Beside lanes for bicycles against the street the line is as wide as beside those along it.
+        ("c< d>", (), "", "yellow", "solid"),
+    ],
+)
+@pytest.mark.parametrize(("highway", "width", "special"), [("primary", 0.10, 0.20), ("motorway", 0.15, 0.30)])
+def test_colour_and_width_of_what_is_between_directions(
+    text: str,
+    forbidden: tuple[Direction, ...],
+    divider: str,
+    color: str,
+    kind: str,
+    highway: str,
+    width: float,
+    special: float,
+) -> None:
+    attributes = street(text, highway, no_overtaking=frozenset(forbidden), divider=divider)
+    mark = marks_of(attributes, RIGHT, find_country("US"))[-1 if "=" in text else 0]
+    assert (mark.type, mark.color, mark.width) == (kind, color, special if "c" in text else width)
+
+
+@pytest.mark.parametrize(
     ("kind", "highway", "expected"),
     [
         (LaneType.SIDEWALK, "primary", "none"),
