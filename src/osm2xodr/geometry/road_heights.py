@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from collections.abc import Iterable
 from typing import Final
@@ -10,7 +9,6 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import lengths, pose
-from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.heights import ConnectorProblem, ProfileProblem, ProfileSolution, end_state
@@ -28,11 +26,6 @@ from osm2xodr.model import (
     StreetNetwork,
 )
 
-# A number, and its unit unless it is metres; anything more (two values, a range, a datum) is not a height.
-_ELE: Final = re.compile(r"([+-]?\d+(?:\.\d+)?)\s*(m|ft|feet)?", re.IGNORECASE)
-_FOOT: Final = 0.3048
-# Values of ``ele`` beyond these are mistakes, m: shore of the Dead Sea, highest roads.
-_ELE_PLAUSIBLE: Final = (-450.0, 6000.0)
 # Distance of the places along a road among which the nearest to a node is looked for, m.
 _STEP: Final = 2.0
 # Shorter sidewalks count as this long, m: keeps quotients finite.
@@ -40,7 +33,7 @@ _SHORTEST: Final = 1e-6
 
 
 def build_profile_problem(
-    network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts, diagnostics: Diagnostics
+    network: StreetNetwork, fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts
 ) -> ProfileProblem:
     """Ask for the heights of all roads: their spans carry structure, class and grade tags.
 
@@ -50,7 +43,7 @@ def build_profile_problem(
     places = [[(network.intersections[n].x, network.intersections[n].y) for n in nodes] for nodes in layout.nodes]
     xy = np.array([np.mean(group, axis=0) if len(group) > 1 else group[0] for group in places]).reshape(-1, 2)
     names: dict[str, int] = {}
-    ele_road, ele_s, ele_z = _tagged_heights(network, parts.plan_view, parts.street, diagnostics)
+    ele_road, ele_s, ele_z = _tagged_heights(network, parts.plan_view, parts.street)
     return ProfileProblem(
         plan_view=parts.plan_view,
         end_junction=parts.end_junction,
@@ -133,32 +126,15 @@ def too_steep_corners(corners: ConnectingRoads, solution: ProfileSolution) -> Bo
     return np.asarray(np.abs(half_way) > np.maximum(defaults.CONNECTOR_STEEP, arms))
 
 
-def _parse_ele(text: str) -> float | None:
-    """Return the metres that a value of ``ele`` means, None if it means none."""
-    match = _ELE.fullmatch(text.strip())
-    if match is None:
-        return None
-    z = float(match[1]) * (1.0 if (match[2] or "m").lower() == "m" else _FOOT)
-    return z if _ELE_PLAUSIBLE[0] <= z <= _ELE_PLAUSIBLE[1] else None
-
-
 def _tagged_heights(
-    network: StreetNetwork, plan_view: PlanView, street: IntArray, diagnostics: Diagnostics
+    network: StreetNetwork, plan_view: PlanView, street: IntArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return the heights that ``ele`` of nodes gives: road, place along it, m, and height, m.
 
     `street` (R,) is the street that each road is a part of. Where roads end short of a node, as at junctions, their
     nearest place stands for it.
     """
-    heights: dict[int, float] = {}
-    for node, tags in sorted(network.node_tags.items()):
-        if "ele" in tags:
-            z = _parse_ele(tags["ele"])
-            if z is None:
-                text = f"ele '{tags['ele']}' is not a height in metres, it is ignored"
-                diagnostics.dropped("ele", f"node/{node}", text)
-            else:
-                heights[node] = z
+    heights = network.node_heights
     roads_of = defaultdict(list)
     for road, owner in enumerate(street.tolist()):
         roads_of[owner].append(road)

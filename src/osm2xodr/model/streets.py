@@ -232,4 +232,5 @@ class StreetNetwork:
     footways: tuple[Footway, ...] = ()  # Footways within reach of a street, in ascending id
     roadside: tuple[RoadsideThing, ...] = ()  # Things within reach of a street, in ascending kind and id
     node_facts: NodeFacts = field(default_factory=NodeFacts)  # What `node_tags` and `footways` mean
+    node_heights: Mapping[int, float] = field(default_factory=dict)  # What ``ele`` gives, m, by OSM node id
     turning_places: Mapping[int, TurningPlace] = field(default_factory=dict)  # By OSM node id

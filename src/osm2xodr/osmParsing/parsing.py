@@ -34,6 +34,7 @@ from osm2xodr.osmParsing.roadside import attach_footways, is_thing, node_keys, r
 from osm2xodr.osmParsing.selection import read_selected_ways, report_unused_nodes, why_no_streets
 from osm2xodr.osmParsing.tags import (
     is_transition,
+    node_heights,
     oneway,
     read_node_facts,
     turning_places,
@@ -114,6 +115,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         footways=footways,
         roadside=roadside,
         node_facts=read_node_facts(node_tags, footways, code),
+        node_heights=node_heights(node_tags, diagnostics),
         turning_places=turning_places(node_tags),
     )
 

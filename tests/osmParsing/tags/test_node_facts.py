@@ -4,8 +4,16 @@ from __future__ import annotations
 
 import pytest
 
+from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import BusStop, Facing, Light, NodeControl, RoadsideKind, Sign, ThingFacts, TurningPlace
-from osm2xodr.osmParsing.tags.node_facts import read_control, read_node_facts, read_thing_facts, turning_places
+from osm2xodr.osmParsing.tags.node_facts import (
+    node_heights,
+    parse_ele,
+    read_control,
+    read_node_facts,
+    read_thing_facts,
+    turning_places,
+)
 
 
 @pytest.mark.parametrize(
@@ -107,3 +115,29 @@ def test_diameters_are_metres_or_feet(text: str, diameter: float | None) -> None
 def test_other_nodes_say_nothing_or_only_a_diameter() -> None:
     found = turning_places({1: {"highway": "stop"}, 2: {"highway": "crossing", "diameter": "9"}, 3: {}})
     assert found == {2: TurningPlace(False, 9.0)}
+
+
+@pytest.mark.parametrize(
+    ("text", "z"),
+    [
+        ("123", 123.0),
+        (" 123.5 m", 123.5),
+        ("-12", -12.0),
+        ("100ft", 30.48),
+        ("1000 feet", 304.8),
+        ("123;125", None),
+        ("ca. 120", None),
+        ("12,5", None),
+        ("9999", None),
+        ("", None),
+    ],
+)
+def test_values_of_ele(text: str, z: float | None) -> None:
+    assert parse_ele(text) == (None if z is None else pytest.approx(z))
+
+
+def test_heights_of_nodes_and_other_values_of_ele() -> None:
+    diagnostics = Diagnostics()
+    tags = {3: {"ele": "31"}, 2: {"ele": "20 m"}, 1: {"highway": "stop"}, 4: {"ele": "high"}}
+    assert node_heights(tags, diagnostics) == {2: 20.0, 3: 31.0}
+    assert [(item.kind, item.code, item.osm_id) for item in diagnostics] == [(Kind.DROPPED, "ele", "node/4")]

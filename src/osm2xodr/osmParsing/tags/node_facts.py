@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from osm2xodr.defaults import KERB_HEIGHT
+from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import (
     BusStop,
     Footway,
@@ -39,6 +40,10 @@ _CALMING: Final = {
 }
 _CIRCLES: Final = frozenset({"turning_circle", "turning_loop", "mini_roundabout"})
 _DIAMETER: Final = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(m|ft|')?\s*")
+# A number, and its unit unless it is metres; anything more (two values, a range, a datum) is not a height.
+_ELE: Final = re.compile(r"([+-]?\d+(?:\.\d+)?)\s*(m|ft|feet)?", re.IGNORECASE)
+# Values of ``ele`` beyond these are mistakes, m: shore of the Dead Sea, highest roads.
+_ELE_PLAUSIBLE: Final = (-450.0, 6000.0)
 # Values of ``bus_bay`` and ``bay`` where there is a bay.
 _BAY: Final = frozenset({"yes", "left", "right", "both"})
 # Higher and wider things beside the road are mistakes, m; choices.
@@ -60,6 +65,29 @@ def read_node_facts(node_tags: Mapping[int, Tags], footways: Sequence[Footway], 
         bus_stops={node: _bus_stop(tags) for node, tags in tagged if tags.get("highway") == "bus_stop"},
         track_crossings=frozenset(node for node, tags in tagged if tags.get("railway") in TRACK_CROSSINGS),
     )
+
+
+def node_heights(node_tags: Mapping[int, Tags], diagnostics: Diagnostics) -> dict[int, float]:
+    """Return the heights that ``ele`` gives nodes, by id, m, and report other values."""
+    found = {}
+    for node, tags in sorted(node_tags.items()):
+        if "ele" in tags:
+            z = parse_ele(tags["ele"])
+            if z is None:
+                message = f"ele '{tags['ele']}' is not a height in metres, it is ignored"
+                diagnostics.dropped("ele", f"node/{node}", message)
+            else:
+                found[node] = z
+    return found
+
+
+def parse_ele(text: str) -> float | None:
+    """Read a value of ``ele``, m; None if it is not a plausible height."""
+    match = _ELE.fullmatch(text.strip())
+    if match is None:
+        return None
+    z = float(match[1]) * (1.0 if (match[2] or "m").lower() == "m" else FOOT)
+    return z if _ELE_PLAUSIBLE[0] <= z <= _ELE_PLAUSIBLE[1] else None
 
 
 def turning_places(node_tags: Mapping[int, Tags]) -> dict[int, TurningPlace]:
