@@ -20,7 +20,7 @@ from osm2xodr.opendrive import ABSENT, OpenDrive, elevation, grade, lane_borders
 # two roads that are nearer than the last, m, are one place.
 _STEP: Final = 1.0
 _SHARES: Final = (0.05, 0.35, 0.65, 0.95)
-_SAME_PLACE: Final = 0.12
+_ONE_PLACE: Final = 0.12
 # Overlaps are counted in cells of this size, m, this far from the edges and the ends of a carriageway, m.
 _CELL: Final = 0.7
 _EDGE_MARGIN: Final = 0.4
@@ -132,7 +132,7 @@ def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
     x, y, z = ways.points(row, ways.low[row] + share * (ways.high - ways.low)[row])
     # The junction as a third coordinate keeps junctions apart.
     place = np.column_stack([x, y, drive.roads.junction[ways.road[row]].astype(np.float64)])
-    pairs = cKDTree(place).query_pairs(_SAME_PLACE, output_type="ndarray")
+    pairs = cKDTree(place).query_pairs(_ONE_PLACE, output_type="ndarray")
     road = ways.road[row]
     a, b = road[pairs[:, 0]], road[pairs[:, 1]]
     dx, dy, dz = (values[pairs[:, 0]] - values[pairs[:, 1]] for values in (x, y, z))

@@ -22,7 +22,7 @@ _FOR_CARS: Final = "1000001"
 _FOR_PEOPLE: Final = "1000002"
 _LEFT, THROUGH, _RIGHT = "left", "through", "right"
 # Movements that turn by less go straight on, rad (34 degrees); a choice.
-_STRAIGHT_ON: Final = 0.6
+_THROUGH_TURN: Final = 0.6
 # Least distance of heads from the start of their lane section, m; a choice.
 _IN_SECTION: Final = 0.1
 
@@ -38,7 +38,7 @@ class Head:
 
 def turn_of(movement: Movement) -> str:
     """Return which way a movement turns: ``left``, ``through`` or ``right``."""
-    if abs(movement.turn) <= _STRAIGHT_ON:
+    if abs(movement.turn) <= _THROUGH_TURN:
         return THROUGH
     return _LEFT if movement.turn > 0 else _RIGHT
 

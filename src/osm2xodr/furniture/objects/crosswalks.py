@@ -10,7 +10,7 @@ from osm2xodr.furniture.world import CAR_LANES, Crossing, LaneAt, World, outline
 from osm2xodr.model import LaneType, RoadObject
 
 # Width that lanes keep beside an island, m: that of buses and lorries without their mirrors; a choice.
-_LANE_WIDTH: Final = 2.5
+_WIDTH_BESIDE_ISLAND: Final = 2.5
 # Narrower islands are left out, m; a choice.
 NARROWEST_ISLAND: Final = 1.0
 # How far islands reach beyond their crossing, and their height, m; choices.
@@ -82,7 +82,7 @@ def _spare(lanes: Sequence[LaneAt]) -> float:
     for lane in lanes:
         width = lane.left - lane.right
         if lane.type not in _SPARE:
-            return spare + max(width - _LANE_WIDTH, 0.0) if lane.type in CAR_LANES else spare
+            return spare + max(width - _WIDTH_BESIDE_ISLAND, 0.0) if lane.type in CAR_LANES else spare
         spare += width
     return spare
 

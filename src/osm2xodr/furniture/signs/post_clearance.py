@@ -12,7 +12,7 @@ from osm2xodr.furniture.world import World, points_beside, way_at
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Roads whose heights differ by more are on different levels, m: half of the headroom below bridges.
-_LEVEL_HEIGHT: Final = 2.25
+_OTHER_LEVEL: Final = 2.25
 # Size of the square cells in which curves are looked up, with the cells around, m: larger than the reach of signs.
 _CELL: Final = 64.0
 # Number of columns of cells; a cell's key is its column times this plus its row.
@@ -51,7 +51,7 @@ class PostClearance:
         near = (curve != own[point]) & (far <= np.abs(aside) + _BESIDE_TOLERANCE)
         elevation = world.road_map.elevation
         rise = cubic_value(elevation, curve, at) - cubic_value(elevation, own, s)[point]
-        rows = np.flatnonzero(near & (np.abs(rise) <= _LEVEL_HEIGHT))
+        rows = np.flatnonzero(near & (np.abs(rise) <= _OTHER_LEVEL))
         columns = (column[rows].tolist() for column in (point, curve, at, aside))
         for place, other, on, off in zip(*columns, strict=True):
             if out[place] and abs(off) < self._half_width(other):

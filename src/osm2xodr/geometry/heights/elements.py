@@ -25,7 +25,7 @@ Weights: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 # the third power of 1 / length.
 _SHORTEST_STRETCH: Final = 1.0
 # Shorter roads are cut as if they had this length, m: keeps the matrices finite.
-_SHORTEST_ROAD: Final = 1e-6
+_LEAST_LENGTH: Final = 1e-6
 # Elements may exceed the spacing by this share of it, so that rounding does not add one.
 _ROUNDING: Final = 1e-9
 
@@ -89,7 +89,7 @@ def _stretches(problem: ProfileProblem, length: FloatArray) -> tuple[IntArray, F
 
 def build_elements(problem: ProfileProblem, spacing: FloatArray | float) -> Elements:
     """Cut roads into elements of equal length, at most `spacing` (R,), that end where the structure changes."""
-    length = np.maximum(lengths(problem.plan_view), _SHORTEST_ROAD)
+    length = np.maximum(lengths(problem.plan_view), _LEAST_LENGTH)
     run_road, run_s, run_end = _stretches(problem, length)
     longest = np.broadcast_to(np.asarray(spacing, np.float64), length.shape)[run_road]
     count = np.maximum(1, np.ceil((run_end - run_s) / longest - _ROUNDING)).astype(np.int64)

@@ -18,7 +18,7 @@ from osm2xodr.geometry.margins.strips import Margins, MarginStretch, Strips, set
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType
 
 # Share of its width that a strip keeps at least; narrower, it is left out. A choice.
-_NARROWEST_SHARE: Final = 0.5
+_LEAST_WIDTH_SHARE: Final = 0.5
 # Bends of larger radii have room inside for any strips, m.
 _GENTLE_RADIUS: Final = 60.0
 # Obstacles beside each other that leave rooms that differ by less are one, m: fewer, longer stretches. A choice.
@@ -216,7 +216,7 @@ def _fitted(strips: Strips, room: float) -> Strips:
     out = []
     for strip in strips:
         width = min(strip.width, float(np.floor(100.0 * room) / 100.0))
-        if width < _NARROWEST_SHARE * strip.width:
+        if width < _LEAST_WIDTH_SHARE * strip.width:
             break
         out.append(replace(strip, width=width))
         room -= width

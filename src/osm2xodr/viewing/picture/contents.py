@@ -33,7 +33,7 @@ _BAR_SHARE: Final = 0.16
 # Pixels per metre from which carriageways have edges.
 _EDGES_FROM: Final = 1.5
 # A strip higher than something by more than this is above it, m: less than the clearance of any bridge for cars.
-_CLEARANCE: Final = 3.0
+_OVERHEAD: Final = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +178,7 @@ def _add_furniture(
     west, south, east, north = _strip_boxes(scene, x, y)
     height = _heights(scene)
     for (at_x, at_y, at_z), shapes in furniture:
-        over = (west <= at_x) & (at_x <= east) & (south <= at_y) & (at_y <= north) & (height > at_z + _CLEARANCE)
+        over = (west <= at_x) & (at_x <= east) & (south <= at_y) & (at_y <= north) & (height > at_z + _OVERHEAD)
         bridges = np.flatnonzero(over)
         layers[max(int(bridges[0]) - 1, 0) if len(bridges) else -1].extend(shapes)
 
