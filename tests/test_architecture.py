@@ -165,6 +165,16 @@ def test_libraries_stay_where_they_belong() -> None:
             assert folder in HOMES[library], f"{name} imports {library}"
 
 
+def test_no_name_of_a_number_has_two_values() -> None:
+    values: dict[str, set[str]] = {}
+    for node in (node for module in modules().values() for node in module.body if isinstance(node, ast.AnnAssign)):
+        name, value = ast.unparse(node.target), ast.unparse(node.value) if node.value else ""
+        if name.isupper() and not name.startswith("_") and re.search(r"\d", value):
+            values.setdefault(name, set()).add(value)
+    assert len(values) > 100
+    assert {name: found for name, found in values.items() if len(found) > 1} == {}
+
+
 def test_modules_say_what_they_are() -> None:
     docstrings = {name: ast.get_docstring(module) or "" for name, module in modules().items()}
     assert [name for name, text in docstrings.items() if len(text) <= 10] == []
