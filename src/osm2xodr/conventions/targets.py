@@ -17,7 +17,7 @@ class Crosswalks(Enum):
 
     The standard has ``<outlines>`` (since 1.5, ASAM OpenDRIVE 1.7, 13.4), the only one that esmini reads
     (``RoadManager.cpp``). CARLA 0.9.16 reads only the older ``<outline>``, and misplaces it
-    (`osm2xodr.xodrWriter.crosswalk_offsets`). All schemas allow both in one object.
+    (`osm2xodr.xodrWriter.furniture_text`). All schemas allow both in one object.
     """
 
     STANDARD = "outlines as the standard says"

@@ -6,8 +6,12 @@ import contextlib
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+from distributed.comm import CommClosedError
+
 from osm2xodr.batch.workers import dask_cluster as running
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome
+from osm2xodr.errors import Osm2xodrError
 
 
 class LostOnce:
@@ -54,3 +58,12 @@ def test_an_outcome_that_is_lost_with_its_worker_is_waited_for_again() -> None:
         found = list(running._outcomes(client, jobs, "batch", stack))
     assert found == [(job, Outcome("", 1.0)) for job in jobs]
     assert [(future.asked, future.status) for future in client.futures] == [(2, "released"), (2, "released")]
+
+
+def test_an_outcome_that_ends_with_the_connection_says_that_the_scheduler_is_gone() -> None:
+    class CutOff(LostOnce):
+        def result(self) -> Outcome:
+            raise CommClosedError("Connection reset by peer")
+
+    with pytest.raises(Osm2xodrError, match="the Dask scheduler is gone; start it"):
+        running._outcome(CutOff("a"))

@@ -29,6 +29,7 @@ _WORKER_DEATHS: Final = 3
 _Client = Any
 _Future = Any
 
+_GONE: Final = "the Dask scheduler is gone; start it, and run the same command again"
 # How often the connection to the scheduler is checked, s.
 _CONNECTION_CHECK: Final = 0.5
 # How long an existing scheduler may take to answer, s.
@@ -97,7 +98,7 @@ def _outcomes(
             future = done.get(timeout=_CONNECTION_CHECK)
         except queue.Empty:
             if client.status != "running":
-                raise Osm2xodrError("the Dask scheduler is gone; start it, and run the same command again") from None
+                raise Osm2xodrError(_GONE) from None
             continue
         if future.status not in _ENDED:
             # Outcomes that were not fetched are lost with their worker: these areas are being made again.
@@ -113,7 +114,11 @@ def _outcome(future: _Future) -> Outcome:
     from distributed import KilledWorker
 
     if future.status == "finished":
-        outcome: Outcome = future.result()
+        try:
+            outcome: Outcome = future.result()
+        except OSError as lost:
+            # The outcome was lost with the connection on its way here.
+            raise Osm2xodrError(_GONE) from lost
         return outcome
     if future.status == "cancelled":
         raise Osm2xodrError("the Dask scheduler is gone, or took the areas back; run the same command again")
