@@ -7,14 +7,14 @@ from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.model import RoadsideKind
+from osm2xodr.osmParsing.tags import SIGN_KEYS
 
 # Nodes with one of these keys are read, on streets and beside them.
 _NODE_KEYS: Final = frozenset(
     {"highway", "traffic_signals", "traffic_signals:direction", "direction", "stop", "diameter", "ele"}
 )
-_SIGN_KEYS: Final = ("traffic_sign", "traffic_sign:forward", "traffic_sign:backward", "traffic_sign:both")
 _FURNITURE_NODE_KEYS: Final = frozenset(
-    (*_SIGN_KEYS, "crossing", "traffic_calming", "city_limit", "maxspeed", "barrier", "railway", "public_transport")
+    (*SIGN_KEYS, "crossing", "traffic_calming", "city_limit", "maxspeed", "barrier", "railway", "public_transport")
 )
 _CROSSING_DETAILS: Final = tuple(
     f"crossing{what}" for what in (":island", ":markings", ":signals", ":width", ":kerb", "_ref")
@@ -32,7 +32,7 @@ _NODE_DETAILS: Final = frozenset(
 _LAMP_DETAILS: Final = frozenset({"lamp_mount", "lamp_type"})
 _TREE_DETAILS: Final = frozenset({"natural", "leaf_type", "leaf_cycle", "circumference", "diameter_crown"})
 # Names are kept only where a sign or a stop shows them.
-_NAMED: Final = (*_SIGN_KEYS, "city_limit", "public_transport")
+_NAMED: Final = (*SIGN_KEYS, "city_limit", "public_transport")
 
 # Ways for walking or cycling; stairs are not part of a street.
 FOOT_HIGHWAYS: Final = frozenset({"footway", "path", "pedestrian", "cycleway"})
@@ -72,7 +72,7 @@ _STOP_DETAILS: Final = frozenset(
 )
 _SIGN_DETAILS: Final = frozenset(
     {
-        *(*_SIGN_KEYS, "traffic_sign:direction", "highway", "hazard", "maxheight", "maxwidth", "maxweight", "height"),
+        *(*SIGN_KEYS, "traffic_sign:direction", "highway", "hazard", "maxheight", "maxwidth", "maxweight", "height"),
         *("direction", "maxspeed", "maxspeed:forward", "maxspeed:backward", "name", "city_limit", "side", "support"),
         *("stop", "layer"),
     }
@@ -161,7 +161,7 @@ def kind_of_node(tags: Mapping[str, str], extra: AbstractSet[str]) -> RoadsideKi
     highway = tags.get("highway", "")
     if highway == "traffic_signals":
         return RoadsideKind.TRAFFIC_SIGNALS
-    if highway in ("stop", "give_way") or any(key in tags for key in _SIGN_KEYS):
+    if highway in ("stop", "give_way") or any(key in tags for key in SIGN_KEYS):
         return RoadsideKind.TRAFFIC_SIGN
     if highway == "bus_stop" or (tags.get("public_transport") == "platform" and _for_buses(tags)):
         return RoadsideKind.BUS_STOP

@@ -12,7 +12,7 @@ from osm2xodr.osmParsing.tags.margins import kerb_height
 from osm2xodr.osmParsing.tags.node_facts import node_heights, read_node_facts, read_thing_facts, turning_places
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
-from osm2xodr.osmParsing.tags.traffic_signs import with_speed_zones
+from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
 from osm2xodr.osmParsing.tags.values import parse_length
 from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
 
@@ -20,6 +20,7 @@ __all__ = [
     "ACCESS_TAGS",
     "LEFT_RIGHT",
     "NO",
+    "SIGN_KEYS",
     "WAY_TAGS",
     "is_transition",
     "kerb_height",

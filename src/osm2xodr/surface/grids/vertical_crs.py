@@ -6,14 +6,12 @@ Heights are converted to another datum only on request, and only with the best t
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from pyproj import CRS, Transformer, network
+from pyproj import CRS, Transformer
 from pyproj.crs.crs import CompoundCRS
 from pyproj.exceptions import CRSError, ProjError
 from pyproj.transformer import TransformerGroup
@@ -21,6 +19,7 @@ from pyproj.transformer import TransformerGroup
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray
+from osm2xodr.projection import offline
 from osm2xodr.surface.grids.grid import GridFrame
 from osm2xodr.surface.grids.interpolation import Cells
 from osm2xodr.surface.grids.voids import interpolate_lattice
@@ -145,7 +144,7 @@ def _shift(
     lon, lat = Transformer.from_crs(frame.crs, base, always_xy=True).transform(*frame.in_crs(col, row))
     begin, end = _with_heights(base, source), _with_heights(CRS.from_epsg(_WGS84), target)
     unit, new_unit = (crs.axis_info[-1].unit_conversion_factor for crs in (begin, end))
-    with _offline():
+    with offline():
         try:
             transformer = Transformer.from_crs(begin, end, always_xy=True, allow_ballpark=False, only_best=True)
             heights = transformer.transform(lon, lat, np.full(len(lon), height / unit), errcheck=True)[2]
@@ -191,16 +190,3 @@ def _label(crs: CRS) -> str:
         return f"heights above the ellipsoid of {crs.name}"
     code = crs.to_json_dict().get("id")
     return f"{crs.name} ({code['authority']}:{code['code']})" if code else crs.name
-
-
-@contextmanager
-def _offline() -> Iterator[None]:
-    """Keep PROJ off the network whatever its settings: an absent grid is reported, not fetched."""
-    # pyproj's type hints lack these two functions.
-    switch: Any = network
-    was = switch.is_network_enabled()
-    switch.set_network_enabled(False)
-    try:
-        yield
-    finally:
-        switch.set_network_enabled(was)
