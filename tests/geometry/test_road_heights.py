@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 from elevation_helpers import plan_view, straight
 
-from osm2xodr.geometry.road_heights import _tagged_heights
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.heights import ProfileSolution
+from osm2xodr.geometry.road_heights import _tagged_heights, too_steep_corners
 from osm2xodr.model import LocalFrame, Rule, Street, StreetNetwork
 
 
@@ -24,3 +29,14 @@ def test_heights_lie_where_their_nodes_are() -> None:
     road, s, z = _tagged_heights(network({2: 20.0, 3: 31.0, 77: 5.0}), curves, np.array([0, 0]))
     assert (road.tolist(), z.tolist()) == ([0, 1], [20.0, 31.0])
     assert s == pytest.approx([100.0, 30.0], abs=1.0)
+
+
+def test_corners_are_too_steep_beyond_what_connecting_roads_may_be() -> None:
+    # Steepest half-way: 1.5 times 2 m over 8 m, and over 12 m, and against arms that are as steep themselves.
+    corners = SimpleNamespace(entry=np.array([1, 1, 5]), exit=np.array([2, 2, 6]), length=np.array([8.0, 12.0, 6.5]))
+    level, steep = np.zeros((2, 2)), np.array([[0.4, 0.4], [0.0, 0.0]])
+    solution = SimpleNamespace(
+        end_z=np.array([[0.0, 10.0], [12.0, 0.0], [0.0, 10.0], [12.0, 0.0]]), end_grade=np.vstack([level, steep])
+    )
+    found = too_steep_corners(cast(ConnectingRoads, corners), cast(ProfileSolution, solution))
+    assert found.tolist() == [True, False, False]

@@ -12,7 +12,7 @@ from osm2xodr.curves.plan_views import lengths
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import ElevationOptions, solve_profiles
 
-PLANE = Ground(lambda x, y: 300.0 + 0.05 * x - 0.03 * y)
+PLANE = Ground(lambda x, y: 300.0 + 0.025 * x - 0.015 * y)
 
 
 def test_level_surface_gives_exactly_its_height() -> None:
@@ -29,7 +29,7 @@ def test_plane_is_met_everywhere_by_few_records() -> None:
     for road in range(4):
         _, x, y, z = found.along(road)
         assert np.abs(z - PLANE.height(x, y)).max() < 0.01
-    assert found.solution.junction_plane[0] == pytest.approx([300.0, 0.05, -0.03], abs=0.002)
+    assert found.solution.junction_plane[0] == pytest.approx([300.0, 0.025, -0.015], abs=0.001)
     assert len(found.solution.elevation.s) <= 8
     assert found.solution.statistics["height_above_surface_p95_m"] < 0.01
     assert found.solution.statistics["height_measured_share"] == 1.0

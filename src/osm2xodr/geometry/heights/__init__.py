@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from osm2xodr.geometry.heights.connectors import connector_profiles, end_state
 from osm2xodr.geometry.heights.ground import Ground
-from osm2xodr.geometry.heights.junction_surface import connector_profiles, end_state
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ElevationOptions,

@@ -117,6 +117,17 @@ JUNCTION_STEP_MAX: Final = 0.15
 # Choices: both that meet there then give way by half of it.
 JUNCTION_EDGE_STEP_MAX: Final = 0.06
 JUNCTION_EDGES_NEAR: Final = 1.5
+# Largest tilt of a junction's plane across its arms, rise per metre, and what it may lift the edge of an arm by, m.
+# Roads are level across: connecting roads have to twist by the tilt. 2.5 % is what drainage takes (RAL, AASHTO), 6 %
+# the steepest superelevation in towns (RASt 06, AASHTO for low speeds).
+FAST_CROSS_SLOPE_MAX: Final = 0.025
+CROSS_SLOPE_MAX: Final = 0.06
+CROSS_STEP_MAX: Final = 0.10
+# Arms lie beside each other whose carriageways are at most so far apart, m, whose ends are at most so far apart along
+# them, m, and which run the same way out of the junction but for this angle, rad. Choices: as gores are.
+BESIDE_GAP: Final = 3.0
+BESIDE_LENGTH: Final = 25.0
+BESIDE_ANGLE: Final = 0.5
 # Height from road to road where layers cross, m, by the highway value of the road below: clear height and a deck of
 # 0.70 m. 4.50 m (RAL, RAA), on main roads 4.70 m with room for resurfacing, and 3.50 m where only cars and fire
 # engines pass (DIN 14090). A crossing that falls short by more than the tolerance is reported.
@@ -134,14 +145,15 @@ CLEARANCE_PUSH_MAX: Final = 10.0
 
 # ---------------------------------------------------------------- inside junctions
 
-# Connecting roads: distance of samples, m, distance from its arms at which a junction's plane counts like an arm, m,
-# and how far to the side of an arm's end its level counts half, m. Choices: with these, fewest connecting roads of
-# seven steep places disagree.
+# Distance of samples along connecting roads, m. A choice.
 CONNECTOR_SAMPLE_SPACING: Final = 2.0
-JUNCTION_PLANE_DISTANCE: Final = 4.0
-ARM_LEVEL_DISTANCE: Final = 3.0
 # Length at either end over which a connecting road makes up for the difference between surface and arm, m.
-CONNECTOR_END_REACH: Final = 8.0
+CONNECTOR_END_REACH: Final = 12.0
+
+# Largest change of a connecting road's superelevation, rad/m, and between fast roads: one wheel of a car of 2.7 m by
+# 1.6 m leaves the plane of the others by 5 and 3 cm. Records may add a third.
+TWIST_MAX: Final = 0.012
+FAST_TWIST_MAX: Final = 0.007
 
 # ---------------------------------------------------------------- superelevation
 
@@ -168,9 +180,10 @@ RECORD_SLOPE_TOLERANCE: Final = 1e-3
 RECORD_S_DECIMALS: Final = 3
 RECORD_DECIMALS: Final = 5
 RECORD_SLOPE_DECIMALS: Final = 6
-# How far connecting roads may leave their junction's surface for the sake of few records, m: along their middle, and
-# by their cross slope at their edges; and how much steeper they may become, rise per metre. A choice; twice that is
-# what two of them may disagree by.
+# How far connecting roads may leave their junction's surface for the sake of few records: along their middle, m, in
+# grade, rise per metre, by their cross slope at their edges, m, and in twist, rad/m. A choice; twice that is what two
+# of them may disagree by.
 CONNECTOR_TOLERANCE: Final = 0.012
+CONNECTOR_GRADE_TOLERANCE: Final = 0.002
 CONNECTOR_EDGE_TOLERANCE: Final = 0.012
-CONNECTOR_GRADE_TOLERANCE: Final = 0.01
+CONNECTOR_TWIST_TOLERANCE: Final = 0.002

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.curves import runs
+from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, hermite_slope, rows_matrix
@@ -21,6 +22,7 @@ _STIFFNESS_RATIO: Final = 60.0
 # Largest forces of the limits by class on grades and tilts, in moments that turn a road by 1: beyond them they yield.
 _GRADE_CAP: Final = 1.5
 _TILT_CAP: Final = 3.0
+_CROSS_SLOPE_CAP: Final = 6.0
 _NO_CAP: Final = np.inf
 # Positions in an element at which its grade is limited: by class where it is usual for the element, firmly all along.
 _CLASS_LIMIT_AT: Final = (0.25, 0.75)
@@ -105,7 +107,49 @@ def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> lis
     j, rise = _neighbouring_arms(problem)
     rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), rise, columns)
     limits.append(_within(rows, np.full(len(j), defaults.JUNCTION_STEP_MAX), stiffness[j], _NO_CAP))
-    return limits
+    return [*limits, *_limit_cross_slopes(problem, stiffness, columns)]
+
+
+def _limit_cross_slopes(problem: ProfileProblem, stiffness: FloatArray, columns: int) -> list[Limits]:
+    """Return the limits on the tilt of junctions' planes across their arms: elastic, and firm between neighbours.
+
+    Roads are level across, so connecting roads have to twist by what the plane is tilted across them. Arms beside
+    each other come together as one carriageway, and neither can lie above the other.
+    """
+    junction = problem.end_junction.ravel()
+    arm = np.flatnonzero(junction >= 0)
+    hdg = end_poses(problem)[2][arm]
+    across = np.column_stack([-np.sin(hdg), np.cos(hdg)])
+    fast = np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)
+    fast = fast[end_spans(problem).ravel()[arm]]
+    bound = np.where(fast, defaults.FAST_CROSS_SLOPE_MAX, defaults.CROSS_SLOPE_MAX)
+    bound = np.minimum(bound, defaults.CROSS_STEP_MAX / np.maximum(_half_widths(problem)[0][arm], _SHORTEST_PATH))
+    j = junction[arm]
+    rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), across, columns)
+    firm = _cross_slope_beside(problem)[arm]
+    beside = np.flatnonzero(np.isfinite(firm))
+    return [
+        _within(rows, bound, stiffness[j], _CROSS_SLOPE_CAP),
+        _within(rows[beside], firm[beside], stiffness[j[beside]], _NO_CAP),
+    ]
+
+
+def _cross_slope_beside(problem: ProfileProblem) -> FloatArray:
+    """Return the tilt across each road end, (2 R,), with which it meets the one beside it; infinite where none is."""
+    a, b = _arm_pairs(problem.end_junction.ravel(), len(problem.junction_xy))
+    x, y, hdg = end_poses(problem)
+    half, middle = _half_widths(problem)
+    x, y = x - middle * np.sin(hdg), y + middle * np.cos(hdg)
+    out_of_junction = hdg + np.where(np.arange(len(hdg)) % 2 == 0, 0.0, np.pi)
+    cos, sin = np.cos(hdg[a]), np.sin(hdg[a])
+    along, across = (x[b] - x[a]) * cos + (y[b] - y[a]) * sin, np.abs((y[b] - y[a]) * cos - (x[b] - x[a]) * sin)
+    near = (across - half[a] - half[b] < defaults.BESIDE_GAP) & (np.abs(along) < defaults.BESIDE_LENGTH)
+    near &= np.cos(out_of_junction[a] - out_of_junction[b]) > np.cos(defaults.BESIDE_ANGLE)
+    limit = np.full(len(hdg), np.inf)
+    step = defaults.JUNCTION_EDGE_STEP_MAX / np.maximum(across[near], _SHORTEST_PATH)
+    for end in (a[near], b[near]):
+        np.minimum.at(limit, end, np.minimum(step, defaults.FAST_CROSS_SLOPE_MAX))
+    return limit
 
 
 def _neighbouring_arms(problem: ProfileProblem) -> tuple[IntArray, FloatArray]:

@@ -1,117 +1,29 @@
-"""Heights inside junctions: one smooth surface per junction that all its connecting roads are cut from.
+"""Heights and superelevation of connecting roads: their junction's surface along them, in few records.
 
-Roads are level across. Where one ends at a junction whose plane is tilted across it, the plane alone would leave a
-step at every lane that does not lie on the reference line. The surface here is therefore a blend: near the end of
-an arm it is the arm's own continuation (level across, the arm's grade along), elsewhere the junction's plane. The
-weights fall with the square of the distance to the line across each arm's end (Shepard's interpolation), so that
-value and gradient on that line are the arm's own. A higher power keeps these, too, but goes from one arm to the next
-in a steeper step: half-way between two of them the slope is the power times the mean slope. Two connecting roads
-that cross have one height there, because both take it from the same surface. Formulas: docs/method/heights.md.
+Height and grade at both ends are those of the roads that are touched, exactly. Superelevation is 0 there, as roads
+are level across, and changes no faster than a car can follow. Formulas: docs/method/heights.md.
 """
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, runs
-from osm2xodr.geometry.defaults import CONNECTOR_STEEP
+from osm2xodr.curves import lengths, pose
+from osm2xodr.geometry.defaults import CONNECTOR_STEEP, FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import end_poses
-from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution
+from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
+from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
+from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.records import only_curves
-from osm2xodr.geometry.heights.spline_fit import fit_records
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
-# Pairs of places and arms that are treated at once: bounds the memory.
-_CHUNK: Final = 400_000
-# Added to squared distances, m²: keeps weights finite on the line across an arm's end, and slopes where two arms
-# almost touch.
-_ON_LINE: Final = 0.05
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
 # finite.
 _SHORTEST: Final = 1e-6
 _NARROWEST: Final = 0.5
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Arms:
-    """Road ends at junctions, sorted by junction."""
-
-    start: IntArray  # (J + 1,) Index of each junction's first arm
-    # (A,) Where the road ends, m, and its heading along +s, rad
-    x: FloatArray
-    y: FloatArray
-    hdg: FloatArray
-    # (A,) The stretch of t that connecting roads touch, m
-    low: FloatArray
-    high: FloatArray
-    tilt: FloatArray  # (A,) The plane's rise per metre of t
-
-
-def _collect_arms(problem: ProfileProblem, connectors: ConnectorProblem, solution: ProfileSolution) -> _Arms:
-    junction = problem.end_junction.ravel()
-    low, high = np.zeros((2, len(junction)))
-    driven = slice(None) if connectors.beside is None else ~connectors.beside
-    half_width = connectors.half_width[driven]
-    for end, t in ((connectors.start_end, connectors.start_t), (connectors.end_end, connectors.end_t)):
-        np.minimum.at(low, end[driven], t[driven] - half_width)
-        np.maximum.at(high, end[driven], t[driven] + half_width)
-    used = np.flatnonzero(junction >= 0)
-    order = used[np.argsort(junction[used], kind="stable")]
-    start = np.searchsorted(junction[order], np.arange(len(problem.junction_xy) + 1)).astype(np.int64)
-    x, y, hdg = (value[order] for value in end_poses(problem))
-    plane = solution.junction_plane[junction[order]]
-    tilt = -np.sin(hdg) * plane[:, 1] + np.cos(hdg) * plane[:, 2]
-    return _Arms(start, x, y, hdg, low[order], high[order], tilt)
-
-
-def _surface(
-    arms: _Arms, planes: FloatArray, origin: FloatArray, junction: IntArray, x: FloatArray, y: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return height and gradient (d/dx, d/dy) of the junctions' surfaces at places, all (n,)."""
-    plane = planes[junction]
-    z = plane[:, 0] + plane[:, 1] * (x - origin[junction, 0]) + plane[:, 2] * (y - origin[junction, 1])
-    count = arms.start[junction + 1] - arms.start[junction]
-    place = np.repeat(np.arange(len(x)), count)
-    arm = runs(arms.start[junction], count)
-    cos, sin = np.cos(arms.hdg[arm]), np.sin(arms.hdg[arm])
-    dx, dy = x[place] - arms.x[arm], y[place] - arms.y[arm]
-    along, t = cos * dx + sin * dy, cos * dy - sin * dx
-    inside = np.clip(t, arms.low[arm], arms.high[arm])
-    beyond = t - inside
-    square = along * along + beyond * beyond + _ON_LINE
-    weight = 1.0 / square
-    wx, wy = (-2.0 * weight * weight * d for d in (along * cos - beyond * sin, along * sin + beyond * cos))
-    tilt = arms.tilt[arm]
-    # Beside the arm its level fades out: a place far to the side does not continue it.
-    fade = 1.0 / (1.0 + np.abs(beyond) / defaults.ARM_LEVEL_DISTANCE)
-    level = -tilt * (inside + beyond * fade)
-    turn = tilt * fade * fade
-
-    def total(value: FloatArray) -> FloatArray:
-        return np.bincount(place, value, len(x)).astype(np.float64)
-
-    weights = total(weight) + defaults.JUNCTION_PLANE_DISTANCE**-2
-    lift = total(weight * level) / weights
-    gap = level - lift[place]
-    gx = total(wx * gap + weight * turn * sin) / weights
-    gy = total(wy * gap - weight * turn * cos) / weights
-    return z + lift, plane[:, 1] + gx, plane[:, 2] + gy
-
-
-def _surface_in_chunks(
-    arms: _Arms, planes: FloatArray, origin: FloatArray, junction: IntArray, x: FloatArray, y: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    pairs = np.cumsum(arms.start[junction + 1] - arms.start[junction])
-    cuts = np.searchsorted(pairs, np.arange(_CHUNK, int(pairs[-1]) if len(pairs) else 0, _CHUNK))
-    out = np.zeros((3, len(x)))
-    for a, b in itertools.pairwise(np.unique(np.r_[0, cuts, len(x)])):
-        out[:, a:b] = _surface(arms, planes, origin, junction[a:b], x[a:b], y[a:b])
-    return out[0], out[1], out[2]
 
 
 def end_state(solution: ProfileSolution, end: IntArray, leaving: bool) -> tuple[FloatArray, FloatArray]:
@@ -162,13 +74,13 @@ def connector_profiles(
     have no superelevation. `solution` has the heights of the roads of `problem`.
     """
     along = _sample(connectors)
-    arms = _collect_arms(problem, connectors, solution)
     x, y, hdg = pose(connectors.plan_view, along.curve, along.s)
     junction = connectors.junction[along.curve]
-    z, gx, gy = _surface_in_chunks(arms, solution.junction_plane, problem.junction_xy, junction, x, y)
+    surfaces = junction_surfaces(problem, connectors, solution)
+    z, gx, gy = surface_heights(surfaces, junction, x, y)
     cos, sin = np.cos(hdg), np.sin(hdg)
     elevation = _fit_elevation(along, connectors, solution, z, gx * cos + gy * sin)
-    return elevation, _fit_superelevation(along, connectors, gy * cos - gx * sin)
+    return elevation, _fit_superelevation(along, problem, connectors, gy * cos - gx * sin)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,19 +127,62 @@ def _fit_elevation(
     z = np.where(plain[along.curve], plain_z, z)
     z[first], z[last] = z0, z1
     tolerance = np.full(len(along.length), defaults.CONNECTOR_TOLERANCE)
-    steep = np.where(plain, plain_steep, steep) + defaults.CONNECTOR_GRADE_TOLERANCE
-    return fit_records(along.start, along.length, z, np.column_stack([g0, g1]), tolerance, steep)
+    grade = np.where(plain[along.curve], plain_grade, grade)
+    grade[first], grade[last] = g0, g1
+    return fit_records(along.start, along.length, z, grade, tolerance, defaults.CONNECTOR_GRADE_TOLERANCE)
 
 
-def _fit_superelevation(along: _Along, connectors: ConnectorProblem, cross: FloatArray) -> CubicProfile:
+def _fit_superelevation(
+    along: _Along, problem: ProfileProblem, connectors: ConnectorProblem, cross: FloatArray
+) -> CubicProfile:
     """Return the superelevation of connecting roads from the cross slope of the surface along them, (n,)."""
     first, last = along.start[:-1], along.start[1:] - 1
     zero = np.zeros(len(along.length))
     reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
     cross = cross + along.blend(reach, (-cross[first], zero, -cross[last], zero))[0]
     cross[first] = cross[last] = 0.0
-    superelevation = np.arctan(cross)
+    superelevation = _limit_twist(along, np.arctan(cross), _largest_twist(problem, connectors))
     tolerance = defaults.CONNECTOR_EDGE_TOLERANCE / np.maximum(connectors.half_width, _NARROWEST)
     tilted = _largest(along.start, np.abs(superelevation)) > tolerance
-    records = fit_records(along.start, along.length, superelevation, np.zeros((len(zero), 2)), tolerance)
+    twist = _differences(along, superelevation)
+    records = fit_records(
+        along.start, along.length, superelevation, twist, tolerance, defaults.CONNECTOR_TWIST_TOLERANCE
+    )
     return only_curves(records, tilted)
+
+
+def _largest_twist(problem: ProfileProblem, connectors: ConnectorProblem) -> FloatArray:
+    """Return the largest change of superelevation of connecting roads, rad/m, (C,): less between fast roads."""
+    fast_span = np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)
+    fast = fast_span[end_spans(problem).ravel()]
+    both = fast[connectors.start_end] & fast[connectors.end_end]
+    return np.where(both, defaults.FAST_TWIST_MAX, defaults.TWIST_MAX)
+
+
+def _limit_twist(along: _Along, value: FloatArray, largest: FloatArray) -> FloatArray:
+    """Return superelevation, rad, (n,), that changes by at most `largest`, rad/m, (C,), and is 0 at both ends.
+
+    Half-way between the largest such function below the values and the least above them.
+    """
+    out = np.empty_like(value)
+    count = np.diff(along.start)
+    for n in np.unique(count).tolist():
+        group = np.flatnonzero(count == n)
+        at = along.start[group][:, None] + np.arange(n)
+        ramp = largest[group, None] * along.s[at]
+        low, high = value[at], value[at]
+        low = np.minimum.accumulate(low - ramp, axis=1) + ramp
+        low = np.minimum.accumulate((low + ramp)[:, ::-1], axis=1)[:, ::-1] - ramp
+        high = np.maximum.accumulate(high + ramp, axis=1) - ramp
+        high = np.maximum.accumulate((high - ramp)[:, ::-1], axis=1)[:, ::-1] + ramp
+        end = np.minimum(ramp, ramp[:, -1:] - ramp)
+        out[at] = np.clip(0.5 * (low + high), -end, end)
+    return out
+
+
+def _differences(along: _Along, value: FloatArray) -> FloatArray:
+    """Return the slope of values at samples, (n,), from those on both sides; at the ends 0."""
+    out = np.zeros(len(value))
+    inner = np.setdiff1d(np.arange(len(value)), np.r_[along.start[:-1], along.start[1:] - 1])
+    out[inner] = (value[inner + 1] - value[inner - 1]) / (along.s[inner + 1] - along.s[inner - 1])
+    return out

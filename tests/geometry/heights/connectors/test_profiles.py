@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,8 +14,9 @@ from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.geometry.connections.pose_to_pose import connect as curves_between
 from osm2xodr.geometry.heights import ConnectorProblem, connector_profiles
+from osm2xodr.geometry.heights.connectors.profiles import _blend, _limit_twist, _sample
+from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
 from osm2xodr.geometry.heights.elements import end_poses
-from osm2xodr.geometry.heights.junction_surface import _Arms, _blend, _collect_arms, _surface
 from osm2xodr.model import CubicProfile, FloatArray
 
 TILTED = Ground(lambda x, y: 200.0 + 0.1 * x + 0.06 * y)
@@ -224,38 +225,65 @@ def test_connecting_roads_agree_where_carriageways_part_on_a_slope(
     assert np.abs(grade).max() < steepest
 
 
-def arms_of(found: Solved) -> tuple[Connected, _Arms]:
+def test_grade_of_a_connecting_road_is_the_slope_of_the_surface_along_it() -> None:
+    found = solve(cross(trim=9.0, angle=0.4), TILTED, [(0.0, 0.0)])
     made = all_ways(found, ENDS, 1.6)
-    return made, _collect_arms(found.problem, made.connectors, found.solution)
+    surfaces = junction_surfaces(found.problem, made.connectors, found.solution)
+    along = _sample(made.connectors)
+    x, y, hdg = pose(made.connectors.plan_view, along.curve, along.s)
+    z, gx, gy = surface_heights(surfaces, np.zeros(len(x), np.int64), x, y)
+    # What is left at the ends is no part of the surface.
+    first, last = along.start[:-1], along.start[1:] - 1
+    grade = gx * np.cos(hdg) + gy * np.sin(hdg)
+    z0, z1 = (cubic_value(made.elevation, along.curve[k], along.s[k]) - z[k] for k in (first, last))
+    g0, g1 = (cubic_slope(made.elevation, along.curve[k], along.s[k]) - grade[k] for k in (first, last))
+    dz, dg = along.blend(np.minimum(along.length, 12.0), (z0, g0, z1, g1))
+    assert cubic_slope(made.elevation, along.curve, along.s) == pytest.approx(grade + dg, abs=0.00201)
+    assert cubic_value(made.elevation, along.curve, along.s) == pytest.approx(z + dz, abs=0.01201)
 
 
-def surface(found: Solved, arms: _Arms, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    none = np.zeros(len(x), np.int64)
-    return _surface(arms, found.solution.junction_plane, found.problem.junction_xy, none, x, y)
+def test_grade_does_not_swing_between_ramps_that_come_together() -> None:
+    # A ramp beside a motorway, on a slope across both: all lanes go down evenly by 3.6 %.
+    roads = [
+        straight((-300.0, 0.0), (-5.0, 0.0), end=0, highway="motorway"),
+        straight((-300.0, -8.0), (-8.0, -8.0), end=0, highway="motorway_link"),
+        straight((45.0, 0.0), (300.0, 0.0), start=0, highway="motorway"),
+    ]
+    found = solve(roads, Ground(lambda x, y: 50.0 - 0.036 * x + 0.07 * y), [(0.0, 0.0)])
+    made = connect(found, [line(found, 1, 4, 1.75, 1.75), line(found, 3, 4, 0.0, -1.75)])
+    for k, length in enumerate(lengths(made.connectors.plan_view).tolist()):
+        s = np.linspace(0.0, length, 200)
+        grade = made.slope(k, s)
+        assert grade == pytest.approx(np.full(200, -0.036), abs=0.006)
+        # At 100 km/h a change of 0.1 % per metre is 0.8 m/s².
+        assert np.abs(np.diff(grade)).max() / (s[1] - s[0]) < 0.0025
 
 
-def test_gradient_of_the_surface_is_that_of_its_height() -> None:
-    found = solve(cross(trim=9.0), TILTED, [(0.0, 0.0)])
-    _, arms = arms_of(found)
-    x, y = (np.ravel(v) for v in np.meshgrid(np.linspace(-12.0, 12.0, 25), np.linspace(-12.0, 12.0, 25)))
-    h = 1e-5
-    _, gx, gy = surface(found, arms, x, y)
-    right, left = surface(found, arms, x + h, y)[0], surface(found, arms, x - h, y)[0]
-    up, down = surface(found, arms, x, y + h)[0], surface(found, arms, x, y - h)[0]
-    assert gx == pytest.approx((right - left) / (2 * h), abs=1e-4)
-    assert gy == pytest.approx((up - down) / (2 * h), abs=1e-4)
+@pytest.mark.parametrize(("highway", "most"), [("residential", 0.016), ("motorway", 0.0095)])
+def test_twist_stays_within_what_cars_follow(highway: str, most: float) -> None:
+    roads = [replace(road, highway=highway) for road in cross(trim=7.0)]
+    found = solve(roads, Ground(lambda x, y: 0.14 * x + 0.1 * y, cell_size=1.0, sigma=0.05), [(0.0, 0.0)])
+    made = all_ways(found, ENDS, 1.6)
+    tilted = np.flatnonzero(np.diff(made.superelevation.start))
+    assert len(tilted) >= 4
+    for k in tilted.tolist():
+        s = np.linspace(0.0, float(lengths(made.connectors.plan_view)[k]), 100)
+        assert np.abs(cubic_slope(made.superelevation, np.full(100, k), s)).max() < most
 
 
-def test_arms_end_level_on_the_surface() -> None:
-    found = solve(cross(trim=9.0), TILTED, [(0.0, 0.0)])
-    _, arms = arms_of(found)
-    z, g = found.solution.end_z.ravel(), found.solution.end_grade.ravel()
-    for k, end in enumerate(ENDS):
-        t = np.linspace(-3.2, 3.2, 9)
-        x, y = arms.x[k] - t * np.sin(arms.hdg[k]), arms.y[k] + t * np.cos(arms.hdg[k])
-        height, gx, gy = surface(found, arms, x, y)
-        assert height == pytest.approx(np.full(9, z[end]), abs=2e-3)
-        assert gx * np.cos(arms.hdg[k]) + gy * np.sin(arms.hdg[k]) == pytest.approx(np.full(9, g[end]), abs=2e-3)
+def test_superelevation_is_held_between_ramps() -> None:
+    roads = cross(trim=10.0)
+    found = solve(roads, TILTED, [(0.0, 0.0)])
+    along = _sample(connect(found, [line(found, 1, 4, 0.0, 0.0)]).connectors)
+    s, length = along.s, float(along.length[0])
+    step = np.where(np.abs(s - 0.5 * length) < 2.6, 0.2, 0.0)
+    held = _limit_twist(along, step, np.array([0.01]))
+    assert np.abs(np.diff(held) / np.diff(s)).max() <= 0.01 + 1e-12
+    assert held[[0, -1]].tolist() == [0.0, 0.0]
+    assert held.max() == pytest.approx(0.1, abs=0.02)
+    gentle = 0.004 * np.minimum(s, length - s)
+    assert _limit_twist(along, gentle, np.array([0.01])) == pytest.approx(gentle, abs=1e-12)
+    assert _limit_twist(along, -gentle, np.array([0.01])) == pytest.approx(-gentle, abs=1e-12)
 
 
 def test_what_is_left_at_an_end_does_not_reach_far() -> None:

@@ -1,0 +1,115 @@
+"""Few cubics through samples of short curves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from osm2xodr.curves.cubics import cubic_slope, cubic_value
+from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
+from osm2xodr.model import CubicProfile, FloatArray
+
+
+def fit(
+    length: float, value: FloatArray, slope: FloatArray, tolerance: float = 0.01, slope_tolerance: float = 0.01
+) -> CubicProfile:
+    """Fit one curve."""
+    start = np.array([0, len(value)])
+    return fit_records(start, np.array([length]), value, slope, np.array([tolerance]), slope_tolerance)
+
+
+def test_a_cubic_is_one_record() -> None:
+    s = np.linspace(0.0, 12.0, 9)
+    profile = fit(12.0, 700.0 + 0.05 * s - 2e-3 * s**2 + 1e-4 * s**3, 0.05 - 4e-3 * s + 3e-4 * s**2)
+    assert [profile.s[0], profile.a[0], profile.b[0], profile.c[0], profile.d[0]] == pytest.approx(
+        [0.0, 700.0, 0.05, -2e-3, 1e-4], abs=1e-12
+    )
+    assert len(profile.s) == 1
+
+
+def bump(samples: int, length: float) -> tuple[FloatArray, FloatArray]:
+    """Return heights and slopes of two cubics from 0 with slope 0 up to 0.1 half-way and down again."""
+    u = np.linspace(0.0, 1.0, samples)
+    w = 1 - np.abs(2 * u - 1)
+    return 0.1 * (3 * w**2 - 2 * w**3), 0.6 * (w - w**2) * np.where(u < 0.5, 2.0, -2.0) / length
+
+
+def test_a_bump_is_two_records() -> None:
+    profile = fit(16.0, *bump(9, 16.0))
+    assert profile.s.tolist() == [0.0, 8.0]
+    assert profile.a.tolist() == pytest.approx([0.0, 0.1], abs=1e-9)
+    assert profile.b.tolist() == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+def test_tolerance_is_that_of_the_curve() -> None:
+    value, slope = (np.tile(part, 2) for part in bump(17, 20.0))
+    start = np.array([0, 17, 34])
+    profile = fit_records(start, np.full(2, 20.0), value, slope, np.array([0.2, 0.01]), 0.1)
+    assert np.diff(profile.start).tolist() == [1, 2]
+
+
+def test_heights_within_tolerance_are_not_enough() -> None:
+    # A ripple of 4 mm over 4 m: level for the eye, 0.6 % up and down for a wheel.
+    s = np.linspace(0.0, 32.0, 33)
+    value, slope = 0.004 * np.sin(np.pi * s / 2), 0.002 * np.pi * np.cos(np.pi * s / 2)
+    every, at = np.zeros(33, np.int64), s
+    followed = fit(32.0, value, slope, 0.01, 0.002)
+    assert cubic_slope(followed, every, at) == pytest.approx(slope, abs=0.00201)
+    smooth = fit(32.0, value, slope, 0.01, 0.02)
+    assert len(smooth.s) <= len(followed.s) / 4
+
+
+def test_what_fits_nowhere_has_a_knot_at_each_sample() -> None:
+    value = np.array([0.0, 1.0, -1.0] * 6 + [0.0])
+    slope = np.tile([0.5, -0.5], 10)[:19]
+    profile = fit(36.0, value, slope, 1e-6, 1e-6)
+    assert profile.s.tolist() == pytest.approx(np.arange(0.0, 36.0, 2.0).tolist())
+    assert profile.a.tolist() == pytest.approx(value[:-1].tolist())
+    assert profile.b.tolist() == pytest.approx(slope[:-1].tolist())
+
+
+@pytest.mark.parametrize("samples", [9, 13, 17])
+def test_no_piece_is_shorter_than_the_distance_of_samples(samples: int) -> None:
+    # A steep end: knots close to it would follow the samples and swing between them.
+    s = np.linspace(0.0, 16.0, samples)
+    value, slope = 0.3 * np.exp(-s), -0.3 * np.exp(-s)
+    profile = fit(16.0, value, slope, 0.002, 0.002)
+    assert np.diff([*profile.s.tolist(), 16.0]).min() > 16.0 / (samples - 1) - 1e-3
+    dense = np.linspace(0.0, 16.0, 400)
+    assert np.abs(cubic_slope(profile, np.zeros(400, np.int64), dense)).max() < 0.31
+
+
+def test_no_curves() -> None:
+    none = np.zeros(0)
+    assert fit_records(np.array([0]), none, none, none, none, 0.1).start.tolist() == [0]
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.lists(st.integers(1, 9), min_size=1, max_size=6), st.integers(0, 10_000), st.floats(0.0, 0.3))
+def test_ends_are_exact_and_cubics_join(quarters: list[int], seed: int, size: float) -> None:
+    rng = np.random.default_rng(seed)
+    counts = 4 * np.array(quarters) + 1
+    start = np.r_[0, np.cumsum(counts)]
+    length = rng.uniform(0.1, 80.0, len(counts))
+    value = 500.0 + size * rng.standard_normal(int(start[-1]))
+    slope = rng.uniform(-0.2, 0.2, int(start[-1]))
+    profile = fit_records(start, length, value, slope, np.full(len(counts), 0.01), 0.01)
+    every = np.arange(len(counts))
+    assert cubic_value(profile, every, np.zeros(len(counts))) == pytest.approx(value[start[:-1]], abs=1e-9)
+    assert cubic_value(profile, every, length) == pytest.approx(value[start[1:] - 1], abs=1e-9)
+    assert cubic_slope(profile, every, np.zeros(len(counts))) == pytest.approx(slope[start[:-1]], abs=1e-9)
+    assert cubic_slope(profile, every, length) == pytest.approx(slope[start[1:] - 1], abs=1e-9)
+    owner = np.repeat(every, np.diff(profile.start))
+    inner = np.flatnonzero(np.diff(owner) == 0)
+    h = profile.s[inner + 1] - profile.s[inner]
+    ahead = profile.a[inner] + h * (profile.b[inner] + h * (profile.c[inner] + h * profile.d[inner]))
+    steep = profile.b[inner] + h * (2 * profile.c[inner] + 3 * h * profile.d[inner])
+    assert ahead == pytest.approx(profile.a[inner + 1], abs=1e-9)
+    assert steep == pytest.approx(profile.b[inner + 1], abs=1e-9)
+
+
+def test_a_curve_of_no_length_to_speak_of_stays_finite() -> None:
+    profile = fit(1e-6, np.array([1.0, 1.5, 0.5, 1.5, 1.0]), np.zeros(5), 1e-9)
+    assert np.isfinite(profile.c).all()
+    assert (np.diff(profile.s) > 0).all()
