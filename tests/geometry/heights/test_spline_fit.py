@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
-from osm2xodr.geometry.heights.spline_fit import fit_records
+from osm2xodr.geometry.heights.spline_fit import _basis, fit_records
 from osm2xodr.model import CubicProfile, FloatArray
+
+# Mutation tests change the code in copies of a process that has fitted curves already.
+os.register_at_fork(after_in_child=_basis.cache_clear)
 
 
 def fit(length: float, value: FloatArray, slope: tuple[float, float], tolerance: float = 0.01) -> CubicProfile:
@@ -103,3 +108,15 @@ def test_a_curve_of_no_length_to_speak_of_stays_finite() -> None:
     profile = fit(1e-6, np.array([1.0, 1.5, 0.5, 1.5, 1.0]), (0.0, 0.0), 1e-9)
     assert np.isfinite(profile.c).all()
     assert (np.diff(profile.s) > 0).all()
+
+
+def test_values_and_slopes_of_all_knots_are_interpolated_and_fitted() -> None:
+    """A cubic of height and slope at 0, 1/4 and 1: its own knots come back, and its values at eighths of the way."""
+    u = np.linspace(0.0, 1.0, 9)
+    z, slope = 1.0 + 2.0 * u - 3.0 * u**2 + u**3, 2.0 - 6.0 * u + 3.0 * u**2
+    values, slopes, inverse = _basis(8, (1 / 4,))
+    ends, inner = np.array([z[0], slope[0], z[8], slope[8]]), np.array([z[2], slope[2]])
+    assert values @ np.r_[ends, inner] == pytest.approx(z)
+    half = np.linspace(0.0, 1.0, 17)
+    assert slopes @ np.r_[ends, inner] == pytest.approx(2.0 - 6.0 * half + 3.0 * half**2)
+    assert inverse @ (z - values[:, :4] @ ends) == pytest.approx(inner)

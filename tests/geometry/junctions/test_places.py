@@ -169,3 +169,15 @@ def test_nodes_of_a_street_cut_in_two_are_on_the_half_that_is_nearer(found: Foun
         assert 0.1 < t < 5.0
         x, y = x - t * math.sin(hdg) - origin.x + 128.0, y + t * math.cos(hdg) - origin.y
         assert (x, y) == pytest.approx(_NODES[name], abs=0.02)
+
+
+def test_a_map_without_tagged_nodes_has_no_places() -> None:
+    stages = Case({"a": (0.0, 0.0), "b": (90.0, 0.0)}, {1: ("a b", "")}).stages()
+    parts = cut_roads(stages.network, fit_streets(stages.network, Diagnostics()), stages.layout)
+    places = street_places(stages.network, stages.layout, parts, lambda k: 100 + k, np.array([-1]))
+    for name in ("node", "street", "road", "junction"):
+        column = getattr(places, name)
+        assert (len(column), column.dtype) == (0, np.int64)
+    assert len(places.s) == len(places.t) == 0
+    assert places.end_road.tolist() == [100, 100]
+    assert places.end_junction.tolist() == [-1, -1]
