@@ -184,3 +184,9 @@ def test_tolerances_are_those_that_are_asked_for(value: float, slope: float, rec
     s = np.linspace(0.0, 20.0, 5)
     knots = Knots(np.array([0, 5]), s, 0.05 * np.eye(5)[2], 0.01 * np.array([0.0, 1.0, 0.0, -1.0, 0.0]))
     assert (len(thin_records(knots, value, slope).s) > 1) == (records > 1)
+
+
+def test_even_knots_go_where_odd_ones_cannot() -> None:
+    """Straight from 10 to 30 m, and a kink at either end of that: only the knot at 20 m can be spared."""
+    s, z, g = np.linspace(0.0, 40.0, 5), np.array([0.0, 0.0, 1.0, 2.0, 2.0]), np.array([0.0, 0.1, 0.1, 0.1, 0.0])
+    assert thin_records(Knots(np.array([0, 5]), s, z, g)).s.tolist() == [0.0, 10.0, 30.0]

@@ -120,3 +120,29 @@ def test_values_and_slopes_of_all_knots_are_interpolated_and_fitted() -> None:
     half = np.linspace(0.0, 1.0, 17)
     assert slopes @ np.r_[ends, inner] == pytest.approx(2.0 - 6.0 * half + 3.0 * half**2)
     assert inverse @ (z - values[:, :4] @ ends) == pytest.approx(inner)
+
+
+def test_each_curve_gets_as_few_records_as_it_needs() -> None:
+    """Of curves with equally many samples one is a cubic, one has a bump; a third has more samples."""
+    u, v = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 25)
+    value = np.r_[0.05 * u**3, 0.1 * np.sin(2 * np.pi * u) ** 2, 7.0 + 0.0 * v]
+    slope = np.array([[0.0, 0.15 / 20.0], [0.0, 0.0], [0.0, 0.0]])
+    start, length = np.array([0, 17, 34, 59]), np.array([20.0, 30.0, 40.0])
+    profile = fit_records(start, length, value, slope, np.full(3, 0.005))
+    count = np.diff(profile.start)
+    assert (count[0], count[2]) == (1, 1)
+    assert 3 < count[1] < 8
+    for k, (at, n) in enumerate(((u, 17), (v[:0], 0), (v, 25))):
+        found = cubic_value(profile, np.full(n, k), length[k] * at)
+        assert found == pytest.approx(value[start[k] : start[k] + n], abs=1e-9)
+    error = cubic_value(profile, np.full(17, 1), 30.0 * u) - value[17:34]
+    assert np.abs(error).max() <= 0.005
+
+
+def test_a_curve_may_be_as_steep_as_it_is_allowed_to() -> None:
+    """An S that one cubic draws is one and a half times as steep in its middle as on average, 0.075."""
+    u = np.linspace(0.0, 1.0, 9)
+    value, start, length = 3 * u**2 - 2 * u**3, np.array([0, 9]), np.array([20.0])
+    for limit, records in ((0.0751, 1), (0.0749, 8)):
+        profile = fit_records(start, length, value, np.zeros((1, 2)), np.array([0.01]), np.array([limit]))
+        assert len(profile.s) == records

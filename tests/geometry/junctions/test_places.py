@@ -96,6 +96,7 @@ def test_every_street_end_knows_its_road_and_junction(found: Found) -> None:
     (street,) = (street for street in range(6) if found.way(street) == 6)
     halves = [100 + k for k, way in enumerate(ways) if way == 6]
     assert places.end_road[2 * street : 2 * street + 2].tolist() == halves
+    assert sorted(set(found.parts.road_end.tolist()) - set(range(12))) == [-1]
     assert [street for street in range(6) if places.inner[street]] == [
         street for street in range(6) if found.way(street) == 5
     ]

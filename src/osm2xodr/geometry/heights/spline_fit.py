@@ -98,7 +98,7 @@ def _fit_group(
     """
     intervals = samples.shape[1] - 1
     last, each = (tuple(k / n for k in range(1, n)) for n in (max(1, intervals // _SAMPLES_PER_PIECE), intervals))
-    trials = [trial for trial in _TRIALS if 2 * len(trial) < intervals and len(trial) < len(last)] + [last]
+    trials = [trial for trial in _TRIALS if len(trial) < len(last)] + [last]
     base = samples[:, :1]
     ends = np.column_stack([np.zeros(len(samples)), slope[:, 0], samples[:, -1] - base[:, 0], slope[:, 1]])
     left = np.arange(len(samples))
