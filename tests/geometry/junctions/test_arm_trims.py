@@ -74,6 +74,12 @@ def test_arms_of_a_square_crossing_end_at_the_edge_of_the_crossing_street(
     assert wished == pytest.approx([other + FREE + 4.0, one + FREE + 4.0] * 2, abs=0.02)
 
 
+@pytest.mark.parametrize("turned", [0.0, 33.0, 200.0])
+def test_streets_shorter_than_the_junction_count_as_if_they_ran_on(turned: float) -> None:
+    bare, _ = taken(star([(turned, 4.0), (turned + 90, 3.0), (turned + 180, 4.0)], length=1.5))
+    assert bare == pytest.approx([3.0 + FREE, 4.0 + FREE, 3.0 + FREE], abs=0.02)
+
+
 def test_arms_of_a_t() -> None:
     bare, wished = taken(star([(0.0, 3.0), (180.0, 3.0), (90.0, 2.5)], kerb=5.0))
     assert bare == pytest.approx([2.5 + FREE, 2.5 + FREE, 3.0 + FREE], abs=0.02)

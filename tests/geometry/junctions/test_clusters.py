@@ -140,6 +140,17 @@ def test_the_order_of_ways_does_not_matter() -> None:
     assert trims(case.stages()) == trims(other.stages())
 
 
+def test_the_order_of_nodes_does_not_matter() -> None:
+    for case, arms in ((two_ts(8.0), 4), (dual_carriageway(16.0), 6)):
+        names = list(case.nodes)
+        for k in range(len(names)):
+            nodes = {name: case.nodes[name] for name in names[k:] + names[:k]}
+            # The ways at its first node come first, too.
+            ways = dict(sorted(case.ways.items(), key=lambda item: names[k] not in item[1][0].split()))
+            layout = Case(nodes, {n: row for n, (_, row) in enumerate(ways.items(), start=1)}).stages().layout
+            assert [len(found) for found in layout.arms] == [arms]
+
+
 def test_a_short_dead_end_keeps_a_road_that_readers_do_not_pass_over() -> None:
     nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -3.5)}
     stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()

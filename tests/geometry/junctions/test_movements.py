@@ -62,6 +62,19 @@ def test_restrictions_name_the_way_that_a_street_has_at_the_junction(drawn: str)
     assert pairs(other.stages()) == sorted(every)
 
 
+@pytest.mark.parametrize("first", [1, 2, 3, 4])
+def test_restrictions_name_the_way_at_the_start_of_a_street(first: int) -> None:
+    """All streets lead away, and are other ways from half of their length on: 11 to 14."""
+    ends = dict(enumerate("wesn", start=1))
+    nodes = {**_NODES, **{f"m{way}": (_NODES[end][0] / 2, _NODES[end][1] / 2) for way, end in ends.items()}}
+    ways = {way: (f"o m{way}", "name=A") for way in ends} | {
+        10 + w: (f"m{w} {end}", "name=B") for w, end in ends.items()
+    }
+    other = next(way for way in ends if way != first)
+    found = pairs(Case(nodes, ways, (("no_left_turn", first, "o", other),)).stages())
+    assert found == sorted(_ALL - {(first, other)})
+
+
 @pytest.mark.parametrize(
     ("rules", "missing"),
     [
