@@ -220,3 +220,24 @@ def test_it_is_read_up_to_half_a_metre_from_the_edges(width: float, middle: floa
     assert cross(found, 0, np.array([400.0])) == pytest.approx([0.04], abs=1e-5)
     across = np.unique(np.round(seen[-1], 6))
     assert across == pytest.approx(middle + reach * np.linspace(-1.0, 1.0, 7))
+
+
+def test_roads_are_level_where_no_model_shows_how_they_lean() -> None:
+    """Cells of 1 m up to 400 m, of 30 m from there."""
+    ground = replace(TILTED, cells=lambda x, y: np.where(x < 400.0, 1.0, 30.0))
+    found = solve([EAST], ground, options=WANTED)
+    assert cross(found, 0, np.linspace(0.0, 280.0, 29)) == pytest.approx(np.full(29, 0.04), abs=0.003)
+    assert cross(found, 0, np.linspace(410.0, 800.0, 40)) == pytest.approx(np.zeros(40), abs=1e-9)
+
+
+def test_it_stays_at_its_bound_without_a_turn() -> None:
+    """The ground leans by 6 % at first and by 11 % at 200 m: from 80 m on by more than 8 %."""
+    ground = Ground(lambda x, y: (0.06 + 2.5e-4 * np.minimum(x, 200.0)) * y, cell_size=1.0, sigma=0.1)
+    found = solve([EAST], ground, options=WANTED)
+    profile, s = superelevation(found), np.linspace(140.0, 780.0, 65)
+    road = np.zeros(65, np.int64)
+    assert cubic_value(profile, road, s) == pytest.approx(np.full(65, np.arctan(0.08)), abs=1e-5)
+    assert cubic_slope(profile, road, s) == pytest.approx(np.zeros(65), abs=1e-6)
+    before = np.array([40.0])
+    assert cross(found, 0, before) == pytest.approx([0.07], abs=1e-3)
+    assert cubic_slope(profile, road[:1], before) == pytest.approx([2.5e-4], abs=3e-5)
