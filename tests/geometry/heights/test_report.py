@@ -263,6 +263,19 @@ def test_grades_up_to_a_quarter_more_than_usual_are_not_reported() -> None:
         assert too_steep == (2.0 if steep else 0.0)
 
 
+def test_gaps_of_roads_that_are_held_are_reported_where_they_lie_on_the_ground() -> None:
+    """20 m of the first road's start, and its bridge."""
+    network, outcome = by_hand()
+    measured = outcome.reading.measured.copy()
+    measured[[0, 1, 4, 5]] = False
+    found = messages(network, replace(outcome, reading=replace(outcome.reading, measured=measured)))
+    text = "m of it, they are filled from around"
+    assert [(way, message) for _, code, way, message in found if code == "no-height"] == [
+        ("way/100", f"the elevation model has no heights along 20 {text}"),
+        ("way/104", f"the elevation model has no heights along 60 {text}"),
+    ]
+
+
 @pytest.mark.parametrize(("length", "reported"), [(1.0, True), (0.99, False)])
 def test_gaps_of_less_than_a_metre_are_not_reported(length: float, reported: bool) -> None:
     ground = Ground(lambda x, y: 0.1 * x, known=lambda x, y: np.asarray(x < 150.0))

@@ -146,3 +146,9 @@ def test_a_curve_may_be_as_steep_as_it_is_allowed_to() -> None:
     for limit, records in ((0.0751, 1), (0.0749, 8)):
         profile = fit_records(start, length, value, np.zeros((1, 2)), np.array([0.01]), np.array([limit]))
         assert len(profile.s) == records
+
+
+def test_four_samples_are_one_record() -> None:
+    """There is no inner knot at every other one of three intervals."""
+    assert fit(12.0, np.array([0.0, 0.5, -0.5, 0.0]), (0.0, 0.0), 1e-6).s.tolist() == [0.0]
+    assert fit(12.0, np.array([0.0, 0.5, -0.5, 0.5, 0.0]), (0.0, 0.0), 1e-6).s.tolist() == [0.0, 6.0]
