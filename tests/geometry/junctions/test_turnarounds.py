@@ -256,6 +256,12 @@ def test_a_circle_has_eight_metres_at_least(diameter: float, radius: float) -> N
     assert _radius(Case(_LINE, {1: ("w o", narrow)}, node_tags=tags).build()) == pytest.approx(radius)
 
 
+def test_lanes_that_are_wide_need_little_more_than_half_a_circle() -> None:
+    """Lanes of 5 m whose middles are 5 m apart, and the least circle, of 3 m radius."""
+    tags = {"o": "highway=turning_circle diameter=8"}
+    assert _radius(Case(_LINE, {1: ("w o", "width=10 lanes=2")}, node_tags=tags).build()) == pytest.approx(3.0)
+
+
 @pytest.mark.parametrize("along", [0.0, 20.0, 40.0])
 def test_a_long_street_is_seen_where_it_is_nearest(along: float) -> None:
     """A circle of 40 m and a street of 6 m whose middle line is 22 m away: 19 m are free."""
