@@ -11,7 +11,7 @@ from elevation_helpers import Ground, RoadSpec, cross, make_problem, solve, stra
 from osm2xodr.geometry.heights import ElevationOptions, ProfileProblem, parse_grade_limits
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
-from osm2xodr.geometry.heights.limits import limit_clearances, limit_grades, limit_tilts
+from osm2xodr.geometry.heights.limits import _arm_pairs, limit_clearances, limit_grades, limit_tilts
 from osm2xodr.geometry.heights.stiffness import Beams
 from osm2xodr.model import FloatArray
 
@@ -261,3 +261,123 @@ def test_ends_whose_edges_touch_are_all_but_level(gap: float, rise: float) -> No
     found = solve(roads, Ground(lambda x, y: rise * y), [(0.0, 3.0)])
     z = found.solution.end_z.ravel()
     assert abs(z[3] - z[1]) == pytest.approx(0.06, rel=0.1)
+
+
+# ---------------------------------------------------------------- arms beside each other
+
+
+def steps(
+    roads: list[RoadSpec], junctions: list[tuple[float, float]], width: list[float] | None, middle: list[float] | None
+) -> tuple[list[int], list[list[float]]]:
+    """Return junction and offset / distance of all pairs of arms whose step is limited."""
+    network = network_of(roads, junctions)
+    given = [None if column is None else np.array(column) for column in (width, middle)]
+    network = replace(network, problem=replace(network.problem, span_width=given[0], span_middle=given[1]))
+    limits = limit_tilts(network, np.full((len(roads), 2), 0.1), np.full(len(junctions), 0.05))
+    rows = limits[2].rows.toarray()
+    assert limits[2].high.tolist() == (-limits[2].low).tolist() == [0.15] * len(rows)
+    assert limits[2].cap.tolist() == [np.inf] * len(rows)
+    assert limits[2].stiffness == pytest.approx(np.full(len(rows), 60.0 * TURN))
+    used = [int(np.flatnonzero(row)[0]) // 3 for row in rows]
+    return used, [row[3 * j + 1 : 3 * j + 3].tolist() for j, row in zip(used, rows, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("width", "middle", "distance"),
+    [
+        # Ends 20 m beside each other; their nearest lanes are 1.6 m within the edges of 6 m wide carriageways.
+        (None, None, 20.0 - 2 * 1.4),
+        ([8.0, 8.0], None, 20.0 - 2 * 2.4),
+        ([8.0, 5.0], None, 20.0 - 2.4 - 0.9),
+        # Narrower than twice 1.6 m: the middle.
+        ([3.0, 8.0], None, 20.0 - 2.4),
+        # Left of the first is towards the second, which comes the other way: its left is towards the first.
+        ([8.0, 8.0], [1.0, 0.0], 19.0 - 2 * 2.4),
+        ([8.0, 8.0], [0.0, 2.0], 18.0 - 2 * 2.4),
+        ([8.0, 8.0], [-1.0, -2.0], 23.0 - 2 * 2.4),
+        (None, [1.0, 2.0], 17.0 - 2 * 1.4),
+    ],
+)
+@pytest.mark.parametrize("turned", [0.0, 0.8, -2.0])
+def test_grade_between_arms_is_that_of_their_nearest_lanes(
+    width: list[float] | None, middle: list[float] | None, distance: float, turned: float
+) -> None:
+    """Whichever way the junction is turned."""
+    c, s = np.cos(turned), np.sin(turned)
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        return c * x - s * y, s * x + c * y
+
+    roads = [straight(at(-90.0, -10.0), at(0.0, -10.0), end=0), straight(at(0.0, 10.0), at(-90.0, 10.0), start=0)]
+    junction, ((x, y),) = steps(roads, [at(5.0, 0.0)], width, middle)
+    assert junction == [0]
+    assert (x, y) == pytest.approx(at(0.0, -20.0 / distance))
+
+
+@pytest.mark.parametrize(
+    ("gap", "distance"),
+    [
+        # Edges that touch may differ by 6 cm, the climb over 0.4 m; across a gap more by what a path climbs.
+        (-1.0, 0.4),
+        (0.0, 0.4),
+        (1.0, 1.4),
+        (1.45, 1.85),
+        # From 1.5 m on lanes count as they lie, 1.6 m within either edge.
+        (1.55, 1.55 + 3.2),
+        (4.0, 4.0 + 3.2),
+    ],
+)
+def test_edges_that_are_near_are_almost_level(gap: float, distance: float) -> None:
+    y = 6.0 + gap
+    roads = [straight((-90.0, 0.0), (0.0, 0.0), end=0), straight((-90.0, y), (0.0, y), end=0)]
+    (junction,), (found,) = steps(roads, [(5.0, 0.0)], None, None)
+    assert junction == 0
+    assert found == pytest.approx([0.0, -y / distance])
+
+
+def test_all_arms_of_a_junction_are_paired_and_those_of_others_are_not() -> None:
+    a, b = _arm_pairs(np.array([1, -1, 0, 1, -1, 0, 1, 2]), 4)
+    assert sorted(zip(a.tolist(), b.tolist(), strict=True)) == [(0, 3), (0, 6), (2, 5), (3, 6)]
+    roads = [
+        straight((-90.0, 20.0 * k), (0.0, 20.0 * k), end=k // 2, highway="motorway" if k < 2 else "track")
+        for k in range(4)
+    ]
+    junction, found = steps(roads, [(5.0, 10.0), (5.0, 50.0)], None, None)
+    assert junction == [0, 1]
+    assert found == [pytest.approx([0.0, -20.0 / 17.2])] * 2
+
+
+def test_tilt_is_limited_by_the_least_limit_of_the_arms_of_each_junction() -> None:
+    roads = [
+        straight((5.0, 0.0), (90.0, 0.0), start=0, end=1),
+        straight((0.0, 5.0), (0.0, 90.0), start=0),
+        straight((95.0, 90.0), (95.0, 5.0), end=1),
+        straight((300.0, 0.0), (400.0, 0.0)),
+    ]
+    network = network_of(roads, [(0.0, 0.0), (95.0, 0.0), (200.0, 0.0)])
+    limit = np.array([[0.1, 0.12], [0.15, 0.01], [0.02, 0.08], [0.01, 0.01]])
+    by_class, firm, *_ = limit_tilts(network, limit, np.array([0.05, 0.05, 0.05]))
+    assert by_class.high == pytest.approx(1.25 * np.repeat([0.1, 0.08, 0.16], 4))
+    assert by_class.stiffness == pytest.approx(np.full(12, 60.0 * TURN))
+    rows = firm.rows.toarray()
+    assert [np.flatnonzero(np.abs(row) > 1e-12).tolist() for row in rows[::4]] == [[1], [4], [7]]
+    assert rows[1, 1:3] == pytest.approx(np.full(2, np.sqrt(0.5)))
+    assert rows[3, 1:3] == pytest.approx([-np.sqrt(0.5), np.sqrt(0.5)])
+
+
+def test_excess_and_force_have_the_sign_of_what_is_beyond() -> None:
+    network = network_of([straight((0.0, 0.0), (25.0, 0.0))], [])
+    (by_class, _) = limit_grades(network, np.array([0.08]), beams_of(network))
+    assert by_class.excess(np.array([-0.15, 0.15])) == pytest.approx([-0.05, 0.05])
+    assert by_class.excess(np.array([0.1, -0.1])) == pytest.approx([0.0, 0.0])
+    one = np.array([1])
+    assert by_class.excess(np.array([0.3]), one) == pytest.approx([0.2])
+    assert by_class.force(np.array([0.101]), one) == pytest.approx([0.06 * TURN])
+    # The rows are grades at a quarter and at three quarters of each element.
+    z = network.unknowns.to_knots
+    assert z.shape[1] == 4
+    slope_at_ends = np.array([0.0, 0.2, 2.5, 0.0])
+    u = np.array([0.25, 0.75])
+    expected = 6 * (u - u * u) * 0.1 + 0.2 * (1 - 4 * u + 3 * u * u)
+    knots = np.linalg.solve(z.toarray(), slope_at_ends)
+    assert by_class.rows @ knots == pytest.approx(expected)

@@ -13,7 +13,7 @@ from osm2xodr.geometry.heights import newton
 from osm2xodr.geometry.heights.limits import Limits
 from osm2xodr.geometry.heights.newton import Solved, solve_network
 from osm2xodr.geometry.heights.observations import FLOOR, Kind, Observations
-from osm2xodr.geometry.heights.sparse import join_blocks
+from osm2xodr.geometry.heights.sparse import System, join_blocks
 from osm2xodr.model import FloatArray
 
 
@@ -166,3 +166,81 @@ def test_few_places_are_brought_to_rest_by_themselves(monkeypatch: pytest.Monkey
     plain_x, plain_cost = solved(n)
     assert x == pytest.approx(plain_x, abs=0.02)
     assert cost < plain_cost + 1e-3
+
+
+# ---------------------------------------------------------------- steps
+
+
+def parabola(stiffness: float, right: float, limits: Limits) -> newton._Objective:
+    """Return the objective stiffness x² / 2 - right x plus the energy of limits on x."""
+    system = System([sp.csr_matrix([[stiffness]])], [limits.rows])
+    return newton._Objective(system, np.array([stiffness]), np.array([right]), limits)
+
+
+FREE = bound(row(1.0), -np.inf, np.inf, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("direction", "share"),
+    [
+        # The minimum is at 2: a whole step toward it or to it, the part of one beyond it, next to none of one away.
+        (1.0, 1.0),
+        (2.0, 1.0),
+        (4.0, 0.5),
+        (16.0, 0.125),
+        (-1.0, 1e-3),
+    ],
+)
+def test_a_step_ends_where_the_objective_no_longer_falls(direction: float, share: float) -> None:
+    zero = np.zeros(1)
+    found, fall = newton._line_search(parabola(4.0, 8.0, FREE), zero, zero, np.array([direction]))
+    assert found == pytest.approx(share, abs=2e-6)
+    # Half of the slope at its start: that of a parabola whose minimum is a whole step away.
+    assert fall == pytest.approx(4.0 * direction)
+
+
+def test_a_step_ends_at_a_limit() -> None:
+    """A wall at 1: beyond it a force of 1e6 per excess."""
+    zero = np.zeros(1)
+    wall = bound(row(1.0), -np.inf, 1.0, 1e6)
+    found, _ = newton._line_search(parabola(4.0, 8.0, wall), zero, zero, np.array([2.0]))
+    assert found == pytest.approx(0.5, abs=1e-5)
+    # One that yields with a force of 3: 4 x - 8 + 3 is 0 at 1.25.
+    soft = bound(row(1.0), -np.inf, 1.0, 1e6, 3.0)
+    found, _ = newton._line_search(parabola(4.0, 8.0, soft), zero, zero, np.array([2.0]))
+    assert found == pytest.approx(0.625, abs=2e-6)
+
+
+def test_a_newton_step_takes_the_secant_of_limits_at_work() -> None:
+    """From 3, two beyond a wall that yields with 3: its secant is 1.5, and 4 x - 8 + 3 + 1.5 (x - 3) is 0 there."""
+    soft = bound(row(1.0), -np.inf, 1.0, 1e6, 3.0)
+    aim = newton._newton_aim(parabola(4.0, 8.0, soft), np.array([3.0]))
+    assert aim == pytest.approx([9.5 / 5.5], abs=1e-6)
+    stiff = bound(row(1.0), -np.inf, 1.0, 4.0)
+    assert newton._newton_aim(parabola(4.0, 8.0, stiff), np.array([3.0])) == pytest.approx([1.5], abs=1e-6)
+    assert newton._newton_aim(parabola(4.0, 8.0, stiff), np.array([0.5])) == pytest.approx([2.0], abs=1e-6)
+    step, fall = newton._newton_step(parabola(4.0, 8.0, stiff), np.array([3.0]))
+    assert step == pytest.approx([-1.5], abs=1e-6)
+    assert fall == pytest.approx(0.5 * 1.5 * 12.0, abs=1e-5)
+
+
+def test_some_unknowns_settle_while_others_stay() -> None:
+    """A chain of springs to neighbours and to the ground: the second and third settle between the others."""
+    n = 6
+    matrix = sp.csr_matrix(3.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    wall = bound(sp.csr_matrix(np.eye(n)[[1, 4]]), -np.inf, 0.5, 1e6)
+    system = System([matrix], [wall.rows])
+    right = np.arange(1.0, n + 1.0)
+    ordered = wall.rows.copy()
+    system.put_in_order(ordered)
+    in_order = np.empty(n)
+    in_order[system.place] = right
+    objective = newton._Objective(system, system.placed(matrix), in_order, replace(wall, rows=ordered))
+    x = np.empty(n)
+    start = np.array([4.0, 0.0, 0.0, 0.0, 0.0, 2.0])
+    x[system.place] = start
+    some = np.sort(system.place[[1, 2]])
+    found = x.copy()
+    found[some] = newton._settle_part(objective, x, some)
+    # The second is held at its limit, 0.5; 3 x - 0.5 - 0 = 3 for the third.
+    assert found[system.place] == pytest.approx([4.0, 0.5, 3.5 / 3.0, 0.0, 0.0, 2.0], abs=1e-4)

@@ -235,3 +235,171 @@ def test_carriageways_of_one_street_are_level_with_each_other() -> None:
 
     assert gap(-1) == pytest.approx(0.45, abs=0.03)
     assert 0.2 < gap(0) < 0.41
+
+
+def test_roads_are_held_at_pins_and_have_a_record_there() -> None:
+    """Half a metre above the ground and with a grade of its own; one without a height is a knot alone."""
+    roads = [straight((0.0, 200.0), (300.0, 200.0)), straight((0.0, 0.0), (300.0, 0.0))]
+    pins = Pins(np.array([1, 1]), np.array([100.0, 220.0]), np.array([3.5, np.nan]), np.array([0.04, np.nan]))
+    ground = Ground(lambda x, y: 0.03 * x, cell_size=10.0, sigma=1.0)
+    plain = make_problem(roads)
+    free, held = (
+        solve_profiles(problem, ground, Diagnostics()).elevation for problem in (plain, replace(plain, pins=pins))
+    )
+    places = held.s[held.start[1] :].tolist()
+    assert 100.0 in places
+    assert 220.0 in places
+    k = held.start[1] + places.index(100.0)
+    assert (held.a[k], held.b[k]) == pytest.approx((3.5, 0.04), abs=1e-6)
+    s, road = np.linspace(0.0, 300.0, 61), np.ones(61, np.int64)
+    off = cubic_value(held, road, s) - cubic_value(free, road, s)
+    assert off[20] == pytest.approx(0.5, abs=0.02)
+    # What lies far away stays.
+    assert np.abs(off[s > 220.0]).max() < 0.05
+    assert cubic_value(held, 0 * road, s) == pytest.approx(cubic_value(free, 0 * road, s), abs=1e-3)
+
+
+def test_two_samples_make_a_pair() -> None:
+    """Two roads of one sample each; a road by itself has nothing to be level with."""
+    roads = [straight((0.0, 0.0), (8.0, 0.0), oneway=1, name=0), straight((8.0, 9.0), (0.0, 9.0), oneway=1, name=0)]
+    assert len(observe_dual_carriageways(network_of(roads, []), reading(2, cell=30.0)).value) == 1
+    assert len(observe_dual_carriageways(network_of(roads[:1], []), reading(1, cell=30.0)).value) == 0
+
+
+@pytest.mark.parametrize(
+    ("more", "pairs"),
+    [
+        ({}, 10),
+        # Another name, none, both ways, the same way, that is: against the direction in which it is drawn.
+        ({"name": 1}, 0),
+        ({"name": -1}, 0),
+        ({"oneway": 0}, 0),
+        ({"oneway": -1}, 0),
+        ({"turned": 180.0}, 0),
+        ({"turned": 180.0, "oneway": -1}, 10),
+        # Within 25 degrees they are opposite.
+        ({"turned": 23.0, "apart": 0.0}, 10),
+        ({"turned": 29.0, "apart": 0.0}, 0),
+        # On another layer, and on a bridge.
+        ({"layer": 1}, 0),
+        ({"structure": 1}, 0),
+        # Only what lies side by side.
+        ({"ahead": 50.0}, 6),
+        ({"ahead": 115.0}, 0),
+        ({"apart": -12.0}, 10),
+    ],
+)
+def test_carriageways_of_one_street_run_opposite_ways_side_by_side(more: dict[str, float], pairs: int) -> None:
+    """An eastbound road of 100 m, and one beside it that has these attributes."""
+    given = {"oneway": 1, "name": 0, "apart": 12.0, "ahead": 0.0, "turned": 0.0, "layer": 0, "structure": 0} | more
+    c, s = 50.0 * np.cos(np.deg2rad(given["turned"])), 50.0 * np.sin(np.deg2rad(given["turned"]))
+    x, y = 50.0 + given["ahead"], given["apart"]
+    other = straight(
+        (x + c, y + s),
+        (x - c, y - s),
+        oneway=int(given["oneway"]),
+        name=int(given["name"]),
+        spans=((0.0, int(given["structure"]), int(given["layer"])),),
+    )
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0), oneway=1, name=0), other], [])
+    found = len(observe_dual_carriageways(network, reading(20, cell=30.0)).value)
+    assert found == pairs
+
+
+def test_level_pairs_are_beside_each_other() -> None:
+    roads = [
+        straight((0.0, 0.0), (100.0, 0.0), oneway=1, name=0),
+        straight((100.0, 12.0), (0.0, 12.0), oneway=1, name=0),
+    ]
+    network = network_of(roads, [])
+    block = observe_dual_carriageways(network, reading(20, cell=30.0))
+    assert (block.kind.tolist(), block.sigma.tolist()) == ([Kind.DIFFERENCE] * 10, [0.5] * 10)
+    # Heights of x along the first road and of 3 x along the second, which is drawn the other way.
+    place = network.elements.knot_s
+    first = np.arange(len(place)) < network.elements.knot_start[1]
+    z, grade = np.where(first, place, 3.0 * (100.0 - place)), np.where(first, 1.0, -3.0)
+    assert block.rows @ unknowns_of(network, z, grade) == pytest.approx(-2.0 * (5.0 + 10.0 * np.arange(10)))
+
+
+def unknowns_of(network: Network, z: FloatArray, grade: FloatArray) -> FloatArray:
+    """Return the unknowns that give these heights and grades at the knots."""
+    knots = np.column_stack([z, grade]).ravel()
+    return np.asarray(np.linalg.lstsq(network.unknowns.to_knots.toarray(), knots, rcond=None)[0])
+
+
+@pytest.mark.parametrize("missing", ["ele_road", "ele_s", "ele_z"])
+def test_heights_without_a_place_are_none(missing: str) -> None:
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0))], [])
+    problem = replace(
+        network.problem,
+        ele_road=None if missing == "ele_road" else np.array([0]),
+        ele_s=None if missing == "ele_s" else np.array([30.0]),
+        ele_z=None if missing == "ele_z" else np.array([440.0]),
+    )
+    assert len(observe_ele(replace(network, problem=problem), mean=0.0).value) == 0
+
+
+def test_rows_are_the_heights_and_grades_at_their_places() -> None:
+    """On roads of z = 3 + 0.02 s + 1e-3 s², with knots at 0, 20, 40 … m."""
+    network = network_of([straight((0.0, 0.0), (100.0, 0.0), grade=0.1), straight((0.0, 50.0), (100.0, 50.0))], [])
+
+    def height(s: FloatArray) -> FloatArray:
+        return np.asarray(3.0 + 0.02 * s + 1e-3 * s**2)
+
+    s = network.elements.knot_s
+    x = unknowns_of(network, height(s), 0.02 + 2e-3 * s)
+    ground = observe_ground(network, reading(20, z=7.0), np.arange(20.0), mean=2.0)
+    assert ground.rows @ x == pytest.approx(height(network.samples.s))
+    assert (ground.value.tolist(), ground.weight.tolist()) == ([5.0] * 20, list(range(20)))
+    assert ground.sigma.tolist() == [2.0] * 20
+    incline = observe_inclines(network)
+    middle = np.arange(10.0, 100.0, 20.0)
+    assert incline.rows @ x == pytest.approx(0.02 + 2e-3 * middle)
+    place = np.array([0.0, 33.0, 100.0])
+    problem = replace(
+        network.problem,
+        ele_road=np.array([1, 0, 1]),
+        ele_s=place,
+        ele_z=np.ones(3),
+        pins=Pins(np.array([0, 1, 1]), place, np.ones(3), np.zeros(3)),
+    )
+    network = replace(network, problem=problem)
+    assert observe_ele(network, 0.0).rows @ x == pytest.approx(height(place))
+    pins = observe_pins(network, 0.0)
+    assert pins.rows @ x == pytest.approx(np.r_[height(place), 0.02 + 2e-3 * place])
+    assert pins.sigma.tolist() == [1e-4] * 6
+
+
+def test_what_is_measured_holds_the_roads_that_it_is_connected_to() -> None:
+    """Two roads at one junction, of which one is measured; a road by itself that is not, and a tunnel."""
+    roads = [
+        straight((0.0, 0.0), (100.0, 0.0), end=0),
+        straight((110.0, 0.0), (210.0, 0.0), start=0),
+        straight((0.0, 500.0), (100.0, 500.0)),
+        straight((0.0, 900.0), (100.0, 900.0), spans=[(0.0, 2, -1)]),
+    ]
+    network = network_of(roads, [(105.0, 0.0)])
+    road = network.elements.road[network.samples.element]
+    found = replace(reading(40), measured=(road == 0) | (road == 3))
+    weight, floating = weigh_heights(network, found)
+    assert floating.tolist() == [False, False, True, True]
+    guess = 10.0 / (200.0 * 30.0**2)
+    assert weight == pytest.approx(np.where(road < 2, 10.0 / (25.0 * 2.0**2), guess))
+
+
+def test_distance_to_portals_along_a_road_and_not_over_to_the_next() -> None:
+    roads = [
+        straight((0.0, 0.0), (120.0, 0.0), spans=[(0.0, 0, 0), (30.0, 1, 1), (50.0, 0, 0), (90.0, 2, -1)]),
+        straight((0.0, 100.0), (60.0, 100.0)),
+        straight((0.0, 200.0), (10.0, 200.0), spans=[(0.0, 1, 1)]),
+        straight((0.0, 300.0), (60.0, 300.0), spans=[(0.0, 1, 1), (20.0, 0, 0)]),
+        straight((0.0, 400.0), (60.0, 400.0), spans=[(0.0, 0, 0), (40.0, 1, 1)]),
+    ]
+    problem = make_problem(roads)
+    elements = build_elements(problem, 20.0)
+    behind, ahead = portal_distance(elements, number_unknowns(problem, elements).end_node)
+    ground = elements.structure == 0
+    inf = np.inf
+    assert elements.s[ground].tolist() == [0.0, 15.0, 50.0, 70.0, 0.0, 20.0, 40.0, 20.0, 40.0, 0.0, 20.0]
+    assert behind[ground].tolist() == [inf, inf, 0.0, 20.0, inf, inf, inf, 0.0, 20.0, inf, inf]
+    assert ahead[ground].tolist() == [15.0, 0.0, 20.0, 0.0, inf, inf, inf, inf, inf, 20.0, 0.0]

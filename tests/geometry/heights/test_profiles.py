@@ -10,7 +10,8 @@ from hypothesis import given, settings, strategies as st
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import lengths
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights import ElevationOptions, solve_profiles
+from osm2xodr.geometry.heights import ElevationOptions, ground_around, solve_profiles
+from osm2xodr.geometry.heights.ground_windows import CORE
 
 PLANE = Ground(lambda x, y: 300.0 + 0.025 * x - 0.015 * y)
 
@@ -244,3 +245,38 @@ def test_roundabout_lies_in_one_tilted_plane() -> None:
     plane, *_ = np.linalg.lstsq(design, z, rcond=None)
     assert np.abs(z - design @ plane).max() < 0.12
     assert plane[1:] == pytest.approx([0.04, 0.0], abs=0.02)
+
+
+# ---------------------------------------------------------------- ground that is estimated ahead
+
+
+def test_what_is_estimated_ahead_does_not_depend_on_where_roads_are_expected() -> None:
+    ground = Ground(lambda x, y: 5.0 * np.sin(x / 70.0) + 0.04 * y, cell_size=30.0, sigma=2.0)
+    problem = make_problem(cross(), [(0.0, 0.0)])
+    x, y = (np.linspace(-200.0, 200.0, 9) * f for f in (np.cos(0.3), np.sin(0.3)))
+    found = [
+        solve_profiles(problem, ground, Diagnostics(), None, ground_around(ground, px, py, None, (-500.0, -400.0)))
+        for px, py in ((np.r_[x, -y], np.r_[y, x]), (np.array([900.0]), np.array([900.0])))
+    ]
+    # Windows beyond the roads change what a road's own windows fade out to.
+    assert found[0].end_z == pytest.approx(found[1].end_z, abs=5e-3)
+    assert found[0].end_grade == pytest.approx(found[1].end_grade, abs=5e-4)
+
+
+@pytest.mark.parametrize(("before", "windows"), [(39.0, 2), (41.0, 1)])
+def test_ground_is_estimated_up_to_40_m_from_where_roads_are_expected(before: float, windows: int) -> None:
+    """Windows have cores of a number of cells; the place lies before the border between two of them."""
+    ground = Ground(lambda x, y: 0.01 * x, cell_size=30.0, sigma=2.0)
+    core = CORE * 30.0
+    (layer,) = ground_around(ground, np.array([core - before]), np.array([core / 2]), None, (0.0, 0.0)).layers
+    assert len(layer.number) == windows
+
+
+def test_ground_of_another_smoothing_is_refused() -> None:
+    ground = Ground(lambda x, y: 5.0 * np.sin(x / 70.0), cell_size=30.0, sigma=2.0)
+    problem = make_problem(cross(), [(0.0, 0.0)])
+    ahead = ground_around(ground, np.zeros(1), np.zeros(1), ElevationOptions(smoothing=2.0))
+    assert ahead.smoothing == 16.0
+    assert ground_around(ground, np.zeros(1), np.zeros(1)).smoothing == 1.0
+    with pytest.raises(ValueError, match="the ground must be estimated with the smoothing that the roads are"):
+        solve_profiles(problem, ground, Diagnostics(), None, ahead)

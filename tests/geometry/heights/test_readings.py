@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from elevation_helpers import Ground, in_cells, make_problem, solve, straight
@@ -51,6 +53,84 @@ def test_typical_density_is_that_of_cells_of_the_same_size() -> None:
     cell = np.array([1.0, 1.0, 30.0, 30.0])
     reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0)
     assert typical_density(reading, np.array([1.02, 29.5])) == pytest.approx([10.0, 0.025])
+
+
+def test_what_is_not_measured_weighs_nothing_unless_nothing_is() -> None:
+    """1 / (correlation sigma²) of guesses, and the median of three."""
+    n = np.ones(3)
+    sigma = np.array([1.0, 2.0, 4.0])
+    reading = Reading(n, n, sigma, 10 * n, 30 * n, n > 0, n < 0)
+    assert typical_density(reading, np.array([30.0])) == pytest.approx([0.1 / 4.0])
+    first = replace(reading, measured=np.array([True, False, False]))
+    assert typical_density(first, np.full(2, 30.0)) == pytest.approx([0.1, 0.1])
+    assert typical_density(replace(reading, measured=n < 0), np.array([30.0, 1.0])) == pytest.approx([0.1 / 4.0] * 2)
+    none = reading.part(slice(0))
+    assert typical_density(none, np.array([30.0])).tolist() == [1.0]
+
+
+def test_cells_of_a_size_that_was_not_measured_weigh_as_all() -> None:
+    n = np.ones(3)
+    reading = Reading(n, n, np.array([1.0, 1.0, 2.0]), 10 * n, np.array([1.0, 1.0, 30.0]), n > 0, n < 0)
+    assert typical_density(reading, np.array([1.0, 30.0, 9.0])) == pytest.approx([0.1, 0.025, 0.1])
+
+
+@pytest.mark.parametrize(("cell", "knots"), [(0.0, 12.0), (4.9, 12.0), (5.0, 25.0), (19.9, 25.0), (20.0, 60.0)])
+def test_length_of_elements_goes_with_cells(cell: float, knots: float) -> None:
+    problem = make_problem([straight((0.0, 0.0), (200.0, 0.0))])
+    assert road_spacing(problem, Ground(lambda x, y: 0.0 * x, cell_size=cell)).knots.tolist() == [knots]
+
+
+def test_cells_are_looked_up_every_fifty_metres() -> None:
+    """At 22.5, 67.5, 112.5 and 157.5 m of 180 m, at 25 m of 50 m, in the middle of shorter roads."""
+    seen: list[float] = []
+
+    def cells(x: FloatArray, y: FloatArray) -> FloatArray:
+        seen.extend(x.tolist())
+        return np.full(len(x), 10.0)
+
+    roads = [straight((0.0, 9.0 * k), (length, 9.0 * k)) for k, length in enumerate((180.0, 50.0, 4.0))]
+    road_spacing(make_problem(roads), Ground(lambda x, y: 0.0 * x, cells=cells))
+    assert seen == pytest.approx([22.5, 67.5, 112.5, 157.5, 25.0, 2.0])
+
+
+@pytest.mark.parametrize("hdg", [0.0, 0.7, 2.0, -2.5])
+@pytest.mark.parametrize(("cell", "wide"), [(1.0, 0.05), (14.0, 0.3)])
+def test_slope_across_is_read_to_both_sides(hdg: float, cell: float, wide: float) -> None:
+    """2 m to either side, or half a cell: a bank of 5 % near the road, beyond 3 m of 40 %."""
+    along = np.array([np.cos(hdg), np.sin(hdg)])
+    problem = make_problem([straight((0.0, 0.0), tuple(200.0 * along))])
+    samples = build_samples(problem, build_elements(problem, 50.0), np.array([10.0]))
+
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        t = y * along[0] - x * along[1]
+        return np.asarray(np.where(np.abs(t) < 3.0, 0.05 * t, 0.3 * t) + 0.1 * (x * along[0] + y * along[1]))
+
+    surface = Ground(height, cell_size=cell, sigma=0.5)
+    found, _ = read_heights(surface, samples, np.zeros((0, 2)), GroundEstimate(1.0))
+    assert found.sigma == pytest.approx(np.full(20, np.hypot(0.5, wide * (2.0 + 0.17 * cell))), rel=1e-6)
+    # Known on one side only: nothing is known of the slope.
+    surface.known = lambda x, y: np.asarray(y * along[0] - x * along[1] < 1.0)
+    found, _ = read_heights(surface, samples, np.zeros((0, 2)), GroundEstimate(1.0))
+    assert found.sigma == pytest.approx(np.full(20, 0.5))
+    assert found.measured.all()
+
+
+def test_what_is_not_measured_is_a_guess_and_nothing_covers_it() -> None:
+    problem = make_problem([straight((0.0, 0.0), (200.0, 0.0))], [(0.0, 50.0), (150.0, 50.0)])
+    samples = build_samples(problem, build_elements(problem, 50.0), np.array([10.0]))
+    surface = Ground(
+        lambda x, y: 40.0 + y, cell_size=10.0, sigma=1.0, known=lambda x, y: np.asarray(x < 100.0), covered=True
+    )
+    roads, junctions = read_heights(surface, samples, problem.junction_xy, GroundEstimate(1.0))
+    measured = samples.x < 100.0
+    assert roads.measured.tolist() == roads.covered.tolist() == measured.tolist()
+    assert roads.correlation == pytest.approx(np.where(measured, 17.0, 200.0))
+    assert roads.sigma[~measured] == pytest.approx(np.full(10, 30.0))
+    assert roads.z.tolist() == roads.surface_z.tolist() == [40.0] * 20
+    # Junctions have no part for the position of a road.
+    assert (junctions.z.tolist(), junctions.sigma.tolist()) == ([90.0, 90.0], [1.0, 30.0])
+    assert junctions.measured.tolist() == junctions.covered.tolist() == [True, False]
+    assert junctions.cell.tolist() == [10.0, 10.0]
 
 
 @pytest.mark.parametrize(("cell", "samples"), [(0.0, 3.0), (3.0, 3.0), (9.0, 6.0), (90.0, 20.0)])

@@ -72,3 +72,34 @@ def test_what_nothing_determines_stays_at_zero() -> None:
     none = sp.csr_matrix((SIZE, SIZE))
     system = System([none], [])
     assert system.solve(system.placed(none), np.zeros(SIZE)).tolist() == [0.0] * SIZE
+
+
+def test_rows_in_order_are_the_same_rows_and_sorted() -> None:
+    some = rows(5, 30)
+    system = System([chain()], [some])
+    ordered = some.copy()
+    system.put_in_order(ordered)
+    assert ordered.toarray()[:, system.place] == pytest.approx(some.toarray())
+    for k in range(30):
+        columns = ordered.indices[ordered.indptr[k] : ordered.indptr[k + 1]]
+        assert columns.tolist() == sorted(columns.tolist())
+
+
+def test_what_is_near_by_entries_and_the_part_of_it() -> None:
+    """Along a chain each unknown has two neighbours; rows of their own join 3 and 30."""
+    joined = sp.csr_matrix((np.ones(2), ([0, 0], [3, 30])), (1, SIZE))
+    system = System([chain()], [joined])
+    matrix = system.placed(chain())
+    there = np.zeros(SIZE, bool)
+    there[system.place[[4, 12]]] = True
+
+    def near(steps: int) -> set[int]:
+        return set(np.flatnonzero(np.isin(system.place, system.around(there, steps))).tolist())
+
+    assert near(0) == {4, 12}
+    assert near(1) == {3, 4, 5, 11, 12, 13}
+    assert near(2) == {2, 3, 4, 5, 6, 30, 10, 11, 12, 13, 14}
+    some = np.sort(system.place[[7, 8, 20]])
+    part = system.part(matrix, some).toarray()
+    own = np.argsort(system.place)[some]
+    assert part == pytest.approx(chain().toarray()[np.ix_(own, own)], abs=2 * TINY)

@@ -179,3 +179,65 @@ def test_change_of_side_between_bends_is_followed_and_joins_smoothly() -> None:
     found = solve([left], ground, options=WANTED)
     assert float(lengths(found.problem.plan_view)[0]) == 600.0
     assert cross(found, 0, np.linspace(0.0, 600.0, 61)) == pytest.approx(np.full(61, -0.05), abs=1e-3)
+
+
+def test_readings_that_stand_out_hardly_count() -> None:
+    """Every fifth one leans by 7.5 % more, by almost four standard errors."""
+    ground = Ground(lambda x, y: y * np.where(x % 15.0 < 3.0, 0.115, 0.04), cell_size=1.0, sigma=0.1)
+    found = solve([EAST], ground, options=WANTED)
+    assert cross(found, 0, np.linspace(50.0, 750.0, 71)) == pytest.approx(np.full(71, 0.04), abs=5e-4)
+
+
+@pytest.mark.parametrize(("cell", "sigma", "seen"), [(2.0, 0.4, True), (2.2, 0.4, False), (2.0, 0.6, False)])
+def test_it_is_read_from_cells_of_two_metres_that_are_good_for_half_a_metre(
+    cell: float, sigma: float, seen: bool
+) -> None:
+    found = solve([EAST], replace(TILTED, cell_size=cell, sigma=sigma), options=WANTED)
+    assert (superelevation(found).start.tolist() != [0, 0]) == seen
+    notes = [item.message for item in found.diagnostics if item.code == "superelevation"]
+    text = "no motorway or trunk road lies on an elevation model of the ground with cells of 2 m or less: "
+    assert notes == [f"{text}no superelevation was written"] * (not seen)
+
+
+@pytest.mark.parametrize(("slope", "written"), [(0.119, 0.08), (-0.119, -0.08), (0.07, 0.07), (0.121, None)])
+def test_it_is_8_percent_at_most_and_more_than_12_are_not_believed(slope: float, written: float | None) -> None:
+    found = solve([EAST], Ground(lambda x, y: slope * y, cell_size=1.0, sigma=0.1), options=WANTED)
+    if written is None:
+        assert superelevation(found).start.tolist() == [0, 0]
+    else:
+        assert cross(found, 0, np.linspace(0.0, 800.0, 81)) == pytest.approx(np.full(81, written), abs=1e-5)
+
+
+@pytest.mark.parametrize(("width", "middle", "reach"), [(7.0, 0.0, 3.0), (11.0, 2.0, 5.0), (2.0, 0.0, 1.5)])
+def test_it_is_read_up_to_half_a_metre_from_the_edges(width: float, middle: float, reach: float) -> None:
+    seen: list[FloatArray] = []
+
+    def height(x: FloatArray, y: FloatArray) -> FloatArray:
+        seen.append(y)
+        return np.asarray(0.04 * y)
+
+    found = wide(Ground(height, cell_size=1.0, sigma=0.1), width, middle)
+    assert cross(found, 0, np.array([400.0])) == pytest.approx([0.04], abs=1e-5)
+    across = np.unique(np.round(seen[-1], 6))
+    assert across == pytest.approx(middle + reach * np.linspace(-1.0, 1.0, 7))
+
+
+def test_roads_are_level_where_no_model_shows_how_they_lean() -> None:
+    """Cells of 1 m up to 400 m, of 30 m from there."""
+    ground = replace(TILTED, cells=lambda x, y: np.where(x < 400.0, 1.0, 30.0))
+    found = solve([EAST], ground, options=WANTED)
+    assert cross(found, 0, np.linspace(0.0, 280.0, 29)) == pytest.approx(np.full(29, 0.04), abs=0.003)
+    assert cross(found, 0, np.linspace(410.0, 800.0, 40)) == pytest.approx(np.zeros(40), abs=1e-9)
+
+
+def test_it_stays_at_its_bound_without_a_turn() -> None:
+    """The ground leans by 6 % at first and by 11 % at 200 m: from 80 m on by more than 8 %."""
+    ground = Ground(lambda x, y: (0.06 + 2.5e-4 * np.minimum(x, 200.0)) * y, cell_size=1.0, sigma=0.1)
+    found = solve([EAST], ground, options=WANTED)
+    profile, s = superelevation(found), np.linspace(140.0, 780.0, 65)
+    road = np.zeros(65, np.int64)
+    assert cubic_value(profile, road, s) == pytest.approx(np.full(65, np.arctan(0.08)), abs=1e-5)
+    assert cubic_slope(profile, road, s) == pytest.approx(np.zeros(65), abs=1e-6)
+    before = np.array([40.0])
+    assert cross(found, 0, before) == pytest.approx([0.07], abs=1e-3)
+    assert cubic_slope(profile, road[:1], before) == pytest.approx([2.5e-4], abs=3e-5)

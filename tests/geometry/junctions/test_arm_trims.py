@@ -74,6 +74,12 @@ def test_arms_of_a_square_crossing_end_at_the_edge_of_the_crossing_street(
     assert wished == pytest.approx([other + FREE + 4.0, one + FREE + 4.0] * 2, abs=0.02)
 
 
+@pytest.mark.parametrize("turned", [0.0, 33.0, 200.0])
+def test_streets_shorter_than_the_junction_count_as_if_they_ran_on(turned: float) -> None:
+    bare, _ = taken(star([(turned, 4.0), (turned + 90, 3.0), (turned + 180, 4.0)], length=1.5))
+    assert bare == pytest.approx([3.0 + FREE, 4.0 + FREE, 3.0 + FREE], abs=0.02)
+
+
 def test_arms_of_a_t() -> None:
     bare, wished = taken(star([(0.0, 3.0), (180.0, 3.0), (90.0, 2.5)], kerb=5.0))
     assert bare == pytest.approx([2.5 + FREE, 2.5 + FREE, 3.0 + FREE], abs=0.02)
@@ -139,7 +145,14 @@ def test_there_is_a_kerb_where_one_turns_round_a_corner(angle: float, kerb: bool
     assert (angle in others and 25.0 < angle < 160.0) == kerb
 
 
-@pytest.mark.parametrize(("away", "crossed"), [(13.0, True), (16.0, False)])
+@pytest.mark.parametrize(("angle", "rounded"), [(158.0, True), (162.0, False)])
+def test_an_arm_that_runs_on_almost_straight_has_no_kerb(angle: float, rounded: bool) -> None:
+    bare, wished = taken(star([(0.0, 2.0), (angle, 2.0)], kerb=3.0))
+    tangent = 3.0 / math.tan(math.radians(angle) / 2)
+    assert np.subtract(wished, bare) == pytest.approx([tangent if rounded else 0.0] * 2, abs=1e-9)
+
+
+@pytest.mark.parametrize(("away", "crossed"), [(7.6, True), (13.0, True), (15.1, True), (15.4, False), (16.0, False)])
 def test_an_arm_that_comes_close_again_far_out_is_another_place(away: float, crossed: bool) -> None:
     """A street of 6 m crosses the arm, whose edges would meet it 2.7 m before its line."""
     bare, _ = taken(star([(0.0, 2.0), (90.0, 3.0)], starts=[(0.0, 0.0), (away, -16.0)]))

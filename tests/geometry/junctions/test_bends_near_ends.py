@@ -42,6 +42,14 @@ def _moved(
         np.array([90.0, 20.0, _ARC, 20.0]),
         np.array([0.0, 0.0, curvature, 0.0]),
     )
+    return _moved_line(plan, begin, end, change, lanes)
+
+
+def _moved_line(
+    plan: PlanView, begin: float, end: float, change: float | None, lanes: StreetAttributes = _TWO
+) -> tuple[FittedStreets, JunctionLayout]:
+    """Move the line of street 1, of which a road is left, and whose lanes may change in one place."""
+    around = float(lengths(plan)[1])
     section = cross_section(lanes, Rule.RIGHT_HAND)
     borders = [0.0] if change is None else [0.0, change]
     pieces = tuple((s, lanes, section) for s in borders)
@@ -68,7 +76,7 @@ def _moved(
         nodes=(),
         junction=np.full(4, -1),
         inner=np.zeros(2, bool),
-        trim=np.array([1.0, 2.0, begin, _AROUND - end]),
+        trim=np.array([1.0, 2.0, begin, around - end]),
         squeezed=np.zeros(2, bool),
     )
     return shift_lines_out_of_bends(fitted, layout, parts)
@@ -87,6 +95,9 @@ def _moved(
         (0.0, _LAST + 2.9, None, True),
         (0.0, 20.01, None, True),
         (0.0, 19.99, None, False),
+        # An end where line and arc meet lies on the road's side of that.
+        (0.0, 20.0, None, False),
+        (_LAST, _AROUND, None, False),
         # Where lanes change, three metres to either side.
         (0.0, _AROUND, 16.9, False),
         (0.0, _AROUND, 17.1, True),
@@ -132,10 +143,14 @@ def test_bends_matter_near_ends_and_where_lanes_change(
     [
         # (1 + outer / radius) / (1 + aside / radius) is 1.08 at most, by the smallest quarter that does.
         (22.0, _TWO, 0.0),
+        (20.02, _TWO, 0.0),
+        (19.98, _TWO, -0.4),
         (18.0, _TWO, -0.4),
         (10.0, _TWO, -0.8),
         (5.0, _TWO, -1.2),
         (2.2, _TWO, -1.6),
+        # In centimetres: three quarters of 1.65 m.
+        (5.0, street("d< d>", width=3.05), -1.24),
         (45.0, _FOUR, -1.15),
         (40.0, _FOUR, -2.3),
         (25.0, _FOUR, -3.45),
@@ -148,3 +163,48 @@ def test_lines_move_no_farther_than_they_must(
 ) -> None:
     fitted, _ = _moved(18.0, radius=radius, lanes=lanes, turns=turns)
     assert fitted.aside[1] == pytest.approx(turns * aside, abs=1e-12)
+
+
+def _along(*records: tuple[float, float]) -> PlanView:
+    """Return a line of 90 m, and one of records of length and curvature."""
+    x, y, hdg = 0.0, 0.0, 0.0
+    rows = [(0.0, 0.0, 50.0, 0.0, 90.0, 0.0)]
+    s = 0.0
+    for length, curvature in records:
+        rows.append((s, x, y, hdg, length, curvature))
+        # The chord of an arc.
+        half = 0.5 * length * curvature
+        chord = length * (math.sin(half) / half if half else 1.0)
+        x, y = x + chord * math.cos(hdg + half), y + chord * math.sin(hdg + half)
+        s, hdg = s + length, hdg + length * curvature
+    return PlanView(np.array([0, 1, len(rows)]), *(np.array(column) for column in zip(*rows, strict=True)))
+
+
+@pytest.mark.parametrize("turns", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("radius", "aside"),
+    [(20.0, -1.2), (2.1, -1.2), (1.9, -0.8), (1.4, -0.8), (1.3, -0.4), (0.7, -0.4), (0.6, 0.0)],
+)
+def test_no_bend_of_the_other_hand_shrinks_to_less_than_two_fifths(radius: float, aside: float, turns: float) -> None:
+    """A line that is moved out of the bend at its start runs inside of a later one."""
+    other = radius * math.pi / 2
+    plan = _along((20.0, 0.0), (_ARC, turns / 5.0), (20.0, 0.0), (other, -turns / radius), (20.0, 0.0))
+    fitted, _ = _moved_line(plan, 18.0, 60.0 + _ARC + other, None)
+    assert fitted.aside[1] == pytest.approx(turns * aside, abs=1e-12)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("away", [0.0, 0.25, 0.5, 1.5, 2.75, 3.0, 3.25])
+def test_bends_however_short_matter_up_to_three_metres_from_a_change_of_lanes(away: float, side: float) -> None:
+    """An arc of 0.2 m length and 5 m radius."""
+    plan = _along((40.0, 0.0), (0.2, 0.2), (40.0, 0.0))
+    fitted, _ = _moved_line(plan, 0.0, 80.2, 40.1 + side * away)
+    assert (fitted.aside[1] != 0.0) == (away <= 3.0)
+
+
+@pytest.mark.parametrize("away", [0.0, 0.25, 0.5, 1.5, 2.75, 3.0, 3.25])
+def test_bends_however_short_matter_up_to_three_metres_from_ends(away: float) -> None:
+    plan = _along((40.0, 0.0), (0.2, 0.2), (40.0, 0.0))
+    for begin, end in ((40.1 - away, 80.2), (0.0, 40.1 + away)):
+        fitted, _ = _moved_line(plan, begin, end, None)
+        assert (fitted.aside[1] != 0.0) == (away <= 3.0)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from street_cases import Case, Stages
+
+from osm2xodr.geometry.junctions.clusters import _share_streets
 
 
 def two_ts(apart: float, tags: str = "", between: str = "") -> Case:
@@ -137,6 +140,17 @@ def test_the_order_of_ways_does_not_matter() -> None:
     assert trims(case.stages()) == trims(other.stages())
 
 
+def test_the_order_of_nodes_does_not_matter() -> None:
+    for case, arms in ((two_ts(8.0), 4), (dual_carriageway(16.0), 6)):
+        names = list(case.nodes)
+        for k in range(len(names)):
+            nodes = {name: case.nodes[name] for name in names[k:] + names[:k]}
+            # The ways at its first node come first, too.
+            ways = dict(sorted(case.ways.items(), key=lambda item: names[k] not in item[1][0].split()))
+            layout = Case(nodes, {n: row for n, (_, row) in enumerate(ways.items(), start=1)}).stages().layout
+            assert [len(found) for found in layout.arms] == [arms]
+
+
 def test_a_short_dead_end_keeps_a_road_that_readers_do_not_pass_over() -> None:
     nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -3.5)}
     stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()
@@ -228,3 +242,142 @@ def test_a_square_crossing_of_streets_too_short_for_it_leaves_roads_of_a_metre()
     stages = Case(nodes, {1: ("w o", ""), 2: ("o e", ""), 3: ("s o", ""), 4: ("o n", "")}).stages()
     assert 4.0 - trims(stages)[(1, 1)] == pytest.approx(1.02, abs=0.01)
     assert stages.layout.squeezed.all()
+
+
+def test_half_of_a_street_shorter_than_two_metres_becomes_a_road() -> None:
+    """A street of 12 m width would take all of the 1.5 m beside it."""
+    nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -1.5)}
+    stages = Case(nodes, {1: ("w o", "width=12"), 2: ("o e", "width=12"), 3: ("o s", "")}).stages()
+    assert trims(stages)[(3, 0)] == pytest.approx(0.75, abs=0.01)
+    assert stages.layout.squeezed[stages.end(3, 1) // 2]
+
+
+@pytest.mark.parametrize(
+    ("tags", "joined"),
+    [
+        ({}, True),
+        # Where the name is missing the number is that of the road; where both are, its class.
+        ({1: "ref=B7", 2: "ref=B7", 3: "ref=B7", 4: "ref=B7"}, True),
+        ({1: "ref=B7", 2: "ref=B7", 3: "ref=B8", 4: "ref=B8"}, False),
+        ({1: "name=A ref=B7", 2: "name=A ref=B7", 3: "name=B ref=B7", 4: "name=B ref=B7"}, False),
+        ({3: "highway=secondary", 4: "highway=secondary"}, False),
+    ],
+)
+def test_carriageways_of_one_road_have_one_name_number_or_class(tags: dict[int, str], joined: bool) -> None:
+    case = dual_carriageway(16.0)
+    ways = {way: (row, f"oneway=yes lanes=2 {tags.get(way, '')}") for way, (row, _) in case.ways.items() if way < 5}
+    layout = Case(case.nodes, {**case.ways, **ways}).stages().layout
+    assert sorted(len(arms) for arms in layout.arms) == ([6] if joined else [4, 4])
+
+
+@pytest.mark.parametrize("reversed_ways", [(), (1, 2, 3, 4), (6,), (1, 6), (2, 4)])
+def test_it_does_not_matter_which_way_carriageways_are_drawn(reversed_ways: tuple[int, ...]) -> None:
+    case = dual_carriageway(16.0)
+    ways = dict(case.ways)
+    for way in reversed_ways:
+        row, tags = ways[way]
+        ways[way] = (" ".join(reversed(row.split())), tags.replace("oneway=yes", "oneway=-1"))
+    assert sorted(len(arms) for arms in Case(case.nodes, ways).stages().layout.arms) == [6]
+
+
+@pytest.mark.parametrize(
+    "tags",
+    [
+        # Both run the same way; two-way streets.
+        {1: ("w a", "oneway=yes"), 2: ("a e", "oneway=yes"), 3: ("w2 b", "oneway=yes"), 4: ("b e2", "oneway=yes")},
+        {1: ("w a", ""), 2: ("a e", ""), 3: ("e2 b", ""), 4: ("b w2", "")},
+        {1: ("w a", ""), 2: ("a e", ""), 3: ("e2 b", "oneway=yes"), 4: ("b w2", "oneway=yes")},
+        {1: ("w a", "oneway=yes"), 2: ("a e", "oneway=yes"), 3: ("e2 b", ""), 4: ("b w2", "")},
+    ],
+)
+def test_streets_that_do_not_run_opposite_ways_are_no_carriageways(tags: dict[int, tuple[str, str]]) -> None:
+    case = dual_carriageway(16.0)
+    ways = {way: (row, f"{text} lanes=2 name=Main") for way, (row, text) in tags.items()}
+    layout = Case(case.nodes, {**case.ways, **ways}).stages().layout
+    assert sorted(len(arms) for arms in layout.arms) == [4, 4]
+
+
+@pytest.mark.parametrize("turned", range(0, 360, 45))
+def test_it_does_not_matter_where_the_network_turns_to(turned: int) -> None:
+    case = dual_carriageway(16.0)
+    c, s = math.cos(math.radians(turned)), math.sin(math.radians(turned))
+    nodes = {name: (c * x - s * y, s * x + c * y) for name, (x, y) in case.nodes.items()}
+    assert sorted(len(arms) for arms in Case(nodes, case.ways).stages().layout.arms) == [6]
+
+
+@pytest.mark.parametrize(("turned", "joined"), [(34.0, True), (40.0, False)])
+def test_carriageways_run_opposite_ways_within_37_degrees(turned: float, joined: bool) -> None:
+    """Either is turned by half of the angle, so that the street across stays square to both."""
+    half = math.radians(turned / 2)
+    c, s = 90.0 * math.cos(half), 90.0 * math.sin(half)
+    case = dual_carriageway(16.0)
+    nodes = {**case.nodes, "w": (-c, s), "e": (c, -s), "w2": (-c, 16.0 - s), "e2": (c, 16.0 + s)}
+    found = [len(arms) for arms in Case(nodes, case.ways).stages().layout.arms]
+    assert sorted(found) == ([6] if joined else [4, 4])
+
+
+@pytest.mark.parametrize(("degrees", "nodes"), [(25.0, [3]), (90.0, [1, 2])])
+def test_a_junction_that_has_grown_may_have_no_room_beside_the_next_one(degrees: float, nodes: list[int]) -> None:
+    """Ts at a, b and c: a and b are one junction, whose arm at 25 degrees lies on the street to c for 14 m."""
+    places = {"w": (-90.0, 0.0), "a": (0.0, 0.0), "b": (8.0, 0.0), "c": (19.2, 0.0), "e": (110.0, 0.0)}
+    places |= {"s": (8.0, -90.0), "t": (19.2, -90.0)}
+    places["n"] = (90.0 * math.cos(math.radians(degrees)), 90.0 * math.sin(math.radians(degrees)))
+    ways = {1: ("w a", ""), 2: ("a n", ""), 3: ("a b", ""), 4: ("b s", ""), 5: ("b c", ""), 6: ("c t", "")}
+    layout = Case(places, {**ways, 7: ("c e", "")}).stages().layout
+    assert sorted(len(found) for found in layout.nodes) == nodes
+
+
+@pytest.mark.parametrize("rows", [("o e", "o n"), ("e o", "n o")])
+@pytest.mark.parametrize("first", ["o", "e"])
+def test_where_nobody_can_turn_arms_end_apart(rows: tuple[str, str], first: str) -> None:
+    """One-way streets that part or merge at 10 degrees lie on each other for 35 m."""
+    x, y = 90.0 * math.cos(math.radians(10.0)), 90.0 * math.sin(math.radians(10.0))
+    places = {"o": (0.0, 0.0), "e": (90.0, 0.0), "n": (x, y)}
+    ways = {k: (row, "oneway=yes lanes=2 width=6") for k, row in enumerate(rows, start=1)}
+    stages = Case({first: places[first], **places}, ways).stages()
+    end = int(rows[0] == "e o")
+    apart = (3.0 * (1 + math.cos(math.radians(10.0))) + 0.3) / math.sin(math.radians(10.0)) + 0.5
+    assert [trims(stages)[(way, end)] for way in (1, 2)] == pytest.approx([apart, apart], abs=0.1)
+
+
+def test_between_the_arms_of_a_small_roundabout_a_metre_of_road_is_enough() -> None:
+    """Quarters of 10.2 m, of which crossing arms take 7.6 m at least, and 8 m more for their corners."""
+    ring = {f"r{k}": (6.5 * math.cos(math.tau * k / 24), 6.5 * math.sin(math.tau * k / 24)) for k in range(24)}
+    arms = {f"a{k}": (80.0 * math.cos(math.tau * k / 4), 80.0 * math.sin(math.tau * k / 4)) for k in range(4)}
+    ways = {1: (f"{' '.join(ring)} r0", "junction=roundabout width=6")}
+    ways |= {2 + k: (f"r{6 * k} a{k}", "width=6") for k in range(4)}
+    stages = Case({**ring, **arms}, ways).stages()
+    assert sorted(len(found) for found in stages.layout.arms) == [3] * 4
+    length, trim = stages.ends.length[0::2], stages.layout.trim
+    left = (length - trim[0::2] - trim[1::2])[stages.ends.roundabout[0::2]]
+    assert left == pytest.approx(np.full(4, 1.02), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("length", "bare", "wished", "given", "squeezed"),
+    [
+        # Corners have room; some of it, in equal shares; none.
+        (14.0, (3.0, 4.0), (5.0, 7.0), (5.0, 7.0), False),
+        (11.0, (3.0, 4.0), (5.0, 7.0), (3.8, 5.2), False),
+        (9.0, (3.0, 4.0), (5.0, 7.0), (3.0, 4.0), False),
+        (8.1, (3.0, 4.0), (5.0, 7.0), (3.0, 4.0), False),
+        # Less than is needed: a road of 1.02 m is left, half of the street where that is less than 2.04 m.
+        (6.02, (3.0, 4.5), (5.0, 7.0), (2.0, 3.0), True),
+        (1.5, (3.0, 4.5), (5.0, 7.0), (0.3, 0.45), True),
+        # A dead end that needs little.
+        (1.2, (0.5, 0.0), (0.5, 0.0), (0.5, 0.0), False),
+        (1.2, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), False),
+        (20.0, (0.0, 4.0), (0.0, 4.0), (0.0, 4.0), False),
+    ],
+)
+def test_streets_are_shared_by_need_first(
+    length: float,
+    bare: tuple[float, float],
+    wished: tuple[float, float],
+    given: tuple[float, float],
+    squeezed: bool,
+) -> None:
+    least = np.array([2.0])
+    trim, tight = _share_streets(np.array([length]), np.array([bare]), np.array([wished]), least)
+    assert trim.tolist() == [pytest.approx(given)]
+    assert tight.tolist() == [squeezed]

@@ -50,6 +50,31 @@ def test_one_ways_are_entered_and_left_only_along() -> None:
     assert found == sorted((one, other) for one, other in _ALL if other not in (2, 3))
 
 
+@pytest.mark.parametrize("drawn", ["m o", "o m"])
+def test_restrictions_name_the_way_that_a_street_has_at_the_junction(drawn: str) -> None:
+    """The street from the west is way 1 at first, and way 6 at the junction."""
+    nodes = {**_NODES, "m": (-40.0, 0.0)}
+    ways = {**_WAYS, 1: ("w m" if drawn == "m o" else "m w", "name=A"), 6: (drawn, "name=B")}
+    every = {(6 if one == 1 else one, 6 if other == 1 else other) for one, other in _ALL}
+    named = Case(nodes, ways, (("no_left_turn", 6, "o", 4), ("no_straight_on", 2, "o", 6)))
+    assert pairs(named.stages()) == sorted(every - {(6, 4), (2, 6)})
+    other = Case(nodes, ways, (("no_left_turn", 1, "o", 4), ("no_straight_on", 2, "o", 1)))
+    assert pairs(other.stages()) == sorted(every)
+
+
+@pytest.mark.parametrize("first", [1, 2, 3, 4])
+def test_restrictions_name_the_way_at_the_start_of_a_street(first: int) -> None:
+    """All streets lead away, and are other ways from half of their length on: 11 to 14."""
+    ends = dict(enumerate("wesn", start=1))
+    nodes = {**_NODES, **{f"m{way}": (_NODES[end][0] / 2, _NODES[end][1] / 2) for way, end in ends.items()}}
+    ways = {way: (f"o m{way}", "name=A") for way in ends} | {
+        10 + w: (f"m{w} {end}", "name=B") for w, end in ends.items()
+    }
+    other = next(way for way in ends if way != first)
+    found = pairs(Case(nodes, ways, (("no_left_turn", first, "o", other),)).stages())
+    assert found == sorted(_ALL - {(first, other)})
+
+
 @pytest.mark.parametrize(
     ("rules", "missing"),
     [
@@ -65,6 +90,8 @@ def test_restrictions_inside_a_junction(rules: Rules, missing: set[tuple[int, in
     stages = Case(_OFFSET.nodes, _OFFSET.ways, rules).stages()
     assert len(stages.layout.arms) == 1
     assert pairs(stages) == sorted(_ALL - missing)
+    codes = {item.code for item in stages.diagnostics}
+    assert codes.isdisjoint({"restriction-over-roads", "no-way-on"})
 
 
 def test_a_movement_names_its_inner_streets() -> None:
@@ -106,6 +133,19 @@ def test_a_way_that_restrictions_leave_without_a_way_on_is_reported() -> None:
     (found,) = [item for item in stages.diagnostics if item.code == "no-way-on"]
     assert found.osm_id == "way/1"
     assert found.message.startswith("restrictions or one-way streets leave no way on from it at node/")
+
+
+def test_a_one_way_street_without_a_way_on_is_reported_and_one_without_other_streets_is_not() -> None:
+    def reported(ways: dict[int, tuple[str, str]], rules: Rules = ()) -> list[str]:
+        found = Case(_NODES, ways, rules).stages().diagnostics
+        return [item.osm_id for item in found if item.code == "no-way-on"]
+
+    leaving = {1: ("w o", "oneway=yes"), 3: ("o s", "oneway=yes"), 4: ("o n", "oneway=yes")}
+    assert reported(leaving) == []
+    assert reported(leaving, (("no_right_turn", 1, "o", 3),)) == []
+    assert reported(leaving, (("no_right_turn", 1, "o", 3), ("no_left_turn", 1, "o", 4))) == ["way/1"]
+    # All others lead here.
+    assert reported({1: ("w o", ""), 3: ("s o", "oneway=yes"), 4: ("n o", "oneway=yes")}) == []
 
 
 def test_movements_come_by_junction_and_each_once() -> None:

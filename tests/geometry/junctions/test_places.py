@@ -96,6 +96,7 @@ def test_every_street_end_knows_its_road_and_junction(found: Found) -> None:
     (street,) = (street for street in range(6) if found.way(street) == 6)
     halves = [100 + k for k, way in enumerate(ways) if way == 6]
     assert places.end_road[2 * street : 2 * street + 2].tolist() == halves
+    assert sorted(set(found.parts.road_end.tolist()) - set(range(12))) == [-1]
     assert [street for street in range(6) if places.inner[street]] == [
         street for street in range(6) if found.way(street) == 5
     ]
@@ -169,3 +170,49 @@ def test_nodes_of_a_street_cut_in_two_are_on_the_half_that_is_nearer(found: Foun
         assert 0.1 < t < 5.0
         x, y = x - t * math.sin(hdg) - origin.x + 128.0, y + t * math.cos(hdg) - origin.y
         assert (x, y) == pytest.approx(_NODES[name], abs=0.02)
+
+
+def test_a_map_without_tagged_nodes_has_no_places() -> None:
+    stages = Case({"a": (0.0, 0.0), "b": (90.0, 0.0)}, {1: ("a b", "")}).stages()
+    parts = cut_roads(stages.network, fit_streets(stages.network, Diagnostics()), stages.layout)
+    places = street_places(stages.network, stages.layout, parts, lambda k: 100 + k, np.array([-1]))
+    for name in ("node", "street", "road", "junction"):
+        column = getattr(places, name)
+        assert (len(column), column.dtype) == (0, np.int64)
+    assert len(places.s) == len(places.t) == 0
+    assert places.end_road.tolist() == [100, 100]
+    assert places.end_junction.tolist() == [-1, -1]
+
+
+def _ring(around: float) -> Found:
+    """Return a ring by itself, with tagged nodes all along, of so many metres."""
+    radius, angles = around / math.tau, [math.tau * k / 24 for k in range(24)]
+    nodes = {f"r{k}": (radius * math.cos(a), radius * math.sin(a)) for k, a in enumerate(angles)}
+    tags = {f"r{k}": _CROSSING for k in (4, 8, 16, 20)}
+    stages = Case(nodes, {1: (f"{' '.join(nodes)} r0", "")}, node_tags=tags).stages()
+    parts = cut_roads(stages.network, fit_streets(stages.network, Diagnostics()), stages.layout)
+    return Found(
+        stages, parts, street_places(stages.network, stages.layout, parts, lambda k: 100 + k, np.array([-1]))
+    )
+
+
+def test_nodes_of_a_ring_are_on_both_of_its_roads() -> None:
+    found = _ring(240.0)
+    places = found.places
+    assert sorted(places.road.tolist()) == [100, 100, 101, 101]
+    x, y, _ = pose(found.parts.plan_view, places.road - 100, places.s)
+    # Corners at 60, 120, 240 and 300 degrees, which the line cuts a little.
+    angle = np.deg2rad(np.array([60.0, 120.0, 240.0, 300.0]))
+    middle = np.array([x.mean(), y.mean()])
+    assert x - middle[0] == pytest.approx(240.0 / math.tau * np.cos(angle), abs=0.5)
+    assert y - middle[1] == pytest.approx(240.0 / math.tau * np.sin(angle), abs=0.5)
+    assert places.junction.tolist() == [-1] * 4
+    assert places.end_road.tolist() == [100, 101]
+
+
+def test_a_ring_too_short_for_a_road_lies_in_no_junction() -> None:
+    places = _ring(17.0).places
+    assert places.inner.tolist() == [True]
+    assert (places.end_road.tolist(), places.end_junction.tolist()) == ([-1, -1], [-1, -1])
+    assert (places.road.tolist(), places.junction.tolist()) == ([-1] * 4, [-1] * 4)
+    assert np.isnan(places.s).all()

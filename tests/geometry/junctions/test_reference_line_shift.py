@@ -116,3 +116,16 @@ def test_roads_cut_again_are_those_cut_anew() -> None:
     assert kept == [aside == 0.0 for aside in moved.aside[again.street].tolist()]
     assert True in kept
     assert False in kept
+
+
+def test_roads_cut_twice_from_the_same_streets_are_the_same() -> None:
+    stages = loop(9.0).stages(Rule.RIGHT_HAND)
+    fitted = fit_streets(stages.network, stages.diagnostics)
+    before = cut_roads(stages.network, fitted, stages.layout)
+    again = cut_roads(stages.network, fitted, stages.layout, before)
+    assert again.pieces is before.pieces
+    assert again.stretches == before.stretches
+    # Those of whole streets are not worked out again.
+    whole = [k for k, street in enumerate(before.street.tolist()) if before.street.tolist().count(street) == 1]
+    assert whole
+    assert all(again.stretches[k] is before.stretches[k] for k in whole)

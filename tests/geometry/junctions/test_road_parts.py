@@ -13,6 +13,7 @@ from street_cases import Case
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.road_parts import (
     RoadParts,
+    _closes,
     cut_back_dead_ends,
     cut_roads,
     without_idle_junctions,
@@ -81,6 +82,62 @@ def test_what_is_cut_back_is_reported() -> None:
     after = cut_back_dead_ends(stages.network, stages.ends, stages.layout, layout, diagnostics)
     assert (after.trim > 0).sum() == 1
     assert [(item.code, item.osm_id) for item in diagnostics] == [("lies-on-another", "way/2")]
+
+
+def cut_back(nodes: dict[str, tuple[float, float]], ways: dict[int, tuple[str, str]]) -> dict[tuple[int, str], bool]:
+    """Return which street ends, by way and node, are cut back to where they are apart; all others stay."""
+    stages = Case(nodes, ways).stages()
+    diagnostics = Diagnostics()
+    layout = without_idle_junctions(stages.layout, stages.movements)
+    after = cut_back_dead_ends(stages.network, stages.ends, stages.layout, layout, diagnostics).trim
+    found = {}
+    for way, (row, _) in ways.items():
+        for name in (row.split()[0], row.split()[-1]):
+            end = stages.end(way, list(nodes).index(name))
+            found[(way, name)] = bool(after[end] != layout.trim[end])
+            assert after[end] == (stages.layout.trim[end] if found[(way, name)] else layout.trim[end])
+    assert [(item.code, item.osm_id, item.message) for item in diagnostics] == [
+        ("lies-on-another", f"way/{way}", "it ends on another road, and is cut back to where it is apart")
+        for (way, _), cut in sorted(
+            found.items(), key=lambda item: stages.end(item[0][0], list(nodes).index(item[0][1]))
+        )
+        if cut
+    ]
+    return found
+
+
+_FORK = {"o": (0.0, 0.0), "a": (300.0, 30.0), "b": (300.0, 0.0), "c": (300.0, -30.0), "d": (0.0, 300.0)}
+
+
+@pytest.mark.parametrize("widest", ["a", "b", "c"])
+def test_the_widest_of_those_that_part_keeps_its_length(widest: str) -> None:
+    """Wherever it lies among the others; one that runs elsewhere keeps its, too."""
+    ways = {k: (f"o {name}", f"{MAIN if name == widest else RAMP}") for k, name in enumerate("abc", start=1)}
+    found = cut_back(_FORK, {**ways, 4: ("o d", RAMP)})
+    cut = {(k, "o") for k, name in enumerate("abc", start=1) if name != widest}
+    assert {key for key, value in found.items() if value} == cut
+
+
+def test_the_first_of_those_that_are_equally_wide_keeps_its_length() -> None:
+    found = cut_back(_FORK, {k: (f"o {name}", RAMP) for k, name in enumerate("ba", start=1)})
+    assert found == {(1, "o"): False, (1, "b"): False, (2, "o"): True, (2, "a"): False}
+
+
+@pytest.mark.parametrize("tags", [(MAIN, RAMP, False), (RAMP, MAIN, True)])
+def test_width_counts_from_edge_to_edge_where_roads_merge(tags: tuple[str, str, bool]) -> None:
+    one, other, first = tags
+    found = cut_back(_FORK, {1: ("b o", one), 2: ("a o", other)})
+    assert found == {(1, "b"): False, (1, "o"): first, (2, "a"): False, (2, "o"): not first}
+
+
+def test_each_place_where_roads_part_is_looked_at_by_itself() -> None:
+    """Of two forks 1 km from each other the first is one of narrow roads; a third one is a junction."""
+    nodes = {"o": (0.0, 0.0), "a": (300.0, 0.0), "b": (300.0, 30.0)}
+    nodes |= {f"{name}2": (x, y + 1000.0) for name, (x, y) in nodes.items()}
+    nodes |= {"p": (0.0, -500.0), "q": (90.0, -500.0), "r": (-90.0, -500.0), "s": (0.0, -590.0)}
+    ways = {1: ("o a", RAMP), 2: ("o b", MAIN), 3: ("o2 a2", MAIN), 4: ("o2 b2", RAMP)}
+    ways |= {5: ("p q", ""), 6: ("r p", ""), 7: ("s p", "")}
+    assert {key for key, value in cut_back(nodes, ways).items() if value} == {(1, "o"), (4, "o2")}
 
 
 @EITHER
@@ -208,3 +265,90 @@ def test_a_road_has_other_lanes_at_either_end_where_they_change() -> None:
     (road,) = (k for k, found in enumerate(parts.stretches) if len(found) == 2)
     assert [parts.at_end(end).ways for end in (2 * road, 2 * road + 1)] == [(2,), (3,)]
     assert [parts.at_end(end).ways for end in (2 - 2 * road, 3 - 2 * road)] == [(1,), (1,)]
+
+
+def test_links_of_halves_are_those_of_their_own_street() -> None:
+    """A straight street, one that leaves a junction and comes back to it, and two rings."""
+    nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "a": (60.0, 40.0), "b": (60.0, -40.0)}
+    nodes |= {f"r{k}": (300.0 + 30.0 * math.cos(k), 30.0 * math.sin(k)) for k in range(6)}
+    nodes |= {f"t{k}": (500.0 + 30.0 * math.cos(k), 30.0 * math.sin(k)) for k in range(6)}
+    rings = {k: (f"{' '.join(f'{name}{i}' for i in range(6))} {name}0", "") for k, name in ((3, "r"), (4, "t"))}
+    stages = Case(nodes, {1: ("w o", ""), 2: ("o a b o", ""), **rings}).stages()
+    parts = cut_roads(stages.network, fit_streets(stages.network, Diagnostics()), stages.layout)
+    by_way: dict[int, list[int]] = {}
+    for road, street_ in enumerate(parts.street.tolist()):
+        by_way.setdefault(stages.way(2 * street_), []).append(road)
+    assert {way: len(roads) for way, roads in by_way.items()} == {1: 1, 2: 2, 3: 2, 4: 2}
+    (single,), (one, other) = by_way[1], by_way[2]
+    assert parts.end_link[single].tolist() == [-1, -1]
+    assert parts.end_junction[single].tolist() == [-1, 0]
+    assert parts.end_link[[one, other]].tolist() == [[-1, 2 * other], [2 * one + 1, -1]]
+    assert parts.end_junction[[one, other]].tolist() == [[0, -1], [-1, 0]]
+    for way in (3, 4):
+        one, other = by_way[way]
+        assert parts.end_link[[one, other]].tolist() == [[2 * other + 1, 2 * other], [2 * one + 1, 2 * one]]
+        assert parts.end_junction[[one, other]].tolist() == [[-1, -1], [-1, -1]]
+    for end, road_end in enumerate(parts.road_end.tolist()):
+        roads = by_way[stages.way(end)]
+        assert road_end == (2 * roads[-1] + 1 if end % 2 else 2 * roads[0])
+
+
+@pytest.mark.parametrize("first", ["o", "w"])
+def test_a_street_that_comes_back_keeps_different_lanes_at_both_ends(first: str) -> None:
+    """Only a ring has no end: its lanes are made the same where it is closed. Whichever node is the first."""
+    places = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "a": (60.0, 40.0), "b": (60.0, -40.0)}
+    nodes = {first: places[first], **places}
+    ways = {1: ("w o", ""), 2: ("o a", "lanes=2 width=6"), 3: ("a b o", "lanes=4 width=12")}
+    case = Case(nodes, ways if first == "w" else dict(sorted(ways.items(), reverse=True)))
+    stages = case.stages()
+    parts = cut_roads(stages.network, fit_streets(stages.network, Diagnostics()), stages.layout)
+    found = [k for k, street_ in enumerate(parts.street.tolist()) if len(stages.network.streets[street_].pieces) > 1]
+    assert len(found) == 2
+    lanes = [len(item.section.left) + len(item.section.right) for road in found for item in parts.stretches[road]]
+    assert (lanes[0], lanes[-1]) in ((2, 4), (4, 2))
+
+
+@pytest.mark.parametrize(("gap", "turn", "closed"), [(5e-4, 0.0, True), (5e-3, 0.0, False), (0.0, 5e-3, False)])
+def test_a_ring_closes_within_a_millimetre_and_without_a_corner(gap: float, turn: float, closed: bool) -> None:
+    """A circle that is short by a gap, or whose curvature is too much for its length; and a line of 90 m."""
+    length = _AROUND - gap
+    plan = PlanView(
+        np.array([0, 1, 2]),
+        np.zeros(2),
+        np.zeros(2),
+        np.zeros(2),
+        np.zeros(2),
+        np.array([90.0, length]),
+        np.array([0.0, 1 / _RADIUS + turn / length]),
+    )
+    assert _closes(plan, np.array([1, 0]), np.array([90.0, length])).tolist() == [closed, False]
+
+
+@pytest.mark.parametrize(("border", "moved"), [(30.0, True), (10.0, False)])
+def test_lanes_change_clear_of_tight_bends(border: float, moved: bool) -> None:
+    """A line of 20 m, a quarter of a circle of 10 m, and a line of 40 m; two streets before it run straight."""
+    arc = 10.0 * math.pi / 2
+    plan = PlanView(
+        np.array([0, 1, 2, 5]),
+        np.array([0.0, 0.0, 0.0, 20.0, 20.0 + arc]),
+        np.array([0.0, 0.0, 0.0, 20.0, 30.0]),
+        np.array([50.0, 90.0, 0.0, 0.0, 10.0]),
+        np.array([0.0, 0.0, 0.0, 0.0, math.pi / 2]),
+        np.array([90.0, 90.0, 20.0, arc, 40.0]),
+        np.array([0.0, 0.0, 0.0, 0.1, 0.0]),
+    )
+    nodes = {f"{side}{k}": (90.0 * (side == "b"), 50.0 * k) for k in range(3) for side in "ab"}
+    stages = Case(nodes, {1 + k: (f"a{k} b{k}", "") for k in range(3)}).stages()
+    narrow, wide = (street(text, osm_way_id=k) for k, text in enumerate(("d< d>", "d< d> d>"), start=1))
+    one, other = (cross_section(item, Rule.RIGHT_HAND) for item in (narrow, wide))
+    plain = ((0.0, narrow, one), (45.0, wide, other))
+    bent = ((0.0, narrow, one), (8.0, wide, other), (border, narrow, one), (55.0, wide, other))
+    parts = cut_roads(stages.network, FittedStreets(plan, (plain, plain[:1], bent), np.zeros(3)), stages.layout)
+    assert parts.pieces[0] is plain
+    assert parts.pieces[1] == plain[:1]
+    found = parts.pieces[2]
+    assert [item[1:] for item in found] == [item[1:] for item in bent]
+    assert [found[k][0] for k in (0, 1, 3)] == [0.0, 8.0, 55.0]
+    # At least three metres from the bend.
+    assert (found[2][0] >= 20.0 + arc + 3.0 or found[2][0] <= 17.0) if moved else found[2][0] == border
+    assert (parts.pieces[2] is bent) != moved

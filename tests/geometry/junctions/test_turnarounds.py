@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from road_measures import RoadMeasures, assert_smooth, assert_sound, records, smallest_radius_of
 from street_cases import Case, built_links
 
+from osm2xodr.curves import lengths, pose
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import RoadOptions
+from osm2xodr.geometry.junctions.movements import Loop
 from osm2xodr.geometry.junctions.road_parts import without_idle_junctions
-from osm2xodr.geometry.junctions.turnarounds import add_turnarounds
+from osm2xodr.geometry.junctions.turnarounds import add_turnarounds, draw_loops
 from osm2xodr.geometry.plan_view.streets import fit_streets
-from osm2xodr.model import Road, RoadMap, Rule
+from osm2xodr.model import PlanView, Road, RoadMap, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 _LINE = {"w": (-80.0, 0.0), "o": (0.0, 0.0)}
@@ -243,3 +246,106 @@ def test_loops_shrink_in_two_steps(aside: float, radius: float) -> None:
     tags = {"o": "highway=turning_circle diameter=20"}
     roads = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: ("a b", "width=6 lanes=2")}, node_tags=tags).build()
     assert _radius(roads) == pytest.approx(radius, abs=1e-6)
+
+
+@pytest.mark.parametrize(("diameter", "radius"), [(2.0, 3.25), (7.0, 3.25), (9.0, 3.75)])
+def test_a_circle_has_eight_metres_at_least(diameter: float, radius: float) -> None:
+    """Lanes of 1.5 m: their middle is three quarters of a metre from the kerb."""
+    narrow = "lanes=2 width:lanes:forward=1.5 width:lanes:backward=1.5"
+    tags = {"o": f"highway=turning_circle diameter={diameter}"}
+    assert _radius(Case(_LINE, {1: ("w o", narrow)}, node_tags=tags).build()) == pytest.approx(radius)
+
+
+def test_lanes_that_are_wide_need_little_more_than_half_a_circle() -> None:
+    """Lanes of 5 m whose middles are 5 m apart, and the least circle, of 3 m radius."""
+    tags = {"o": "highway=turning_circle diameter=8"}
+    assert _radius(Case(_LINE, {1: ("w o", "width=10 lanes=2")}, node_tags=tags).build()) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("along", [0.0, 20.0, 40.0])
+def test_a_long_street_is_seen_where_it_is_nearest(along: float) -> None:
+    """A circle of 40 m and a street of 6 m whose middle line is 22 m away: 19 m are free."""
+    nodes = {**_LINE, "a": (22.0, -80.0 - along), "b": (22.0, 80.0 - along)}
+    tags = {"o": "highway=turning_circle diameter=40"}
+    roads = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: ("a b", "width=6")}, node_tags=tags).build()
+    # Half of the way to the least circle.
+    assert _radius(roads) == pytest.approx((18.5 + 3.0) / 2)
+
+
+def test_loops_are_movements_of_junctions_of_their_own() -> None:
+    nodes = {**_LINE, "e": (80.0, 0.0), "n": (0.0, 80.0)}
+    case = Case(nodes, {1: ("w o", ""), 2: ("o e", ""), 3: ("n o", "")}, node_tags={"e": "highway=turning_circle"})
+    stages = case.stages()
+    fitted = fit_streets(stages.network, Diagnostics())
+    found = [
+        add_turnarounds(
+            stages.network, fitted, stages.ends, stages.layout, RoadOptions(turnarounds=asked), Diagnostics()
+        )
+        for asked in (False, True)
+    ]
+    (layout, (only,)), (_, every) = found
+    end = stages.end(2, 2)
+    assert (only.junction, only.entry, only.exit, only.inner, only.stated) == (1, end, end, (), None)
+    assert (layout.arms[1], layout.nodes[1]) == ((end,), (int(stages.ends.node[end]),))
+    assert layout.junction[end] == 1
+    assert [item.junction for item in every] == [1, 2, 3]
+    assert {item.entry for item in every} == {stages.end(1, 0), end, stages.end(3, 3)}
+    # The junction that was there, and what it takes of its arms, have stayed.
+    assert layout.arms[0] == stages.layout.arms[0]
+    rest = np.arange(6) != end
+    assert layout.trim[rest].tolist() == stages.layout.trim[rest].tolist()
+    assert layout.trim[end] > 0.0
+
+
+# ---------------------------------------------------------------- loops as curves
+
+
+def _paths(*places: tuple[float, float, float]) -> PlanView:
+    """Return straight paths of 1 m from places (x, y, heading)."""
+    x, y, hdg = (np.array(column) for column in zip(*places, strict=True))
+    n = len(places)
+    return PlanView(np.arange(n + 1), np.zeros(n), x, y, hdg, np.ones(n), np.zeros(n))
+
+
+@pytest.mark.parametrize("left", [False, True])
+def test_loops_of_lanes_side_by_side_go_round_one_middle(left: bool) -> None:
+    """Two lanes there and two back, 3 m wide, the inner lane listed first; another loop has one lane."""
+    side = 1.0 if left else -1.0
+    plan = _paths((0.0, side * 1.5, 0.0), (7.0, 7.0, 1.0), (0.0, side * 4.5, 0.0), (100.0, side * 2.0, 0.0))
+    loop = [Loop(3.0, 5.0), Loop(3.0, 5.0), Loop(1.0, 4.0)]
+    half = np.array([1.5, 4.5, 2.0])
+    found = draw_loops(plan, np.array([0, 2, 3]), np.array([8, 8, 3]), loop, half, left)
+    # Circles that touch from outside: their middles are as far apart as both radii together.
+    beyond = [math.sqrt((4.5 + 3.0 + 5.0) ** 2 - (4.5 + 5.0) ** 2), math.sqrt(7.0**2 - 6.0**2)]
+    length = lengths(found)
+    for k, t, away, radius in ((0, 1.5, beyond[0], 4.5), (2, 4.5, beyond[0], 7.5), (3, 2.0, beyond[1], 3.0)):
+        x0 = 100.0 if k == 3 else 0.0
+        x, y, hdg = (float(v[0]) for v in pose(found, np.array([k]), length[[k]]))
+        # It comes back beside where it began, on the other side of the road.
+        assert (x, y) == pytest.approx((x0, -side * t), abs=1e-9)
+        assert math.cos(hdg) == pytest.approx(-1.0)
+        out, round_, back = records(found, k)
+        assert 1 / abs(round_[3]) == pytest.approx(radius)
+        assert np.sign([out[3], round_[3], back[3]]).tolist() == [side, -side, side]
+        x, y, _ = (float(v[0]) for v in pose(found, np.array([k]), length[[k]] / 2))
+        assert (x, y) == pytest.approx((x0 + away + radius, 0.0), abs=1e-9)
+    # What is no loop stays.
+    assert records(found, 1) == records(plan, 1)
+
+
+@pytest.mark.parametrize(("aside", "whole"), [(0.0, False), (0.04, False), (0.06, True)])
+def test_lanes_far_apart_turn_in_half_a_circle(aside: float, whole: bool) -> None:
+    """Two lanes 16 m apart; less than 5 cm more of radius are not worth curves before and after it."""
+    found = draw_loops(
+        _paths((0.0, -8.0, 0.0)), np.array([0]), np.array([0]), [Loop(aside, 3.0)], np.array([8.0]), False
+    )
+    length = lengths(found)
+    assert (length[0] == pytest.approx(8.0 * math.pi)) != whole
+    x, y, hdg = (float(v[0]) for v in pose(found, np.array([0]), length))
+    assert (x, y, math.cos(hdg)) == pytest.approx((0.0, 8.0, -1.0), abs=1e-9)
+
+
+def test_without_loops_curves_stay() -> None:
+    plan = _paths((0.0, 0.0, 0.0))
+    none = np.zeros(0, np.int64)
+    assert draw_loops(plan, none, none, [], np.zeros(0), False) is plan

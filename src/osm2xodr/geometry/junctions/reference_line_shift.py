@@ -75,10 +75,9 @@ def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
     end = np.cumsum(length)
     s = end - length
     base = s[np.minimum(plan.start[:-1], max(len(s) - 1, 0))]
-    first = np.diff(owner, prepend=-1) > 0
     return PlanView(
         plan.start.copy(),
-        np.where(first, 0.0, s - base[owner]),
+        s - base[owner],
         plan.x - d * np.sin(plan.hdg),
         plan.y + d * np.cos(plan.hdg),
         plan.hdg.copy(),

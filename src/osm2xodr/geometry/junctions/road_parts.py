@@ -203,7 +203,7 @@ def _stretches(
 
 def _lane_pieces(fitted: FittedStreets, length: FloatArray) -> tuple[tuple[Piece, ...], ...]:
     """Return the pieces of all streets with their borders moved out of tight bends, where lanes may change."""
-    inner = [(k, i) for k, pieces in enumerate(fitted.pieces) if len(pieces) > 1 for i in range(1, len(pieces))]
+    inner = [(k, i) for k, pieces in enumerate(fitted.pieces) for i in range(1, len(pieces))]
     if not inner:
         return fitted.pieces
     curve = np.array([k for k, _ in inner], np.int64)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
-from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
+from osm2xodr.geometry.heights.connectors.spline_fit import _basis, fit_records
 from osm2xodr.model import CubicProfile, FloatArray
+
+# Mutation tests change the code in copies of a process that has fitted curves already.
+os.register_at_fork(after_in_child=_basis.cache_clear)
 
 
 def fit(
@@ -113,3 +118,50 @@ def test_a_curve_of_no_length_to_speak_of_stays_finite() -> None:
     profile = fit(1e-6, np.array([1.0, 1.5, 0.5, 1.5, 1.0]), np.zeros(5), 1e-9)
     assert np.isfinite(profile.c).all()
     assert (np.diff(profile.s) > 0).all()
+
+
+@pytest.mark.parametrize("ratio", [0.1, 3.0])
+def test_values_and_slopes_of_all_knots_are_interpolated_and_fitted(ratio: float) -> None:
+    """A cubic of height and slope at 0, 1/4 and 1: its own knots come back, and its values at eighths of the way."""
+    u = np.linspace(0.0, 1.0, 9)
+    z, slope = 1.0 + 2.0 * u - 3.0 * u**2 + u**3, 2.0 - 6.0 * u + 3.0 * u**2
+    values, slopes, inverse = _basis(8, (1 / 4,), ratio)
+    ends, inner = np.array([z[0], slope[0], z[8], slope[8]]), np.array([z[2], slope[2]])
+    assert values @ np.r_[ends, inner] == pytest.approx(z)
+    assert slopes @ np.r_[ends, inner] == pytest.approx(slope)
+    rest = np.r_[z - values[:, :4] @ ends, slope - slopes[:, :4] @ ends]
+    assert inverse @ rest == pytest.approx(inner)
+
+
+def test_slopes_weigh_as_the_tolerances_say() -> None:
+    """Of heights that contradict the slopes, as of 0 with slopes of a bump, what weighs more is met better."""
+    u = np.linspace(0.0, 1.0, 9)
+    slope = np.sin(2 * np.pi * u)
+    missed = []
+    for ratio in (0.01, 10.0):
+        _, slopes, inverse = _basis(8, (1 / 4, 3 / 4), ratio)
+        missed.append(float(np.abs(slopes[:, 4:] @ (inverse @ np.r_[np.zeros(9), slope]) - slope).max()))
+    assert missed[1] < 0.5 * missed[0]
+
+
+def test_each_curve_gets_as_few_records_as_it_needs() -> None:
+    """Of curves with equally many samples one is a cubic, one has a bump; a third has more samples."""
+    u, v = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 25)
+    value = np.r_[0.05 * u**3, 0.1 * np.sin(2 * np.pi * u) ** 2, 7.0 + 0.0 * v]
+    slope = np.r_[0.15 * u**2 / 20.0, 0.2 * np.pi * np.sin(4 * np.pi * u) / 30.0, 0.0 * v]
+    start, length = np.array([0, 17, 34, 59]), np.array([20.0, 30.0, 40.0])
+    profile = fit_records(start, length, value, slope, np.full(3, 0.005), 0.003)
+    count = np.diff(profile.start)
+    assert (count[0], count[2]) == (1, 1)
+    assert 3 < count[1] < 10
+    for k, (at, n) in enumerate(((u, 17), (v[:0], 0), (v, 25))):
+        found = cubic_value(profile, np.full(n, k), length[k] * at)
+        assert found == pytest.approx(value[start[k] : start[k] + n], abs=1e-9)
+    assert np.abs(cubic_value(profile, np.full(17, 1), 30.0 * u) - value[17:34]).max() <= 0.005
+    assert np.abs(cubic_slope(profile, np.full(17, 1), 30.0 * u) - slope[17:34]).max() <= 0.00301
+
+
+def test_four_samples_are_at_most_three_records() -> None:
+    value = np.array([0.0, 0.5, 0.1, 0.0])
+    assert fit(12.0, value, np.zeros(4), 1e-6).s.tolist() == [0.0, 4.0, 8.0]
+    assert fit(12.0, 0.0 * value, np.zeros(4), 1e-6).s.tolist() == [0.0]
