@@ -78,7 +78,6 @@ from osm2xodr.model.streets import (
     StreetAttributes,
     StreetNetwork,
     StructureTags,
-    TurningPlace,
     TurnRestriction,
 )
 
@@ -144,6 +143,5 @@ __all__ = [
     "SurfaceQuality",
     "ThingFacts",
     "TurnRestriction",
-    "TurningPlace",
     "freeze_arrays",
 ]

@@ -168,14 +168,6 @@ class LaneConnectivity:
     lanes: tuple[tuple[int, int, bool], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class TurningPlace:
-    """What OSM says about room to turn round at a node on a street."""
-
-    circle: bool  # Whether it is a turning circle, a turning loop or a mini-roundabout
-    diameter: float | None  # Of the carriageway there, m; None where OSM gives none that can be read
-
-
 class RoadsideKind(str, Enum):
     """Kinds of things beside the road."""
 
@@ -233,4 +225,5 @@ class StreetNetwork:
     roadside: tuple[RoadsideThing, ...] = ()  # Things within reach of a street, in ascending kind and id
     node_facts: NodeFacts = field(default_factory=NodeFacts)  # What `node_tags` and `footways` mean
     node_heights: Mapping[int, float] = field(default_factory=dict)  # What ``ele`` gives, m, by OSM node id
-    turning_places: Mapping[int, TurningPlace] = field(default_factory=dict)  # By OSM node id
+    # Turning circles by OSM node id: diameter of the carriageway, m, None where OSM gives none that can be read
+    turning_circles: Mapping[int, float | None] = field(default_factory=dict)

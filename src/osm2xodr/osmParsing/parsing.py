@@ -37,7 +37,7 @@ from osm2xodr.osmParsing.tags import (
     node_heights,
     oneway,
     read_node_facts,
-    turning_places,
+    turning_circles,
     way_attributes,
     with_speed_zones,
     with_urban_speeds,
@@ -116,7 +116,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         roadside=roadside,
         node_facts=read_node_facts(node_tags, footways, code),
         node_heights=node_heights(node_tags, diagnostics),
-        turning_places=turning_places(node_tags),
+        turning_circles=turning_circles(node_tags),
     )
 
 
