@@ -147,6 +147,9 @@ CLEARANCE_PUSH_MAX: Final = 10.0
 
 # Distance of samples along connecting roads, m. A choice.
 CONNECTOR_SAMPLE_SPACING: Final = 2.0
+# By how much a connecting road's grade may differ from that of the reference line it touches, for the sake of the
+# lane that it continues, rise per metre. A choice: half of what is felt.
+LANE_GRADE_STEP_MAX: Final = 0.0045
 # Length at either end over which a connecting road makes up for the difference between surface and arm, m.
 CONNECTOR_END_REACH: Final = 12.0
 
