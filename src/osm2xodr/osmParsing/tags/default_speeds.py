@@ -51,9 +51,8 @@ def with_default_speeds(
         for first, piece in street.pieces:
             guessed = piece
             if not _is_known(piece):
-                speed, why = _guess(piece, tags[piece.osm_way_id], dense, country)
+                speed, said[piece.osm_way_id] = _guess(piece, tags[piece.osm_way_id], dense, country)
                 guessed = replace(piece, default_speed=speed)
-                said[piece.osm_way_id] = f"no limit given, {limit_words(speed, country)} is usual {why}"
             pieces.append((first, guessed))
         out.append(replace(street, pieces=tuple(pieces)))
     for way, words in sorted(said.items()):
@@ -69,9 +68,15 @@ def _is_known(piece: StreetAttributes) -> bool:
 
 def _guess(piece: StreetAttributes, tags: Tags, dense: bool, country: Country) -> tuple[float, str]:
     """Return the limit of a piece of street, m/s, and in words what it follows from."""
-    for known, side in ((piece.speed_forward, "against"), (piece.speed_backward, "along")):
+    for known in (piece.speed_forward, piece.speed_backward):
         if known is not None:
-            return known, f"since it holds for traffic {side} its direction as well"
+            return known, f"no limit given for one direction, taken from the other one: {limit_words(known, country)}"
+    speed, where = _usual(piece, tags, dense, country)
+    return speed, f"no limit given, {limit_words(speed, country)} is usual {where}"
+
+
+def _usual(piece: StreetAttributes, tags: Tags, dense: bool, country: Country) -> tuple[float, str]:
+    """Return the usual limit on a piece of street, m/s, and in words where."""
     highway, speeds = piece.highway, country.default_speeds
     where = f"in {country.code}" if country.code else "in most countries"
     if highway in _SLOW:
