@@ -117,5 +117,44 @@ def test_lanes_have_our_limits(name: str, options: tuple[str, ...], tmp_path: Pa
     assert compared > 10
 
 
+@pytest.mark.parametrize(("name", "options"), [(LEFT_HAND, ("--lefthand",)), (RIGHT_HAND, ())])
+def test_roads_with_priority_do_not_yield(name: str, options: tuple[str, ...], tmp_path: Path) -> None:
+    path = convert(name, "sumo", tmp_path)
+    asked, kept = _priorities(path), 0
+    assert len(asked) > 4
+    net = imported(path, tmp_path, *options)
+    for junction in net.iterfind("junction"):
+        pairs = [pair for pair in _yielding(net, junction) if pair in asked or pair[::-1] in asked]
+        # Who is named first yields to the second.
+        assert all(pair[::-1] in asked for pair in pairs), junction.get("id")
+        kept += len(pairs)
+    assert kept > 2
+
+
+def _priorities(path: Path) -> set[tuple[str, str]]:
+    """Return the incoming roads of all priorities of a file: which goes first, and which yields."""
+    out: set[tuple[str, str]] = set()
+    for junction in etree.parse(str(path)).getroot().iterfind("junction"):
+        incoming = {item.get("connectingRoad"): str(item.get("incomingRoad")) for item in junction}
+        pairs = {(item.get("high"), item.get("low")) for item in junction.iterfind("priority")}
+        out |= {(incoming[high], incoming[low]) for high, low in pairs}
+    return {pair for pair in out if pair[::-1] not in out}
+
+
+def _yielding(net: etree._Element, junction: etree._Element) -> set[tuple[str, str]]:
+    """Return pairs of roads at a junction without lights: traffic from one yields to that of the other."""
+    by_via = {item.get("via"): item for item in net.iterfind("connection")}
+    links = [by_via.get(lane) for lane in junction.get("intLanes", "").split()]
+    roads = [None if item is None else str(item.get("from")).lstrip("-").split("#")[0] for item in links]
+    out: set[tuple[str, str]] = set()
+    for request in junction.iterfind("request"):
+        own = int(request.get("index", ""))
+        for other, bit in enumerate(reversed(request.get("response", ""))):
+            # A turn across oncoming traffic of the same road's other arm says nothing about signs.
+            if bit == "1" and roads[own] and roads[other] and links[own].get("dir") == "s":  # type: ignore[union-attr]
+                out.add((str(roads[own]), str(roads[other])))
+    return out
+
+
 def _metres_per_second(limit: etree._Element) -> float:
     return float(limit.get("max", "")) * {"km/h": 1 / 3.6, "mph": 0.44704}[limit.get("unit", "")]

@@ -234,7 +234,7 @@ def test_sumo_gets_negated_lane_ids_where_traffic_drives_on_the_left() -> None:
         texts = [[etree.tostring(item) for item in root.findall(path)] for root in (usual, negated)]
         assert texts[0] == texts[1]
     assert {item.get("rule") for item in negated.iter("road")} == {"LHT"}
-    assert found.counts() == {(Kind.NOTE, "left-hand-negated"): 1}
+    assert found.counts()[Kind.NOTE, "left-hand-negated"] == 1
     data = {item.get("code"): item.get("value") for item in negated.findall("header/userData")}
     assert data["lanes"] == "negated"
     assert "lanes" not in {item.get("code") for item in usual.findall("header/userData")}

@@ -59,6 +59,10 @@ class Target:
     # negative ids for those along s, and `--lefthand` puts them on the left (measured with 1.28; its own export of
     # left-hand networks does the same, option ``opendrive-output.lefthand-left``).
     negated_left_hand: bool = False
+    # Whether signs that say who yields are added where the map has none. SUMO's netconvert does not read
+    # ``<priority>``; the last sign 205, 301 or 306 of a road's direction in the file gives the priority of that edge
+    # (``NIImporter_OpenDrive::OpenDriveEdge::getPriority``, 1.28).
+    priority_signs: bool = False
     # The command that loads a file, and what it needs where traffic drives on the left; empty if there is none to say
     command: str = ""
     left_hand_option: str = ""
@@ -84,6 +88,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
                 light_references=False,
                 lights_for_people=False,
                 negated_left_hand=True,
+                priority_signs=True,
                 command="netconvert{side} --opendrive-files {path} -o {net}",
                 left_hand_option=" --lefthand",
             ),

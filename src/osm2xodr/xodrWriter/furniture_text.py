@@ -66,7 +66,9 @@ class FurnitureWriter:
             f"{_positive('height', item.height)}{_positive('width', item.width)}"
             f"{_text('text', item.text)}{_heading('hOffset', item.h_offset)}"
         )
-        return _element("signal", head, self._validity(item.validity) + user_data("osm_id", item.osm_id, "    "))
+        inner = self._validity(item.validity) + user_data("osm_id", item.osm_id, "    ")
+        inner += user_data("derived", "priority" if item.derived else "", "    ")
+        return _element("signal", head, inner)
 
     def _reference(self, item: SignalReference, length: float) -> str:
         """Return a ``<signalReference>``."""
