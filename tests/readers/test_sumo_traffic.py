@@ -103,6 +103,14 @@ def test_right_hand_traffic_finds_its_routes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "options"), [(LEFT_HAND, ("--lefthand",)), (RIGHT_HAND, ())])
+def test_reference_lines_have_no_records_that_netconvert_loses(
+    name: str, options: tuple[str, ...], tmp_path: Path
+) -> None:
+    warnings = sumo_net(convert(name, "sumo", tmp_path), tmp_path, *options).warnings
+    assert not [text for text in warnings if "Mismatched geometry" in text]
+
+
+@pytest.mark.parametrize(("name", "options"), [(LEFT_HAND, ("--lefthand",)), (RIGHT_HAND, ())])
 def test_lanes_have_our_limits(name: str, options: tuple[str, ...], tmp_path: Path) -> None:
     path = convert(name, "sumo", tmp_path)
     net = imported(path, tmp_path, *options)
