@@ -111,3 +111,7 @@ KERB_HEIGHT: Final = MappingProxyType(
     }
 )
 KERB_HEIGHT_MAX: Final = 0.5
+
+# Code and value of the header's ``<userData>`` of files whose lane ids are negated, as SUMO's netconvert wants them
+# in left-hand networks: own words, which only this package knows.
+NEGATED_LANES: Final = ("lanes", "negated")

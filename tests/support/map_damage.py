@@ -512,6 +512,12 @@ def _left_hand(tree: Tree) -> None:
         element.set("rule", "LHT")
 
 
+@damage("lane ids negated for SUMO", "left-hand-negated")
+def _negated(tree: Tree) -> None:
+    _left_hand(tree)
+    etree.SubElement(one(tree, "header"), "userData", code="lanes", value="negated")
+
+
 # ---------------------------------------------------------------- plan view
 
 put("wrong length of a road", "road-length", "road[@id='3']", length="50.5")

@@ -132,6 +132,9 @@ def _report(conversion: Conversion, written: Written, seconds: float, *, has_hei
     lines = summary(conversion.statistics, written.diagnostics, has_heights=has_heights, elevation=elevation)
     for line in [wrote, *lines, *(details(written.diagnostics) if verbose > 1 else [])]:
         click.echo(line, err=True)
+    command = conversion.load_command(written.path)
+    if command and written.path != STANDARD_OUTPUT:
+        click.echo(f"osm2xodr: load it with: {command}", err=True)
 
 
 def _check_and_show(

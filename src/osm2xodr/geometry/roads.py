@@ -30,6 +30,7 @@ from osm2xodr.geometry.road_records import (
     RoadIds,
     connecting_lane_offsets,
     connecting_road_records,
+    guessed_speed_length,
     junction_records,
     road_records,
 )
@@ -109,11 +110,12 @@ def _road_map(
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
     priorities = find_priorities(network, plan.ends, layout, parts, plan.connecting, diagnostics)
     level = profile_of([() for _ in lanes])
+    guesses = diagnostics.guessed_about("way/")
     return RoadMap(
         frame=network.frame,
         rule=network.rule,
         roads=(
-            *road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/")),
+            *road_records(parts, lanes, plan.connecting, ids, guesses),
             *connecting_road_records(through, parts, lanes, ids, network.rule),
         ),
         junctions=junction_records(network, layout, through, priorities, ids),
@@ -126,6 +128,7 @@ def _road_map(
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
             "connecting_road_km": float(plan.connecting.length.sum()) / 1000,
+            "default_speed_km": guessed_speed_length(parts, guesses) / 1000,
             **solution.statistics,
             **priorities.statistics,
         },

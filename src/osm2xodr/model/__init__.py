@@ -41,6 +41,7 @@ from osm2xodr.model.roads import (
     StructureRecord,
 )
 from osm2xodr.model.shared import (
+    VEHICLE_LANES,
     BoolArray,
     Direction,
     FloatArray,
@@ -82,6 +83,7 @@ from osm2xodr.model.streets import (
 )
 
 __all__ = [
+    "VEHICLE_LANES",
     "BoolArray",
     "BorderEnd",
     "Borders",

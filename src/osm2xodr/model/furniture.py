@@ -30,6 +30,7 @@ class Signal:
     text: str = ""  # The text on it
     validity: tuple[tuple[int, int], ...] = ()  # (from lane, to lane) of the lanes that it is for; empty for all
     osm_id: str = ""  # ``node/1`` …; empty if it does not come from a single element
+    derived: bool = False  # Whether it stands nowhere, but follows from the priorities of a junction
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +118,10 @@ class RoadStructure:
 
 @dataclass(frozen=True, slots=True)
 class Furniture:
-    """All furniture of the roads, and their bridges and tunnels; each kind in ascending road and s."""
+    """All furniture of the roads, and their bridges and tunnels; each kind in ascending road and s.
+
+    For a target with `priority_signs`, signals are in the order in which the traffic of each direction meets them.
+    """
 
     signals: tuple[Signal, ...] = ()
     references: tuple[SignalReference, ...] = ()

@@ -88,9 +88,17 @@ class StreetAttributes:
     traffic_sign: str = ""  # OSM's value on the way; empty where absent
     speed_zone: bool = False  # Whether `traffic_sign` says that its limit is that of a zone
     tram: bool = False  # Whether tram tracks lie in the carriageway
+    # Guessed limit, m/s, where `speed_forward` or `speed_backward` is unknown; None where there is no guess
+    default_speed: float | None = None
     # More about the bridge or tunnel, if any. Galleries and passages through houses, where the street stays on the
     # ground, have it too.
     structure_tags: StructureTags | None = None
+
+    def speed_along(self, direction: Direction) -> float | None:
+        """Return the limit of a direction (of `BOTH`: of either), m/s, guessed where it is unknown."""
+        both = self.speed_forward, self.speed_backward
+        known = {Direction.FORWARD: both[:1], Direction.BACKWARD: both[1:]}.get(direction, both)
+        return next((speed for speed in known if speed is not None), self.default_speed)
 
     def car_directions(self) -> frozenset[Direction]:
         """Return the directions of cars along the street, those of all lanes if none is for cars.

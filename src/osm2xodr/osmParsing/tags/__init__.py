@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.cross_sections import is_transition
+from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
 from osm2xodr.osmParsing.tags.margins import kerb_height
 from osm2xodr.osmParsing.tags.node_facts import node_heights, read_node_facts, read_thing_facts, turning_circles
@@ -36,6 +37,7 @@ __all__ = [
     "turned_round",
     "turning_circles",
     "way_attributes",
+    "with_default_speeds",
     "with_speed_zones",
     "with_urban_speeds",
     "without_margins",
