@@ -1,7 +1,8 @@
 """Curves of a network as flat arrays: lines, arcs and cubics, evaluated, cut and compared all at once.
 
 `plan_views` lines and arcs · `cubics` piecewise cubics · `dubins` shortest curves between poses · `nearest` places
-nearest to points · `crossings` curves that cross · `polygons` points in areas · `ragged` groups in flat arrays
+nearest to points · `crossings` curves that cross · `overlaps` pieces of roads over each other · `polygons` points in
+areas · `ragged` groups in flat arrays
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from osm2xodr.curves.cubics import (
 )
 from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
 from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, project, sample_curves
+from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
 from osm2xodr.curves.plan_views import (
     advance,
     arc_step,
@@ -59,6 +61,8 @@ __all__ = [
     "inside_outline",
     "lengths",
     "outline_bounds",
+    "overlap_depths",
+    "overlapping_pairs",
     "owners",
     "part_of_cubics",
     "part_of_profile",

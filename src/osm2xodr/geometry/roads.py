@@ -69,6 +69,7 @@ def build_roads(
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
     release_memory()
     problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
+    problem = replace(problem, connectors=build_connector_problem(plan.connecting))
     borders: Borders | None = None
     if neighbourhood is not None:
         borders = find_borders(neighbourhood.partition, problem.plan_view, problem.end_junction, problem.junction_xy)
