@@ -1,12 +1,13 @@
 """Curves of a network as flat arrays: lines, arcs and cubics, evaluated, cut and compared all at once.
 
 `plan_views` lines and arcs · `cubics` piecewise cubics · `dubins` shortest curves between poses · `nearest` places
-nearest to points · `crossings` curves that cross · `overlaps` pieces of roads over each other · `polygons` points in
-areas · `ragged` groups in flat arrays
+nearest to points · `crossings` curves that cross · `overlaps` pieces of roads over each other · `clearances` room
+between them · `polygons` points in areas · `ragged` groups in flat arrays
 """
 
 from __future__ import annotations
 
+from osm2xodr.curves.clearances import CLEARANCE_STEP, ClosePlaces, RoadGraph, Stations, close_places
 from osm2xodr.curves.crossings import curves_cross, segments_cross
 from osm2xodr.curves.cubics import (
     cubic_slope,
@@ -41,13 +42,18 @@ from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, 
 from osm2xodr.curves.ragged import owners, ranks, runs, starts
 
 __all__ = [
+    "CLEARANCE_STEP",
     "SAMPLE_SPACING",
+    "ClosePlaces",
     "CurveFinder",
+    "RoadGraph",
+    "Stations",
     "advance",
     "arc_step",
     "area_at",
     "area_bounds",
     "chain_curves",
+    "close_places",
     "cubic_slope",
     "cubic_value",
     "curvature_at",
