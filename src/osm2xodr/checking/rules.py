@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.checking import defaults
-from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.defaults import CLEARANCE_LEAST, CONNECTING_RADIUS
 
 # Programs that read OpenDRIVE, as `--for` names them.
 READERS: Final = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
@@ -24,6 +24,7 @@ _NUMBERS: Final = {
     "SAME_S": defaults.SAME_S,
     "TAPERED_WIDTH": defaults.TAPERED_WIDTH,
     "CONNECTING_RADIUS": CONNECTING_RADIUS,
+    "CLEARANCE_LEAST": CLEARANCE_LEAST,
 }
 _LIMIT: Final = re.compile(
     r"(?P<value>\S+) (?P<unit>[^ ,]+)(, error (?P<side>from|below) (?P<error>\S+))?( \((?P<source>.*)\))?"

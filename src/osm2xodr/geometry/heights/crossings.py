@@ -166,7 +166,7 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
 
 def _overlaps(ways: Carriageways) -> _Pairs:
     """Return all pairs of pieces on different levels that lie over each other."""
-    level = _levels(ways)
+    level = _levels(ways.structure, ways.layer)
     a, b = overlapping_pairs(ways.corners, level != 0)
     apart = level[a] != level[b]
     a, b = a[apart], b[apart]
@@ -182,11 +182,17 @@ def _overlaps(ways: Carriageways) -> _Pairs:
     return _Pairs(upper, lower, depth, crossing, np.zeros(len(upper), np.int64))
 
 
-def _levels(ways: Carriageways) -> IntArray:
-    """Return a number for the level of each piece: by layer, and in one layer bridges above ground above tunnels."""
+def _levels(structure: IntArray, layer: IntArray) -> IntArray:
+    """Return numbers for levels, (n,): by layer, and in one layer bridges above the ground above tunnels."""
     rank = np.zeros(int(Structure.TUNNEL) + 1, np.int64)
     rank[Structure.BRIDGE], rank[Structure.TUNNEL] = 1, -1
-    return 3 * ways.layer + rank[ways.structure]
+    return np.asarray(3 * layer + rank[structure], np.int64)
+
+
+def levels_at(problem: ProfileProblem, curve: IntArray, s: FloatArray) -> IntArray:
+    """Return numbers for the levels that curves are on at s, (n,): the higher number passes over the lower one."""
+    span = curve_spans(problem, curve, s)
+    return _levels(problem.span_structure[span], problem.span_layer[span])
 
 
 def _places(ways: Carriageways, pairs: _Pairs) -> _Pairs:
