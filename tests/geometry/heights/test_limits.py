@@ -162,7 +162,7 @@ def test_ramps_become_long_and_steep_before_clearance_yields() -> None:
 
 def test_clearance_that_cannot_be_met_is_reported() -> None:
     # Precise heights hold more roads down than the bridge can lift.
-    found = bridge_between_junctions(arms=30)
+    found = bridge_between_junctions(arms=60)
     notes = [item for item in found.diagnostics if item.code == "clearance"]
     assert [item.osm_id for item in notes] == ["way/100"]
     assert "way/101" in notes[0].message
