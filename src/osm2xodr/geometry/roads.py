@@ -11,6 +11,7 @@ from osm2xodr.conventions import find_country
 from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.borders import Neighbourhood, find_borders, with_border_heights
+from osm2xodr.geometry.clearance_report import with_clearances
 from osm2xodr.geometry.connections import ConnectingRoads, find_priorities
 from osm2xodr.geometry.heights import (
     ElevationOptions,
@@ -70,6 +71,7 @@ def build_roads(
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
     release_memory()
     problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
+    problem = replace(problem, connectors=build_connector_problem(plan.connecting))
     borders: Borders | None = None
     if neighbourhood is not None:
         borders = find_borders(neighbourhood.partition, problem.plan_view, problem.end_junction, problem.junction_xy)
@@ -82,7 +84,8 @@ def build_roads(
     if borders is not None:
         order = np.unique(through.junction, return_index=True)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
-    return _road_map(network, plan, problem, solution, through, lanes, borders, diagnostics)
+    road_map = _road_map(network, plan, problem, solution, through, lanes, borders, diagnostics)
+    return with_clearances(road_map, problem, diagnostics)
 
 
 def _with_sidewalk_corners(

@@ -64,6 +64,7 @@ class ProfileProblem:
     ele_z: FloatArray | None = None
     road_id: IntArray | None = None  # (R,) Ids of the roads, for reports; their index where not given
     pins: Pins | None = None  # Where profiles have knots, and are held
+    connectors: ConnectorProblem | None = None  # Roads through junctions, which keep clear of others as roads do
 
 
 @dataclass(frozen=True, slots=True)

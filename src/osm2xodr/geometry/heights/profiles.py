@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import pose
 from osm2xodr.defaults import GRADE_LIMIT_OTHER
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
@@ -167,8 +166,7 @@ def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: fl
 def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:
     """Return all limits over N unknowns, and by themselves those on the heights of upper roads above lower ones."""
     network, limit, crossings = model.network, model.grade_limit, model.crossings
-    x, y, _ = pose(network.problem.plan_view, crossings.lower, crossings.lower_s)
-    clearances = limit_clearances(network, crossings, model.beams, surface.quality(x, y).sigma)
+    clearances = limit_clearances(network, crossings, model.beams, surface.quality(*crossings.xy.T).sigma)
     density = typical_density(model.reading, model.at_junctions.cell)
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),
