@@ -332,6 +332,7 @@ def steps(
         ([8.0, 8.0], [0.0, 2.0], 18.0 - 2 * 2.4),
         ([8.0, 8.0], [-1.0, -2.0], 23.0 - 2 * 2.4),
         (None, [1.0, 2.0], 17.0 - 2 * 1.4),
+        ([2.2, 2.2], [8.0, 8.25], 3.75),
     ],
 )
 @pytest.mark.parametrize("turned", [0.0, 0.8, -2.0])
@@ -354,6 +355,7 @@ def test_grade_between_arms_is_that_of_their_nearest_lanes(
     ("gap", "distance"),
     [
         # Edges that touch may differ by 6 cm, the climb over 0.4 m; across a gap more by what a path climbs.
+        (-5.5, 0.4),
         (-1.0, 0.4),
         (0.0, 0.4),
         (1.0, 1.4),
@@ -369,6 +371,16 @@ def test_edges_that_are_near_are_almost_level(gap: float, distance: float) -> No
     (junction,), (found,) = steps(roads, [(5.0, 0.0)], None, None)
     assert junction == 0
     assert found == pytest.approx([0.0, -y / distance])
+
+
+def test_lanes_on_the_right_of_both_arms_may_be_the_nearest() -> None:
+    roads = [straight((-90.0, 10.0), (0.0, 10.0), end=0), straight((0.0, -10.0), (-90.0, -10.0), start=0)]
+    assert steps(roads, [(5.0, 0.0)], None, None)[1] == [pytest.approx([0.0, 20.0 / 17.2])]
+
+
+def test_arms_that_are_nearer_than_the_shortest_path_have_no_step_of_their_own() -> None:
+    roads = [straight((-90.0, 0.0), (0.0, 0.0), end=0), straight((-90.0, 0.3), (0.0, 0.3), end=0)]
+    assert steps(roads, [(5.0, 0.0)], None, None) == ([], [])
 
 
 def test_all_arms_of_a_junction_are_paired_and_those_of_others_are_not() -> None:

@@ -104,6 +104,23 @@ def test_smoothing_makes_the_profile_smoother() -> None:
     assert roughness(3.0) < 0.8 * roughness(1.0)
 
 
+def test_main_roads_are_smoother() -> None:
+    """The stiffer the class, the less a road follows waves of 60 m length."""
+    ground = Ground(lambda x, y: 0.3 * np.sin(x / 10.0), cell_size=5.0, sigma=0.5)
+
+    def roughness(highway: str) -> float:
+        found = solve([straight((0.0, 0.0), (400.0, 0.0), highway=highway)], ground)
+        return float(np.abs(found.grade(0, np.linspace(0.0, 400.0, 500))).mean())
+
+    classes = ("motorway", "trunk", "primary", "secondary", "residential")
+    found = [roughness(highway) for highway in classes]
+    assert found == sorted(found)
+    assert found[0] < 0.9 * found[2] < 0.9 * found[4]
+    assert roughness("motorway_link") == roughness("primary_link") == found[2]
+    assert roughness("secondary_link") == found[3]
+    assert roughness("service") == found[4]
+
+
 def assert_smooth(problem: object, solution: object) -> None:
     """Assert that height and grade are continuous in every road, across links and on junctions' planes."""
     from osm2xodr.geometry.heights import ProfileProblem, ProfileSolution

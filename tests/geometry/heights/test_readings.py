@@ -94,7 +94,7 @@ def test_cells_are_looked_up_every_fifty_metres() -> None:
 
 
 @pytest.mark.parametrize("hdg", [0.0, 0.7, 2.0, -2.5])
-@pytest.mark.parametrize(("cell", "wide"), [(1.0, 0.05), (14.0, 0.3)])
+@pytest.mark.parametrize(("cell", "wide"), [(1.0, 0.05), (5.9, 0.05), (6.1, 0.3), (14.0, 0.3)])
 def test_slope_across_is_read_to_both_sides(hdg: float, cell: float, wide: float) -> None:
     """2 m to either side, or half a cell: a bank of 5 % near the road, beyond 3 m of 40 %."""
     along = np.array([np.cos(hdg), np.sin(hdg)])
