@@ -49,7 +49,7 @@ def test_roads_are_cut_as_finely_as_the_finest_model_along_them() -> None:
 def test_typical_density_is_that_of_cells_of_the_same_size() -> None:
     n = np.ones(4)
     cell = np.array([1.0, 1.0, 30.0, 30.0])
-    reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0)
+    reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0, np.nan * n, 0 * n)
     assert typical_density(reading, np.array([1.02, 29.5])) == pytest.approx([10.0, 0.025])
 
 

@@ -21,7 +21,7 @@ def test_a_clearance_of_nothing_has_no_sign() -> None:
     road, none = np.array([0], np.int64), np.zeros(0)
     crossings = Crossings(road, np.array([50.0]), road + 1, np.array([50.0]), np.array([5.2]))
     no_road = np.zeros(0, np.int64)
-    reading = Reading(none, none, none, none, none, none > 0, none > 0)
+    reading = Reading(none, none, none, none, none, none > 0, none > 0, none, none)
     outcome = Outcome(none, none, none, reading, none > 0, none, none, crossings, np.array([-0.04]), no_road)
     for height, word in ((-0.04, "0.0"), (-0.3, "-0.3"), (1.26, "1.3")):
         diagnostics = Diagnostics()
@@ -87,3 +87,14 @@ def test_report_measures_against_the_surface() -> None:
     assert (report.farthest[0].road, report.farthest[0].osm_way_id) == (0, 100)
     assert report.farthest[0].s == pytest.approx(200.0, abs=4.0)
     assert report.farthest[0].value == pytest.approx(float(off[np.argmax(np.abs(off))]), abs=0.3)
+
+
+def test_roads_far_from_all_that_is_measured_are_reported_as_unknown() -> None:
+    ground = Ground(lambda x, y: np.where(x < 500.0, 10.0, 20.0), known=lambda x, y: np.asarray(x < 500.0))
+    near, far = straight((600.0, 0.0), (900.0, 0.0)), straight((3000.0, 0.0), (4500.0, 0.0))
+    found = solve([straight((0.0, 0.0), (400.0, 0.0)), near, far], ground)
+    (note,) = [item for item in found.diagnostics if item.code == "height-unknown"]
+    assert note.kind is Kind.GUESSED
+    assert note.message.startswith("the heights of 1.5 km of roads are not known: nothing within 1 km")
+    gaps = [item.osm_id for item in found.diagnostics if item.code == "no-height"]
+    assert gaps == ["way/101", "way/102"]
