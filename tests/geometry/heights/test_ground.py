@@ -86,7 +86,7 @@ def test_hills_keep_their_shape() -> None:
     drape = model.heights(ROAD_X, ROAD_Y)[0]
     truth = hills(ROAD_X, ROAD_Y)
     assert rms(found.z - truth) < 0.95 * rms(drape - truth)
-    assert rms(np.diff(found.z - truth)) < 0.65 * rms(np.diff(drape - truth))
+    assert rms(np.diff(found.z - truth)) < 0.7 * rms(np.diff(drape - truth))
     assert found.correlation.max() < 150.0
 
 
@@ -112,7 +112,7 @@ def test_bank_across_a_plain_keeps_its_shape_and_the_plain_stays_smooth(seed: in
     found, truth, drape = read(model, ROAD_X, ROAD_Y), bank(ROAD_X, ROAD_Y), model.heights(ROAD_X, ROAD_Y)[0]
     near = np.abs(ROAD_X + 0.3 * ROAD_Y) < 150.0
     assert rms((found.z - truth)[near]) < 1.2 * rms((drape - truth)[near])
-    assert rms((found.z - truth)[~near]) < 0.8 * rms((drape - truth)[~near])
+    assert rms((found.z - truth)[~near]) < 0.85 * rms((drape - truth)[~near])
 
 
 def test_hill_and_plain_of_one_model_have_reliefs_of_their_own() -> None:

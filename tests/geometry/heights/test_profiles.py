@@ -284,4 +284,4 @@ def test_roundabout_lies_in_one_tilted_plane() -> None:
     design = np.column_stack([np.ones_like(x), x, y])
     plane, *_ = np.linalg.lstsq(design, z, rcond=None)
     assert np.abs(z - design @ plane).max() < 0.12
-    assert plane[1:] == pytest.approx([0.04, 0.0], abs=0.02)
+    assert plane[1:] == pytest.approx([0.04, 0.0], abs=0.025)

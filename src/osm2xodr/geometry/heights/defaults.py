@@ -52,7 +52,7 @@ COARSE_CELL: Final = 15.0
 GROUND_REACH: Final = 40.0
 # Roads are smoother than the ground they are built on: factor on the roughness penalty that the ground calls for.
 # Against known terrain 2 to 8 do equally well.
-ROAD_SMOOTHNESS: Final = 4.0
+ROAD_SMOOTHNESS: Final = 3.0
 # Least standard error of heights, m: keeps the solve well conditioned on exact surfaces.
 HEIGHT_SIGMA_MIN: Final = 0.05
 # Farther than this from all that is measured heights are reported as not known, m: there the surface has fallen back

@@ -81,11 +81,11 @@ _CG_ERROR: Final = 0.002
 _DETAIL_BANDS: Final = (0.125, 0.25, 0.5, 1.0)
 _BAND_EDGE: Final = 0.7
 _AROUND: Final = 3.0
-# Relief is what a band's power has beyond this many times the noise's, and at most this many times what the window
-# has on average. On coarsened models of real places and on known terrain with canopy, less of either is worse on the
-# former, more on the latter.
+# Relief is what a band's power has beyond the first times the noise's, and at most the second times what the window
+# usually has: in windows with canopy or roofs, and in others. On coarsened models of real places and on known terrain
+# with canopy, more for the former loses on the latter, and less for the others loses on the places.
 _CLEARLY: Final = 1.5
-_ROUGHER: Final = 3.0
+_ROUGHER: Final = (0.25, 30.0)
 # Where the noise's spectrum leaves its level, and from where it is measured, as shares of the highest wave number;
 # and the least that it can be, m⁴.
 _NOISE_FALLS: Final = (0.3, 0.75)
@@ -305,7 +305,9 @@ def _estimate(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float)
             break
         residual = stack.target - stack.smooth
         scale = _spread(residual, known)
-        above, below = _sides(residual, scale, known)
+        one_sided = _one_sided(residual, scale, known)
+        sides = np.where(one_sided[:, None], _ONE_SIDED, _TWO_SIDED).astype(np.float32)
+        above, below = sides[:, 0, None, None], sides[:, 1, None, None]
         base = 1.0 / (1.0 + (residual / np.where(residual > 0, above * scale, below * scale)) ** 2)
         stack.weight = np.where(known, base * base if step else base, np.float32(0.0))
         if step == 1:
@@ -339,6 +341,8 @@ def _detail(stack: _Stack, known: BoolArray, relief: FloatArray, noise: FloatArr
     basis = stack.basis
     residual = np.where(known, stack.target - stack.smooth, np.float32(0.0))
     cosines = basis.to_cosines(residual)
+    one_sided = _one_sided(residual, _spread(residual, known), known)[:, None, None]
+    rougher = np.where(one_sided, *_ROUGHER).astype(np.float32)
     ratio = (smoothing * defaults.ROAD_SMOOTHNESS * noise / relief).astype(np.float32)[:, None, None]
     # What share of the power of ground and noise the residuals have.
     left = (ratio * basis.k4 / (1.0 + ratio * basis.k4)) ** 2
@@ -348,11 +352,11 @@ def _detail(stack: _Stack, known: BoolArray, relief: FloatArray, noise: FloatArr
     for band, blur in zip(basis.bands, basis.blurs, strict=True):
         part = basis.from_cosines(band * cosines)
         above, below = (_blurred(basis, np.square(np.maximum(side, 0.0)), blur) for side in (part, -part))
-        # What stands out above alone is canopy or roofs.
-        power = np.minimum(above + below, 2.0 * below)
+        # Canopy and roofs stand out above alone.
+        power = above + np.where(one_sided, np.minimum(below, 2.0 * below - above), below)
         expected = np.float32(smoothing) * (band * band * noise_left).mean(axis=(1, 2), keepdims=True)
         usual = (band * band * relief_left).mean(axis=(1, 2), keepdims=True)
-        signal = np.clip(power - np.float32(_CLEARLY) * expected, 0.0, np.float32(_ROUGHER) * usual)
+        signal = np.clip(power - np.float32(_CLEARLY) * expected, 0.0, rougher * usual)
         out += basis.to_cosines(part * (signal / (signal + expected)))
     return out
 
@@ -374,12 +378,11 @@ def _spread(residual: Single, known: BoolArray) -> Single:
     return out
 
 
-def _sides(residual: Single, scale: Single, known: BoolArray) -> tuple[Single, Single]:
-    """Return how far above and below outliers begin, (W, 1, 1): closer above where canopy and roofs stand out."""
+def _one_sided(residual: Single, scale: Single, known: BoolArray) -> BoolArray:
+    """Return in which windows heights stand out above rather than below, (W,): there they are canopy and roofs."""
     count = known.sum(axis=(1, 2))
     # Unknown heights have the residual of the smooth surface itself and must not count.
     above = (known & (residual > _TAIL * scale)).sum(axis=(1, 2)) / count
     below = (known & (residual < -_TAIL * scale)).sum(axis=(1, 2)) / count
-    one_sided = above > _TAIL_SHARE + _TAIL_RATIO * below
-    sides = np.where(one_sided[:, None], _ONE_SIDED, _TWO_SIDED).astype(np.float32)
-    return sides[:, 0, None, None], sides[:, 1, None, None]
+    out: BoolArray = above > _TAIL_SHARE + _TAIL_RATIO * below
+    return out
