@@ -55,8 +55,8 @@ _NOISE_SPREAD: Final = 1.0
 _ONE_SIDED: Final = (1.8, 4.5)
 _TWO_SIDED: Final = (4.0, 4.0)
 _TAIL: Final = 2.5
-_TAIL_SHARE: Final = 0.01
-_TAIL_RATIO: Final = 2.0
+_TAIL_SHARE: Final = 0.005
+_TAIL_RATIO: Final = 1.5
 # Residuals are clipped to these, in standard deviations, before A and N are estimated for the second time.
 _CLIP: Final = (-3.0, 2.0)
 # Median of the size of normal deviates, and the least standard deviation, m.
@@ -85,7 +85,7 @@ _AROUND: Final = 3.0
 # usually has: in windows with canopy or roofs, and in others. On coarsened models of real places and on known terrain
 # with canopy, more for the former loses on the latter, and less for the others loses on the places.
 _CLEARLY: Final = 1.5
-_ROUGHER: Final = (0.25, 30.0)
+_ROUGHER: Final = (0.25, 10.0)
 # Where the noise's spectrum leaves its level, and from where it is measured, as shares of the highest wave number;
 # and the least that it can be, m⁴.
 _NOISE_FALLS: Final = (0.3, 0.75)
