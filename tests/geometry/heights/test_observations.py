@@ -41,7 +41,8 @@ def network_of(roads: list[RoadSpec], junctions: list[tuple[float, float]], spac
 def reading(count: int, z: float = 0.0, sigma: float = 2.0, cell: float = 10.0, covered: bool = False) -> Reading:
     """Return heights of one quality whose errors are correlated over 25 m."""
     every = np.ones(count)
-    return Reading(z * every, z * every, sigma * every, 25.0 * every, cell * every, every > 0, (every > 0) & covered)
+    flags = every > 0, (every > 0) & covered
+    return Reading(z * every, z * every, sigma * every, 25.0 * every, cell * every, *flags, np.nan * every, 0 * every)
 
 
 def test_sample_weighs_as_its_length_of_road() -> None:

@@ -32,7 +32,7 @@ def test_a_clearance_of_nothing_has_no_sign() -> None:
     at = np.array([50.0])
     crossings = Crossings(road, at, road + 1, at, np.array([5.2]), road, np.zeros((1, 2)))
     no_road = np.zeros(0, np.int64)
-    reading = Reading(none, none, none, none, none, none > 0, none > 0)
+    reading = Reading(none, none, none, none, none, none > 0, none > 0, none, none)
     outcome = Outcome(none, none, none, reading, none > 0, none, none, crossings, np.array([-0.04]), no_road)
     for height, word in ((-0.04, "0.0"), (-0.3, "-0.3"), (1.26, "1.3")):
         diagnostics = Diagnostics()
@@ -132,7 +132,17 @@ def by_hand() -> tuple[Network, Outcome]:
     off[4:6] = 5.0, 4.0
     off[26:] = -8.0, -2.0, -1.0, -9.0
     measured = road != 2
-    reading = Reading(surface, surface, np.ones(30), np.ones(30), np.ones(30), measured, np.zeros(30, bool))
+    reading = Reading(
+        surface,
+        surface,
+        np.ones(30),
+        np.ones(30),
+        np.ones(30),
+        measured,
+        np.zeros(30, bool),
+        np.ones(30),
+        np.zeros(30),
+    )
     grade = np.full(len(elements.h), 0.05)
     limit = np.full(len(elements.h), 0.1)
     grade[[1, 2, 8, 13, 14]] = 0.12, 0.2, 0.11, 0.15, 0.3
@@ -304,7 +314,7 @@ def test_ten_roads_are_named_at_most() -> None:
     _, outcome = by_hand()
     none, every = np.zeros(0), np.ones(12)
     nowhere = np.zeros(0, np.int64)
-    reading = Reading(every, every, every, every, every, every > 0, every < 0)
+    reading = Reading(every, every, every, every, every, every > 0, every < 0, every, 0.0 * every)
     outcome = Outcome(
         z=1.0 + 6.0 + np.arange(12.0),
         knots=np.zeros((24, 2)),
@@ -344,3 +354,14 @@ def test_largest_grade_of_an_element(z: float, start: float, end: float, steepes
     elements = build_elements(make_problem([straight((0.0, 0.0), (10.0, 0.0))]), 20.0)
     knots = np.array([[3.0, start], [3.0 + z, end]])
     assert element_grades(elements, knots) == pytest.approx([steepest])
+
+
+def test_roads_far_from_all_that_is_measured_are_reported_as_unknown() -> None:
+    ground = Ground(lambda x, y: np.where(x < 500.0, 10.0, 20.0), known=lambda x, y: np.asarray(x < 500.0))
+    near, far = straight((600.0, 0.0), (900.0, 0.0)), straight((3000.0, 0.0), (4500.0, 0.0))
+    found = solve([straight((0.0, 0.0), (400.0, 0.0)), near, far], ground)
+    (note,) = [item for item in found.diagnostics if item.code == "height-unknown"]
+    assert note.kind is Kind.GUESSED
+    assert note.message.startswith("the heights of 1.5 km of roads are not known: nothing within 1 km")
+    gaps = [item.osm_id for item in found.diagnostics if item.code == "no-height"]
+    assert gaps == ["way/101", "way/102"]

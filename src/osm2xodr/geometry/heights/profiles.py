@@ -145,7 +145,7 @@ def _build_model(
     """Return the model; `cell` is the size of the elevation model's cells along each road, (R,), m."""
     problem, elements = network.problem, network.elements
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
-    flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span]
+    flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span] * _relief_factor(network, reading)
     return _Model(
         network,
         reading,
@@ -156,6 +156,18 @@ def _build_model(
         chains=find_chains(problem, elements),
         crossings=find_crossings(problem, network.unknowns.end_node),
     )
+
+
+def _relief_factor(network: Network, reading: Reading) -> FloatArray:
+    """Return the factor on the flexibility of each element, (E,), that the relief around it calls for, 1 at least."""
+    samples, elements = network.samples, len(network.elements.h)
+    known = np.isfinite(reading.log_relief)
+    at = samples.element[known]
+    count = np.bincount(at, minlength=elements)
+    log_a = np.bincount(at, reading.log_relief[known], elements) / np.maximum(count, 1)
+    log_quotient = log_a + np.log(defaults.RELIEF_WAVE / 4.0 / defaults.ROAD_FLEXIBILITY)
+    factor = np.exp(defaults.RELIEF_SHARE * np.maximum(log_quotient, 0.0))
+    return np.where(count > 0, factor, 1.0)
 
 
 def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:

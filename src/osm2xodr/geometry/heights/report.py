@@ -117,6 +117,16 @@ def _report_gaps(network: Network, outcome: Outcome, diagnostics: Diagnostics) -
     elements, element = network.elements, network.samples.element
     floating = outcome.floating[elements.road[element]]
     gap = ~outcome.reading.measured & ((elements.structure[element] == Structure.GROUND) | floating)
+    unknown = gap & (outcome.reading.away > defaults.UNKNOWN_FROM)
+    if unknown.any():
+        total = float(network.samples.ds[unknown].sum()) / 1000.0
+        diagnostics.guessed(
+            "height-unknown",
+            "",
+            f"the heights of {total:.1f} km of roads are not known: nothing within "
+            f"{defaults.UNKNOWN_FROM / 1000.0:g} km of them is measured. They follow the trend of what is; give an "
+            "elevation model that covers them.",
+        )
     for way, length in _length_by_way(network, np.flatnonzero(gap)).items():
         if length >= _GAP_FROM:
             diagnostics.guessed(
