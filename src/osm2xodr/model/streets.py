@@ -91,6 +91,7 @@ class StreetAttributes:
     # More about the bridge or tunnel, if any. Galleries and passages through houses, where the street stays on the
     # ground, have it too.
     structure_tags: StructureTags | None = None
+    max_height: float | None = None  # Height of vehicles that ``maxheight`` allows, m; None where it gives none
 
     def car_directions(self) -> frozenset[Direction]:
         """Return the directions of cars along the street, those of all lanes if none is for cars.

@@ -17,7 +17,7 @@ from osm2xodr.curves import (
     stack_plan_views,
 )
 from osm2xodr.geometry.defaults import PARALLEL_SINE
-from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER
+from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, end_spans, span_at
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
@@ -123,7 +123,7 @@ class Crossings:
     upper_s: FloatArray
     lower: IntArray
     lower_s: FloatArray
-    clearance: FloatArray  # (n,) Height wanted from road to road, by the class of the lower one, m
+    clearance: FloatArray  # (n,) Height wanted from road to road, by class or `maxheight` of the lower one, m
     place: IntArray  # (n,) Number of the place that each belongs to: several hold the corners of one
     xy: FloatArray  # (n, 2) Where, local, m
 
@@ -157,11 +157,19 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     pairs = _thinned(ways, pairs.chosen(np.flatnonzero((crosses & ~near) | above)))
     upper, lower = ways.curve[pairs.upper], ways.curve[pairs.lower]
     upper_s, lower_s = ways.s[pairs.upper], ways.s[pairs.lower]
-    span = curve_spans(problem, lower, lower_s)
-    by_span = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in problem.span_highway], np.float64)
+    clearance = _clearances(problem)[curve_spans(problem, lower, lower_s)]
     xy = 0.5 * (ways.corners[pairs.upper].mean(axis=1) + ways.corners[pairs.lower].mean(axis=1))
     place = np.unique(pairs.place, return_inverse=True)[1].astype(np.int64)
-    return Crossings(upper, upper_s, lower, lower_s, by_span[span], place, xy)
+    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy)
+
+
+def _clearances(problem: ProfileProblem) -> FloatArray:
+    """Return the clearance above each span, (K,), m: by its class, or by the height that a sign allows there."""
+    usual = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in problem.span_highway], np.float64)
+    if problem.span_max_height is None:
+        return usual
+    signed = problem.span_max_height + DECK
+    return np.asarray(np.where(np.isfinite(signed), signed, usual), np.float64)
 
 
 def _overlaps(ways: Carriageways) -> _Pairs:

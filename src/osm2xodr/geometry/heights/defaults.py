@@ -128,6 +128,8 @@ CLEARANCE: Final = MappingProxyType(
     dict.fromkeys(("motorway", "motorway_link", "trunk", "trunk_link", "primary", "primary_link"), 5.4)
     | dict.fromkeys(("living_street", "service", "pedestrian", "track"), 4.2)
 )
+# Where a sign gives the height of vehicles (``maxheight``) that counts instead, with this deck, m.
+DECK: Final = 0.7
 CLEARANCE_TOLERANCE: Final = 0.3
 # How far the ground's own heights give way to clearance at a place: in standard errors of the elevation model, and
 # from 1 m (twice its error beneath bridges) to 50 m. A precise model shows the road in its cutting; there the bridge
