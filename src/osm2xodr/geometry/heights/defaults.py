@@ -60,9 +60,10 @@ POSITION_ERROR_CELLS: Final = 0.17
 # that is more.
 PORTAL_WEIGHT: Final = 0.01
 PORTAL_LENGTH: Final = 8.0
-# Standard error of the ground as the height of a bridge that the map's edge cuts, m: about the height of bridges. A
-# choice; where the ground is much farther below, the robust loss lets go of it.
+# Standard error of the ground as the height of a bridge that the map's edge cuts, m: about the height of bridges, and
+# at least this share of the length that is there: long bridges are high. Choices.
 CUT_BRIDGE_SIGMA: Final = 5.0
+CUT_BRIDGE_RISE: Final = 0.03
 # Length of road that the height of a junction's middle stands for, m.
 JUNCTION_LENGTH: Final = 10.0
 
