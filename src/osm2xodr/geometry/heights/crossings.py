@@ -154,7 +154,7 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     crosses = np.bincount(pairs.place, pairs.crossing & ~near) > 0
     crosses = crosses[pairs.place] if len(pairs.place) else pairs.crossing
     above = _on_top_of_each_other(ways, pairs) & ~kin
-    pairs = _thinned(ways, pairs.chosen(np.flatnonzero((crosses & ~near) | above)))
+    pairs = _thinned(problem, ways, pairs.chosen(np.flatnonzero((crosses & ~near) | above)))
     upper, lower = ways.curve[pairs.upper], ways.curve[pairs.lower]
     upper_s, lower_s = ways.s[pairs.upper], ways.s[pairs.lower]
     clearance = _clearances(problem)[curve_spans(problem, lower, lower_s)]
@@ -272,17 +272,32 @@ def _meetings(
     return near, kin
 
 
-def _thinned(ways: Carriageways, pairs: _Pairs) -> _Pairs:
-    """Leave of each place, and of each `_PLACE_STEP` of a long one, the corners and where the overlap is deepest."""
+def _thinned(problem: ProfileProblem, ways: Carriageways, pairs: _Pairs) -> _Pairs:
+    """Leave of each place, and of each `_PLACE_STEP` of a long one, the corners and where the overlap is deepest.
+
+    The connecting roads of a junction lie on one plane: for these, their places under or over one road are one.
+    """
     if not len(pairs.place):
         return pairs
-    us, ls = ways.s[pairs.upper], ways.s[pairs.lower]
-    first = np.minimum.reduceat(us, np.flatnonzero(np.diff(pairs.place, prepend=-1)))
-    place = np.unique(pairs.place, return_inverse=True)[1]
-    piece = np.floor((us - first[place]) / _PLACE_STEP).astype(np.int64)
+    one, other = (_surfaces(problem, ways.curve[piece]) for piece in (pairs.upper, pairs.lower))
+    us = ways.s[pairs.upper]
+    part = np.where(one < 0, 0, np.floor(us / _PLACE_STEP).astype(np.int64))
+    keys = np.column_stack([one, other, np.where((one < 0) | (other < 0), 0, pairs.place)])
+    place = np.unique(keys, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
+    pairs = _Pairs(pairs.upper, pairs.lower, pairs.depth, pairs.crossing, place)
+    x, y = ways.corners[pairs.upper].mean(axis=1).T + ways.corners[pairs.lower].mean(axis=1).T
     kept = []
-    for value in (us + ls, us - ls, -us - ls, ls - us, pairs.depth):
-        order = np.lexsort((-value, piece, place))
-        new = (np.diff(place[order], prepend=-1) != 0) | (np.diff(piece[order], prepend=-1) != 0)
+    for value in (x + y, x - y, -x - y, y - x, pairs.depth):
+        order = np.lexsort((-value, part, place))
+        new = (np.diff(place[order], prepend=-1) != 0) | (np.diff(part[order], prepend=-1) != 0)
         kept.append(order[new])
     return pairs.chosen(np.unique(np.concatenate(kept)))
+
+
+def _surfaces(problem: ProfileProblem, curve: IntArray) -> IntArray:
+    """Return a number for the surface of each curve, (n,): its own, or one below 0 for that of its junction."""
+    roads, out = len(problem.end_junction), curve.copy()
+    if problem.connectors is not None:
+        inside = curve >= roads
+        out[inside] = -1 - problem.connectors.junction[curve[inside] - roads]
+    return out
