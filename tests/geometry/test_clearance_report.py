@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,11 @@ def crossing(tags: str, *, fork: float = 0.0) -> Area:
     return Area(nodes, {10: ([1, 2, 3], ROAD)} | across | branch)
 
 
+def replace_way(area: Area, way: int, tags: str) -> Area:
+    """Return an area with other tags of a way."""
+    return replace(area, ways={**area.ways, way: (area.ways[way][0], tags)})
+
+
 @pytest.mark.parametrize("fork", [0.0, 0.1])
 def test_bridge_passes_over_a_road_and_over_a_junction(tmp_path: Path, fork: float) -> None:
     road_map, diagnostics, result = built(crossing(BRIDGE, fork=fork), tmp_path)
@@ -46,6 +52,16 @@ def test_bridge_passes_over_a_road_and_over_a_junction(tmp_path: Path, fork: flo
     assert result.findings == ()
     assert road_map.statistics["layer_crossings"] >= 1.0
     assert road_map.statistics["layer_crossings_too_close"] == 0.0
+
+
+def test_sign_on_the_road_below_a_bridge_counts(tmp_path: Path) -> None:
+    low, high = (replace_way(crossing(BRIDGE), 10, f"{ROAD} maxheight={text}") for text in ("3.5", "6.3"))
+    gaps = []
+    for area in (low, high):
+        report = built(area, tmp_path)[0].elevation_report
+        assert report is not None
+        gaps += [item.clearance for item in report.structures]
+    assert gaps == pytest.approx([4.2, 7.0], abs=0.1)
 
 
 def test_junction_below_a_bridge_lies_inside_of_it(tmp_path: Path) -> None:

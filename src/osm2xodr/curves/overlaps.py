@@ -27,14 +27,18 @@ def overlapping_pairs(corners: FloatArray, probe: BoolArray) -> tuple[IntArray, 
     `corners`, (n, 4, 2), are those of the quadrilaterals, m, `probe`, (n,), says which are asked about. Each pair
     comes once, with i < j, in ascending order.
     """
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    # Faster than along an axis of four.
+    first, second, third, fourth = (corners[:, k] for k in range(4))
+    low = np.minimum(np.minimum(first, second), np.minimum(third, fourth))
+    high = np.maximum(np.maximum(first, second), np.maximum(third, fourth))
+    west, south, east, north = (np.ascontiguousarray(column) for column in (*low.T, *high.T))
     quad, cell = _cells(low, high, probe)
     order = np.argsort(cell, kind="stable")
     quad, cell = quad[order], cell[order]
-    first = np.flatnonzero(np.diff(cell, prepend=-1)) if len(cell) else np.zeros(0, np.int64)
-    size = np.diff(np.append(first, len(cell)))
+    begins = np.flatnonzero(np.diff(cell, prepend=-1)) if len(cell) else np.zeros(0, np.int64)
+    size = np.diff(np.append(begins, len(cell)))
     # Each row of a cell with all rows behind it.
-    behind = np.repeat(first + size, size) - np.arange(len(cell)) - 1
+    behind = np.repeat(begins + size, size) - np.arange(len(cell)) - 1
     found: list[IntArray] = [np.zeros(0, np.int64)]
     begin, total = 0, np.cumsum(behind)
     while begin < len(cell):
@@ -43,11 +47,11 @@ def overlapping_pairs(corners: FloatArray, probe: BoolArray) -> tuple[IntArray, 
         rows = np.arange(begin, end)
         a = np.repeat(quad[rows], behind[rows])
         b = quad[runs(rows + 1, behind[rows])]
+        near = (west[a] < east[b]) & (west[b] < east[a]) & (south[a] < north[b]) & (south[b] < north[a])
+        a, b = a[near], b[near]
         good = probe[a] | probe[b]
-        a, b = a[good], b[good]
-        a, b = np.minimum(a, b), np.maximum(a, b)
-        near = ((low[a] < high[b]) & (low[b] < high[a])).all(axis=1)
-        found.append(np.unique(a[near] * len(corners) + b[near]))
+        a, b = np.minimum(a, b)[good], np.maximum(a, b)[good]
+        found.append(a * len(corners) + b)
         begin = end
     code = np.unique(np.concatenate(found))
     return code // max(len(corners), 1), code % max(len(corners), 1)

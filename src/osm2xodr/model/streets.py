@@ -93,6 +93,7 @@ class StreetAttributes:
     # More about the bridge or tunnel, if any. Galleries and passages through houses, where the street stays on the
     # ground, have it too.
     structure_tags: StructureTags | None = None
+    max_height: float | None = None  # Height of vehicles that ``maxheight`` allows, m; None where it gives none
 
     def speed_along(self, direction: Direction) -> float | None:
         """Return the limit of a direction (of `BOTH`: of either), m/s, guessed where it is unknown."""

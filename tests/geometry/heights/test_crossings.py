@@ -170,6 +170,18 @@ def test_deck_over_the_edge_of_a_road_is_above_it_but_at_its_ends(bridge: float,
     assert np.diff(np.sort(found.lower_s)).max() <= 12.0 + 1e-9
 
 
+def test_clearance_by_the_sign_on_the_road_below() -> None:
+    roads = [
+        straight((-100.0, 0.0), (100.0, 0.0), spans=[(0.0, 1, 1)]),
+        straight((-50.0, -100.0), (-50.0, 100.0), highway="motorway"),
+        straight((0.0, -100.0), (0.0, 100.0), highway="motorway"),
+        straight((50.0, -100.0), (50.0, 100.0), highway="motorway"),
+    ]
+    found = find(replace(make_problem(roads), span_max_height=np.array([2.0, 3.2, 5.5, np.nan])))
+    wanted = dict(zip(found.lower.tolist(), found.clearance.tolist(), strict=True))
+    assert wanted == pytest.approx({1: 3.9, 2: 6.2, 3: 5.4})
+
+
 def test_clearance_by_class() -> None:
     roads = [
         straight((-100.0, 0.0), (100.0, 0.0), spans=[(0.0, 1, 1)]),

@@ -102,7 +102,7 @@ def test_deck_runs_over_its_junction_as_if_there_was_no_river() -> None:
 
 def test_ground_holds_the_end_of_a_bridge_that_the_maps_edge_cuts() -> None:
     roads = [
-        straight((0.0, 0.0), (300.0, 0.0), spans=[(0.0, 0, 0), (100.0, 1, 1)]),
+        straight((0.0, 0.0), (300.0, 0.0), spans=[(0.0, 0, 0), (200.0, 1, 1)]),
         straight((0.0, 50.0), (300.0, 50.0), spans=[(0.0, 0, 0), (100.0, 2, -1)]),
     ]
     network = network_of(roads, [])
@@ -110,6 +110,10 @@ def test_ground_holds_the_end_of_a_bridge_that_the_maps_edge_cuts() -> None:
     assert block.value.tolist() == [4.0]
     assert block.weight == pytest.approx([1.0 / 5.0**2])
     assert block.kind.tolist() == [Kind.CUT_BRIDGE]
+    # A bridge of 600 m may be 18 m high.
+    long = network_of([straight((0.0, 0.0), (600.0, 0.0), spans=[(0.0, 1, 1)], start=0)], [(0.0, 0.0)])
+    block_long = observe_cut_bridges(long, reading(len(long.samples.s)), mean=0.0)
+    assert block_long.sigma == pytest.approx([18.0])
     # The height of the last knot of road 0, and of nothing else.
     knots = block.rows.toarray() @ np.linalg.pinv(network.unknowns.to_knots.toarray())
     last = 2 * int(network.elements.end_knots[0, 1])

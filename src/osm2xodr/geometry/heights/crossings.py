@@ -17,7 +17,7 @@ from osm2xodr.curves import (
     stack_plan_views,
 )
 from osm2xodr.geometry.defaults import PARALLEL_SINE
-from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER
+from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK
 from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, end_spans, span_at
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
@@ -123,7 +123,7 @@ class Crossings:
     upper_s: FloatArray
     lower: IntArray
     lower_s: FloatArray
-    clearance: FloatArray  # (n,) Height wanted from road to road, by the class of the lower one, m
+    clearance: FloatArray  # (n,) Height wanted from road to road, by class or `maxheight` of the lower one, m
     place: IntArray  # (n,) Number of the place that each belongs to: several hold the corners of one
     xy: FloatArray  # (n, 2) Where, local, m
 
@@ -154,14 +154,22 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     crosses = np.bincount(pairs.place, pairs.crossing & ~near) > 0
     crosses = crosses[pairs.place] if len(pairs.place) else pairs.crossing
     above = _on_top_of_each_other(ways, pairs) & ~kin
-    pairs = _thinned(ways, pairs.chosen(np.flatnonzero((crosses & ~near) | above)))
+    pairs = _thinned(problem, ways, pairs.chosen(np.flatnonzero((crosses & ~near) | above)))
     upper, lower = ways.curve[pairs.upper], ways.curve[pairs.lower]
     upper_s, lower_s = ways.s[pairs.upper], ways.s[pairs.lower]
-    span = curve_spans(problem, lower, lower_s)
-    by_span = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in problem.span_highway], np.float64)
+    clearance = _clearances(problem)[curve_spans(problem, lower, lower_s)]
     xy = 0.5 * (ways.corners[pairs.upper].mean(axis=1) + ways.corners[pairs.lower].mean(axis=1))
     place = np.unique(pairs.place, return_inverse=True)[1].astype(np.int64)
-    return Crossings(upper, upper_s, lower, lower_s, by_span[span], place, xy)
+    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy)
+
+
+def _clearances(problem: ProfileProblem) -> FloatArray:
+    """Return the clearance above each span, (K,), m: by its class, or by the height that a sign allows there."""
+    usual = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in problem.span_highway], np.float64)
+    if problem.span_max_height is None:
+        return usual
+    signed = problem.span_max_height + DECK
+    return np.asarray(np.where(np.isfinite(signed), signed, usual), np.float64)
 
 
 def _overlaps(ways: Carriageways) -> _Pairs:
@@ -264,17 +272,32 @@ def _meetings(
     return near, kin
 
 
-def _thinned(ways: Carriageways, pairs: _Pairs) -> _Pairs:
-    """Leave of each place, and of each `_PLACE_STEP` of a long one, the corners and where the overlap is deepest."""
+def _thinned(problem: ProfileProblem, ways: Carriageways, pairs: _Pairs) -> _Pairs:
+    """Leave of each place, and of each `_PLACE_STEP` of a long one, the corners and where the overlap is deepest.
+
+    The connecting roads of a junction lie on one plane: for these, their places under or over one road are one.
+    """
     if not len(pairs.place):
         return pairs
-    us, ls = ways.s[pairs.upper], ways.s[pairs.lower]
-    first = np.minimum.reduceat(us, np.flatnonzero(np.diff(pairs.place, prepend=-1)))
-    place = np.unique(pairs.place, return_inverse=True)[1]
-    piece = np.floor((us - first[place]) / _PLACE_STEP).astype(np.int64)
+    one, other = (_surfaces(problem, ways.curve[piece]) for piece in (pairs.upper, pairs.lower))
+    us = ways.s[pairs.upper]
+    part = np.where(one < 0, 0, np.floor(us / _PLACE_STEP).astype(np.int64))
+    keys = np.column_stack([one, other, np.where((one < 0) | (other < 0), 0, pairs.place)])
+    place = np.unique(keys, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
+    pairs = _Pairs(pairs.upper, pairs.lower, pairs.depth, pairs.crossing, place)
+    x, y = ways.corners[pairs.upper].mean(axis=1).T + ways.corners[pairs.lower].mean(axis=1).T
     kept = []
-    for value in (us + ls, us - ls, -us - ls, ls - us, pairs.depth):
-        order = np.lexsort((-value, piece, place))
-        new = (np.diff(place[order], prepend=-1) != 0) | (np.diff(piece[order], prepend=-1) != 0)
+    for value in (x + y, x - y, -x - y, y - x, pairs.depth):
+        order = np.lexsort((-value, part, place))
+        new = (np.diff(place[order], prepend=-1) != 0) | (np.diff(part[order], prepend=-1) != 0)
         kept.append(order[new])
     return pairs.chosen(np.unique(np.concatenate(kept)))
+
+
+def _surfaces(problem: ProfileProblem, curve: IntArray) -> IntArray:
+    """Return a number for the surface of each curve, (n,): its own, or one below 0 for that of its junction."""
+    roads, out = len(problem.end_junction), curve.copy()
+    if problem.connectors is not None:
+        inside = curve >= roads
+        out[inside] = -1 - problem.connectors.junction[curve[inside] - roads]
+    return out

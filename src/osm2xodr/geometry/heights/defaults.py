@@ -69,9 +69,10 @@ POSITION_ERROR_CELLS: Final = 0.17
 # that is more.
 PORTAL_WEIGHT: Final = 0.01
 PORTAL_LENGTH: Final = 8.0
-# Standard error of the ground as the height of a bridge that the map's edge cuts, m: about the height of bridges. A
-# choice; where the ground is much farther below, the robust loss lets go of it.
+# Standard error of the ground as the height of a bridge that the map's edge cuts, m: about the height of bridges, and
+# at least this share of the length that is there: long bridges are high. Choices.
 CUT_BRIDGE_SIGMA: Final = 5.0
+CUT_BRIDGE_RISE: Final = 0.03
 # Length of road that the height of a junction's middle stands for, m.
 JUNCTION_LENGTH: Final = 10.0
 
@@ -148,6 +149,8 @@ CLEARANCE: Final = MappingProxyType(
     dict.fromkeys(("motorway", "motorway_link", "trunk", "trunk_link", "primary", "primary_link"), 5.4)
     | dict.fromkeys(("living_street", "service", "pedestrian", "track"), 4.2)
 )
+# Where a sign gives the height of vehicles (``maxheight``) that counts instead, with this deck, m.
+DECK: Final = 0.7
 CLEARANCE_TOLERANCE: Final = 0.3
 # How far the ground's own heights give way to clearance at a place: in standard errors of the elevation model, and
 # from 1 m (twice its error beneath bridges) to 50 m. A precise model shows the road in its cutting; there the bridge

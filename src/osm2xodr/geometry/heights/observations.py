@@ -242,8 +242,19 @@ def observe_cut_bridges(network: Network, reading: Reading, mean: float) -> Obse
     end, sample = end[reading.measured[sample]], sample[reading.measured[sample]]
     element = elements.end_elements.ravel()[end]
     rows = network.in_unknowns(network.knot_rows(element, (end % 2).astype(np.float64), hermite))
-    sigma = np.full(len(end), defaults.CUT_BRIDGE_SIGMA)
+    sigma = np.maximum(defaults.CUT_BRIDGE_SIGMA, defaults.CUT_BRIDGE_RISE * _lengths_on_structure(elements, end))
     return _block(Kind.CUT_BRIDGE, rows, reading.z[sample] - mean, 1.0 / sigma**2, sigma)
+
+
+def _lengths_on_structure(elements: Elements, end: IntArray) -> FloatArray:
+    """Return how far the structure at some road ends, (n,), goes along their roads, m."""
+    out = np.zeros(len(end))
+    for k, (road, at_end) in enumerate(zip((end // 2).tolist(), (end % 2).tolist(), strict=True)):
+        first, last = elements.end_elements[road].tolist()
+        on, h = elements.structure[first : last + 1] != Structure.GROUND, elements.h[first : last + 1]
+        step = -1 if at_end else 1
+        out[k] = h[::step][np.logical_and.accumulate(on[::step])].sum()
+    return out
 
 
 def observe_dual_carriageways(network: Network, reading: Reading) -> Observations:

@@ -57,6 +57,9 @@ class ProfileProblem:
     span_name: IntArray | None = None
     span_oneway: IntArray | None = None  # (K,) 1 where traffic runs along +s only, -1 against it only, 0 both ways
     span_width: FloatArray | None = None  # (K,) Width of the carriageway, m
+    span_max_height: FloatArray | None = (
+        None  # (K,) Height that OSM's ``maxheight`` gives, m; NaN where it gives none
+    )
     span_middle: FloatArray | None = None  # (K,) t of the carriageway's middle, m; 0 where not given
     # (M,) Heights that OSM's ``ele`` gives: road, place along it and height, m
     ele_road: IntArray | None = None

@@ -19,7 +19,7 @@ from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import legal_speed, speed_guess
 from osm2xodr.osmParsing.tags.margins import seen_backwards
-from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, structure_of, structure_tags
+from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, max_height, structure_of, structure_tags
 from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_count, parse_grade, parse_speed
 from osm2xodr.osmParsing.tags.way_marks import (
     MARK_TAGS,
@@ -255,6 +255,7 @@ def _attributes(way: RawWay, section: CrossSection, direction: int, findings: Fi
         traffic_sign=tags.get("traffic_sign", ""),
         tram=has_tram(tags),
         structure_tags=structure_tags(tags),
+        max_height=max_height(tags, findings),
     )
 
 
