@@ -16,7 +16,7 @@ from sample_road_maps import FRAME, crossing, furnished_crossing, plan_view, pro
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
-from osm2xodr.model import RoadMap, RoadType, Rule
+from osm2xodr.model import Furniture, RoadMap, RoadType, Rule, Signal
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
 from osm2xodr.xodrWriter.document import plan_view_bounds
 
@@ -334,3 +334,21 @@ def test_bounds_of_arcs_against_many_points_on_them(hdg: float, curvature: float
     assert south == pytest.approx(y.min(), abs=rise)
     assert east == pytest.approx(x.max(), abs=rise)
     assert north == pytest.approx(y.max(), abs=rise)
+
+
+def test_sumo_gets_signs_in_the_order_in_which_traffic_meets_them() -> None:
+    def sign(number: int, s: float, orientation: str, *, derived: bool = False) -> Signal:
+        words = ("", "205", "-1", "DE")
+        return Signal(
+            number, 1, s, 0.0, *words, dynamic=False, orientation=orientation, z_offset=2.0, height=0.6, width=0.6,
+            derived=derived,
+        )  # fmt: skip
+
+    signs = (sign(1, 5.0, "-", derived=True), sign(2, 5.0, "+"), sign(3, 9.0, "-"), sign(4, 9.0, "+"))
+    road_map = replace(crossing(), furniture=Furniture(signals=signs))
+    for target, order in (("generic", ["1", "2", "3", "4"]), ("sumo", ["2", "4", "3", "1"])):
+        signals = parsed(written(road_map, WriteOptions(target=TARGETS[target]))).findall("road/signals/signal")
+        assert [item.get("id") for item in signals] == order
+        data = {item.get("id"): item.find("userData") for item in signals}
+        assert (data["1"].get("code"), data["1"].get("value")) == ("derived", "priority")
+        assert [data[number] for number in ("2", "3", "4")] == [None] * 3

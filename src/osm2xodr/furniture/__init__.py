@@ -33,7 +33,7 @@ def place_furniture(
     # Here, so that the command line starts without numpy.
     from osm2xodr.furniture.lights import cut_sections, place_lights
     from osm2xodr.furniture.objects import find_crossings, place_objects, place_structures
-    from osm2xodr.furniture.signs import in_travel_order, place_signs
+    from osm2xodr.furniture.signs import place_signs
     from osm2xodr.furniture.world import LaneTable, World, find_approaches
     from osm2xodr.model import Furniture
 
@@ -47,7 +47,7 @@ def place_furniture(
     objects = place_objects(world, approaches, (*lights.stops, *signs.stops), crossings)
     signals = (*lights.signals, *signs.signals)
     furniture = Furniture(
-        signals=tuple(in_travel_order(signals) if options.target.priority_signs else sorted(signals, key=_place)),
+        signals=tuple(sorted(signals, key=_place)),
         references=tuple(sorted(lights.references, key=lambda item: (item.road, item.s, item.signal))),
         controllers=tuple(lights.controllers),
         objects=tuple(sorted(objects, key=_place)),

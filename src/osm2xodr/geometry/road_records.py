@@ -100,12 +100,6 @@ def road_records(
     return out
 
 
-def guessed_speed_length(parts: RoadParts, guesses: Mapping[int, frozenset[str]]) -> float:
-    """Return the length of the roads outside junctions whose limit had to be guessed, m."""
-    stretches = (item for road in parts.stretches for item in road)
-    return sum(item.length for item in stretches if any("speed" in guesses.get(way, ()) for way in item.ways))
-
-
 def _links(parts: RoadParts, connecting: ConnectingRoads, ids: RoadIds) -> list[RoadLink | None]:
     """Return what lies beyond each road end; a junction only if one can drive into it or out of it there."""
     driven = set(connecting.entry.tolist()) | set(connecting.exit.tolist())

@@ -10,7 +10,7 @@ import numpy as np
 from osm2xodr.conventions import find_country
 from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.borders import Neighbourhood, find_borders, with_border_heights
+from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
 from osm2xodr.geometry.clearance_report import with_clearances
 from osm2xodr.geometry.connections import ConnectingRoads, find_priorities
 from osm2xodr.geometry.heights import (
@@ -31,7 +31,6 @@ from osm2xodr.geometry.road_records import (
     RoadIds,
     connecting_lane_offsets,
     connecting_road_records,
-    guessed_speed_length,
     junction_records,
     road_records,
 )
@@ -113,12 +112,12 @@ def _road_map(
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
     priorities = find_priorities(network, plan.ends, layout, parts, plan.connecting, diagnostics)
     level = profile_of([() for _ in lanes])
-    guesses = diagnostics.guessed_about("way/")
+    roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
     return RoadMap(
         frame=network.frame,
         rule=network.rule,
         roads=(
-            *road_records(parts, lanes, plan.connecting, ids, guesses),
+            *roads,
             *connecting_road_records(through, parts, lanes, ids, network.rule),
         ),
         junctions=junction_records(network, layout, through, priorities, ids),
@@ -131,7 +130,7 @@ def _road_map(
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
             "connecting_road_km": float(plan.connecting.length.sum()) / 1000,
-            "default_speed_km": guessed_speed_length(parts, guesses) / 1000,
+            "default_speed_km": default_speed_km(roads, parts.length),
             **solution.statistics,
             **priorities.statistics,
         },

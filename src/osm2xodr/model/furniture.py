@@ -32,6 +32,10 @@ class Signal:
     osm_id: str = ""  # ``node/1`` …; empty if it does not come from a single element
     derived: bool = False  # Whether it stands nowhere, but follows from the priorities of a junction
 
+    def place_for_traffic(self) -> tuple[int, str, float, int]:
+        """Return what sorts signals by road and direction, each in the order in which its traffic meets them."""
+        return self.road, self.orientation, -self.s if self.orientation == "-" else self.s, self.id
+
 
 @dataclass(frozen=True, slots=True)
 class SignalReference:
@@ -118,10 +122,7 @@ class RoadStructure:
 
 @dataclass(frozen=True, slots=True)
 class Furniture:
-    """All furniture of the roads, and their bridges and tunnels; each kind in ascending road and s.
-
-    For a target with `priority_signs`, signals are in the order in which the traffic of each direction meets them.
-    """
+    """All furniture of the roads, and their bridges and tunnels; each kind in ascending road and s."""
 
     signals: tuple[Signal, ...] = ()
     references: tuple[SignalReference, ...] = ()

@@ -43,7 +43,9 @@ def write_document(
         negated=is_negated(road_map, target),
     )
     rule = road_map.rule.value if options.dialect.has_rule else None
-    writer = RoadWriter(rule, words, FurnitureWriter(road_map, options.dialect, words, target.crosswalks))
+    as_met = target.priority_signs
+    furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, as_met=as_met)
+    writer = RoadWriter(rule, words, furniture)
     stream.write(_header(road_map, options).encode())
     _write_roads(road_map, stream, _RoadBlocks(road_map, lengths, writer, words), words, jobs)
     _write_junctions(road_map, stream, words)

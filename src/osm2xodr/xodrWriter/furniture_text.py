@@ -25,15 +25,24 @@ _Corners: TypeAlias = tuple[tuple[float, float, float, float], ...]
 
 
 class FurnitureWriter:
-    """Make the text of the furniture of any road; `crosswalks` is where the reader looks for their corners."""
+    """Make the text of the furniture of any road.
 
-    def __init__(self, road_map: RoadMap, dialect: Dialect, words: Words, crosswalks: Crosswalks) -> None:
+    `crosswalks` is where the reader looks for their corners; `as_met` puts signals in the order in which the traffic
+    of their direction meets them.
+    """
+
+    def __init__(
+        self, road_map: RoadMap, dialect: Dialect, words: Words, crosswalks: Crosswalks, *, as_met: bool = False
+    ) -> None:
         furniture = road_map.furniture
         self._dialect = dialect
         self._crosswalks = crosswalks
         self._offsets = _crosswalk_offsets(road_map)
         self._words = words
-        self._signals = _by_road(furniture.signals)
+        # The last sign of a direction counts for some readers.
+        self._signals = _by_road(
+            sorted(furniture.signals, key=Signal.place_for_traffic) if as_met else furniture.signals
+        )
         self._references = _by_road(furniture.references)
         self._objects = _by_road(furniture.objects)
         # The schema has tunnels before bridges.

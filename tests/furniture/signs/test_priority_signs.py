@@ -9,7 +9,6 @@ from light_cases import with_tags
 from sign_cases import Signed, T, signed, ways
 from street_cases import Case
 
-from osm2xodr.furniture.signs import in_travel_order
 from osm2xodr.model import Rule, Signal
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
@@ -86,7 +85,9 @@ def test_a_sign_that_says_the_opposite_farther_back_is_overruled() -> None:
     found = signed(signs, target="sumo")
     (road,) = {item.road for item in found.named("give_way")}
     names = [
-        item.name for item in in_travel_order(found.signs.signals) if (item.road, item.orientation) == (road, "+")
+        item.name
+        for item in sorted(found.signs.signals, key=Signal.place_for_traffic)
+        if (item.road, item.orientation) == (road, "+")
     ]
     assert names[-1] == "give_way"
 
@@ -96,4 +97,4 @@ def test_signs_are_in_the_order_in_which_traffic_meets_them() -> None:
         return Signal(number, road, s, 0.0, "", "", "", "", False, orientation, z_offset=0.0, height=0.0, width=0.0)
 
     mixed = [at(1, 5.0, "-"), at(2, 5.0, "+"), at(3, 9.0, "-"), at(4, 9.0, "+"), at(5, 0.0, "+", road=0)]
-    assert [item.id for item in in_travel_order(mixed)] == [5, 2, 4, 3, 1]
+    assert [item.id for item in sorted(mixed, key=Signal.place_for_traffic)] == [5, 2, 4, 3, 1]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from osm_builder import ROW, Area, about, tags_of
 
+import osm2xodr
 from osm2xodr.conventions import find_country
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import Direction, Rule, Street, StreetAttributes
@@ -125,3 +126,12 @@ def test_guesses_are_left_out_on_request(tmp_path: Path) -> None:
     }
     assert found == {20: pytest.approx(50.0 / 3.6), 21: pytest.approx(30.0 / 3.6)}
     assert [item.osm_id for item in about(diagnostics, "speed")] == ["way/20"]
+
+
+def test_the_length_of_roads_with_a_guess_is_in_the_report(tmp_path: Path) -> None:
+    # Ways of 100 m, one after the other.
+    area = Area(ROW, {20: ([1, 2], "highway=tertiary name=a"), 21: ([4, 5], "highway=tertiary maxspeed=30")})
+    further = osm2xodr.convert(area.write(tmp_path), no_furniture=True).statistics.further
+    assert further["default_speed_km"] == pytest.approx(0.1, abs=0.001)
+    further = osm2xodr.convert(area.write(tmp_path), no_default_speeds=True).statistics.further
+    assert further["default_speed_km"] == 0.0

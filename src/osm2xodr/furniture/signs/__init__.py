@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 from osm2xodr.furniture.signs.mapped_signs import mapped_posts
 from osm2xodr.furniture.signs.posts import make_derived_signals, make_signals, merge_posts
-from osm2xodr.furniture.signs.priority_signs import in_travel_order, priority_posts
+from osm2xodr.furniture.signs.priority_signs import priority_posts
 from osm2xodr.furniture.signs.speed_signs import posts_of_ways
 from osm2xodr.furniture.signs.stop_and_give_way import YieldSigns
 from osm2xodr.furniture.world import Approach, Crossing, Stop, World
 from osm2xodr.model import Signal
 
-__all__ = ["PlacedSigns", "in_travel_order", "place_signs"]
+__all__ = ["PlacedSigns", "place_signs"]
 
 
 @dataclass(frozen=True, slots=True)

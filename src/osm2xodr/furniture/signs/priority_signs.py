@@ -40,19 +40,10 @@ def priority_posts(world: World, approaches: Sequence[Approach], signals: Iterab
     return out
 
 
-def in_travel_order(signals: Iterable[Signal]) -> list[Signal]:
-    """Sort signals by road and direction, each in the order in which its traffic meets them."""
-    return sorted(signals, key=lambda item: (item.road, item.orientation, _ahead(item), item.id))
-
-
-def _ahead(item: Signal) -> float:
-    return -item.s if item.orientation == "-" else item.s
-
-
 def _said(signals: Iterable[Signal]) -> dict[tuple[int, bool], bool]:
     """Return what the last sign of each direction of a road says: whether its traffic goes first."""
     out: defaultdict[tuple[int, bool], list[bool]] = defaultdict(list)
-    for item in in_travel_order(signals):
+    for item in sorted(signals, key=Signal.place_for_traffic):
         if item.name in _GOES_FIRST and not item.dynamic:
             out[item.road, item.orientation == "+"].append(_GOES_FIRST[item.name])
     return {key: found[-1] for key, found in out.items()}
