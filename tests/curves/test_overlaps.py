@@ -67,6 +67,14 @@ def test_pairs_are_those_of_all_bounding_boxes_of_which_one_is_probed() -> None:
     assert len(expected) > 100
 
 
+def test_pairs_of_one_group_are_left_out_where_it_is_alone() -> None:
+    # Two pairs far from each other; beside the second there is a quadrilateral of another group.
+    boxes = [box(0.0, 0.0, 4.0, 4.0), box(1.0, 0.0, 4.0, 4.0), box(200.0, 0.0, 4.0, 4.0), box(201.0, 0.0, 4.0, 4.0)]
+    quads = np.stack([*boxes, box(200.5, 0.0, 1.0, 1.0)])
+    found = overlapping_pairs(quads, np.ones(5, bool), np.array([7, 7, 7, 7, 3]))
+    assert [index.tolist() for index in found] == [[2, 2, 3], [3, 4, 4]]
+
+
 def test_wrong_numbers_are_left_out() -> None:
     quads = np.stack(
         [box(0.0, 0.0, 4.0, 4.0), box(1.0, 0.0, 4.0, 4.0), box(0.0, 0.0, 1e9, 1e9), box(0.0, 0.0, np.nan, 1.0)]

@@ -18,6 +18,8 @@ CLEARANCE_STEP: Final = 2.0
 _DEPTH: Final = 0.3
 # Surfaces closer than this are one, m: more than a kerb.
 _ONE_SURFACE: Final = 0.3
+# Connecting roads of one junction count as one surface within this height, m. Only saves time.
+_LEVEL: Final = 1.0
 # One road passes over itself at stations so far apart, m.
 _LOOP: Final = 30.0
 # Roads that meet may share their surface so far from where they meet if they run at more than this angle, m and the
@@ -122,7 +124,8 @@ class _Kin:
 
     def __init__(self, graph: RoadGraph) -> None:
         n = len(graph.length)
-        self.inside, self._junction = graph.inside, graph.junction
+        self.inside, self.junction = graph.inside, graph.junction[:, 0]
+        self._junction = graph.junction
         links = sp.coo_matrix(
             (np.ones(len(graph.link_to), np.int32), (graph.link_from, graph.link_to)), (n, n)
         ).tocsr()
@@ -153,7 +156,7 @@ def _find(pieces: _Pieces, kin: _Kin, roads: int) -> _Overlaps:
 
     Pairs whose roads are one surface anywhere right where they are joined are left out: a ramp that climbs away.
     """
-    i, j = overlapping_pairs(pieces.corners, np.ones(len(pieces.s), bool))
+    i, j = overlapping_pairs(pieces.corners, np.ones(len(pieces.s), bool), _joined_groups(pieces, kin))
     far = (pieces.road[i] != pieces.road[j]) | (np.abs(pieces.s[i] - pieces.s[j]) > _LOOP)
     i, j = i[far], j[far]
     height = np.abs(pieces.z[i] - pieces.z[j])
@@ -169,6 +172,16 @@ def _find(pieces: _Pieces, kin: _Kin, roads: int) -> _Overlaps:
     ramp = np.isin(pair[rest], pair[level])
     rest, depth = rest[~ramp], depth[~ramp]
     return _Overlaps(i[rest], j[rest], key[rest], height[rest], depth)
+
+
+def _joined_groups(pieces: _Pieces, kin: _Kin) -> IntArray:
+    """Return groups of pieces, (n,), none of which are too close: a stretch of a road, a level of a junction."""
+    if not len(pieces.s):
+        return np.zeros(0, np.int64)
+    stretch = (pieces.s / _LOOP).astype(np.int64)
+    level = (np.nan_to_num(pieces.z - np.nanmin(pieces.z)) / _LEVEL).astype(np.int64)
+    inside = -1 - (kin.junction[pieces.road] * (level.max() + 1) + level)
+    return np.where(kin.inside[pieces.road], inside, pieces.road * (stretch.max() + 1) + stretch)
 
 
 def _worst(pieces: _Pieces, kin: _Kin, length: FloatArray, pairs: _Overlaps) -> IntArray:

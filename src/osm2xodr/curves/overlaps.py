@@ -21,11 +21,14 @@ _MOST_CELLS: Final = 400
 _SHORTEST_EDGE: Final = 1e-6
 
 
-def overlapping_pairs(corners: FloatArray, probe: BoolArray) -> tuple[IntArray, IntArray]:
+def overlapping_pairs(
+    corners: FloatArray, probe: BoolArray, group: IntArray | None = None
+) -> tuple[IntArray, IntArray]:
     """Return pairs (i, j) of quadrilaterals whose bounding boxes overlap, of which at least one is to be probed.
 
     `corners`, (n, 4, 2), are those of the quadrilaterals, m, `probe`, (n,), says which are asked about. Each pair
-    comes once, with i < j, in ascending order.
+    comes once, with i < j, in ascending order. Pairs within one `group`, (n,), are left out where no other group is
+    near.
     """
     # Faster than along an axis of four.
     first, second, third, fourth = (corners[:, k] for k in range(4))
@@ -35,6 +38,11 @@ def overlapping_pairs(corners: FloatArray, probe: BoolArray) -> tuple[IntArray, 
     quad, cell = _cells(low, high, probe)
     order = np.argsort(cell, kind="stable")
     quad, cell = quad[order], cell[order]
+    if group is not None and len(cell):
+        begins = np.flatnonzero(np.diff(cell, prepend=-1))
+        several = np.minimum.reduceat(group[quad], begins) < np.maximum.reduceat(group[quad], begins)
+        keep = np.repeat(several, np.diff(np.append(begins, len(cell))))
+        quad, cell = quad[keep], cell[keep]
     begins = np.flatnonzero(np.diff(cell, prepend=-1)) if len(cell) else np.zeros(0, np.int64)
     size = np.diff(np.append(begins, len(cell)))
     # Each row of a cell with all rows behind it.

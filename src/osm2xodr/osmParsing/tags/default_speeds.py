@@ -44,13 +44,14 @@ def with_default_speeds(
     said: dict[int, str] = {}
     out: list[Street] = []
     for street, dense in zip(streets, (density >= BUILT_UP_DENSITY).tolist(), strict=True):
-        if all(_is_known(piece) for _, piece in street.pieces):
+        known = [_is_known(piece) for _, piece in street.pieces]
+        if all(known):
             out.append(street)
             continue
         pieces = []
-        for first, piece in street.pieces:
+        for (first, piece), has_limit in zip(street.pieces, known, strict=True):
             guessed = piece
-            if not _is_known(piece):
+            if not has_limit:
                 speed, said[piece.osm_way_id] = _guess(piece, tags[piece.osm_way_id], dense, country)
                 guessed = replace(piece, default_speed=speed)
             pieces.append((first, guessed))
@@ -62,8 +63,9 @@ def with_default_speeds(
 
 def _is_known(piece: StreetAttributes) -> bool:
     """Whether the limit of each direction of cars is known."""
-    runs = piece.car_directions()
-    return all(replace(piece, default_speed=None).speed_along(direction) is not None for direction in runs)
+    if piece.speed_forward is not None and piece.speed_backward is not None:
+        return True
+    return all(piece.speed_along(direction) is not None for direction in piece.car_directions())
 
 
 def _guess(piece: StreetAttributes, tags: Tags, dense: bool, country: Country) -> tuple[float, str]:
