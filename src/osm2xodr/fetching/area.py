@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +13,7 @@ from osm2xodr.errors import OptionError, OutputError
 from osm2xodr.fetching.connection import Connection, check_address, is_address
 from osm2xodr.fetching.elevation import FetchedModel, dem_path, fetch_models, with_margin
 from osm2xodr.fetching.maps import FetchedMap, fetch_map
-from osm2xodr.fetching.models import choose_models, read_models
+from osm2xodr.fetching.models import ElevationModel, choose_models, read_models
 from osm2xodr.fetching.options import FetchOptions
 from osm2xodr.fetching.place import Place
 from osm2xodr.fetching.sources import sources_text
@@ -61,15 +64,32 @@ def fetch_area(place: Place, options: FetchOptions) -> FetchedArea:
     _check_outputs(options, osm_path)
     for folder in (options.out_dir, options.cache_dir):
         make_folder(folder)
+    with _alone(options):
+        return _fetch(place, options, models, osm_path)
+
+
+@contextlib.contextmanager
+def _alone(options: FetchOptions) -> Iterator[None]:
+    """Wait for another fetch with the same cache: servers are asked by one at a time, and files grow by one."""
+    try:
+        with (options.cache_dir / "lock").open("ab") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                options.network.note("another fetch uses the cache; this one goes on when that has ended")
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+    except PermissionError as error:
+        raise OutputError(f"{options.cache_dir} cannot be written; choose another folder with --cache") from error
+
+
+def _fetch(place: Place, options: FetchOptions, models: list[ElevationModel], osm_path: Path) -> FetchedArea:
     connection = Connection(options.network)
     osm = None
     box = place.box
     if options.osm:
-        try:
-            with tempfile.TemporaryDirectory(prefix="work-", dir=options.cache_dir) as work:
-                osm = fetch_map(connection, place, options, osm_path, Path(work))
-        except PermissionError as error:
-            raise OutputError(f"{options.cache_dir} cannot be written; choose another folder with --cache") from error
+        with tempfile.TemporaryDirectory(prefix="work-", dir=options.cache_dir) as work:
+            osm = fetch_map(connection, place, options, osm_path, Path(work))
         # Ways are whole, so that roads reach beyond the area.
         box = (
             min(box[0], osm.roads[0]),

@@ -48,12 +48,20 @@ class _AgainError(Exception):
 class _Redirects(urllib.request.HTTPRedirectHandler):
     """Follows redirects to web servers alone, and not from an encrypted connection to an open one."""
 
-    def redirect_request(self, request: Any, stream: Any, code: int, message: str, headers: Any, new: str) -> Any:
-        """Return the request to follow with."""
-        wanted = ("https",) if request.type == "https" else ("http", "https")
+    def http_error_302(self, req: Any, fp: Any, code: int, msg: str, headers: Any) -> Any:
+        """Follow one."""
+        new = urllib.parse.urljoin(req.full_url, headers.get("Location", ""))
+        wanted = ("https",) if req.type == "https" else ("http", "https")
         if urllib.parse.urlsplit(new).scheme not in wanted:
-            raise ServerError(f"{request.full_url} leads to {new}, which is not followed; give the right address")
-        return super().redirect_request(request, stream, code, message, headers, new)
+            raise ServerError(f"{shown(req.full_url)} leads to {new}, which is not followed; give another address")
+        return super().http_error_302(req, fp, code, msg, headers)
+
+    http_error_301 = http_error_303 = http_error_307 = http_error_308 = http_error_302
+
+    def redirect_request(self, req: Any, fp: Any, code: int, msg: str, headers: Any, newurl: str) -> Any:
+        """Return the request to follow with."""
+        # Python before 3.11 does not know 308, which is for requests such as ours the same.
+        return super().redirect_request(req, fp, 307 if code == 308 else code, msg, headers, newurl)
 
 
 class Connection:

@@ -21,6 +21,7 @@ from osm2xodr.fetching.downloads import key_of
 from osm2xodr.fetching.options import FetchOptions, ServerError
 from osm2xodr.fetching.place import Box
 from osm2xodr.fetching.queries import QUERY_TIME, area_query, count_query
+from osm2xodr.osmParsing import open_osm_file
 from osm2xodr.system import make_folder, stream_to
 
 # Ways and nodes of a part, about 100 MB of text; larger ones are split. And of the whole area: beyond it an extract
@@ -187,6 +188,8 @@ def _part(overpass: _Overpass, box: Box, whole: bool) -> Path | None:
 
 def _count(path: Path) -> int:
     """Return the number of elements that an answer states."""
+    # What is refused in maps, such as entities, is refused here as well.
+    open_osm_file(path)
     try:
         tags = ElementTree.parse(path).iterfind("count/tag")
         return next(int(tag.get("v", "")) for tag in tags if tag.get("k") == "total")
