@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -190,6 +194,65 @@ def test_encrypted_connections(
         assert server.requests == []
         monkeypatch.setenv("SSL_CERT_FILE", str(certificate))
         assert main(words(server, tmp_path)) == 0
+
+
+def test_a_disk_that_is_full(server: WebServer, tmp_path: Path) -> None:
+    """The kernel lets no file grow beyond some size, in a process of its own; with more room it goes on."""
+    script = (
+        "import resource, sys\n"
+        "from osm2xodr.cli import main\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)\n"
+        "sys.exit(main(sys.argv[2:]))\n"
+    )
+    for room in (50_000, 170_000):
+        command = [sys.executable, "-c", script, str(room), *words(server, tmp_path)]
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert (run.returncode, run.stderr.count("\n")) == (1, 1)
+        assert "cannot be written" in run.stderr or "cannot write" in run.stderr
+        assert list((tmp_path / "out").iterdir()) == []
+    assert main(words(server, tmp_path)) == 0
+    assert not [path for path in tmp_path.rglob("*") if path.name.startswith((".osm2xodr", "work-"))]
+
+
+def test_two_at_once_wait_for_each_other(server: WebServer, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "osm2xodr", *words(server, tmp_path)]
+    place = command.index(str(tmp_path / "out"))
+    runs = []
+    for name in ("a", "b", "c"):
+        command[place] = str(tmp_path / name)
+        runs.append(subprocess.Popen(command, stderr=subprocess.PIPE, text=True))
+    said = [run.communicate(timeout=120)[1] for run in runs]
+    assert [run.returncode for run in runs] == [0, 0, 0], said
+    assert server.most_at_once == 1
+    # The first one's answers serve all.
+    assert len(server.asked("/api/interpreter")) == 2
+    assert len({(tmp_path / name / "dem.tif").read_bytes() for name in "abc"}) == 1
+
+
+def test_one_that_is_killed_leaves_nothing_that_looks_whole(server: WebServer, tmp_path: Path) -> None:
+    server.serve("/api/interpreter", Overpass(), Reply(bytes(1000), step=1, pause=0.05))
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        run = subprocess.Popen([sys.executable, "-m", "osm2xodr", *words(server, tmp_path)], stderr=subprocess.PIPE)
+        until = time.monotonic() + 60.0
+        before = len(server.requests)
+        while len(server.requests) < before + (2 if number == signal.SIGTERM else 1) and time.monotonic() < until:
+            time.sleep(0.01)
+        time.sleep(0.2)
+        run.send_signal(number)
+        said = run.communicate(timeout=60)[1].decode()
+        assert run.returncode == (143 if number == signal.SIGTERM else -9)
+        assert ("ended by the system" in said) is (number == signal.SIGTERM)
+        assert list((tmp_path / "out").iterdir()) == []
+    server.serve("/api/interpreter", Overpass())
+    assert main(words(server, tmp_path)) == 0
+
+
+def test_a_time_limit_holds(server: WebServer, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    server.serve("/api/interpreter", Reply(PAGE, 429, {"Retry-After": "60"}))
+    began = time.monotonic()
+    said = error_of(capsys, *words(server, tmp_path, "--timeout", "1s"))
+    assert "it takes longer than --timeout 1 s" in said
+    assert time.monotonic() - began < 5.0
 
 
 def test_the_models_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

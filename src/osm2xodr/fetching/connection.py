@@ -74,7 +74,7 @@ class Connection:
         handlers: Any = self._opener
         for kind in ("file", "ftp", "data"):
             handlers.handle_open.pop(kind, None)
-        self._opener.addheaders = [("User-Agent", USER_AGENT)]
+        self._opener.addheaders = [("User-Agent", USER_AGENT), ("Accept", "*/*")]
 
     def ask(
         self,

@@ -132,16 +132,33 @@ def _fetch(
     absent = 0
     for place, addresses in enumerate(files):
         connection.network.progress(f"reading {model.title}: {place} of {len(files)} files")
-        for url in addresses:
-            there, raster = _window(connection, url, box, model, options)
-            if raster is not None:
-                rasters.append(raster)
-                urls.append(url)
-            if there:
-                break
-        else:
-            absent += 1
+        url, raster = _first_window(connection, addresses, box, model, options)
+        absent += not url
+        if raster is not None:
+            rasters.append(raster)
+            urls.append(url)
     return joined(rasters, model), urls, absent
+
+
+def _first_window(
+    connection: Connection, addresses: Sequence[str], box: Box, model: ElevationModel, options: FetchOptions
+) -> tuple[str, Raster | None]:
+    """Return the first address of a file that is there, empty if there is none, and what it has in a box."""
+    failed: list[ServerError] = []
+    for url in addresses:
+        try:
+            there, raster = _window(connection, url, box, model, options)
+        except ServerError as error:
+            failed.append(error)
+            continue
+        if there:
+            for fault in failed:
+                connection.network.note(f"{fault}; {shown(url)} was taken instead")
+            return url, raster
+    if failed:
+        # It may be there.
+        raise failed[0]
+    return "", None
 
 
 def _window(
@@ -160,11 +177,13 @@ def _window(
     if name is None:
         return False, None
     raster = _read(connection, url, name, box, model, options)
-    if raster is not None:
-        make_folder(folder)
-        with stream_to(kept) as stream:
-            stream.write(packed(raster, model.title, patience))
-    return True, raster
+    if raster is None:
+        return True, None
+    make_folder(folder)
+    with stream_to(kept) as stream:
+        stream.write(packed(raster, model.title, patience))
+    # As it comes from the cache the next time, where numbers and names may have been rounded.
+    return True, unpacked(kept, patience)
 
 
 def _wanted(url: str) -> Wanted:
