@@ -204,8 +204,9 @@ def test_a_disk_that_is_full(server: WebServer, tmp_path: Path) -> None:
         "resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)\n"
         "sys.exit(main(sys.argv[2:]))\n"
     )
-    for room in (50_000, 170_000):
-        command = [sys.executable, "-c", script, str(room), *words(server, tmp_path)]
+    extract = ["--extract", str(SAMPLE / "area.osm")]
+    for room, more in ((50_000, []), (170_000, []), (5_000, extract), (50_000, extract)):
+        command = [sys.executable, "-c", script, str(room), *words(server, tmp_path), *more]
         run = subprocess.run(command, capture_output=True, text=True, check=False)
         assert (run.returncode, run.stderr.count("\n")) == (1, 1)
         assert "cannot be written" in run.stderr or "cannot write" in run.stderr

@@ -14,7 +14,7 @@ from web_server import PAGE, Reply, Request, WebServer, web_server
 from osm2xodr.errors import InputError
 from osm2xodr.fetching import FetchOptions, Network, ServerError, overpass
 from osm2xodr.fetching.connection import Connection
-from osm2xodr.fetching.overpass import data_date, fetch_parts
+from osm2xodr.fetching.overpass import data_date, fetch_parts, servers_of
 from osm2xodr.fetching.queries import area_query, count_query
 from osm2xodr.osmParsing import is_thing
 
@@ -105,7 +105,7 @@ def test_other_remarks_are_errors(server: WebServer, tmp_path: Path) -> None:
     server.serve(API, COUNT, Reply(remark))
     with pytest.raises(ServerError, match=r"could not answer \(runtime error: open64: 2 No such file or directory\)"):
         fetch(server, tmp_path)
-    assert len(list((tmp_path / "overpass").iterdir())) == 1
+    assert len(list((tmp_path / "overpass").glob("*.osm"))) == 1
 
 
 def test_it_goes_on_with_the_part_that_is_missing(
@@ -166,7 +166,7 @@ def test_answers_that_are_none(server: WebServer, tmp_path: Path, reply: Reply, 
     server.serve(API, reply)
     with pytest.raises(ServerError, match=message):
         fetch(server, tmp_path)
-    assert list((tmp_path / "overpass").iterdir()) == []
+    assert list((tmp_path / "overpass").glob("*.osm")) == []
 
 
 def test_entities_are_refused(server: WebServer, tmp_path: Path) -> None:
@@ -182,12 +182,13 @@ def test_the_next_server_is_asked_where_one_fails(server: WebServer, tmp_path: P
     said: list[str] = []
     with web_server() as gone:
         pass
-    fetch(server, tmp_path, gone.url, bad, good, said=said)
+    parts = fetch(server, tmp_path, gone.url, bad, good, said=said)
     assert len(said) == 2
     assert "cannot be reached (connection refused); 127.0.0.1" in said[0]
     assert f"is of no use ({bad} is too busy (status 504), also after 0 further tries; " in said[1]
     # What has failed is not asked again.
     assert [request.path for request in server.requests] == ["/bad", "/good", "/good"]
+    assert servers_of(parts) == [good]
     with pytest.raises(ServerError, match="is too busy"):
         fetch(server, tmp_path / "anew", gone.url, bad)
 

@@ -15,9 +15,9 @@ from osm2xodr.errors import InputError, OutputError
 from osm2xodr.fetching.connection import Connection, is_address
 from osm2xodr.fetching.downloads import Wanted, download
 from osm2xodr.fetching.options import FetchOptions
-from osm2xodr.fetching.overpass import data_date, fetch_parts
+from osm2xodr.fetching.overpass import data_date, fetch_parts, servers_of
 from osm2xodr.fetching.place import Box, Place
-from osm2xodr.osmParsing import handle, open_osm_file, readable
+from osm2xodr.osmParsing import close_writer, handle, open_osm_file, readable
 from osm2xodr.system import stream_to
 
 # Versions are kept, names of mappers and dates of their changes are not.
@@ -60,7 +60,7 @@ def _from_overpass(
 ) -> tuple[str, str, list[Path]]:
     parts = fetch_parts(connection, place.box, options)
     dates = [date for part in parts if (date := data_date(part))]
-    source = f"Overpass API, {options.overpass[0]}"
+    source = ", ".join(["Overpass API", *servers_of(parts)])
     if place.rings:
         joined = work / "joined.osm.pbf"
         _write(parts, joined, place.box)
@@ -146,7 +146,7 @@ def _write(parts: Sequence[Path], target: Path, box: Box) -> None:
         try:
             merged.apply(writer, simplify=True)
         finally:
-            writer.close()
+            close_writer(writer)
     except (RuntimeError, OSError) as error:
         raise OutputError(
             f"{target} cannot be written ({error}); free some space, or choose another folder with --cache"

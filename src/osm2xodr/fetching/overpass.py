@@ -10,7 +10,7 @@ import re
 import time
 import urllib.parse
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree
@@ -98,6 +98,8 @@ class _Overpass:
                         raise ServerError(f"{shown(server)} sends over {_ANSWER_MAX / 1e9:g} GB; give a smaller area")
                     stream.write(chunk)
                 _check(server, head, tail)
+            with stream_to(_origin(path)) as stream:
+                stream.write(shown(server).encode())
 
         self._connection.ask(url, "--overpass", read, lambda: {"Accept-Encoding": "gzip"}, QUERY_TIME)
 
@@ -204,6 +206,16 @@ def _quarters(box: Box) -> list[Box]:
     west, south, east, north = box
     x, y = 0.5 * (west + east), 0.5 * (south + north)
     return [(west, south, x, y), (x, south, east, y), (west, y, x, north), (x, y, east, north)]
+
+
+def _origin(path: Path) -> Path:
+    """Return the file that says which server an answer is from."""
+    return path.with_suffix(".from")
+
+
+def servers_of(parts: Iterable[Path]) -> list[str]:
+    """Return the addresses of the servers that answers are from."""
+    return sorted({_origin(part).read_text(encoding="utf-8") for part in parts if _origin(part).is_file()})
 
 
 def data_date(path: Path) -> str:
