@@ -104,6 +104,8 @@ def part_of(content: bytes, request: Request, **more: Any) -> Reply:
 def _handler(server: WebServer) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
+        # Clients may leave connections open; s.
+        timeout = 30
 
         def do_HEAD(self) -> None:
             self.do_GET()

@@ -53,6 +53,7 @@ class _Redirects(urllib.request.HTTPRedirectHandler):
         new = urllib.parse.urljoin(req.full_url, headers.get("Location", ""))
         wanted = ("https",) if req.type == "https" else ("http", "https")
         if urllib.parse.urlsplit(new).scheme not in wanted:
+            fp.close()
             raise ServerError(f"{shown(req.full_url)} leads to {new}, which is not followed; give another address")
         return super().http_error_302(req, fp, code, msg, headers)
 
