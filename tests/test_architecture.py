@@ -24,8 +24,8 @@ STAGES = {"osmParsing", "surface", "geometry", "furniture", "xodrWriter"}
 HOMES = {
     "click": {"cli"},
     "PIL": {"viewing.picture"},
-    "osmium": {"osmParsing.file", "batch.cutting"},
-    "rasterio": {"surface.grids"},
+    "osmium": {"osmParsing.file", "batch.cutting", "fetching"},
+    "rasterio": {"surface.grids", "fetching"},
     "lxml": set[str](),
     "dask": {"batch.workers"},
     "distributed": {"batch.workers"},

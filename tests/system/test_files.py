@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from osm2xodr.errors import OutputError
-from osm2xodr.system.files import atomic_output, check_target
+from osm2xodr.system.files import appended, atomic_output, check_target, complete, make_folder
 
 
 def test_a_new_file_appears_at_the_end_only(tmp_path: Path) -> None:
@@ -138,3 +138,42 @@ def test_check_target_without_permission(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     with pytest.raises(OutputError, match="no permission to make files in"):
         check_target(tmp_path / "a.xodr")
+
+
+def test_a_file_that_grows(tmp_path: Path) -> None:
+    part, path = tmp_path / "a.part", tmp_path / "a"
+
+    def fail() -> None:
+        with appended(part) as stream:
+            stream.write(b"one")
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
+    with appended(part) as stream:
+        stream.write(b", two")
+    assert part.read_bytes() == b"one, two"
+    complete(part, path)
+    assert [item.name for item in tmp_path.iterdir()] == ["a"]
+    assert path.read_bytes() == b"one, two"
+
+
+def test_a_file_that_cannot_grow(tmp_path: Path) -> None:
+    with (
+        pytest.raises(OutputError, match=r"cannot write .*a.part: no such file or directory"),
+        appended(tmp_path / "none" / "a.part"),
+    ):
+        pass
+    with pytest.raises(OutputError, match=r"cannot write .*a: no such file or directory"):
+        complete(tmp_path / "a.part", tmp_path / "a")
+
+
+def test_folders_are_made(tmp_path: Path) -> None:
+    for _ in range(2):
+        make_folder(tmp_path / "a" / "b")
+    assert (tmp_path / "a" / "b").is_dir()
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="file is a file, where a folder should be; choose another place"):
+        make_folder(tmp_path / "file")
+    with pytest.raises(OutputError, match=r"cannot write .*c: not a directory"):
+        make_folder(tmp_path / "file" / "c")

@@ -9,20 +9,28 @@ from osm2xodr.system import lazy_exports
 if TYPE_CHECKING:
     from osm2xodr.batch.areas import (
         PlannedArea as PlannedArea,
+        frame_around as frame_around,
         make_tiles as make_tiles,
         outlined as outlined,
         parse_length as parse_length,
         read_areas as read_areas,
+        read_polygons as read_polygons,
     )
     from osm2xodr.batch.bounds import keep_bounds as keep_bounds, recall_bounds as recall_bounds
-    from osm2xodr.batch.cutting import bounds_of as bounds_of
+    from osm2xodr.batch.cutting import bounds_of as bounds_of, cut_areas as cut_areas
     from osm2xodr.batch.index import write_summary as write_summary
     from osm2xodr.batch.manifest import (
         ManifestContext as ManifestContext,
         expand as expand,
         read_manifest as read_manifest,
     )
-    from osm2xodr.batch.model import EMPTY as EMPTY, Area as Area, Result as Result, Status as Status
+    from osm2xodr.batch.model import (
+        EMPTY as EMPTY,
+        Area as Area,
+        CutRequest as CutRequest,
+        Result as Result,
+        Status as Status,
+    )
     from osm2xodr.batch.out_dir import open_out_dir as open_out_dir
     from osm2xodr.batch.shared_frame import read_partition as read_partition
     from osm2xodr.batch.workers import Workers as Workers
@@ -31,12 +39,20 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "areas": ("PlannedArea", "make_tiles", "outlined", "parse_length", "read_areas"),
+        "areas": (
+            "PlannedArea",
+            "frame_around",
+            "make_tiles",
+            "outlined",
+            "parse_length",
+            "read_areas",
+            "read_polygons",
+        ),
         "bounds": ("keep_bounds", "recall_bounds"),
-        "cutting": ("bounds_of",),
+        "cutting": ("bounds_of", "cut_areas"),
         "index": ("write_summary",),
         "manifest": ("ManifestContext", "expand", "read_manifest"),
-        "model": ("Area", "EMPTY", "Result", "Status"),
+        "model": ("Area", "CutRequest", "EMPTY", "Result", "Status"),
         "out_dir": ("open_out_dir",),
         "shared_frame": ("read_partition",),
         "workers": ("Workers",),

@@ -20,6 +20,7 @@ from osm2xodr.cli.batch import batch
 from osm2xodr.cli.check import check
 from osm2xodr.cli.convert import convert
 from osm2xodr.cli.export import export
+from osm2xodr.cli.fetch import fetch
 from osm2xodr.cli.locate import locate
 from osm2xodr.cli.options import Session
 from osm2xodr.cli.render import render
@@ -95,7 +96,7 @@ def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
 
 
-for _command in (convert, batch, check, report, render, surface, locate, export):
+for _command in (fetch, convert, batch, check, report, render, surface, locate, export):
     cli.add_command(_command)
 
 

@@ -10,8 +10,11 @@ if TYPE_CHECKING:
     from osm2xodr.system.files import (
         STANDARD_OUTPUT as STANDARD_OUTPUT,
         ByteSink as ByteSink,
+        appended as appended,
         check_target as check_target,
+        complete as complete,
         label as label,
+        make_folder as make_folder,
         settle as settle,
         silence_standard_output as silence_standard_output,
         stream_to as stream_to,
@@ -36,8 +39,11 @@ __getattr__ = lazy_exports(
         "files": (
             "ByteSink",
             "STANDARD_OUTPUT",
+            "appended",
             "check_target",
+            "complete",
             "label",
+            "make_folder",
             "settle",
             "silence_standard_output",
             "stream_to",

@@ -80,6 +80,41 @@ def settle(stream: BinaryIO) -> None:
 
 
 @contextlib.contextmanager
+def appended(part: Path) -> Iterator[BinaryIO]:
+    """Yield a stream that adds to a file which is not complete yet, and stays as it is if anything goes wrong.
+
+    `OutputError` says why it cannot be written. When it is complete, `complete` gives it its name.
+    """
+    try:
+        with part.open("ab") as stream:
+            try:
+                yield stream
+            finally:
+                settle(stream)
+    except OSError as error:
+        raise OutputError(_reason(part, error)) from error
+
+
+def complete(part: Path, path: Path) -> None:
+    """Give a file that is complete, and on the disk, its name; `OutputError` says why that cannot be."""
+    try:
+        part.replace(path)
+        _sync_folder(path.parent)
+    except OSError as error:
+        raise OutputError(_reason(path, error)) from error
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder and those above it where they are missing; `OutputError` says why that cannot be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise OutputError(f"{path} is a file, where a folder should be; choose another place") from None
+    except OSError as error:
+        raise OutputError(_reason(path, error)) from error
+
+
+@contextlib.contextmanager
 def _temporary(target: Path) -> Iterator[tuple[BinaryIO, Path]]:
     """Make a file of a new name beside the target; the name is gone afterwards."""
     name = target.with_name(f".osm2xodr-{secrets.token_hex(8)}.part")

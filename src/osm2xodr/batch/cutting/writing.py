@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -17,7 +17,7 @@ from osm2xodr.batch.cutting.choice import Choice
 from osm2xodr.batch.cutting.source import Source, nodes_of, ways_and_relations_of
 from osm2xodr.errors import InputError, OutputError
 from osm2xodr.model import IntArray
-from osm2xodr.osmParsing import readable
+from osm2xodr.osmParsing import close_writer, readable
 
 # Without the names of mappers and the dates of their changes, which nobody needs.
 _FORMAT: Final = "pbf,add_metadata=false"
@@ -94,10 +94,13 @@ def _write_parts(source: Source, targets: Sequence[Target]) -> None:
     ways = _Users([target.choice.ways for target in targets])
     relations = _Users([target.choice.relations for target in targets])
     writers: list[Any] = []
-    try:
+    # All are closed, also where one of them cannot be.
+    with ExitStack() as opened:
         for target in targets:
             with _writable(target):
-                writers.append(_open(target))
+                writer = _open(target)
+            opened.callback(_close, target, writer)
+            writers.append(writer)
         with readable(source.file):
             # Where ids do not identify nodes, their position in the file does.
             for number, node in enumerate(nodes_of(source.file, nodes.keys if by_id else source.node_ids)):
@@ -110,10 +113,11 @@ def _write_parts(source: Source, targets: Sequence[Target]) -> None:
                     _add(item, users, targets, writers)
         if not (nodes.complete and ways.complete and relations.complete):
             raise InputError(f"{source.file.path} has changed while it was read; start again")
-    finally:
-        for target, writer in zip(targets, writers, strict=False):
-            with _writable(target):
-                writer.close()
+
+
+def _close(target: Target, writer: Any) -> None:
+    with _writable(target):
+        close_writer(writer)
 
 
 def _add(item: Any, users: Sequence[int], targets: Sequence[Target], writers: Sequence[Any]) -> None:
@@ -144,7 +148,7 @@ def _sort(target: Target) -> None:
     try:
         merged.apply(writer, simplify=False)
     finally:
-        writer.close()
+        close_writer(writer)
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from osm2xodr.osmParsing.file.reader import (
     read_ways,
     readable,
 )
+from osm2xodr.osmParsing.file.writer import close_writer
 
 __all__ = [
     "RELATION_TYPES",
@@ -26,6 +27,7 @@ __all__ = [
     "RawNodes",
     "RawRelation",
     "RawWay",
+    "close_writer",
     "count_contents",
     "element_places",
     "handle",

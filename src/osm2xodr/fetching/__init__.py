@@ -1,0 +1,44 @@
+"""Fetching the data of an area: a map from the Overpass API or an extract, and elevation models, all with sources.
+
+`area` has the steps in order. `overpass` and `queries` ask for maps, `maps` joins and cuts them; `models` and
+``elevation_models.ini`` say where elevation models are, `elevation` and `rasters` read windows of them. `connection`
+and `downloads` are what touches the network, apart from GDAL.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from osm2xodr.system import lazy_exports
+
+if TYPE_CHECKING:
+    from osm2xodr.fetching.area import FetchedArea as FetchedArea, fetch_area as fetch_area
+    from osm2xodr.fetching.defaults import (
+        CACHE_AGE as CACHE_AGE,
+        DOWNLOAD_MAX as DOWNLOAD_MAX,
+        ELEVATION_MODEL as ELEVATION_MODEL,
+        OVERPASS_SERVERS as OVERPASS_SERVERS,
+        PATIENCE as PATIENCE,
+        RETRIES as RETRIES,
+    )
+    from osm2xodr.fetching.models import ElevationModel as ElevationModel, read_models as read_models
+    from osm2xodr.fetching.options import FetchOptions as FetchOptions, Network as Network, ServerError as ServerError
+    from osm2xodr.fetching.place import Place as Place, place_of_box as place_of_box, place_of_file as place_of_file
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "area": ("FetchedArea", "fetch_area"),
+        "defaults": (
+            "CACHE_AGE",
+            "DOWNLOAD_MAX",
+            "ELEVATION_MODEL",
+            "OVERPASS_SERVERS",
+            "PATIENCE",
+            "RETRIES",
+        ),
+        "models": ("ElevationModel", "read_models"),
+        "options": ("FetchOptions", "Network", "ServerError"),
+        "place": ("Place", "place_of_box", "place_of_file"),
+    },
+)

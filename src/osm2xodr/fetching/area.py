@@ -1,0 +1,120 @@
+"""The steps of fetching an area in order: map, elevation models, list of sources."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from osm2xodr.errors import OptionError, OutputError
+from osm2xodr.fetching.connection import Connection, check_address, is_address
+from osm2xodr.fetching.elevation import FetchedModel, dem_path, fetch_models, with_margin
+from osm2xodr.fetching.maps import FetchedMap, fetch_map
+from osm2xodr.fetching.models import ElevationModel, choose_models, read_models
+from osm2xodr.fetching.options import FetchOptions
+from osm2xodr.fetching.place import Place
+from osm2xodr.fetching.sources import sources_text
+from osm2xodr.system import make_folder, stream_to
+
+_SOURCES = "SOURCES.md"
+
+
+@dataclass(frozen=True, slots=True)
+class FetchedArea:
+    """What was written."""
+
+    osm: FetchedMap | None
+    models: tuple[FetchedModel, ...]
+    sources: Path  # The list of sources
+
+    @property
+    def dems(self) -> tuple[Path, ...]:
+        """The elevation models, the preferred one first."""
+        return tuple(path for item in self.models for path in item.paths)
+
+
+def fetch_area(place: Place, options: FetchOptions) -> FetchedArea:
+    """Write a map and elevation models of an area, and the list of their sources.
+
+    Each file is there as a whole or not at all. What was received is kept in the cache, so that a fetch that ended
+    before it was done goes on when it is started again.
+
+    Raises
+    ------
+    OptionError
+        An address or the name of a model is wrong.
+    InputError
+        The area has no roads or is too large, a file of the user's is wrong, or a map cannot be read.
+    CoverageError
+        There are no heights in the area.
+    ServerError
+        A server cannot be reached, or does not give what it was asked for.
+    OutputError
+        A file cannot be written, or exists.
+    """
+    if options.extract is not None and is_address(options.extract):
+        check_address("extract", options.extract)
+    for url in options.overpass if options.osm and options.extract is None else ():
+        check_address("overpass", url)
+    models = choose_models(options.models, read_models(options.model_files), options.model_url) if options.dem else []
+    osm_path = options.out_dir / ("area.osm.pbf" if options.pbf else "area.osm")
+    _check_outputs(options, osm_path)
+    for folder in (options.out_dir, options.cache_dir):
+        make_folder(folder)
+    with _alone(options):
+        return _fetch(place, options, models, osm_path)
+
+
+@contextlib.contextmanager
+def _alone(options: FetchOptions) -> Iterator[None]:
+    """Wait for another fetch with the same cache: servers are asked by one at a time, and files grow by one."""
+    try:
+        with (options.cache_dir / "lock").open("ab") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                options.network.note("another fetch uses the cache; this one goes on when that has ended")
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+    except PermissionError as error:
+        raise OutputError(f"{options.cache_dir} cannot be written; choose another folder with --cache") from error
+
+
+def _fetch(place: Place, options: FetchOptions, models: list[ElevationModel], osm_path: Path) -> FetchedArea:
+    connection = Connection(options.network)
+    osm = None
+    box = place.box
+    if options.osm:
+        with tempfile.TemporaryDirectory(prefix="work-", dir=options.cache_dir) as work:
+            osm = fetch_map(connection, place, options, osm_path, Path(work))
+        # Ways are whole, so that roads reach beyond the area.
+        box = (
+            min(box[0], osm.roads[0]),
+            min(box[1], osm.roads[1]),
+            max(box[2], osm.roads[2]),
+            max(box[3], osm.roads[3]),
+        )
+    dems = fetch_models(connection, with_margin(box), models, options, options.out_dir) if models else []
+    sources = options.out_dir / _SOURCES
+    with stream_to(sources) as stream:
+        stream.write(sources_text(place, osm, dems).encode())
+    return FetchedArea(osm, tuple(dems), sources)
+
+
+def _check_outputs(options: FetchOptions, osm_path: Path) -> None:
+    """Refuse to replace files, or what is to be read, before any work is done."""
+    targets = [options.out_dir / _SOURCES]
+    if options.osm:
+        targets.append(osm_path)
+    if options.dem:
+        targets.append(dem_path(options.out_dir, 1))
+    for target in targets:
+        if options.extract is not None and target.is_file() and not is_address(options.extract):
+            extract = Path(options.extract)
+            if extract.is_file() and target.samefile(extract):
+                raise OptionError(f"extract {extract} would be replaced; choose another folder for output", "extract")
+        if target.exists() and not options.overwrite:
+            raise OutputError(f"{target} exists; give another folder with -o, or --overwrite to replace it")

@@ -1,0 +1,241 @@
+"""Elevation models as they are written: the windows of their files that an area needs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from osm2xodr.errors import CoverageError, InputError
+from osm2xodr.fetching.connection import Connection, Response, host, shown
+from osm2xodr.fetching.downloads import Wanted, download, key_of, not_wanted
+from osm2xodr.fetching.models import ElevationModel
+from osm2xodr.fetching.options import FetchOptions, ServerError
+from osm2xodr.fetching.place import Box
+from osm2xodr.fetching.rasters import (
+    CELLS_MAX,
+    Raster,
+    RasterError,
+    bounds_in,
+    joined,
+    packed,
+    read_window,
+    unpacked,
+    void_share,
+)
+from osm2xodr.system import make_folder, stream_to
+
+# Bytes that are asked for to see what a file is.
+_PROBE: Final = 1024
+# First bytes of TIFF and BigTIFF in both orders of bytes.
+_TIFF: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+# Files that are not there: some models have none at sea, or beyond their country (RFC 9110).
+_ABSENT: Final = frozenset({404, 410})
+# Elevation models reach farther than the roads by this, m: what lies beside them, and what interpolation needs.
+_MARGIN: Final = 150.0
+# Length of a degree of latitude, m (WGS 84, mean).
+_DEGREE: Final = 111_195.0
+# An area whose box has more cells than this many times what is read is refused before anything is asked for; the box
+# of degrees may be larger than that of the model.
+_CELLS_SLACK: Final = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class FetchedModel:
+    """An elevation model that was written."""
+
+    paths: tuple[Path, ...]  # Several where its cells change in size or kind within the area
+    model: ElevationModel
+    urls: tuple[str, ...]  # Addresses of the files that it was cut out of
+    absent: int  # How many further files there might be, but are not
+    voids: float  # Largest share of cells without a height in a file
+
+
+def with_margin(box: Box) -> Box:
+    """Return a box (west, south, east, north, degrees) with what heights are needed of around it."""
+    west, south, east, north = box
+    up = _MARGIN / _DEGREE
+    across = up / max(0.05, math.cos(math.radians(max(abs(south), abs(north)))))
+    return max(-180.0, west - across), max(-90.0, south - up), min(180.0, east + across), min(90.0, north + up)
+
+
+def fetch_models(
+    connection: Connection, box: Box, models: Sequence[ElevationModel], options: FetchOptions, out_dir: Path
+) -> list[FetchedModel]:
+    """Write what elevation models have in a box: ``dem.tif``, ``dem_2.tif`` and so on, in the order of the models.
+
+    Raises
+    ------
+    CoverageError
+        None of them has a height there.
+    InputError
+        The area is too large for one of them.
+    ServerError, OutputError
+        A server does not give what it should, or there is no room for it.
+    """
+    for model in models:
+        _check_extent(model, box)
+    found: list[FetchedModel] = []
+    number = 0
+    for model in models:
+        fetched, urls, absent = _fetch(connection, box, model, options)
+        paths = []
+        for raster in fetched:
+            number += 1
+            target = dem_path(out_dir, number)
+            kind = "digital surface model" if model.covered else "digital terrain model"
+            with stream_to(target) as stream:
+                stream.write(packed(raster, f"{model.title}, {kind}", connection.network.patience))
+            paths.append(target)
+        if paths:
+            voids = max(void_share(raster) for raster in fetched)
+            found.append(FetchedModel(tuple(paths), model, tuple(urls), absent, voids))
+        else:
+            connection.network.note(f"{model.title} has no heights in the area")
+    if not found:
+        names = " and ".join(model.title for model in models)
+        raise CoverageError(f"{names}: there are no heights in the area; choose another model with --dem-model")
+    return found
+
+
+def dem_path(out_dir: Path, number: int) -> Path:
+    """Return the name of an elevation model, counted from 1."""
+    return out_dir / ("dem.tif" if number == 1 else f"dem_{number}.tif")
+
+
+def _check_extent(model: ElevationModel, box: Box) -> None:
+    """Refuse a model that cannot have heights in a box, or far too many, before anything is asked for."""
+    west, south, east, north = box
+    if not model.reaches(box):
+        raise CoverageError(
+            f"{model.title} has heights from {model.extent[0]:g} to {model.extent[2]:g} E and {model.extent[1]:g} to "
+            f"{model.extent[3]:g} N, and the area lies elsewhere; choose another model with --dem-model"
+        )
+    across = (east - west) * math.cos(math.radians(0.5 * (south + north)))
+    cells = across * (north - south) * (_DEGREE / model.cell) ** 2
+    if cells > _CELLS_SLACK * CELLS_MAX:
+        raise InputError(
+            f"the area has {cells / 1e6:,.0f} million cells of {model.title}, more than the {CELLS_MAX / 1e6:,.0f} "
+            "million that are read; give a smaller area, or a coarser model with --dem-model"
+        )
+
+
+def _fetch(
+    connection: Connection, box: Box, model: ElevationModel, options: FetchOptions
+) -> tuple[list[Raster], list[str], int]:
+    """Return what a model has in a box, the addresses of its files, and how many are absent."""
+    files = model.files(bounds_in(model.crs, box, connection.network.patience))
+    rasters: list[Raster] = []
+    urls: list[str] = []
+    absent = 0
+    for place, addresses in enumerate(files):
+        connection.network.progress(f"reading {model.title}: {place} of {len(files)} files")
+        url, raster = _first_window(connection, addresses, box, model, options)
+        absent += not url
+        if raster is not None:
+            rasters.append(raster)
+            urls.append(url)
+    return joined(rasters, model), urls, absent
+
+
+def _first_window(
+    connection: Connection, addresses: Sequence[str], box: Box, model: ElevationModel, options: FetchOptions
+) -> tuple[str, Raster | None]:
+    """Return the first address of a file that is there, empty if there is none, and what it has in a box."""
+    failed: list[ServerError] = []
+    for url in addresses:
+        try:
+            there, raster = _window(connection, url, box, model, options)
+        except ServerError as error:
+            failed.append(error)
+            continue
+        if there:
+            for fault in failed:
+                connection.network.note(f"{fault}; {shown(url)} was taken instead")
+            return url, raster
+    if failed:
+        # It may be there.
+        raise failed[0]
+    return "", None
+
+
+def _window(
+    connection: Connection, url: str, box: Box, model: ElevationModel, options: FetchOptions
+) -> tuple[bool, Raster | None]:
+    """Return whether a file is there, and what it has in a box, from the cache if that is there."""
+    folder = options.cache_dir / "elevation"
+    kept = folder / f"{key_of(url, model.datum, *(f'{value:.7f}' for value in box))}.tif"
+    patience = connection.network.patience
+    if options.age and kept.is_file():
+        try:
+            return True, unpacked(kept, patience)
+        except RasterError:
+            kept.unlink(missing_ok=True)
+    name = _probe(connection, url, options)
+    if name is None:
+        return False, None
+    raster = _read(connection, url, name, box, model, options)
+    if raster is None:
+        return True, None
+    make_folder(folder)
+    with stream_to(kept) as stream:
+        stream.write(packed(raster, model.title, patience))
+    # As it comes from the cache the next time, where numbers and names may have been rounded.
+    return True, unpacked(kept, patience)
+
+
+def _wanted(url: str) -> Wanted:
+    return Wanted(url, "--dem-url", "a GeoTIFF", lambda head: head.startswith(_TIFF))
+
+
+def _probe(connection: Connection, url: str, options: FetchOptions) -> str | None:
+    """Return what GDAL can read a file by, None if the file is not there; files are downloaded where that helps."""
+    wanted = _wanted(url)
+
+    def read(response: Response) -> tuple[bool, str]:
+        head = b""
+        for chunk in connection.chunks(response):
+            head += chunk
+            # A server without parts sends everything.
+            if len(head) >= _PROBE:
+                break
+        if not wanted.looks_right(head):
+            raise ServerError(not_wanted(wanted, head, response), response.status)
+        return response.status == 206, response.geturl()
+
+    try:
+        has_parts, final = connection.ask(url, "--dem-url", read, lambda: {"Range": f"bytes=0-{_PROBE - 1}"})
+    except ServerError as error:
+        if error.status in _ABSENT:
+            return None
+        raise
+    if has_parts:
+        return f"/vsicurl/{final}"
+    connection.network.note(f"{host(url)} does not send parts of files; {shown(url)} is downloaded whole")
+    return str(download(connection, wanted, options.cache_dir / "elevation", math.inf if options.age else 0.0).path)
+
+
+def _read(
+    connection: Connection, url: str, name: str, box: Box, model: ElevationModel, options: FetchOptions
+) -> Raster | None:
+    """Read a window; where that fails ask the server anew, which waits where it is busy, or says what is wrong."""
+    network = connection.network
+    current: str | None = name
+    for attempt in range(network.retries + 1):
+        if current is None:
+            break
+        try:
+            return read_window(current, box, model, network.patience)
+        except RasterError as error:
+            problem = error
+        if attempt < network.retries:
+            seconds = network.pause * 2.0**attempt
+            network.note(f"{host(url)} did not send all of {shown(url)}; it is asked again in {seconds:.0f} s")
+            network.sleep(seconds)
+            current = _probe(connection, url, options)
+    raise ServerError(
+        f"{shown(url)} cannot be read to its end ({problem}); try again later, the same command goes on where it "
+        "ended, or give another address with --dem-url"
+    )

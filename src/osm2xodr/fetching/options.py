@@ -1,0 +1,83 @@
+"""What can be asked for, and how servers are treated."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from osm2xodr.errors import OptionError, Osm2xodrError
+from osm2xodr.fetching.defaults import (
+    CACHE_AGE,
+    DOWNLOAD_MAX,
+    ELEVATION_MODEL,
+    OVERPASS_SERVERS,
+    PATIENCE,
+    PAUSE,
+    RETRIES,
+)
+
+
+class ServerError(Osm2xodrError):
+    """A server cannot be reached, or does not give what it was asked for.
+
+    Parameters
+    ----------
+    message
+        One sentence that names the address and the remedy.
+    status
+        Status of its answer (RFC 9110); 0 without one.
+    unreached
+        Why there is no connection to it, in a few words; empty if there was one.
+    """
+
+    def __init__(self, message: str, status: int = 0, unreached: str = "") -> None:
+        super().__init__(message)
+        self.status = status
+        self.unreached = unreached
+
+
+def _nothing(text: str) -> None:
+    """Say nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """How servers are treated. Requests are made one at a time."""
+
+    patience: float = PATIENCE  # How long a server may be silent or hardly send anything, s
+    retries: int = RETRIES  # How often it is asked again when it is busy or the connection is cut
+    pause: float = PAUSE  # The first pause before it is asked again, s; it doubles each time
+    download_max: int = DOWNLOAD_MAX  # Largest file to download as a whole, bytes
+    note: Callable[[str], None] = _nothing  # Told, in one sentence, why there is a wait
+    progress: Callable[[str], None] = _nothing  # Told what is done at the moment
+    sleep: Callable[[float], None] = time.sleep
+
+
+@dataclass(frozen=True, slots=True)
+class FetchOptions:
+    """What is fetched, and from where; OptionError if there is nothing to fetch."""
+
+    out_dir: Path  # Folder for the files; it is made where it is missing
+    cache_dir: Path  # Folder for what was fetched before, and for downloads that are not complete
+    # A map to cut the area out of, file or address; None asks the Overpass API
+    extract: str | None = None
+    overpass: tuple[str, ...] = OVERPASS_SERVERS  # Addresses of servers of the Overpass API, in order
+    models: tuple[str, ...] = (ELEVATION_MODEL,)  # Names of elevation models, the preferred one first
+    model_files: tuple[Path, ...] = ()  # Further tables of elevation models
+    model_url: str | None = None  # Where the only elevation model is instead of where its table says
+    osm: bool = True  # Whether a map is fetched
+    dem: bool = True  # Whether elevation models are
+    pbf: bool = False  # Whether the map is written as ``area.osm.pbf`` rather than ``area.osm``
+    age: float = CACHE_AGE  # How old a map in the cache may be, s; 0 fetches everything anew
+    overwrite: bool = False  # Whether files that exist are replaced
+    network: Network = field(default_factory=Network)
+
+    def __post_init__(self) -> None:
+        if not (self.osm or self.dem):
+            raise OptionError("no_osm and no_dem leave nothing to fetch; give one of them", "no_osm", "no_dem")
+        if self.extract is not None and not self.osm:
+            raise OptionError("no_osm and extract exclude each other; give one of them", "no_osm", "extract")
+        if self.model_url is not None and len(self.models) != 1:
+            raise OptionError("dem_url is for one elevation model; give one dem_model", "dem_url", "dem_model")

@@ -1,0 +1,225 @@
+"""Maps from the Overpass API.
+
+They are asked for their size first, and in parts where they are large. Each part is kept as soon as it is there, so
+that a fetch that ended goes on.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+import urllib.parse
+import zlib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Final
+from xml.etree import ElementTree
+
+from osm2xodr.errors import InputError
+from osm2xodr.fetching.connection import Connection, Response, again, host, is_page, plain_text, shown
+from osm2xodr.fetching.downloads import key_of
+from osm2xodr.fetching.options import FetchOptions, ServerError
+from osm2xodr.fetching.place import Box
+from osm2xodr.fetching.queries import QUERY_TIME, area_query, count_query
+from osm2xodr.osmParsing import open_osm_file
+from osm2xodr.system import make_folder, stream_to
+
+# Ways and nodes of a part, about 100 MB of text; larger ones are split. And of the whole area: beyond it an extract
+# is less work for everybody. Choices.
+_PART_MAX: Final = 60_000
+_AREA_MAX: Final = 1_500_000
+# Larger boxes are not even counted, square degrees: a country.
+_BOX_MAX: Final = 16.0
+# Boxes are split at most so often; in the last ones half a second of arc would hold a whole city.
+_SPLITS_MAX: Final = 12
+# Bytes at the beginning and the end of an answer that say what it is; and the largest one.
+_ENDS: Final = 1 << 14
+_ANSWER_MAX: Final = 2_000_000_000
+
+_REMARK: Final = re.compile(rb"<remark>(.*?)</remark>", re.DOTALL)
+# What the server says of queries that are too large for it.
+_TOO_LARGE: Final = re.compile(r"timed? ?out|out of memory|memory", re.IGNORECASE)
+
+
+class _TooLargeError(Exception):
+    """A part is too large for the server."""
+
+
+class _Overpass:
+    """Asks servers of the Overpass API, the next one where one fails."""
+
+    def __init__(self, connection: Connection, options: FetchOptions, folder: Path) -> None:
+        self._connection = connection
+        self._servers = list(options.overpass)
+        self._age = options.age
+        self._folder = folder
+
+    def answer(self, query: str) -> Path:
+        """Return the file with the answer to a query; `_TooLargeError` if the server cannot give it."""
+        path = self._folder / f"{key_of(query)}.osm"
+        if path.is_file() and time.time() - path.stat().st_mtime < self._age:
+            return path
+        failed: list[ServerError] = []
+        for server in tuple(self._servers):
+            try:
+                self._ask(server, query, path)
+            except ServerError as error:
+                failed.append(error)
+                continue
+            # What one of them refuses or lacks another one may give; it is not asked for anything more.
+            for before, fault in zip(self._servers, failed, strict=False):
+                why = f"cannot be reached ({fault.unreached})" if fault.unreached else f"is of no use ({fault})"
+                self._connection.network.note(f"{host(before)} {why}; {host(server)} is asked instead")
+            del self._servers[: len(failed)]
+            return path
+        if len(failed) > 1 and all(error.unreached for error in failed):
+            names = ", ".join(map(host, self._servers))
+            raise ServerError(
+                f"none of the servers of the Overpass API can be reached ({names}: {failed[0].unreached}): this "
+                "machine may be offline; connect it, give another server with --overpass, or a map that you have "
+                "with --extract",
+                unreached=failed[0].unreached,
+            )
+        raise failed[-1]
+
+    def _ask(self, server: str, query: str, path: Path) -> None:
+        sign = "&" if urllib.parse.urlsplit(server).query else "?"
+        url = f"{server}{sign}{urllib.parse.urlencode({'data': query})}"
+
+        def read(response: Response) -> None:
+            head = tail = b""
+            size = 0
+            with stream_to(path) as stream:
+                for chunk in self._unpacked(response):
+                    size += len(chunk)
+                    head += chunk[: _ENDS - len(head)]
+                    tail = (tail + chunk)[-_ENDS:]
+                    if size > _ANSWER_MAX:
+                        raise ServerError(f"{shown(server)} sends over {_ANSWER_MAX / 1e9:g} GB; give a smaller area")
+                    stream.write(chunk)
+                _check(server, head, tail)
+            with stream_to(_origin(path)) as stream:
+                stream.write(shown(server).encode())
+
+        self._connection.ask(url, "--overpass", read, lambda: {"Accept-Encoding": "gzip"}, QUERY_TIME)
+
+    def _unpacked(self, response: Response) -> Iterator[bytes]:
+        """Yield the content of an answer as text."""
+        if response.headers.get("Content-Encoding", "identity").lower() != "gzip":
+            yield from self._connection.chunks(response)
+            return
+        inflate = zlib.decompressobj(wbits=31)
+        try:
+            for chunk in self._connection.chunks(response):
+                yield inflate.decompress(chunk)
+        except zlib.error as error:
+            raise again(f"sends a damaged answer ({error})") from error
+        if not inflate.eof:
+            raise again("cut its answer short")
+
+
+def _check(server: str, head: bytes, tail: bytes) -> None:
+    """Refuse an answer that is none, or not whole, by its beginning and its end."""
+    other = "check the address, or give another one with --overpass"
+    if is_page(head) or b"<osm" not in head:
+        said = plain_text(head)
+        what = "a web page" if is_page(head) else "something else"
+        if is_page(head) and _TOO_LARGE.search(said):
+            raise _TooLargeError(said)
+        raise ServerError(f"{shown(server)} gives {what} ({said or 'empty'}) instead of OSM data in XML; {other}")
+    remark = _REMARK.search(tail)
+    if remark is not None:
+        said = plain_text(remark[1])
+        if _TOO_LARGE.search(said):
+            raise _TooLargeError(said)
+        raise ServerError(f"{shown(server)} could not answer ({said}); try again later, or {other}")
+    if not tail.rstrip().endswith(b"</osm>"):
+        raise again("cut its answer short")
+
+
+def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list[Path]:
+    """Return files that together hold what conversions read in a box; what several of them hold is the same.
+
+    Raises
+    ------
+    InputError
+        The area is too large to be asked of a public server.
+    ServerError
+        No server gives all of it.
+    OutputError
+        There is no room for it.
+    """
+    west, south, east, north = box
+    if (east - west) * (north - south) > _BOX_MAX:
+        raise InputError(
+            f"the area has {(east - west) * (north - south):,.0f} square degrees, too much for the Overpass API; "
+            "give a map of the country with --extract, such as one of download.geofabrik.de"
+        )
+    folder = options.cache_dir / "overpass"
+    make_folder(folder)
+    overpass = _Overpass(connection, options, folder)
+    parts: list[Path] = []
+    todo = [(box, 0)]
+    progress = connection.network.progress
+    while todo:
+        part, depth = todo.pop()
+        progress(f"asking for the map: {len(parts)} of {len(parts) + len(todo) + 1} parts are there")
+        found = _part(overpass, part, depth == 0)
+        if found is not None:
+            parts.append(found)
+        elif depth < _SPLITS_MAX:
+            todo += [(quarter, depth + 1) for quarter in reversed(_quarters(part))]
+        else:
+            raise ServerError("the servers given with --overpass cannot give even a small part of it; give others")
+    return parts
+
+
+def _part(overpass: _Overpass, box: Box, whole: bool) -> Path | None:
+    """Return the file with what is in a box; None if it is too large and has to be split."""
+    try:
+        count = _count(overpass.answer(count_query(box)))
+        if whole and count > _AREA_MAX:
+            raise InputError(
+                f"the area has {count:,} ways and objects, too many for the Overpass API; give a map with --extract, "
+                "such as one of download.geofabrik.de"
+            )
+        return None if count > _PART_MAX else overpass.answer(area_query(box))
+    except _TooLargeError:
+        return None
+
+
+def _count(path: Path) -> int:
+    """Return the number of elements that an answer states."""
+    # What is refused in maps, such as entities, is refused here as well.
+    open_osm_file(path)
+    try:
+        tags = ElementTree.parse(path).iterfind("count/tag")
+        return next(int(tag.get("v", "")) for tag in tags if tag.get("k") == "total")
+    except (ElementTree.ParseError, StopIteration, ValueError):
+        path.unlink(missing_ok=True)
+        raise ServerError(
+            "the server of --overpass does not say how much there is in the area; give another one"
+        ) from None
+
+
+def _quarters(box: Box) -> list[Box]:
+    west, south, east, north = box
+    x, y = 0.5 * (west + east), 0.5 * (south + north)
+    return [(west, south, x, y), (x, south, east, y), (west, y, x, north), (x, y, east, north)]
+
+
+def _origin(path: Path) -> Path:
+    """Return the file that says which server an answer is from."""
+    return path.with_suffix(".from")
+
+
+def servers_of(parts: Iterable[Path]) -> list[str]:
+    """Return the addresses of the servers that answers are from."""
+    return sorted({_origin(part).read_text(encoding="utf-8") for part in parts if _origin(part).is_file()})
+
+
+def data_date(path: Path) -> str:
+    """Return the time that the data of an answer is of (``osm_base``); empty if it does not say."""
+    with path.open("rb") as stream:
+        found = re.search(rb'<meta[^>]*\bosm_base="([^"]+)"', stream.read(_ENDS))
+    return "" if found is None else found[1].decode("ascii", "replace")

@@ -1,0 +1,274 @@
+"""Windows of elevation models: read over the network or from a file, and put together. All that knows rasterio here.
+
+Cells are neither resampled nor converted: what is written has the values of the model.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import ssl
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from osm2xodr.errors import InputError
+from osm2xodr.fetching.defaults import LEAST_RATE, USER_AGENT
+from osm2xodr.fetching.models import ElevationModel
+from osm2xodr.fetching.place import Box
+from osm2xodr.projection import WGS84
+
+# Cells beyond the area on each side, for interpolation and for the noise estimate at the border; a choice.
+_MARGIN_CELLS: Final = 8
+# Most cells of a file that is written (512 MB in single precision); a choice.
+CELLS_MAX: Final = 2**27
+# Largest block of cells that is unpacked as a whole, bytes, as where elevation models are converted.
+_BLOCK_MAX: Final = 2**28
+# Rasters share a grid if the corner of one lies this near to a corner of cells of the other, cells.
+_SAME_GRID: Final = 0.01
+# Value of cells without a height where a model declares none: lower than any road.
+_NODATA: Final = -32768.0
+# Points on each side of a box whose sides are curves in another coordinate reference system.
+_SIDE_POINTS: Final = 33
+
+Cells = npt.NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Raster:
+    """A part of an elevation model."""
+
+    cells: Cells  # (rows, cols) As in the model
+    transform: Any  # Affine, from columns and rows to x and y in `crs`
+    crs: str  # Coordinate reference system, WKT
+    nodata: float  # Value of cells without a height
+    # Heights are value * scale + offset, in `unit`, which may be empty
+    scale: float
+    offset: float
+    unit: str
+
+    def grid(self) -> tuple[Any, ...]:
+        """Return what rasters must have in common to be put together, apart from where their cells lie."""
+        a, b, _, d, e, _ = tuple(self.transform)[:6]
+        steps = tuple(float(f"{value:.9g}") for value in (a, b, d, e))
+        return self.crs, str(self.cells.dtype), self.nodata, self.scale, self.offset, self.unit, steps
+
+
+class RasterError(Exception):
+    """A file is no raster, or cannot be read to its end."""
+
+
+@contextlib.contextmanager
+def gdal(patience: float) -> Iterator[Any]:
+    """Yield rasterio, with GDAL silent, polite, and asking for nothing but the file itself."""
+    import rasterio
+    import rasterio.warp
+    import rasterio.windows
+
+    logger = logging.getLogger("rasterio")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    # What requests are made for, with which name; nothing is remembered of files that may have changed since.
+    settings = {
+        "GDAL_NUM_THREADS": "1",
+        "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR",
+        "GDAL_PAM_ENABLED": "NO",
+        "GDAL_HTTP_USERAGENT": USER_AGENT,
+        "GDAL_HTTP_CONNECTTIMEOUT": f"{max(1, round(patience))}",
+        "GDAL_HTTP_LOW_SPEED_TIME": f"{max(1, round(patience))}",
+        "GDAL_HTTP_LOW_SPEED_LIMIT": f"{LEAST_RATE:.0f}",
+        "GDAL_HTTP_MAX_RETRY": "0",
+        "GDAL_HTTP_MULTIRANGE": "SERIAL",
+        "GDAL_HTTP_NETRC": "NO",
+        "CPL_VSIL_CURL_NON_CACHED": "/vsicurl/",
+        "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": None,
+    }
+    # GDAL trusts whom Python trusts; versions of it differ in the name.
+    settings["GDAL_CURL_CA_BUNDLE"] = settings["CURL_CA_BUNDLE"] = ssl.get_default_verify_paths().cafile
+    try:
+        with warnings.catch_warnings(), rasterio.Env(**{key: value for key, value in settings.items() if value}):
+            warnings.simplefilter("ignore")
+            yield rasterio
+    finally:
+        logger.setLevel(level)
+
+
+def bounds_in(crs: str, box: Box, patience: float) -> Box:
+    """Return the bounds of a box (west, south, east, north, degrees) in another coordinate reference system."""
+    with gdal(patience) as rasterio:
+        try:
+            west, south, east, north = rasterio.warp.transform_bounds(WGS84, crs, *box, densify_pts=_SIDE_POINTS)
+        except (rasterio.errors.RasterioError, ValueError) as error:
+            raise InputError(f"crs {crs!r} of an elevation model is none ({error}); see docs/fetch.md") from None
+    return west, south, east, north
+
+
+def read_window(name: str, box: Box, model: ElevationModel, patience: float) -> Raster | None:
+    """Return the part of a file, local or ``/vsicurl/``, in a box of degrees; None if it does not reach there.
+
+    Raises `RasterError` if it cannot be read, and `InputError` if it can, but is of no use.
+    """
+    with gdal(patience) as rasterio:
+        try:
+            with rasterio.open(name, driver="GTiff") as dataset:
+                return _read(rasterio, dataset, box, model)
+        except (rasterio.errors.RasterioError, OSError, ValueError) as error:
+            raise RasterError(" ".join(str(error).split())) from error
+
+
+def _read(rasterio: Any, dataset: Any, box: Box, model: ElevationModel) -> Raster | None:
+    what = f"the file of {model.title}"
+    if dataset.crs is None or dataset.count < 1 or dataset.transform.is_identity:
+        raise InputError(f"{what} does not say where it lies; choose another model with --dem-model")
+    rows, cols = dataset.block_shapes[0]
+    if rows * cols * np.dtype(dataset.dtypes[0]).itemsize > _BLOCK_MAX:
+        raise InputError(
+            f"{what} is packed in blocks that are too large to read; choose another one with --dem-model"
+        )
+    a, b, _, d, e, _ = tuple(dataset.transform)[:6]
+    if b or d or a <= 0.0 or e >= 0.0:
+        raise InputError(f"{what} is not laid out from north to south; choose another model with --dem-model")
+    west, south, east, north = rasterio.warp.transform_bounds(WGS84, dataset.crs, *box, densify_pts=_SIDE_POINTS)
+    corners = [_cell_at(dataset.transform, *corner) for corner in ((west, north), (east, south))]
+    left, top = (int(np.floor(value)) - _MARGIN_CELLS for value in corners[0])
+    right, bottom = (int(np.ceil(value)) + _MARGIN_CELLS for value in corners[1])
+    left, top = max(left, 0), max(top, 0)
+    right, bottom = min(right, dataset.width), min(bottom, dataset.height)
+    if left >= right or top >= bottom:
+        return None
+    _check_size((right - left) * (bottom - top), model)
+    window = rasterio.windows.Window(left, top, right - left, bottom - top)
+    cells = dataset.read(1, window=window, masked=True)
+    nodata = dataset.nodata
+    if nodata is None:
+        nodata = _NODATA
+        if not np.can_cast(np.int16, cells.dtype):
+            # Such numbers have no room for it; single precision has, and keeps each of them.
+            cells = cells.astype(np.float32)
+    crs = dataset.crs
+    if model.datum and not _has_heights(crs):
+        crs = _with_datum(rasterio, crs, model.datum)
+    return Raster(
+        np.asarray(cells.filled(nodata)),
+        dataset.window_transform(window),
+        crs.to_wkt(),
+        float(nodata),
+        float(dataset.scales[0]),
+        float(dataset.offsets[0]),
+        dataset.units[0] or "",
+    )
+
+
+def _cell_at(transform: Any, x: float, y: float) -> tuple[float, float]:
+    """Return column and row of a place, counted from the corner of the first cell."""
+    return (x - transform.c) / transform.a, (y - transform.f) / transform.e
+
+
+def _has_heights(crs: Any) -> bool:
+    return "VERT" in crs.to_wkt()
+
+
+def _with_datum(rasterio: Any, crs: Any, datum: str) -> Any:
+    """Return a coordinate reference system with that of heights; the same where it has no code."""
+    code = crs.to_epsg()
+    if code is None:
+        return crs
+    return rasterio.crs.CRS.from_user_input(f"EPSG:{code}+{datum.partition(':')[2]}")
+
+
+def _check_size(cells: float, model: ElevationModel) -> None:
+    """Refuse more cells than are written."""
+    if cells > CELLS_MAX:
+        raise InputError(
+            f"the area has {cells / 1e6:,.0f} million cells of {model.title}, more than the {CELLS_MAX / 1e6:,.0f} "
+            "million that are read; give a smaller area, or a coarser model with --dem-model"
+        )
+
+
+def joined(rasters: Sequence[Raster], model: ElevationModel) -> list[Raster]:
+    """Put rasters together that share a grid; where several have a height, that of the first one is taken."""
+    groups: list[list[Raster]] = []
+    for raster in rasters:
+        group = next((group for group in groups if _same_grid(group[0], raster)), None)
+        if group is None:
+            groups.append([raster])
+        else:
+            group.append(raster)
+    return [group[0] if len(group) == 1 else _join(group, model) for group in groups]
+
+
+def _same_grid(one: Raster, other: Raster) -> bool:
+    if one.grid() != other.grid():
+        return False
+    offsets = np.array(_cell_at(one.transform, other.transform.c, other.transform.f))
+    return bool((np.abs(offsets - np.round(offsets)) < _SAME_GRID).all())
+
+
+def _join(group: Sequence[Raster], model: ElevationModel) -> Raster:
+    first = group[0]
+    places = np.array(
+        [np.round(_cell_at(first.transform, item.transform.c, item.transform.f)) for item in group], np.int64
+    )
+    left, top = places.min(axis=0).tolist()
+    sizes = np.array([item.cells.shape[::-1] for item in group], np.int64)
+    right, bottom = (places + sizes).max(axis=0).tolist()
+    _check_size((right - left) * (bottom - top), model)
+    cells = np.full((bottom - top, right - left), first.nodata, first.cells.dtype)
+    for item, (col, row) in zip(group, places.tolist(), strict=True):
+        rows, cols = item.cells.shape
+        part = cells[row - top : row - top + rows, col - left : col - left + cols]
+        np.copyto(part, item.cells, where=_is_void(part, first.nodata))
+    a, _, c, _, e, f = tuple(first.transform)[:6]
+    transform = type(first.transform)(a, 0.0, c + left * a, 0.0, e, f + top * e)
+    return Raster(cells, transform, first.crs, first.nodata, first.scale, first.offset, first.unit)
+
+
+def _is_void(cells: Cells, nodata: float) -> npt.NDArray[np.bool_]:
+    found: npt.NDArray[np.bool_] = np.isnan(cells) if np.isnan(nodata) else cells == nodata
+    return found
+
+
+def void_share(raster: Raster) -> float:
+    """Return the share of cells without a height."""
+    return float(np.mean(_is_void(raster.cells, raster.nodata)))
+
+
+def packed(raster: Raster, description: str, patience: float) -> bytes:
+    """Return a raster as the bytes of a GeoTIFF."""
+    rows, cols = raster.cells.shape
+    predictor = 3 if raster.cells.dtype.kind == "f" else 2
+    with gdal(patience) as rasterio, rasterio.MemoryFile() as memory:
+        with memory.open(
+            driver="GTiff", width=cols, height=rows, count=1, dtype=raster.cells.dtype.name,
+            crs=rasterio.crs.CRS.from_wkt(raster.crs), transform=raster.transform, nodata=raster.nodata,
+            tiled=True, compress="deflate", predictor=predictor, bigtiff="IF_SAFER",
+        ) as dataset:  # fmt: skip
+            dataset.write(raster.cells, 1)
+            dataset.scales, dataset.offsets = (raster.scale,), (raster.offset,)
+            if raster.unit:
+                dataset.units = (raster.unit,)
+            dataset.update_tags(TIFFTAG_IMAGEDESCRIPTION=description)
+        return bytes(memory.getbuffer())
+
+
+def unpacked(path: Path, patience: float) -> Raster:
+    """Return a raster that `packed` has made; `RasterError` if the file is damaged."""
+    with gdal(patience) as rasterio:
+        try:
+            with rasterio.open(path, driver="GTiff") as dataset:
+                return Raster(
+                    dataset.read(1),
+                    dataset.transform,
+                    dataset.crs.to_wkt(),
+                    float(dataset.nodata),
+                    float(dataset.scales[0]),
+                    float(dataset.offsets[0]),
+                    dataset.units[0] or "",
+                )
+        except (rasterio.errors.RasterioError, OSError, ValueError, TypeError) as error:
+            raise RasterError(str(error)) from error
