@@ -71,11 +71,15 @@ def test_convert(area: Path, dem: Path, out: Path, capsys: pytest.CaptureFixture
     assert stdout == ""
     lines = stderr.splitlines()
     assert re.fullmatch(rf"osm2xodr: wrote {re.escape(str(out))} \(0\.0 MB, OpenDRIVE 1\.7\) in \d+\.\d s", lines[0])
-    assert re.fullmatch(r"  3 roads of 0\.\d km, 6 connecting roads in 1 junction", lines[1])
-    assert re.fullmatch(
-        r"  heights from 1,0\d\d\.\d to 1,0\d\d\.\d m; the elevation model covers 100 % of the roads", lines[2]
-    )
-    assert any(line.startswith("  guessed") and "way/11" in line for line in lines[3:])
+    assert re.fullmatch(r"  0\.5 km of road, 1 junction; AD, 0\.\d x 0\.\d km, traffic on the right", lines[1])
+    assert re.match(r"  heights from 1,0\d\d\.\d to 1,0\d\d\.\d m, measured on 100 % of the roads; 95 %", lines[2])
+    assert lines[3:] == [
+        "needs attention (osm2xodr explain CODE says more):",
+        "  speed: no limit given, taken from the law of AD: 50 km/h (way/11)",
+        lines[-1],
+    ]
+    assert re.fullmatch(r"\d guesses, 0 dropped, 0 repaired: --report-json, -v", lines[-1])
+    assert "\x1b" not in stderr
     assert "\r" not in stderr
     assert list(out.parent.iterdir()) == [out]
 
@@ -132,6 +136,10 @@ def test_quiet_and_verbose(area: Path, out: Path, capsys: pytest.CaptureFixture[
         "placing signals and objects",
         f"writing {out}",
     ]
+    assert convert(area, "-o", out, "--overwrite", "-v") == 0
+    told = capsys.readouterr().err
+    assert "  note            1  flat: " in told
+    assert "  note: flat: " not in told
     assert convert(area, "-o", out, "--overwrite", "-vv") == 0
     assert "  note: flat: " in capsys.readouterr().err
 
@@ -202,6 +210,10 @@ def test_check_and_page_in_one_go(area: Path, dem: Path, out: Path, capsys: pyte
     told = capsys.readouterr().err
     assert f"{out}: 0 errors, 0 warnings" in told
     assert f"wrote {page}" in told
+    # The summary stands at the end, where one reads it.
+    assert told.splitlines()[-1].endswith("repaired: --report-json, -v")
+    assert told.index(f"wrote {page}") < told.index("needs attention")
+    assert len(told.splitlines()) <= 10
     text = page.read_text(encoding="utf-8")
     assert text.startswith("<!doctype html>")
     assert "Content-Security-Policy" in text
@@ -258,7 +270,7 @@ def test_options_reach_the_heights(area: Path, dem: Path, out: Path, capsys: pyt
     # A loop at each of the dead ends.
     root = etree.parse(out).getroot()
     assert len(root.findall("junction")) == 4
-    assert "  roads on the ground less the elevation model: mean " in capsys.readouterr().err
+    assert "; 95 % of the ground within " in capsys.readouterr().err
 
 
 # ---------------------------------------------------------------- surface
@@ -482,7 +494,7 @@ def test_partial_elevation_models_can_be_allowed(
 ) -> None:
     small = write_dem(tmp_path, columns=21)
     assert convert(area, "--dem", small, "-o", out, "--allow-partial") == 0
-    assert re.search(r"the elevation model covers \d+\.\d % of the roads", capsys.readouterr().err)
+    assert re.search(r"measured on \d+\.\d % of the roads", capsys.readouterr().err)
 
 
 def test_targets_that_cannot_be(area: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -620,6 +632,21 @@ def test_progress_on_terminals_only(area: Path, out: Path) -> None:
     assert done.returncode == 0
     assert "\r\x1b[Kbuilding roads …" in text
     assert "osm2xodr: wrote" in text.split("\x1b[K")[-1]
+    assert "\x1b[33m\x1b[1mneeds attention" in text
+
+
+def test_no_colours_where_they_are_not_wanted(area: Path, out: Path) -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    environment = {**os.environ, "NO_COLOR": "1"}
+    done = run("convert", area, "-o", out, stdout=subprocess.DEVNULL, stderr=theirs, env=environment)
+    os.close(theirs)
+    text = os.read(ours, 100_000).decode()
+    os.close(ours)
+    assert done.returncode == 0
+    assert "\nneeds attention" in text
+    assert "\x1b[33m" not in text
 
 
 def test_document_on_standard_output_and_report_in_a_file(area: Path, out: Path) -> None:

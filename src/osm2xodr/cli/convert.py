@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 import sys
 import time
 from pathlib import Path
@@ -25,13 +26,14 @@ from osm2xodr.cli.options import (
 from osm2xodr.defaults import CHECK_FINDINGS, REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.library import DECLARATIONS
-from osm2xodr.reporting import Progress, details, summary
+from osm2xodr.reporting import Progress, Style, details, kinds_of_findings, summary
 from osm2xodr.system import STANDARD_OUTPUT, label
 
 if TYPE_CHECKING:
     from osm2xodr.reporting import Conversion, Written
 
 _MEGABYTE = 1e6
+_COLOURS = {Style.HEADING: "yellow", Style.ATTENTION: "yellow"}
 # In --help these stand after the options that only the command line has.
 _LAST = ("frame", "jobs")
 
@@ -73,7 +75,12 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     help="Write a page to explore the road network with, as the command report does.",
 )
 @declared_options(_LAST)
-@click.option("-v", "--verbose", count=True, help="Say how long each stage takes; -vv: all details, and tracebacks.")
+@click.option(
+    "-v",
+    "--verbose",
+    count=True,
+    help="Say how long each stage takes, and what was found how often; -vv: all details, and tracebacks.",
+)
 @quiet_option
 @click.pass_obj
 @limit_options
@@ -114,42 +121,59 @@ def convert(
     finally:
         progress.done()
         gc.enable()
+    about = summary(conversion, written.diagnostics, has_heights=bool(dem))
     if not quiet:
-        _report(conversion, written, time.monotonic() - began, has_heights=bool(dem), verbose=verbose)
+        _report(conversion, written, time.monotonic() - began, verbose)
     log = conversion.report(written) if html is not None else b""
     # The check and the page read the file, and need the memory.
     del conversion
-    if not check and html is None:
-        return 0
-    return _check_and_show(output, area, dem, html, log, check=check, quiet=quiet)
+    status = findings = 0
+    try:
+        if check or html is not None:
+            status, findings = _check_and_show(output, area, dem, html, log, check=check, quiet=quiet)
+    finally:
+        for line in [] if quiet else about.lines(findings, 1 + check + (html is not None)):
+            _say(line.text, line.style)
+    return status
 
 
-def _report(conversion: Conversion, written: Written, seconds: float, *, has_heights: bool, verbose: int) -> None:
-    """Print what was written and found."""
+def _report(conversion: Conversion, written: Written, seconds: float, verbose: int) -> None:
+    """Print what was written, and on request what was found."""
     size = f"{written.size / _MEGABYTE:,.1f} MB, OpenDRIVE {conversion.options.version}"
-    wrote = f"osm2xodr: wrote {label(written.path)} ({size}) in {seconds:,.1f} s"
-    elevation = conversion.road_map.elevation_report if has_heights else None
-    lines = summary(conversion.statistics, written.diagnostics, has_heights=has_heights, elevation=elevation)
-    for line in [wrote, *lines, *(details(written.diagnostics) if verbose > 1 else [])]:
-        click.echo(line, err=True)
+    _say(f"osm2xodr: wrote {label(written.path)} ({size}) in {seconds:,.1f} s")
+    for text in kinds_of_findings(written.diagnostics) if verbose else []:
+        _say(text)
+    for text in details(written.diagnostics) if verbose > 1 else []:
+        _say(text)
+
+
+def _say(text: str, style: Style = Style.PLAIN) -> None:
+    """Print a line; colours are for terminals, unless NO_COLOR (https://no-color.org) is set."""
+    colour = _COLOURS.get(style)
+    plain = colour is None or os.environ.get("NO_COLOR")
+    click.echo(text if plain else click.style(text, fg=colour, bold=style is Style.HEADING), err=True)
 
 
 def _check_and_show(
     output: Path, area: Path, dem: tuple[Path, ...], html: Path | None, log: bytes, *, check: bool, quiet: bool
-) -> int:
-    """Check the file that was written and make the page about it, as asked for; return the exit status."""
+) -> tuple[int, int]:
+    """Check the file that was written and make the page about it, as asked for.
+
+    Returns the exit status and the number of errors and warnings.
+    """
     from osm2xodr.checking import CheckOptions, Severity, check_drive
     from osm2xodr.opendrive import read_xodr
 
     # Both need the file and the findings, which take longest: they share them.
     file = read_xodr(output)
     result = check_drive(file, CheckOptions(most=REPORT_FINDINGS))
-    status = 0
+    status = findings = 0
     if check:
         listed = result.worst(CHECK_FINDINGS)
         for line in [listed.headline()] if quiet else listed.lines(Severity.WARNING):
             click.echo(line, err=True)
         status = int(result.failed())
+        findings = result.count(Severity.ERROR) + result.count(Severity.WARNING)
     if html is not None:
         from osm2xodr.viewing import ReportOptions, write_report
 
@@ -157,4 +181,4 @@ def _check_and_show(
         size = write_report(file, html, about, Diagnostics(), result)
         if not quiet:
             click.echo(f"osm2xodr: wrote {label(html)} ({size / _MEGABYTE:,.1f} MB)", err=True)
-    return status
+    return status, findings

@@ -19,6 +19,7 @@ from osm2xodr import __version__
 from osm2xodr.cli.batch import batch
 from osm2xodr.cli.check import check
 from osm2xodr.cli.convert import convert
+from osm2xodr.cli.explain import explain
 from osm2xodr.cli.export import export
 from osm2xodr.cli.locate import locate
 from osm2xodr.cli.options import Session
@@ -95,7 +96,7 @@ def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
 
 
-for _command in (convert, batch, check, report, render, surface, locate, export):
+for _command in (convert, batch, check, report, render, surface, locate, export, explain):
     cli.add_command(_command)
 
 
