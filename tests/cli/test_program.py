@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import rasterio
 from lxml import etree
 from small_area import OSM, write_area, write_dem
 
@@ -333,6 +334,23 @@ def test_surface_that_cannot_be(
         (["{area}", "-o", "{out}", "--dem-vertical-datum", "EPSG:3855"], "give --vertical-datum too"),
         (["{area}", "-o", "{out}", "--smoothing", "0"], "--smoothing: 0 is not above 0"),
         (["{area}", "-o", "{out}", "--smoothing", "nan"], "--smoothing: nan is not above 0"),
+        (["{area}", "-o", "{out}", "--smoothing", "100000"], "--smoothing: 100000 is above 100, which levels mount"),
+        (["{area}", "-o", "{out}", "--date", "yesterday"], "--date: 'yesterday' is not a date; write one such as 20"),
+        (
+            ["{area}", "-o", "{out}", "--vertical-datum", "EPSG:3855"],
+            "--vertical-datum is about elevation models; give one with --dem, or leave it out",
+        ),
+        (["{area}", "-o", "{out}", "--dem-sigma", "3"], "--dem-sigma is about elevation models; give one with --dem"),
+        (["{area}", "dem.tif", "-o", "{out}"], "dem.tif: elevation models stand after --dem; write --dem dem.tif"),
+        (["{area}", "b.osm.pbf", "-o", "{out}"], "b.osm.pbf: one area at a time; osmium merge joins files"),
+        (
+            ["https://example.org/a.osm", "-o", "{out}"],
+            "https://example.org/a.osm is an address, and files are read from disk alone; download it first",
+        ),
+        (
+            ["{area}", "--dem", "https://example.org/dem.tif", "-o", "{out}"],
+            "https://example.org/dem.tif is an address",
+        ),
         (
             ["{area}", "-o", "{out}", "--max-grade", "motorway"],
             "--max-grade: max grade 'motorway' is not class=limit",
@@ -351,6 +369,41 @@ def test_wrong_usage(
     assert message in " ".join(stderr.split())
     assert list(out.parent.iterdir()) == []
     assert area.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "command"), [("{area}", "convert {area} -o area.xodr"), ("map.xodr", "check map.xodr")]
+)
+def test_a_file_in_place_of_a_command(
+    name: str, command: str, area: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name, command = name.format(area=area), command.format(area=area)
+    assert main([name]) == 2
+    assert f"Error: {name} is no command; write osm2xodr {command}\n" in capsys.readouterr().err
+
+
+def test_an_area_on_standard_input(area: Path, out: Path) -> None:
+    report = out.with_suffix(".json")
+    done = run("convert", "-", "-o", out, "--report-json", report, input=area.read_bytes())
+    assert done.returncode == 0, done.stderr
+    told = json.loads(report.read_bytes())
+    assert (told["input"]["area"], told["input"]["name"]) == ("-", "standard_input")
+    other = out.with_name("other.xodr")
+    assert convert(area, "-o", other, "--name", "standard_input", "-q") == 0
+    assert other.read_bytes() == out.read_bytes()
+
+
+def test_an_elevation_model_of_zeros_is_told(
+    tmp_path: Path, area: Path, out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    level = write_dem(tmp_path)
+    with rasterio.open(level) as source:
+        profile, cells = source.profile, source.read()
+    with rasterio.open(level, "w", **profile) as target:
+        target.write(0 * cells)
+    assert convert(area, "--dem", level, "-o", out) == 0
+    told = capsys.readouterr().err
+    assert re.search(r"\n  dem-level: .*dem\.tif: all [\d,]+ cells", told)
 
 
 def test_existing_files_are_kept(area: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> None:

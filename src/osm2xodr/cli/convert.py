@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import gc
 import json
 import os
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,12 +36,29 @@ if TYPE_CHECKING:
     from osm2xodr.reporting import Conversion, Written
 
 _MEGABYTE = 1e6
+_MAP_SUFFIXES = frozenset({".osm", ".pbf", ".gz", ".bz2"})
 _COLOURS = {Style.HEADING: "yellow", Style.ATTENTION: "yellow"}
 # In --help these stand after the options that only the command line has.
 _LAST = ("frame", "jobs")
 
 
+class _Convert(click.Command):
+    """The command, which says what to do with files that follow the area."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments."""
+        rest = super().parse_args(ctx, args)
+        if ctx.args:
+            more = ctx.args[0]
+            if Path(more).suffix.lower() in _MAP_SUFFIXES:
+                raise click.UsageError(f"{more}: one area at a time; osmium merge joins files", ctx)
+            raise click.UsageError(f"{more}: elevation models stand after --dem; write --dem {more}", ctx)
+        return rest
+
+
 @click.command(
+    cls=_Convert,
+    context_settings={"allow_extra_args": True},
     short_help="Convert an OpenStreetMap file to OpenDRIVE.",
     epilog="""\b
 Examples:
@@ -46,6 +66,7 @@ Examples:
   osm2xodr convert area.osm.pbf --dem west.tif --dem east.tif -o area.xodr --overwrite
   osm2xodr convert area.osm.gz -o flat.xodr --ways major --xodr-version 1.4
   osm2xodr convert area.osm --dem dem.tif -o area.xodr --check --html area.html
+  osm2xodr convert - -o area.xodr < area.osm
   osm2xodr convert area.osm -o - --ways motorway,motorway_link | gzip > area.xodr.gz
 
 Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong usage.""",
@@ -98,8 +119,10 @@ def convert(
     quiet: bool,
     **values: Any,
 ) -> int:
-    """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf), to OpenDRIVE."""
+    """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf; - for standard input), to OpenDRIVE."""
     session.verbose = verbose
+    given = area
+    area = click.get_current_context().with_resource(_on_disk(area))
     options = given_options(values)
     for option, wanted in (("--check", check), ("--html", html is not None)):
         if wanted and output == STANDARD_OUTPUT:
@@ -116,6 +139,8 @@ def convert(
         from osm2xodr.library import convert as run
 
         conversion = run(area, dem, options=options, on_stage=progress.stage)
+        # A file that standard input is kept in has another name each time.
+        conversion = dataclasses.replace(conversion, inputs={**conversion.inputs, "area": str(given)})
         progress.stage(f"writing {label(output)}")
         written = conversion.write(output, report_json=report_json)
     finally:
@@ -135,6 +160,22 @@ def convert(
         for line in [] if quiet else about.lines(findings, 1 + check + (html is not None)):
             _say(line.text, line.style)
     return status
+
+
+@contextlib.contextmanager
+def _on_disk(area: Path) -> Iterator[Path]:
+    """Yield the file of an area, which is read twice: standard input is kept in a temporary one meanwhile."""
+    if area != STANDARD_OUTPUT:
+        yield area
+        return
+    import shutil
+    import tempfile
+
+    with tempfile.TemporaryDirectory(prefix="osm2xodr-") as folder:
+        path = Path(folder) / "standard_input"
+        with path.open("wb") as stream:
+            shutil.copyfileobj(sys.stdin.buffer, stream)
+        yield path
 
 
 def _report(conversion: Conversion, written: Written, seconds: float, verbose: int) -> None:

@@ -11,6 +11,7 @@ import os
 import signal
 import traceback
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import click
@@ -90,7 +91,22 @@ def _run(arguments: Sequence[str] | None, session: Session) -> int:
     return status if isinstance(status, int) else OK
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+class _Program(click.Group):
+    """The program, which says what to do with a file in place of a command."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command."""
+        name = args[0]
+        if self.get_command(ctx, name) is None and (Path(name).suffix or Path(name).exists()):
+            command = "check" if name.lower().endswith((".xodr", ".xodr.gz")) else "convert"
+            rest = "" if command == "check" else " -o area.xodr"
+            ctx.fail(f"{name} is no command; write osm2xodr {command} {name}{rest}")
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=_Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, "--version", message="%(prog)s %(version)s")
 def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from osm2xodr.system import ByteSink
-from osm2xodr.xodrWriter.options import VERSIONS, WriteOptions
+from osm2xodr.xodrWriter.options import VERSIONS, WriteOptions, check_date
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
     from osm2xodr.model import PlanView, RoadMap
 
-__all__ = ["VERSIONS", "WriteOptions", "plan_view_bounds", "write_xodr"]
+__all__ = ["VERSIONS", "WriteOptions", "check_date", "plan_view_bounds", "write_xodr"]
 
 
 def write_xodr(
