@@ -33,7 +33,7 @@ Examples:
 
 osm2xodr explain RULE says more about one of them.
 
-Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wrong usage.""",
+Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wrong usage, 130 interrupted.""",
 )
 @file_argument
 @click.option(

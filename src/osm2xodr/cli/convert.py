@@ -69,7 +69,7 @@ Examples:
   osm2xodr convert - -o area.xodr < area.osm
   osm2xodr convert area.osm -o - --ways motorway,motorway_link | gzip > area.xodr.gz
 
-Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong usage.""",
+Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong usage, 130 interrupted.""",
 )
 @click.argument("area", type=PATH)
 @click.option(

@@ -56,7 +56,7 @@ A CSV file has a line of column names: lat,lon or x,y or road,s and maybe t or l
 kept. Places over 10 km away from all roads are not found. Degrees are those of WGS 84, headings are in rad, all
 else is in m.
 
-Exit status: 0 found, 1 cannot be found, 2 wrong usage.""",
+Exit status: 0 found, 1 cannot be found, 2 wrong usage, 130 interrupted.""",
 )
 @file_argument
 @click.option("--lat", type=float, metavar="DEG", help="Latitude.")

@@ -9,6 +9,7 @@ import contextlib
 import errno
 import os
 import signal
+import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ import click
 from osm2xodr import __version__
 from osm2xodr.cli.batch import batch
 from osm2xodr.cli.check import check
+from osm2xodr.cli.completion import completion
 from osm2xodr.cli.convert import convert
 from osm2xodr.cli.explain import explain
 from osm2xodr.cli.export import export
@@ -39,6 +41,9 @@ if TYPE_CHECKING:
     from types import FrameType
 
 OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
+
+# Where the documents are: in a checkout, in an installation.
+_DOCUMENTS = (Path(__file__).parents[3] / "docs", Path(sys.prefix) / "share" / "doc" / "osm2xodr")
 
 # Errors of standard streams that are closed, or that lead to a full disk or a dead device.
 _STREAM_ERRORS = frozenset({errno.EBADF, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
@@ -94,6 +99,14 @@ def _run(arguments: Sequence[str] | None, session: Session) -> int:
 class _Program(click.Group):
     """The program, which says what to do with a file in place of a command."""
 
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write where the documents are, which messages name by their place in docs."""
+        for folder in _DOCUMENTS:
+            if (folder / "check.md").is_file():
+                formatter.write_paragraph()
+                formatter.write_text(f"Documents (docs): {folder}")
+                return
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -112,7 +125,7 @@ def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
 
 
-for _command in (convert, batch, check, report, render, surface, locate, export, explain):
+for _command in (convert, batch, check, report, render, surface, locate, export, explain, completion):
     cli.add_command(_command)
 
 
