@@ -26,8 +26,9 @@ osm2xodr \\- OpenStreetMap and elevation models to OpenDRIVE road networks
 def page() -> str:
     """Return the page."""
     parts = [_HEAD, ".SH DESCRIPTION\n", _text(cli.help or ""), ".SH COMMANDS\n"]
+    program = click.Context(cli, info_name="osm2xodr", **cli.context_settings)
     for name, command in cli.commands.items():
-        with click.Context(command, info_name=f"osm2xodr {name}") as context:
+        with click.Context(command, program, name) as context:
             parts += _command(name, command, context)
     parts += [
         ".SH EXIT STATUS\n",

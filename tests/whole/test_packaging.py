@@ -76,6 +76,13 @@ def test_shells_complete_commands(shell: str, capsys: pytest.CaptureFixture[str]
     assert "render" not in done.stdout
 
 
+def test_schemas_are_checked_without_extras() -> None:
+    names = {re.split(r"[^\w-]", item)[0] for item in PROJECT["project"]["dependencies"]}
+    assert "lxml" in names
+    extra = {re.split(r"[^\w-]", item)[0] for item in PROJECT["project"]["optional-dependencies"]["check"]}
+    assert extra == {"asam-qc-opendrive", "xmlschema"}
+
+
 def test_documents_come_with_a_wheel() -> None:
     shared = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["shared-data"]
     assert shared == {"docs": "share/doc/osm2xodr", "docs/osm2xodr.1": "share/man/man1/osm2xodr.1"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import click
-from click.shell_completion import get_completion_class
 
 from osm2xodr.system import STANDARD_OUTPUT, stream_to
 
@@ -26,6 +25,9 @@ Exit status: 0 printed, 2 wrong usage, 130 interrupted.""",
 @click.pass_context
 def completion(context: click.Context, shell: str) -> None:
     """Print the script that makes SHELL (bash from 4.4 on, zsh, fish) complete commands, options and files."""
+    # Here, so that other commands start without it.
+    from click.shell_completion import get_completion_class
+
     kind = get_completion_class(shell)
     assert kind is not None
     script = kind(context.find_root().command, {}, "osm2xodr", _VARIABLE)
