@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -633,11 +634,22 @@ def memory() -> None:
     raise MemoryError
 
 
+def wrapped(number: signal.Signals) -> None:
+    """Wrap what a signal raises, as Python does up to 3.11 where a class is made."""
+    try:
+        os.kill(os.getpid(), number)
+        time.sleep(10.0)
+    except BaseException as error:
+        raise RuntimeError("Error calling __set_name__") from error
+
+
 @pytest.mark.parametrize(
     ("action", "status", "message"),
     [
         (lambda: os.kill(os.getpid(), signal.SIGINT), 130, "interrupted"),
         (lambda: os.kill(os.getpid(), signal.SIGTERM), 143, "ended by the system"),
+        (lambda: wrapped(signal.SIGINT), 130, "interrupted"),
+        (lambda: wrapped(signal.SIGTERM), 143, "ended by the system"),
         (memory, 1, "the memory is not enough for this area"),
         (crash, 1, r"internal error \(ValueError: two lines\); please report it .*; -vv shows where"),
     ],

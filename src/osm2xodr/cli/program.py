@@ -92,6 +92,11 @@ def _run(arguments: Sequence[str] | None, session: Session) -> int:
         silence_standard_output()
         return _fail(f"standard input or output cannot be used: {(error.strerror or str(error)).lower()}")
     except Exception as error:
+        # Up to 3.11 Python wraps what interrupts it while it makes a class.
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            return _fail("interrupted", INTERRUPTED)
+        if isinstance(error.__cause__, _Terminated):
+            return _fail("ended by the system", TERMINATED)
         return _crash(error, session.verbose)
     return status if isinstance(status, int) else OK
 
