@@ -14,6 +14,9 @@ LATITUDE_MAX_DEG: Final = 84.0
 
 # ---------------------------------------------------------------- heights
 
+# Height from a road to the one above it that traffic needs at least, m: a lorry is 4.0 m high (Directive 96/53/EC).
+CLEARANCE_LEAST: Final = 4.0
+
 # Largest grade of a road by OSM's highway value, rise per metre. The order of magnitude of the design limits for
 # rolling to mountainous terrain in the German RAL and RASt 06 and in AASHTO's Green Book, links a little steeper than
 # the roads they join. Real streets exceed them; the profile treats them as elastic.
@@ -111,3 +114,7 @@ KERB_HEIGHT: Final = MappingProxyType(
     }
 )
 KERB_HEIGHT_MAX: Final = 0.5
+
+# Code and value of the header's ``<userData>`` of files whose lane ids are negated, as SUMO's netconvert wants them
+# in left-hand networks: own words, which only this package knows.
+NEGATED_LANES: Final = ("lanes", "negated")

@@ -12,4 +12,6 @@ def test_every_rule_says_what_to_do() -> None:
         assert set(rule.readers) <= set(READERS)
         assert rule.standard or rule.readers
         assert (rule.limit is None) <= ("{value}" not in rule.text)
-        assert rule.limit is None or rule.limit.error is None or rule.limit.error >= rule.limit.value
+        if rule.limit is not None and rule.limit.error is not None:
+            sign = -1 if rule.limit.least else 1
+            assert sign * rule.limit.error >= sign * rule.limit.value

@@ -68,6 +68,33 @@ def test_what_a_target_wants(tmp_path: Path) -> None:
     assert (found["parking"], found["shoulder"], found["signalReference"]) == (0, 2, 0)
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ((), []),
+        (("--target", "sumo"), ["netconvert --opendrive-files 'my map.xodr' -o 'my map.net.xml'"]),
+        (
+            ("--target", "sumo", "--left-hand"),
+            ["netconvert --lefthand --opendrive-files 'my map.xodr' -o 'my map.net.xml'"],
+        ),
+        (("--target", "sumo", "-q"), []),
+    ],
+)
+def test_the_command_that_loads_the_file_is_said_last(
+    options: tuple[str, ...],
+    said: list[str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("area.osm").write_text(MAP, encoding="utf-8")
+    assert main(["convert", "area.osm", "-o", "my map.xodr", *options]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert [line for line in lines if "netconvert" in line] == [f"osm2xodr: load it with: {text}" for text in said]
+    assert not said or "netconvert" in lines[-1]
+
+
 def test_unknown_objects_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     area = tmp_path / "area.osm"
     area.write_text(MAP, encoding="utf-8")

@@ -15,6 +15,7 @@ from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.values import _SPEED_PLAUSIBLE_MAX_KMH, parse_speed
 
 TABLE = json.loads(resources.files("osm2xodr.conventions").joinpath("countries.json").read_text(encoding="utf-8"))
+LEGAL = json.loads(resources.files("osm2xodr.conventions").joinpath("legal_speeds.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize(
@@ -42,6 +43,56 @@ def test_limits(code: str, kind: str, kmh: float | None) -> None:
     assert speed == (None if kmh is None else pytest.approx(kmh / 3.6))
     # Tags that name the country's law mean the same.
     assert parse_speed(f"{code}:{kind}") == speed
+
+
+@pytest.mark.parametrize(
+    ("code", "kind", "kmh"),
+    [
+        # What is known for sure goes before what is usual.
+        ("ES", "urban", 50.0),
+        ("ES", "residential", 30.0),
+        ("NL", "motorway", 100.0),
+        ("DE", "motorway", math.inf),
+        ("GB", "rural", 60 * 1.609344),
+        ("GB", "dual", 70 * 1.609344),
+        ("FR", "motorroad", 110.0),
+        ("PL", "dual", 100.0),
+        # The law differs from state to state: the median.
+        ("US", "residential", 25 * 1.609344),
+        ("US", "urban", 30 * 1.609344),
+        ("US", "rural", 55 * 1.609344),
+        # In one of the tables only.
+        ("MT", "rural", 80.0),
+        ("AT", "living_street", 7.0),
+        ("SN", "urban", 50.0),
+        # Only the limit outside of built-up areas is known, and low.
+        ("AS", "urban", 15 * 1.609344),
+        ("GU", "urban", 50.0),
+        ("JE", "urban", 50.0),
+        ("", "urban", 50.0),
+        ("XX", "rural", 90.0),
+        ("XX", "dual", None),
+    ],
+)
+def test_usual_limits(code: str, kind: str, kmh: float | None) -> None:
+    speed = find_country(code).default_speeds.get(kind)
+    assert speed == (None if kmh is None else pytest.approx(kmh / 3.6))
+
+
+def test_every_country_has_all_that_is_asked_for() -> None:
+    kinds = {"urban", "rural", "motorway", "living_street"}
+    for code in {*TABLE["countries"], *LEGAL["countries"], ""}:
+        speeds = find_country(code).default_speeds
+        assert kinds <= speeds.keys(), code
+        assert speeds.keys() <= kinds | {"residential", "service", "dual", "motorroad", "nsl_restricted"}, code
+        assert all(6.9 < speed * 3.6 <= 140.1 or math.isinf(speed) for speed in speeds.values()), code
+        assert speeds["living_street"] <= speeds["urban"] <= speeds["rural"] <= speeds["motorway"], code
+
+
+def test_the_table_of_usual_limits_names_its_source_and_is_sorted() -> None:
+    assert "OpenStreetMap wiki" in LEGAL["source"]
+    assert list(LEGAL["countries"]) == sorted(LEGAL["countries"])
+    assert len(LEGAL["countries"]) == 159
 
 
 @pytest.mark.parametrize(

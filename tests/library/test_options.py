@@ -73,12 +73,14 @@ def test_reports_say_what_was_asked_for() -> None:
     options = ConvertOptions(no_structures=True, no_furniture=True, frame="frame.json", date="2024-05-01", jobs=3)
     inputs = options.inputs(Path("in/town.osm.pbf"), [Path("dem.tif")])
     assert list(inputs) == [
-        "osm2xodr", "area", "dem", "name", "ways", "include_private", "left_hand", "default_lane_width", "surface",
+        "osm2xodr", "area", "dem", "name", "ways", "include_private", "left_hand", "default_lane_width",
+        "default_speeds", "surface",
         "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "allow_partial",
         "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "target", "objects", "furniture",
         "frame",
     ]  # fmt: skip
     assert (inputs["name"], inputs["structures"], inputs["furniture"]) == ("town", False, False)
+    assert inputs["default_speeds"] is True
     assert (inputs["area"], inputs["dem"], inputs["frame"]) == ("in/town.osm.pbf", ["dem.tif"], "frame.json")
 
 

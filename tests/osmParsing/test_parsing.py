@@ -204,7 +204,7 @@ def test_points_are_metres_from_the_middle(tmp_path: Path) -> None:
 def test_repeated_elements_count_once(tmp_path: Path) -> None:
     elements = Area(ROW, {20: ([1, 2], ROAD), 21: ([2, 3], ROAD)}).elements()
     diagnostics = Diagnostics()
-    network = parse_osm(write_osm(tmp_path, elements + elements), ParseOptions(), diagnostics)
+    network = parse_osm(write_osm(tmp_path, elements + elements), ParseOptions(default_speeds=False), diagnostics)
     assert nodes_of(network) == [[1, 2, 3]]
     assert list(diagnostics) == []
 
@@ -333,7 +333,9 @@ def test_driving_side(
     tmp_path: Path, lat: float, lon: float, tags: str, asked: Rule | None, country: str, rule: Rule, codes: list[str]
 ) -> None:
     ways = {20: ([1, 2], f"{ROAD} {tags}"), 21: ([2, 3], f"{ROAD} {tags}"), 22: ([3, 4], ROAD)}
-    network, diagnostics = Area(ROW, ways, lat_0=lat, lon_0=lon).parse(tmp_path, ParseOptions(rule=asked))
+    network, diagnostics = Area(ROW, ways, lat_0=lat, lon_0=lon).parse(
+        tmp_path, ParseOptions(rule=asked, default_speeds=False)
+    )
     assert (network.country, network.rule) == (country, rule)
     assert [item.code for item in diagnostics] == codes
     runs = [int(lane.direction) for lane in network.streets[0].pieces[0][1].lanes_ltr]

@@ -44,8 +44,8 @@ def test_which_ways_are_carried(tmp_path: Path) -> None:
         ("note", "way-selection", ""),
         ("note", "way-selection", ""),
     ]
-    assert carried(ParseOptions()) == ([20], told)
-    assert carried(ParseOptions(furniture=False)) == ([20], told)
+    assert carried(ParseOptions(default_speeds=False)) == ([20], told)
+    assert carried(ParseOptions(furniture=False, default_speeds=False)) == ([20], told)
     assert carried(ParseOptions(include_private=True))[0] == [20, 22]
     assert carried(ParseOptions(parse_ways_option("all")))[0] == [20, 21, 26, 28]
     assert carried(ParseOptions(parse_ways_option("track,unclassified"), include_private=True))[0] == [20, 22, 26, 28]

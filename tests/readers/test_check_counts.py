@@ -113,7 +113,7 @@ def test_the_slow_count_sees_damage(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- our own files
 
 # A bridge of 23 m above a tunnel, in a model of 90 m: more clearance would make the roads too steep.
-KNOWN = {"andorra_ordino": {"overlap": 1}}
+KNOWN = {"andorra_ordino": {"overlap": 1, "clearance": 1}}
 
 
 @pytest.mark.parametrize("scene", [*SMALL_SCENES, scene_named("andorra_ordino")], ids=str)

@@ -10,7 +10,13 @@ import numpy as np
 from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.heights import ElevationOptions, ProfileProblem, ProfileSolution, solve_profiles
+from osm2xodr.geometry.heights import (
+    ConnectorProblem,
+    ElevationOptions,
+    ProfileProblem,
+    ProfileSolution,
+    solve_profiles,
+)
 from osm2xodr.model import BoolArray, FloatArray, PlanView, SurfaceQuality
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
@@ -101,6 +107,16 @@ def make_problem(roads: Sequence[RoadSpec], junctions: Sequence[tuple[float, flo
         span_name=np.array([roads[k].name for k in owner], np.int64),
         span_oneway=np.array([roads[k].oneway for k in owner], np.int64),
     )
+
+
+def connector_between(
+    a: tuple[float, float], b: tuple[float, float], ends: tuple[int, int], half_width: float = 1.75
+) -> ConnectorProblem:
+    """Return the problem of one straight connecting road from a to b, between two road ends of junction 0."""
+    zero = np.zeros(1)
+    one, other = (np.array([end], np.int64) for end in ends)
+    plan = plan_view([straight(a, b)])
+    return ConnectorProblem(plan, np.zeros(1, np.int64), one, other, zero, zero, np.array([half_width]))
 
 
 @dataclass

@@ -512,6 +512,12 @@ def _left_hand(tree: Tree) -> None:
         element.set("rule", "LHT")
 
 
+@damage("lane ids negated for SUMO", "left-hand-negated")
+def _negated(tree: Tree) -> None:
+    _left_hand(tree)
+    etree.SubElement(one(tree, "header"), "userData", code="lanes", value="negated")
+
+
 # ---------------------------------------------------------------- plan view
 
 put("wrong length of a road", "road-length", "road[@id='3']", length="50.5")
@@ -593,15 +599,25 @@ def _overlap(tree: Tree) -> None:
         geometry.set(key, value)
 
 
-@damage("road that crosses 5 m above another", "")
-def _bridge(tree: Tree) -> None:
+def add_bridge(tree: Tree, height: float, x: float = 40.0) -> None:
+    """Add road 5, which crosses at x, m, so high above a level of 10 m, m."""
     bridge = copy.deepcopy(road(tree, 3))
     bridge.set("id", "5")
     bridge.remove(one(bridge, "link"))
-    one(bridge, "planView/geometry").set("x", "40")
+    one(bridge, "planView/geometry").set("x", str(x))
     one(bridge, "planView/geometry").set("y", "-25")
-    one(bridge, "elevationProfile/elevation").set("a", "15")
+    one(bridge, "elevationProfile/elevation").set("a", str(10.0 + height))
     tree.insert(5, bridge)
+
+
+@damage("road that crosses 5 m above another", "")
+def _bridge(tree: Tree) -> None:
+    add_bridge(tree, 5.0)
+
+
+@damage("road that crosses 3 m above another", "clearance")
+def _low_bridge(tree: Tree) -> None:
+    add_bridge(tree, 3.0)
 
 
 @damage("street that ends where only one-way streets come in", "dead-end-junction")

@@ -60,9 +60,9 @@ class Area:
         return write_osm(folder, self.elements(), name)
 
     def parse(self, folder: Path, options: ParseOptions | None = None) -> tuple[StreetNetwork, Diagnostics]:
-        """Write the area and read it."""
+        """Write the area and read it; by default, limits are not guessed."""
         diagnostics = Diagnostics()
-        network = parse_osm(self.write(folder), options or ParseOptions(), diagnostics)
+        network = parse_osm(self.write(folder), options or ParseOptions(default_speeds=False), diagnostics)
         return network, diagnostics
 
 

@@ -85,18 +85,23 @@ class SumoNet:
     lights: dict[str, int]
 
 
-def sumo_net(path: Path, folder: Path) -> SumoNet:
-    """Import a file with netconvert."""
+def run_sumo(program: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run one of SUMO's programs."""
     need("sumo", "SUMO (eclipse-sumo)")
     # Not imported: the package points PROJ at its own data for the whole process.
     spec = importlib.util.find_spec("sumo")
     assert spec is not None
     assert spec.origin is not None
     home = Path(spec.origin).parent
+    command = [str(home / "bin" / program), *map(str, arguments)]
+    return run_reader(command, env={**os.environ, "SUMO_HOME": str(home), "PROJ_DATA": str(home / "data" / "proj")})
+
+
+def sumo_net(path: Path, folder: Path, *options: str) -> SumoNet:
+    """Import a file with netconvert, which writes NAME.net.xml into the folder."""
     net = folder / f"{path.stem}.net.xml"
-    command = [str(home / "bin" / "netconvert"), "--opendrive-files", str(path), "-o", str(net)]
-    command += ["--xml-validation", "never", "--aggregate-warnings", "-1", "--output.street-names", "false"]
-    done = run_reader(command, env={**os.environ, "SUMO_HOME": str(home), "PROJ_DATA": str(home / "data" / "proj")})
+    quiet = ("--xml-validation", "never", "--aggregate-warnings", "-1", "--output.street-names", "false")
+    done = run_sumo("netconvert", "--opendrive-files", path, "-o", net, *quiet, *options)
     lines = (done.stderr + done.stdout).splitlines()
     edges, lane_m = 0, 0.0
     lights: dict[str, int] = {}

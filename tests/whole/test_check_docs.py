@@ -18,7 +18,8 @@ def row(rule: Rule) -> str:
         if rule.limit.error == rule.limit.value:
             severity = "error"
         elif rule.limit.error is not None:
-            severity += f", error from {quantity(rule.limit.error, rule.unit)}"
+            side = "below" if rule.limit.least else "from"
+            severity += f", error {side} {quantity(rule.limit.error, rule.unit)}"
     who = ", ".join(rule.readers)
     impact = f"{who}: {rule.impact}" if who else rule.impact
     origin = "standard" if rule.standard else "readers"

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 from lxml import etree
-from sample_road_maps import FRAME, crossing, plan_view, profile, straight_roads
+from sample_road_maps import FRAME, crossing, furnished_crossing, plan_view, profile, straight_roads
 
 from osm2xodr import __version__
+from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
-from osm2xodr.model import RoadMap, RoadType, Rule
+from osm2xodr.model import Furniture, RoadMap, RoadType, Rule, Signal
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
 from osm2xodr.xodrWriter.document import plan_view_bounds
 
@@ -210,6 +211,46 @@ def test_later_versions_say_it_all() -> None:
     assert len(found) == 0
 
 
+def test_sumo_gets_negated_lane_ids_where_traffic_drives_on_the_left() -> None:
+    options, found = WriteOptions(target=TARGETS["sumo"]), Diagnostics()
+    road_map = replace(furnished_crossing(), rule=Rule.LEFT_HAND)
+    usual, negated = (parsed(written(road_map, item, found)) for item in (WriteOptions(), options))
+    for path in (".//lane", ".//lane/link/predecessor", ".//lane/link/successor"):
+        before, after = (sorted(int(item.get("id")) for item in root.findall(path)) for root in (usual, negated))
+        assert after == [-number for number in reversed(before)]
+    for path, first, last in ((".//laneLink", "from", "to"), (".//validity", "fromLane", "toLane")):
+        pairs = [
+            [(int(item.get(first)), int(item.get(last))) for item in root.findall(path)] for root in (usual, negated)
+        ]
+        assert pairs[1] == [(-b, -a) if first == "fromLane" else (-a, -b) for a, b in pairs[0]]
+        assert pairs[0]
+    # Lanes stand where their ids say, from left to right, and carry what they carried.
+    for section in negated.iter("laneSection"):
+        sides = {side.tag: [int(item.get("id")) for item in side] for side in section}
+        assert all(min(sides.get("left", [1])) > 0 > max(sides.get("right", [-1])) for _ in sides)
+        ids = [number for side in ("left", "center", "right") for number in sides.get(side, [])]
+        assert ids == sorted(ids, reverse=True)
+    for one, other in zip(usual.iter("laneSection"), negated.iter("laneSection"), strict=True):
+        widths = {int(item.get("id")): [width.items() for width in item.iter("width")] for item in one.iter("lane")}
+        mirrored = {
+            -int(item.get("id")): [width.items() for width in item.iter("width")] for item in other.iter("lane")
+        }
+        assert widths == mirrored
+    # What does not follow lane ids stays.
+    for path in ("road/planView", "road/lanes/laneOffset", "road/elevationProfile"):
+        texts = [[etree.tostring(item) for item in root.findall(path)] for root in (usual, negated)]
+        assert texts[0] == texts[1]
+    assert {item.get("rule") for item in negated.iter("road")} == {"LHT"}
+    assert found.counts()[Kind.NOTE, "left-hand-negated"] == 1
+    data = {item.get("code"): item.get("value") for item in negated.findall("header/userData")}
+    assert data["lanes"] == "negated"
+    assert "lanes" not in {item.get("code") for item in usual.findall("header/userData")}
+
+
+def test_right_hand_traffic_keeps_its_lane_ids_for_sumo() -> None:
+    assert written(crossing(), WriteOptions(target=TARGETS["sumo"])) == written(crossing())
+
+
 def test_every_road_gets_its_own_records() -> None:
     count = 2300  # more than are formatted at a time
     roads = parsed(written(straight_roads(count))).findall("road")
@@ -300,3 +341,21 @@ def test_bounds_of_arcs_against_many_points_on_them(hdg: float, curvature: float
     assert south == pytest.approx(y.min(), abs=rise)
     assert east == pytest.approx(x.max(), abs=rise)
     assert north == pytest.approx(y.max(), abs=rise)
+
+
+def test_sumo_gets_signs_in_the_order_in_which_traffic_meets_them() -> None:
+    def sign(number: int, s: float, orientation: str, *, derived: bool = False) -> Signal:
+        words = ("", "205", "-1", "DE")
+        return Signal(
+            number, 1, s, 0.0, *words, dynamic=False, orientation=orientation, z_offset=2.0, height=0.6, width=0.6,
+            derived=derived,
+        )  # fmt: skip
+
+    signs = (sign(1, 5.0, "-", derived=True), sign(2, 5.0, "+"), sign(3, 9.0, "-"), sign(4, 9.0, "+"))
+    road_map = replace(crossing(), furniture=Furniture(signals=signs))
+    for target, order in (("generic", ["1", "2", "3", "4"]), ("sumo", ["2", "4", "3", "1"])):
+        signals = parsed(written(road_map, WriteOptions(target=TARGETS[target]))).findall("road/signals/signal")
+        assert [item.get("id") for item in signals] == order
+        data = {item.get("id"): item.find("userData") for item in signals}
+        assert (data["1"].get("code"), data["1"].get("value")) == ("derived", "priority")
+        assert [data[number] for number in ("2", "3", "4")] == [None] * 3

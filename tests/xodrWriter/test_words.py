@@ -80,6 +80,19 @@ def test_lane_changes_as_drivers_see_them() -> None:
     assert [plain.lane_change("increase", side) for side in (1, 0, -1)] == ["increase"] * 3
 
 
+def test_negated_lane_ids() -> None:
+    words = Words(DIALECTS["1.7"], negated=True)
+    assert [words.lane_id(number) for number in (2, 0, -1)] == [-2, 0, 1]
+    assert words.lane_range(-2, -1) == (1, 2)
+    # Higher ids are where lower ones were.
+    assert [words.lane_change(word) for word in ("increase", "decrease", "both", "none")] == [
+        *("decrease", "increase", "both", "none")
+    ]
+    plain = Words(DIALECTS["1.7"])
+    assert (plain.lane_id(2), plain.lane_range(-2, -1), plain.lane_change("increase")) == (2, (-2, -1), "increase")
+    assert {name for name, item in TARGETS.items() if item.negated_left_hand} == {"sumo"}
+
+
 def test_words_of_furniture() -> None:
     words = Words(DIALECTS["1.6"])
     assert (words.object_type("barrier"), words.object_type("roadSurface")) == ("barrier", "patch")

@@ -193,7 +193,8 @@ def _severities(rule: Rule, value: FloatArray) -> IntArray:
     """Return the severity of each finding of a rule, (n,)."""
     if rule.limit is None or rule.limit.error is None:
         return np.full(len(value), int(rule.severity))
-    return np.where(value >= rule.limit.error, int(Severity.ERROR), int(rule.severity))
+    bad = value < rule.limit.error if rule.limit.least else value >= rule.limit.error
+    return np.where(bad, int(Severity.ERROR), int(rule.severity))
 
 
 def _excess(rule: Rule, value: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.checking import defaults
-from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.defaults import CLEARANCE_LEAST, CONNECTING_RADIUS
 
 # Programs that read OpenDRIVE, as `--for` names them.
 READERS: Final = ("carla", "esmini", "sumo", "libopendrive", "roadrunner")
@@ -24,8 +24,11 @@ _NUMBERS: Final = {
     "SAME_S": defaults.SAME_S,
     "TAPERED_WIDTH": defaults.TAPERED_WIDTH,
     "CONNECTING_RADIUS": CONNECTING_RADIUS,
+    "CLEARANCE_LEAST": CLEARANCE_LEAST,
 }
-_LIMIT: Final = re.compile(r"(?P<value>\S+) (?P<unit>[^ ,]+)(, error from (?P<error>\S+))?( \((?P<source>.*)\))?")
+_LIMIT: Final = re.compile(
+    r"(?P<value>\S+) (?P<unit>[^ ,]+)(, error (?P<side>from|below) (?P<error>\S+))?( \((?P<source>.*)\))?"
+)
 
 
 class Severity(IntEnum):
@@ -49,6 +52,7 @@ class Limit:
     unit: str
     source: str  # Of the value; empty without one
     error: float | None  # From here on a finding is an error, whatever the rule's severity; None: never
+    least: bool = False  # Whether values below it are findings instead, and errors below `error`
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +110,8 @@ def _limit(item: SectionProxy) -> Limit | None:
     found = _LIMIT.fullmatch(item["limit"])
     assert found, item["limit"]
     error = found["error"]
-    return Limit(float(found["value"]), found["unit"], found["source"] or "", None if error is None else float(error))
+    from_here = None if error is None else float(error)
+    return Limit(float(found["value"]), found["unit"], found["source"] or "", from_here, found["side"] == "below")
 
 
 RULES: Final[Mapping[str, Rule]] = MappingProxyType(dict(_read_rules()))

@@ -9,7 +9,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,7 @@ from osm2xodr.reporting import Progress, Style, details, kinds_of_findings, summ
 from osm2xodr.system import STANDARD_OUTPUT, label
 
 if TYPE_CHECKING:
-    from osm2xodr.reporting import Conversion, Written
+    from osm2xodr.reporting import Conversion, Line, Written
 
 _MEGABYTE = 1e6
 _MAP_SUFFIXES = frozenset({".osm", ".pbf", ".gz", ".bz2"})
@@ -147,6 +147,7 @@ def convert(
         progress.done()
         gc.enable()
     about = summary(conversion, written.diagnostics, has_heights=bool(dem))
+    command = "" if output == STANDARD_OUTPUT else conversion.load_command(output)
     if not quiet:
         _report(conversion, written, time.monotonic() - began, verbose)
     log = conversion.report(written) if html is not None else b""
@@ -157,8 +158,8 @@ def convert(
         if check or html is not None:
             status, findings = _check_and_show(output, area, dem, html, log, check=check, quiet=quiet)
     finally:
-        for line in [] if quiet else about.lines(findings, 1 + check + (html is not None)):
-            _say(line.text, line.style)
+        if not quiet:
+            _sum_up(about.lines(findings, 1 + check + (html is not None) + bool(command)), command)
     return status
 
 
@@ -186,6 +187,14 @@ def _report(conversion: Conversion, written: Written, seconds: float, verbose: i
         _say(text)
     for text in details(written.diagnostics) if verbose > 1 else []:
         _say(text)
+
+
+def _sum_up(lines: Sequence[Line], command: str) -> None:
+    """Print the summary, and what loads the file, if a reader needs to be told."""
+    for line in lines:
+        _say(line.text, line.style)
+    if command:
+        _say(f"osm2xodr: load it with: {command}")
 
 
 def _say(text: str, style: Style = Style.PLAIN) -> None:

@@ -1,6 +1,8 @@
 """Speed limits by law, widths of lanes, colours and widths of road marks by country.
 
 The table is `countries.json`, with the sources of each country. Where it has no entry, `conventions.defaults` holds.
+`legal_speeds.json` has the limits that usually hold where no sign says another, also for countries whose law differs
+from state to state: good enough for a guess, not for the meaning of a tag.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from osm2xodr.conventions.defaults import (
+    DEFAULT_SPEED_KMH,
     EDGE_MARK_WIDTH,
     EDGE_MARK_WIDTH_FAST,
     LANE_WIDTH,
@@ -30,6 +33,8 @@ KMH: Final = "km/h"
 MPH: Final = "mph"
 # Units of speed limits, m/s.
 SPEED_UNITS: Final[Mapping[str, float]] = MappingProxyType({KMH: 1.0 / 3.6, MPH: 0.44704})
+# OSM's values of ``maxspeed:type`` that name what `Country.default_speeds` calls otherwise.
+_USUAL_NAMES: Final = MappingProxyType({"trunk": "motorroad", "nsl_single": "rural", "nsl_dual": "dual"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +74,10 @@ class Country:
     # ``living_street`` …); ``residential`` where such streets have a limit of their own. Infinity where there is
     # none; absent where the law differs within the country.
     speeds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    # Usual limits where nothing says another, m/s: ``urban``, ``rural``, ``motorway`` and ``living_street``; where
+    # they differ, also ``residential`` streets and ``service`` roads, and outside of built-up areas ``dual``
+    # carriageways and roads for motor vehicles only (``motorroad``). Infinity where there is none.
+    default_speeds: Mapping[str, float] = field(default_factory=lambda: _default_speeds("", {}), hash=False)
     # Width of a lane, m, by highway value, where it differs from `LANE_WIDTH`
     lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     marks: MarkStyle = MarkStyle()
@@ -80,33 +89,67 @@ class Country:
         return LANE_WIDTH.get(highway, LANE_WIDTH_OTHER) if width is None else width
 
 
-GENERIC: Final = Country()
-
-
 def find_country(code: str) -> Country:
-    """Return the country with an ISO 3166-1 alpha-2 (or 3166-2) code; `GENERIC` if it is not in the table."""
-    return countries().get(code, GENERIC)
+    """Return the country with an ISO 3166-1 alpha-2 (or 3166-2) code; `GENERIC` if it is not in the tables."""
+    return countries().get(code) or _lesser_known(code)
+
+
+@lru_cache(maxsize=64)
+def _lesser_known(code: str) -> Country:
+    """Return a country of which at most the usual limits are known."""
+    return Country(code, default_speeds=_default_speeds(code, {})) if code in _legal_speeds() else GENERIC
 
 
 @lru_cache(maxsize=1)
 def countries() -> Mapping[str, Country]:
     """Return all countries of the table by their codes."""
-    text = resources.files("osm2xodr.conventions").joinpath("countries.json").read_text(encoding="utf-8")
-    table = json.loads(text)
+    table = _table("countries.json")
     titles = table["sources"]
     return MappingProxyType({code: _country(code, entry, titles) for code, entry in table["countries"].items()})
 
 
+def _table(name: str) -> Mapping[str, Any]:
+    text = resources.files("osm2xodr.conventions").joinpath(name).read_text(encoding="utf-8")
+    table: Mapping[str, Any] = json.loads(text)
+    return table
+
+
+@lru_cache(maxsize=1)
+def _legal_speeds() -> Mapping[str, Mapping[str, Any]]:
+    found: Mapping[str, Mapping[str, Any]] = _table("legal_speeds.json")["countries"]
+    return found
+
+
+def _in_si(limits: Mapping[str, Any], unit: str) -> dict[str, float]:
+    """Return limits in m/s; words stand for no limit and for walking speed."""
+    words = {"none": math.inf, "walk": WALKING_SPEED_KMH * SPEED_UNITS[KMH]}
+    return {kind: words[limit] if limit in words else limit * SPEED_UNITS[unit] for kind, limit in limits.items()}
+
+
+def _default_speeds(code: str, known: Mapping[str, float]) -> Mapping[str, float]:
+    """Return the usual limits of a country, m/s: those that are known for sure, else of the table, else of most."""
+    entry = dict(_legal_speeds().get(code, {}))
+    speeds = _in_si(entry, str(entry.pop("unit", KMH)))
+    speeds |= {_USUAL_NAMES.get(kind, kind): speed for kind, speed in known.items()}
+    out = _in_si(DEFAULT_SPEED_KMH, KMH) | speeds
+    # Nowhere is the limit of built-up areas above that outside of them.
+    if "rural" in speeds and "urban" not in speeds:
+        out["urban"] = min(out["urban"], speeds["rural"])
+    return MappingProxyType(out)
+
+
 def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> Country:
     unit = entry.get("unit", KMH)
-    words = {"none": math.inf, "walk": WALKING_SPEED_KMH * SPEED_UNITS[KMH]}
-    limits = entry.get("speeds", {}).items()
-    speeds = {kind: words[limit] if limit in words else limit * SPEED_UNITS[unit] for kind, limit in limits}
+    speeds = _in_si(entry.get("speeds", {}), unit)
     return Country(
         code=code,
         speed_unit=unit,
         speeds=MappingProxyType(speeds),
+        default_speeds=_default_speeds(code, speeds),
         lane_widths=MappingProxyType(dict(entry.get("lane_widths", {}))),
         marks=MarkStyle(**entry.get("marks", {})),
         sources=tuple(titles[source] for source in entry["sources"]),
     )
+
+
+GENERIC: Final = Country()

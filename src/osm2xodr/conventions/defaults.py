@@ -22,6 +22,10 @@ LANE_WIDTH: Final = MappingProxyType(
 )
 LANE_WIDTH_OTHER: Final = 2.75
 
+# Usual limits where those of the country are not known, km/h: the medians over all countries of legal_speeds.json
+# (urban 50, rural 90, motorways 120, living streets 20).
+DEFAULT_SPEED_KMH: Final = MappingProxyType({"urban": 50, "rural": 90, "motorway": 120, "living_street": 20})
+
 # Rank of a road by OSM's highway value where nothing is signed: traffic from a road of lower rank yields. Ramps yield
 # to all roads; traffic from properties, tracks and streets with walking speed yields to all others (StVO, sections 8,
 # 10 and 18; Vienna Convention on Road Traffic, article 18). Residential and unclassified roads have equal rank.

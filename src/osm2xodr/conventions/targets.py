@@ -55,6 +55,22 @@ class Target:
     # client, for both driving sides. Its ``Waypoint.lane_change`` is wrong with either word about marks that only one
     # side may cross.
     changes_as_driven: bool = False
+    # Whether lane ids of left-hand networks are negated. SUMO's netconvert ignores ``rule``: it takes lanes of
+    # negative ids for those along s, and `--lefthand` puts them on the left (measured with 1.28; its own export of
+    # left-hand networks does the same, option ``opendrive-output.lefthand-left``).
+    negated_left_hand: bool = False
+    # Whether signs that say who yields are added where the map has none. SUMO's netconvert does not read
+    # ``<priority>``; the last sign 205, 301 or 306 of a road's direction in the file gives the priority of that edge
+    # (``NIImporter_OpenDrive::OpenDriveEdge::getPriority``, 1.28).
+    priority_signs: bool = False
+    # The command that loads a file, and what it needs where traffic drives on the left; empty if there is none to say
+    command: str = ""
+    left_hand_option: str = ""
+
+    def load_command(self, path: str, *, left_hand: bool) -> str:
+        """Return the command that loads a file, a path quoted for a shell; empty if there is none to say."""
+        net = path.removesuffix("'").removesuffix(".xodr") + ".net.xml" + "'" * path.endswith("'")
+        return self.command.format(path=path, net=net, side=self.left_hand_option if left_hand else "")
 
 
 # The default suits CARLA, esmini and SUMO alike.
@@ -66,7 +82,16 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
             Target(DEFAULT_TARGET, crosswalks=Crosswalks.BOTH),
             Target("carla", crosswalks=Crosswalks.CARLA, changes_as_driven=True),
             Target("esmini", value_in_subtype=False),
-            Target("sumo", lane_types=(("parking", "shoulder"),), light_references=False, lights_for_people=False),
+            Target(
+                "sumo",
+                lane_types=(("parking", "shoulder"),),
+                light_references=False,
+                lights_for_people=False,
+                negated_left_hand=True,
+                priority_signs=True,
+                command="netconvert{side} --opendrive-files {path} -o {net}",
+                left_hand_option=" --lefthand",
+            ),
             Target("roadrunner", own_codes=True),
         )
     }

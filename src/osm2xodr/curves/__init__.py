@@ -1,11 +1,13 @@
 """Curves of a network as flat arrays: lines, arcs and cubics, evaluated, cut and compared all at once.
 
 `plan_views` lines and arcs · `cubics` piecewise cubics · `dubins` shortest curves between poses · `nearest` places
-nearest to points · `crossings` curves that cross · `polygons` points in areas · `ragged` groups in flat arrays
+nearest to points · `crossings` curves that cross · `overlaps` pieces of roads over each other · `clearances` room
+between them · `polygons` points in areas · `ragged` groups in flat arrays
 """
 
 from __future__ import annotations
 
+from osm2xodr.curves.clearances import CLEARANCE_STEP, ClosePlaces, RoadGraph, Stations, close_places
 from osm2xodr.curves.crossings import curves_cross, segments_cross
 from osm2xodr.curves.cubics import (
     cubic_slope,
@@ -17,6 +19,7 @@ from osm2xodr.curves.cubics import (
 )
 from osm2xodr.curves.dubins import dubins_curves, dubins_without_slivers
 from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, project, sample_curves
+from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
 from osm2xodr.curves.plan_views import (
     advance,
     arc_step,
@@ -39,13 +42,18 @@ from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, 
 from osm2xodr.curves.ragged import owners, ranks, runs, starts
 
 __all__ = [
+    "CLEARANCE_STEP",
     "SAMPLE_SPACING",
+    "ClosePlaces",
     "CurveFinder",
+    "RoadGraph",
+    "Stations",
     "advance",
     "arc_step",
     "area_at",
     "area_bounds",
     "chain_curves",
+    "close_places",
     "cubic_slope",
     "cubic_value",
     "curvature_at",
@@ -59,6 +67,8 @@ __all__ = [
     "inside_outline",
     "lengths",
     "outline_bounds",
+    "overlap_depths",
+    "overlapping_pairs",
     "owners",
     "part_of_cubics",
     "part_of_profile",

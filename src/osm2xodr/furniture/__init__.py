@@ -54,7 +54,8 @@ def place_furniture(
         structures=place_structures(world),
         statistics={
             "traffic_lights": float(sum(item.dynamic for item in signals)),
-            "signs": float(sum(not item.dynamic for item in signals)),
+            "signs": float(sum(not item.dynamic and not item.derived for item in signals)),
+            "derived_signs": float(sum(item.derived for item in signals)),
             "controllers": float(len(lights.controllers)),
             "crossings": float(len(crossings)),
             "objects": float(len(objects)),

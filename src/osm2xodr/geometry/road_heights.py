@@ -61,6 +61,7 @@ def build_profile_problem(
         ),
         span_oneway=np.array([_oneway(a) for _, a in spans], np.int64),
         span_width=np.array([sum(lane.width for lane in a.lanes_ltr) for _, a in spans]),
+        span_max_height=np.array([np.nan if a.max_height is None else a.max_height for _, a in spans]),
         span_middle=np.array(middle),
         ele_road=ele_road,
         ele_s=ele_s,

@@ -13,9 +13,11 @@ from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_step
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.model import (
+    VEHICLE_LANES,
     Connection,
     Cubic,
     CubicProfile,
+    Direction,
     IntArray,
     Junction,
     Lane,
@@ -143,7 +145,7 @@ def connecting_road_records(
     """Return the roads through junctions; those with equal lanes share their lane sections."""
     links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
     types = _types_at(np.unique(connecting.entry).tolist(), parts, lanes)
-    known: dict[tuple[int, tuple[InnerLane, ...], float], tuple[LaneSection, ...]] = {}
+    known: dict[tuple[int, tuple[InnerLane, ...], float, float | None], tuple[LaneSection, ...]] = {}
     columns = (
         connecting.junction,
         connecting.entry,
@@ -162,7 +164,7 @@ def connecting_road_records(
         outermost = InnerLane(connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
         across = (*reversed(connecting.inner[k]), outermost)
         tapers = any(item.entry_width != item.exit_width for item in across)
-        key = own, across, length if tapers else 0.0
+        key = own, across, length if tapers else 0.0, types[entry][0].speed
         if key not in known:
             known[key] = _lanes_through(*key)
         out.append(
@@ -186,7 +188,7 @@ def _types_at(ends: list[int], parts: RoadParts, lanes: Sequence[LaneLayout]) ->
     out: dict[int, tuple[RoadType, ...]] = {}
     for end in ends:
         attributes = parts.at_end(end).attributes
-        speed = attributes.speed_forward if end % 2 else attributes.speed_backward
+        speed = attributes.speed_along(Direction.FORWARD if end % 2 else Direction.BACKWARD)
         key = lanes[end // 2].types[-1 if end % 2 else 0].type, speed
         out[end] = shared.setdefault(key, (RoadType(0.0, *key),))
     return out
@@ -199,8 +201,13 @@ def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
     return side * np.array([len(lanes) + 1 for lanes in connecting.inner], np.int64)
 
 
-def _lanes_through(own: int, across: tuple[InnerLane, ...], length: float) -> tuple[LaneSection, ...]:
-    """Return the lane section of a connecting road, with lanes from its reference line to the one that it is for."""
+def _lanes_through(
+    own: int, across: tuple[InnerLane, ...], length: float, speed: float | None
+) -> tuple[LaneSection, ...]:
+    """Return the lane section of a connecting road, with lanes from its reference line to the one that it is for.
+
+    `speed` (m/s) is the limit of its lanes for vehicles.
+    """
     side = 1 if own > 0 else -1
     lanes = [
         Lane(
@@ -210,6 +217,7 @@ def _lanes_through(own: int, across: tuple[InnerLane, ...], length: float) -> tu
             item.entry_lane,
             item.exit_lane,
             NO_MARK,
+            speed=speed if item.type in VEHICLE_LANES else None,
             height=item.height,
         )
         for number, item in enumerate(across, start=1)

@@ -10,7 +10,8 @@ import numpy as np
 from osm2xodr.conventions import find_country
 from osm2xodr.curves import profile_of, stack_plan_views, stack_profiles
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.borders import Neighbourhood, find_borders, with_border_heights
+from osm2xodr.geometry.borders import Neighbourhood, default_speed_km, find_borders, with_border_heights
+from osm2xodr.geometry.clearance_report import with_clearances
 from osm2xodr.geometry.connections import ConnectingRoads, find_priorities
 from osm2xodr.geometry.heights import (
     ElevationOptions,
@@ -69,6 +70,7 @@ def build_roads(
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
     release_memory()
     problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
+    problem = replace(problem, connectors=build_connector_problem(plan.connecting))
     borders: Borders | None = None
     if neighbourhood is not None:
         borders = find_borders(neighbourhood.partition, problem.plan_view, problem.end_junction, problem.junction_xy)
@@ -81,7 +83,8 @@ def build_roads(
     if borders is not None:
         order = np.unique(through.junction, return_index=True)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])
-    return _road_map(network, plan, problem, solution, through, lanes, borders, diagnostics)
+    road_map = _road_map(network, plan, problem, solution, through, lanes, borders, diagnostics)
+    return with_clearances(road_map, problem, diagnostics)
 
 
 def _with_sidewalk_corners(
@@ -109,11 +112,12 @@ def _road_map(
     elevation, superelevation = connector_profiles(problem, build_connector_problem(through), solution)
     priorities = find_priorities(network, plan.ends, layout, parts, plan.connecting, diagnostics)
     level = profile_of([() for _ in lanes])
+    roads = road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/"))
     return RoadMap(
         frame=network.frame,
         rule=network.rule,
         roads=(
-            *road_records(parts, lanes, plan.connecting, ids, diagnostics.guessed_about("way/")),
+            *roads,
             *connecting_road_records(through, parts, lanes, ids, network.rule),
         ),
         junctions=junction_records(network, layout, through, priorities, ids),
@@ -126,6 +130,7 @@ def _road_map(
         statistics={
             "road_km": float(parts.length.sum()) / 1000,
             "connecting_road_km": float(plan.connecting.length.sum()) / 1000,
+            "default_speed_km": default_speed_km(roads, parts.length),
             **solution.statistics,
             **priorities.statistics,
         },

@@ -132,6 +132,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
             options.default_lane_width,
             furniture=furniture.enabled,
             extra_objects=furniture.extra_objects,
+            default_speeds=not options.no_default_speeds,
         )
     surface = SurfaceOptions(
         options.surface, options.polynomial_order, options.allow_partial, dem_type=options.dem_type

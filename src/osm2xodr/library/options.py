@@ -94,6 +94,9 @@ class ConvertOptions:
     default_lane_width: float | None = _option(
         "Width of lanes where OSM gives none.  [default: by class of road]", float, metavar="METRES"
     )
+    no_default_speeds: bool = _flag(
+        "Write only the speed limits that OSM gives, none that is usual in the country.", negates="default_speeds"
+    )
     surface: str = _option(
         "How heights between the cells of the elevation model are found.",
         default=SURFACE_METHOD,

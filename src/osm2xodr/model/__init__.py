@@ -41,6 +41,7 @@ from osm2xodr.model.roads import (
     StructureRecord,
 )
 from osm2xodr.model.shared import (
+    VEHICLE_LANES,
     BoolArray,
     Direction,
     FloatArray,
@@ -78,11 +79,11 @@ from osm2xodr.model.streets import (
     StreetAttributes,
     StreetNetwork,
     StructureTags,
-    TurningPlace,
     TurnRestriction,
 )
 
 __all__ = [
+    "VEHICLE_LANES",
     "BoolArray",
     "BorderEnd",
     "Borders",
@@ -144,6 +145,5 @@ __all__ = [
     "SurfaceQuality",
     "ThingFacts",
     "TurnRestriction",
-    "TurningPlace",
     "freeze_arrays",
 ]

@@ -30,6 +30,11 @@ class Signal:
     text: str = ""  # The text on it
     validity: tuple[tuple[int, int], ...] = ()  # (from lane, to lane) of the lanes that it is for; empty for all
     osm_id: str = ""  # ``node/1`` …; empty if it does not come from a single element
+    derived: bool = False  # Whether it stands nowhere, but follows from the priorities of a junction
+
+    def place_for_traffic(self) -> tuple[int, str, float, int]:
+        """Return what sorts signals by road and direction, each in the order in which its traffic meets them."""
+        return self.road, self.orientation, -self.s if self.orientation == "-" else self.s, self.id
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,7 +81,8 @@ class Lane:
     predecessor: int | None = None  # Lane id in the section or road before; None where none is, or at a junction
     successor: int | None = None  # In that after, likewise
     road_mark: RoadMark | None = None  # The mark on its outer edge (for the centre lane: on the centre line)
-    speed: float | None = None  # Speed limit, m/s, only where it differs from the road's
+    # Speed limit of a lane for vehicles, m/s; None where unknown, infinity where there is no limit
+    speed: float | None = None
     height: float = 0.0  # Of its surface above the road's, m
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -62,6 +62,10 @@ class LaneType(str, Enum):
     CURB = "curb"
     TRAM = "tram"
     NONE = "none"
+
+
+# Types of lanes for motor vehicles.
+VEHICLE_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL, LaneType.BUS, LaneType.TAXI})
 
 
 class Structure(int, Enum):

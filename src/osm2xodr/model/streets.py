@@ -88,9 +88,18 @@ class StreetAttributes:
     traffic_sign: str = ""  # OSM's value on the way; empty where absent
     speed_zone: bool = False  # Whether `traffic_sign` says that its limit is that of a zone
     tram: bool = False  # Whether tram tracks lie in the carriageway
+    # Guessed limit, m/s, where `speed_forward` or `speed_backward` is unknown; None where there is no guess
+    default_speed: float | None = None
     # More about the bridge or tunnel, if any. Galleries and passages through houses, where the street stays on the
     # ground, have it too.
     structure_tags: StructureTags | None = None
+    max_height: float | None = None  # Height of vehicles that ``maxheight`` allows, m; None where it gives none
+
+    def speed_along(self, direction: Direction) -> float | None:
+        """Return the limit of a direction (of `BOTH`: of either), m/s, guessed where it is unknown."""
+        both = self.speed_forward, self.speed_backward
+        known = {Direction.FORWARD: both[:1], Direction.BACKWARD: both[1:]}.get(direction, both)
+        return next((speed for speed in known if speed is not None), self.default_speed)
 
     def car_directions(self) -> frozenset[Direction]:
         """Return the directions of cars along the street, those of all lanes if none is for cars.
@@ -168,14 +177,6 @@ class LaneConnectivity:
     lanes: tuple[tuple[int, int, bool], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class TurningPlace:
-    """What OSM says about room to turn round at a node on a street."""
-
-    circle: bool  # Whether it is a turning circle, a turning loop or a mini-roundabout
-    diameter: float | None  # Of the carriageway there, m; None where OSM gives none that can be read
-
-
 class RoadsideKind(str, Enum):
     """Kinds of things beside the road."""
 
@@ -233,4 +234,5 @@ class StreetNetwork:
     roadside: tuple[RoadsideThing, ...] = ()  # Things within reach of a street, in ascending kind and id
     node_facts: NodeFacts = field(default_factory=NodeFacts)  # What `node_tags` and `footways` mean
     node_heights: Mapping[int, float] = field(default_factory=dict)  # What ``ele`` gives, m, by OSM node id
-    turning_places: Mapping[int, TurningPlace] = field(default_factory=dict)  # By OSM node id
+    # Turning circles by OSM node id: diameter of the carriageway, m, None where OSM gives none that can be read
+    turning_circles: Mapping[int, float | None] = field(default_factory=dict)

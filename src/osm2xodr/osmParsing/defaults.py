@@ -57,3 +57,12 @@ BESIDE_SPACING: Final = 5.0
 # A footway mapped apart runs along a street where its middle is at most this far from the edge of the carriageway, m.
 # A choice: of the ways tagged as sidewalks this near in five towns, nine tenths lie within 5.0 to 6.8 m.
 FOOTWAY_BESIDE: Final = 8.0
+
+# Least density of residential streets around a street in a built-up area, m per hectare. Of 39 km of streets around
+# Heidelberg whose tags say where they lie, 87 % are told right with it, more than with 5 or 15.
+BUILT_UP_DENSITY: Final = 10.0
+# Usual speed on service roads and tracks where a country has no limit of its own for them, km/h: what routers assume
+# lies between 15 (OSRM, profile car) and 20 (SUMO, osmNetconvert.typ.xml). A limit by law says little there.
+SERVICE_SPEED_KMH: Final = 20.0
+# Highest limit that is guessed for ramps, km/h: RAA 2008, design speeds of ramps 30 to 80.
+LINK_SPEED_KMH: Final = 80.0

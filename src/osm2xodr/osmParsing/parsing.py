@@ -30,15 +30,23 @@ from osm2xodr.osmParsing.network import (
     tags_on_streets,
 )
 from osm2xodr.osmParsing.options import ParseOptions
-from osm2xodr.osmParsing.roadside import attach_footways, is_thing, node_keys, read_beside, sample_streets
+from osm2xodr.osmParsing.roadside import (
+    attach_footways,
+    is_thing,
+    node_keys,
+    read_beside,
+    residential_density,
+    sample_streets,
+)
 from osm2xodr.osmParsing.selection import read_selected_ways, report_unused_nodes, why_no_streets
 from osm2xodr.osmParsing.tags import (
     is_transition,
     node_heights,
     oneway,
     read_node_facts,
-    turning_places,
+    turning_circles,
     way_attributes,
+    with_default_speeds,
     with_speed_zones,
     with_urban_speeds,
     without_margins,
@@ -84,7 +92,9 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
     code, rule = _country_and_rule(frame, carried, options, diagnostics)
     country = find_country(code)
-    attributes, directions = way_attributes(ways, rule, options.default_lane_width, diagnostics, country)
+    attributes, directions = way_attributes(
+        ways, rule, options.default_lane_width, diagnostics, country, default_speeds=options.default_speeds
+    )
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]
     attributes = with_speed_zones(attributes, code)
@@ -101,7 +111,9 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         samples = sample_streets(streets)
         footways, roadside = read_beside(beside, nodes, points, samples, ids, extra, code)
         streets = attach_footways(streets, samples, footways, tags, diagnostics)
-    streets = with_urban_speeds(streets, tags, country, diagnostics)
+    if options.default_speeds:
+        streets = with_urban_speeds(streets, tags, country, diagnostics)
+        streets = with_default_speeds(streets, tags, residential_density(streets), country, diagnostics)
     return StreetNetwork(
         frame=frame,
         rule=rule,
@@ -116,7 +128,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         roadside=roadside,
         node_facts=read_node_facts(node_tags, footways, code),
         node_heights=node_heights(node_tags, diagnostics),
-        turning_places=turning_places(node_tags),
+        turning_circles=turning_circles(node_tags),
     )
 
 

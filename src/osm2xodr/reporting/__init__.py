@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     )
     from osm2xodr.reporting.statistics import summarize as summarize
     from osm2xodr.reporting.summary_lines import (
+        Line as Line,
         Style as Style,
         kinds_of_findings as kinds_of_findings,
         summary as summary,
@@ -28,6 +29,6 @@ __getattr__ = lazy_exports(
         "conversion": ("Conversion", "Written"),
         "report": ("Progress", "REPORT_FORMAT", "details"),
         "statistics": ("summarize",),
-        "summary_lines": ("Style", "kinds_of_findings", "summary"),
+        "summary_lines": ("Line", "Style", "kinds_of_findings", "summary"),
     },
 )

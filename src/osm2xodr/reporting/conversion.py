@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape
@@ -111,6 +112,16 @@ class Conversion:
         return report(
             self.inputs, self.elevation_models, self.statistics, elevation, written.diagnostics, output, ends
         )
+
+    def load_command(self, path: str | os.PathLike[str]) -> str:
+        """Return the command that loads a file that was written into the reader that it is for.
+
+        Empty for readers that need no command line, or none that would differ from any other file's.
+        """
+        from osm2xodr.model import Rule
+
+        name = shlex.quote(os.fspath(path))
+        return self.options.target.load_command(name, left_hand=self.road_map.rule is Rule.LEFT_HAND)
 
     def __repr__(self) -> str:
         figures = self.statistics

@@ -6,6 +6,8 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.conventions import Target
+from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
@@ -34,14 +36,26 @@ def write_document(
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
     target = options.target
-    words = Words(options.dialect, target.lane_types, changes_as_driven=target.changes_as_driven)
+    words = Words(
+        options.dialect,
+        target.lane_types,
+        changes_as_driven=target.changes_as_driven,
+        negated=is_negated(road_map, target),
+    )
     rule = road_map.rule.value if options.dialect.has_rule else None
-    writer = RoadWriter(rule, words, FurnitureWriter(road_map, options.dialect, words, target.crosswalks))
+    as_met = target.priority_signs
+    furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, as_met=as_met)
+    writer = RoadWriter(rule, words, furniture)
     stream.write(_header(road_map, options).encode())
     _write_roads(road_map, stream, _RoadBlocks(road_map, lengths, writer, words), words, jobs)
-    _write_junctions(road_map, stream)
+    _write_junctions(road_map, stream, words)
     stream.write(b"</OpenDRIVE>\n")
     _note_what_is_lost(road_map, options, words, diagnostics)
+
+
+def is_negated(road_map: RoadMap, target: Target) -> bool:
+    """Say whether lane ids are written with the opposite sign."""
+    return road_map.rule is Rule.LEFT_HAND and target.negated_left_hand
 
 
 def _header(road_map: RoadMap, options: WriteOptions) -> str:
@@ -54,6 +68,8 @@ def _header(road_map: RoadMap, options: WriteOptions) -> str:
     license_ = _LICENSE if options.osm_data and dialect.has_license else ""
     origin = f'  <userData code="osm2xodr" value="{attribute(options.tool_version)}"/>\n'
     origin += user_data("attribution", _ATTRIBUTION if options.osm_data else "", "  ")
+    if is_negated(road_map, options.target):
+        origin += user_data(*NEGATED_LANES, "  ")
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         "<OpenDRIVE>\n"
@@ -138,14 +154,14 @@ def _write_roads(road_map: RoadMap, stream: ByteSink, blocks: _RoadBlocks, words
             words.replaced |= replaced
 
 
-def _write_junctions(road_map: RoadMap, stream: ByteSink) -> None:
+def _write_junctions(road_map: RoadMap, stream: ByteSink, words: Words) -> None:
     """Write the controllers and the junctions."""
     controllers = road_map.furniture.controllers
     stream.write(controllers_text(controllers).encode())
     inner = junction_controllers(controllers)
     for first in range(0, len(road_map.junctions), _ROADS_PER_BLOCK):
         block = road_map.junctions[first : first + _ROADS_PER_BLOCK]
-        stream.write("".join([junction_text(item, inner.get(item.id, "")) for item in block]).encode())
+        stream.write("".join([junction_text(item, words, inner.get(item.id, "")) for item in block]).encode())
 
 
 def _texts_if_not_zero(profile: CubicProfile, lengths: FloatArray, element: str, first: int, last: int) -> list[str]:
@@ -160,6 +176,9 @@ def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, d
     if road_map.rule is Rule.LEFT_HAND and not options.dialect.has_rule:
         lost = "cannot say that traffic drives on the left: readers will take it to drive on the right"
         diagnostics.note("left-hand-lost", "", f"{version} {lost}; write 1.6 or later")
+    if is_negated(road_map, target):
+        said = f"traffic drives on the left, so lane ids are negated: only --target {target.name} reads them right"
+        diagnostics.note("left-hand-negated", "", said)
     for word, other in sorted(words.replaced):
         if (word, other) in target.lane_types:
             wanted = f"{word!r} is written as {other!r}, as --target {target.name} wants"

@@ -25,15 +25,24 @@ _Corners: TypeAlias = tuple[tuple[float, float, float, float], ...]
 
 
 class FurnitureWriter:
-    """Make the text of the furniture of any road; `crosswalks` is where the reader looks for their corners."""
+    """Make the text of the furniture of any road.
 
-    def __init__(self, road_map: RoadMap, dialect: Dialect, words: Words, crosswalks: Crosswalks) -> None:
+    `crosswalks` is where the reader looks for their corners; `as_met` puts signals in the order in which the traffic
+    of their direction meets them.
+    """
+
+    def __init__(
+        self, road_map: RoadMap, dialect: Dialect, words: Words, crosswalks: Crosswalks, *, as_met: bool = False
+    ) -> None:
         furniture = road_map.furniture
         self._dialect = dialect
         self._crosswalks = crosswalks
         self._offsets = _crosswalk_offsets(road_map)
         self._words = words
-        self._signals = _by_road(furniture.signals)
+        # The last sign of a direction counts for some readers.
+        self._signals = _by_road(
+            sorted(furniture.signals, key=Signal.place_for_traffic) if as_met else furniture.signals
+        )
         self._references = _by_road(furniture.references)
         self._objects = _by_road(furniture.objects)
         # The schema has tunnels before bridges.
@@ -47,7 +56,7 @@ class FurnitureWriter:
         objects = "".join([self._object(item, length) for item in self._objects.get(road, ())])
         objects += "".join([_structure(item, length) for item in self._structures.get(road, ())])
         signals = "".join([self._signal(item, length) for item in self._signals.get(road, ())])
-        signals += "".join([_reference(item, length) for item in self._references.get(road, ())])
+        signals += "".join([self._reference(item, length) for item in self._references.get(road, ())])
         groups = (("objects", objects), ("signals", signals))
         return "".join([f"  <{tag}>\n{text}  </{tag}>\n" for tag, text in groups if text])
 
@@ -66,7 +75,21 @@ class FurnitureWriter:
             f"{_positive('height', item.height)}{_positive('width', item.width)}"
             f"{_text('text', item.text)}{_heading('hOffset', item.h_offset)}"
         )
-        return _element("signal", head, _validity(item.validity) + user_data("osm_id", item.osm_id, "    "))
+        inner = self._validity(item.validity) + user_data("osm_id", item.osm_id, "    ")
+        inner += user_data("derived", "priority" if item.derived else "", "    ")
+        return _element("signal", head, inner)
+
+    def _reference(self, item: SignalReference, length: float) -> str:
+        """Return a ``<signalReference>``."""
+        head = (
+            f'   <signalReference id="{item.signal}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
+            f' orientation="{attribute(item.orientation)}"'
+        )
+        return _element("signalReference", head, self._validity(item.validity))
+
+    def _validity(self, lanes: tuple[tuple[int, int], ...]) -> str:
+        ranges = [self._words.lane_range(*pair) for pair in lanes]
+        return "".join([f'    <validity fromLane="{first}" toLane="{last}"/>\n' for first, last in ranges])
 
     def _object(self, item: RoadObject, length: float) -> str:
         """Return an ``<object>``, its parts in the order of the schema."""
@@ -84,7 +107,7 @@ class FurnitureWriter:
             f"{size}{_positive('height', item.height)}"
         )
         repeat = "" if item.repeat is None else _repeat(item.repeat, length)
-        inner = repeat + self._outlines(item) + _validity(item.validity)
+        inner = repeat + self._outlines(item) + self._validity(item.validity)
         return _element("object", head, inner + user_data("osm_id", item.osm_id, "    "))
 
     def _outlines(self, item: RoadObject) -> str:
@@ -177,15 +200,6 @@ def _way_ids(way_ids: tuple[int, ...], indent: str) -> str:
     return user_data("osm_way_ids", " ".join(map(str, way_ids)), indent)
 
 
-def _reference(item: SignalReference, length: float) -> str:
-    """Return a ``<signalReference>``."""
-    head = (
-        f'   <signalReference id="{item.signal}" s="{_along(item.s, length)}" t="{_size(item.t)}"'
-        f' orientation="{attribute(item.orientation)}"'
-    )
-    return _element("signalReference", head, _validity(item.validity))
-
-
 def _structure(item: RoadStructure, length: float) -> str:
     """Return a ``<bridge>`` or ``<tunnel>``."""
     head = (
@@ -210,10 +224,6 @@ def _repeat(item: ObjectRepeat, length: float) -> str:
 
 def _element(tag: str, head: str, inner: str) -> str:
     return f"{head}>\n{inner}   </{tag}>\n" if inner else f"{head}/>\n"
-
-
-def _validity(lanes: tuple[tuple[int, int], ...]) -> str:
-    return "".join([f'    <validity fromLane="{first}" toLane="{last}"/>\n' for first, last in lanes])
 
 
 def _along(s: float, length: float) -> str:

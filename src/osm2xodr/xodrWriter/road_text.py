@@ -40,8 +40,8 @@ class LaneWriter:
     def _section(self, section: LaneSection, start: str) -> str:
         """Return one section: left lanes, centre, right lanes, each from left to right."""
         texts: dict[int, list[str]] = {1: [], 0: [], -1: []}
-        for lane in section.lanes:
-            texts[(lane.id > 0) - (lane.id < 0)].append(self._lane(lane))
+        for lane in sorted(section.lanes, key=lambda item: -self._words.lane_id(item.id)):
+            texts[_side(self._words.lane_id(lane.id))].append(self._lane(lane))
         sides = zip(("left", "center", "right"), map("".join, texts.values()), strict=True)
         inner = [f"    <{tag}>\n{text}    </{tag}>\n" for tag, text in sides if text or tag == "center"]
         return f'   <laneSection s="{start}">\n{"".join(inner)}   </laneSection>\n'
@@ -53,7 +53,7 @@ class LaneWriter:
         widths = self._widths.get(lane.widths)
         text += self._width(lane.widths) if widths is None else widths
         if lane.road_mark is not None:
-            side = (lane.id > 0) - (lane.id < 0)
+            side = _side(self._words.lane_id(lane.id))
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         if lane.speed is not None:
             text += f'      <speed sOffset="0" {formatting.lane_speed_attributes(lane.speed)}/>\n'
@@ -67,10 +67,11 @@ class LaneWriter:
         number_, kind, predecessor, successor = key
         runs = self._words.lane_direction(kind.value)
         direction = f' direction="{runs}"' if runs else ""
-        text = f'     <lane id="{number_}" type="{self._words.lane_type(kind.value)}"{direction}>\n'
+        words = self._words
+        text = f'     <lane id="{words.lane_id(number_)}" type="{words.lane_type(kind.value)}"{direction}>\n'
         if predecessor is not None or successor is not None:
-            before = "" if predecessor is None else f'<predecessor id="{predecessor}"/>'
-            after = "" if successor is None else f'<successor id="{successor}"/>'
+            before = "" if predecessor is None else f'<predecessor id="{words.lane_id(predecessor)}"/>'
+            after = "" if successor is None else f'<successor id="{words.lane_id(successor)}"/>'
             text += f"      <link>{before}{after}</link>\n"
         self._heads[key] = text
         return text
@@ -95,6 +96,11 @@ class LaneWriter:
         )
         self._marks[side][mark] = text
         return text
+
+
+def _side(lane_id: int) -> int:
+    """Return 1 left of the centre line, -1 right of it, 0 for the centre lane."""
+    return (lane_id > 0) - (lane_id < 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,12 +172,13 @@ def _link(element: str, link: RoadLink | None) -> str:
     return f'   <{element} elementType="road" elementId="{link.id}" contactPoint="{contact}"/>\n'
 
 
-def junction_text(junction: Junction, controllers: str = "") -> str:
+def junction_text(junction: Junction, words: Words, controllers: str = "") -> str:
     """Return a ``<junction>``: its connections, then priorities, then the text of its controllers."""
+    number_ = words.lane_id
     connections = [
         f'  <connection id="{item.id}" incomingRoad="{item.incoming_road}"'
         f' connectingRoad="{item.connecting_road}" contactPoint="start">\n'
-        + "".join([f'   <laneLink from="{a}" to="{b}"/>\n' for a, b in item.lane_links])
+        + "".join([f'   <laneLink from="{number_(a)}" to="{number_(b)}"/>\n' for a, b in item.lane_links])
         + "  </connection>\n"
         for item in junction.connections
     ]

@@ -27,6 +27,8 @@ _AS_DRIVEN: Final = {
     ("increase", 0): "none",
     ("decrease", 0): "none",
 }
+# Towards higher and lower ids, where these are negated.
+_NEGATED: Final = {"increase": "decrease", "decrease": "increase"}
 # Those of 1.6 to 1.8 that do not move; 1.4 leaves the choice to the writer.
 _OBJECT_TYPES: Final = (
     *("none", "obstacle", "pole", "tree", "vegetation", "barrier", "building", "parkingSpace", "patch"),
@@ -42,16 +44,30 @@ class Words:
     """Translate the model's words into those of one version, and record the replacements.
 
     `lane_types` are types that the reader misunderstands, and their replacements; `changes_as_driven` names lane
-    changes as drivers see them. See `osm2xodr.conventions.Target` for both.
+    changes as drivers see them, `negated` turns lane ids to the other side. See `osm2xodr.conventions.Target`.
     """
 
     def __init__(
-        self, dialect: Dialect, lane_types: tuple[tuple[str, str], ...] = (), *, changes_as_driven: bool = False
+        self,
+        dialect: Dialect,
+        lane_types: tuple[tuple[str, str], ...] = (),
+        *,
+        changes_as_driven: bool = False,
+        negated: bool = False,
     ) -> None:
         self._dialect = dialect
+        self._sign = -1 if negated else 1
         self._changes_as_driven = changes_as_driven
         self._lane_types = {**dialect.lane_types, **dict(lane_types)}
         self.replaced: set[tuple[str, str]] = set()  # (word of the model, word that is written in its place)
+
+    def lane_id(self, number: int) -> int:
+        """Return the id of a lane."""
+        return self._sign * number
+
+    def lane_range(self, first: int, last: int) -> tuple[int, int]:
+        """Return the ids of the first and the last of several lanes, in ascending order as they were."""
+        return (first, last) if self._sign > 0 else (-last, -first)
 
     def lane_type(self, word: str) -> str:
         """Return the type of a lane; the model uses OpenDRIVE's."""
@@ -76,6 +92,7 @@ class Words:
     def lane_change(self, word: str, side: int = 0) -> str:
         """Return the lane changes of a mark; `side` is 1 left of the centre line, -1 right of it, 0 for that line."""
         known = _required(word, _LANE_CHANGES, "lane change")
+        known = known if self._sign > 0 else _NEGATED.get(known, known)
         return _AS_DRIVEN.get((known, side), known) if self._changes_as_driven else known
 
     def object_type(self, word: str) -> str:

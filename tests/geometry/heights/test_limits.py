@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from elevation_helpers import Ground, RoadSpec, cross, make_problem, solve, straight
+from elevation_helpers import Ground, RoadSpec, Solved, connector_between, cross, make_problem, solve, straight
 
 from osm2xodr.geometry.heights import ElevationOptions, ProfileProblem, parse_grade_limits
 from osm2xodr.geometry.heights.crossings import Crossings
@@ -35,6 +35,12 @@ def beams_of(network: Network) -> Beams:
 # Stiffness of these beams against being turned and lifted.
 TURN = np.sqrt(2.0) * (0.05 / 5e-5**3) ** 0.25
 LIFT = 2.0 * np.sqrt(2.0) * (0.05**3 / 5e-5) ** 0.25
+
+
+def one_crossing(lower: int = 1, lower_s: float = 50.0) -> Crossings:
+    """Return where road 0 passes over another curve."""
+    zero, at = np.zeros(1, np.int64), np.array([50.0])
+    return Crossings(zero, at, zero + lower, np.array([lower_s]), np.array([5.2]), zero, np.zeros((1, 2)))
 
 
 def test_grades_are_limited_by_class_at_quarters_and_firmly_all_along() -> None:
@@ -116,11 +122,10 @@ def test_ramp_and_motorway_come_together_level_on_a_slope() -> None:
     assert np.abs(found.z(0, 0.0) - found.z(1, 0.0)) > 0.5
 
 
-@pytest.mark.parametrize(("sigma", "push"), [(0.05, 0.5), (1.0, 5.0), (6.0, 10.0)])
+@pytest.mark.parametrize(("sigma", "push"), [(0.05, 1.0), (1.0, 10.0), (6.0, 50.0)])
 def test_clearance_is_a_limit_against_another_road(sigma: float, push: float) -> None:
     network = network_of([straight((-50.0, 0.0), (50.0, 0.0)), straight((0.0, -50.0), (0.0, 50.0))], [])
-    road = np.array([0], np.int64)
-    crossings = Crossings(road, np.array([50.0]), road + 1, np.array([50.0]), np.array([5.2]))
+    crossings = one_crossing()
     found = limit_clearances(network, crossings, beams_of(network), np.array([sigma]))
     assert (found.low.tolist(), found.high.tolist(), found.own.tolist()) == ([5.2], [np.inf], [False])
     assert found.stiffness == pytest.approx([60.0 * LIFT])
@@ -129,12 +134,29 @@ def test_clearance_is_a_limit_against_another_road(sigma: float, push: float) ->
     assert found.rows.toarray().sum(axis=1).tolist() == [0.0]
 
 
+def test_clearance_over_a_connecting_road_is_that_over_its_junctions_plane() -> None:
+    roads = [
+        straight((-50.0, 3.0), (50.0, 3.0), spans=[(0.0, 1, 1)]),
+        straight((0.0, -50.0), (0.0, -8.0), end=0),
+        straight((0.0, 8.0), (0.0, 50.0), start=0),
+    ]
+    problem = replace(
+        make_problem(roads, [(1.0, 1.0)]), connectors=connector_between((0.0, -8.0), (0.0, 8.0), (3, 4))
+    )
+    network = replace(network_of(roads, [(1.0, 1.0)]), problem=problem)
+    found = limit_clearances(network, one_crossing(lower=3, lower_s=11.0), beams_of(network), np.ones(1))
+    x = np.zeros(network.unknowns.to_knots.shape[1])
+    x[:3] = 7.0, 0.1, 0.02
+    # At (0, 3): the plane is 7 m high at (1, 1).
+    assert found.rows @ x == pytest.approx([-(7.0 - 0.1 + 0.04)])
+    assert found.stiffness == pytest.approx([60.0 * LIFT])
+
+
 def test_limits_against_other_roads_can_be_made_void() -> None:
     network = network_of([straight((-50.0, 0.0), (50.0, 0.0)), straight((0.0, -50.0), (0.0, 50.0))], [])
-    road = np.array([0], np.int64)
-    crossings = Crossings(road, np.array([50.0]), road + 1, np.array([50.0]), np.array([5.2]))
+    crossings = one_crossing()
     found = limit_clearances(network, crossings, beams_of(network), np.ones(1))
-    assert found.force(np.zeros(1)) == pytest.approx([-5.0 * LIFT])
+    assert found.force(np.zeros(1)) == pytest.approx([-10.0 * LIFT])
     assert found.own_only().force(np.zeros(1)).tolist() == [0.0]
     (grades, _) = limit_grades(network, np.full(8, 0.1), beams_of(network))
     assert grades.own_only().force(np.full(16, 0.2)).tolist() == grades.force(np.full(16, 0.2)).tolist()
@@ -173,24 +195,38 @@ def test_layers_that_cross_keep_clear(which: str) -> None:
     assert np.abs(found.grade(0, np.arange(600.0))).max() < 1.25 * 0.15 + 0.005
 
 
-def test_clearance_that_cannot_be_met_is_reported() -> None:
-    # The bridge begins and ends at junctions 15 m from what it crosses, and precise heights hold all else down.
+def bridge_between_junctions(arms: int) -> Solved:
+    """Return a motorway bridge between junctions 15 m from what it crosses, where so many motorways lead away."""
     roads = [
         straight((-15.0, 0.0), (15.0, 0.0), start=0, end=1, spans=[(0.0, 1, 1)], highway="motorway"),
         straight((0.0, -300.0), (0.0, 300.0)),
     ]
     for j, side in enumerate((-1.0, 1.0)):
         roads += [
-            straight((side * (15.0 + 5.0 * abs(c)), 5.0 * c), (side * 300.0, 150.0 * c), start=j, highway="motorway")
-            for c in (-1.0, 0.0, 1.0)
+            straight((side * 20.0, 5.0 * c), (side * 300.0, 200.0 * c), start=j, highway="motorway")
+            for c in np.linspace(-1.0, 1.0, arms).tolist()
         ]
     ground = Ground(lambda x, y: 0.001 * x, cell_size=2.0, sigma=0.1)
-    found = solve(roads, ground, [(-15.0, 0.0), (15.0, 0.0)])
+    return solve(roads, ground, [(-15.0, 0.0), (15.0, 0.0)])
+
+
+def test_ramps_become_long_and_steep_before_clearance_yields() -> None:
+    found = bridge_between_junctions(arms=3)
+    assert float(found.z(0, 15.0)[0] - found.z(1, 300.0)[0]) > 5.2
+    assert "clearance" not in found.codes()
+    # Steeper than a motorway's 6 % and a quarter.
+    steepest = max(float(np.abs(found.grade(k, np.arange(0.0, 260.0))).max()) for k in range(2, 8))
+    assert 0.075 < steepest < 0.12
+
+
+def test_clearance_that_cannot_be_met_is_reported() -> None:
+    # Precise heights hold more roads down than the bridge can lift.
+    found = bridge_between_junctions(arms=60)
     notes = [item for item in found.diagnostics if item.code == "clearance"]
     assert [item.osm_id for item in notes] == ["way/100"]
     assert "way/101" in notes[0].message
-    assert found.z(1, 300.0) > -0.8
     assert found.solution.statistics["layer_crossings_too_close"] == 1.0
+    assert found.solution.statistics["layer_crossings"] == 1.0
 
 
 def test_no_road_is_steeper_than_the_firm_limit() -> None:
@@ -296,6 +332,7 @@ def steps(
         ([8.0, 8.0], [0.0, 2.0], 18.0 - 2 * 2.4),
         ([8.0, 8.0], [-1.0, -2.0], 23.0 - 2 * 2.4),
         (None, [1.0, 2.0], 17.0 - 2 * 1.4),
+        ([2.2, 2.2], [8.0, 8.25], 3.75),
     ],
 )
 @pytest.mark.parametrize("turned", [0.0, 0.8, -2.0])
@@ -318,6 +355,7 @@ def test_grade_between_arms_is_that_of_their_nearest_lanes(
     ("gap", "distance"),
     [
         # Edges that touch may differ by 6 cm, the climb over 0.4 m; across a gap more by what a path climbs.
+        (-5.5, 0.4),
         (-1.0, 0.4),
         (0.0, 0.4),
         (1.0, 1.4),
@@ -333,6 +371,16 @@ def test_edges_that_are_near_are_almost_level(gap: float, distance: float) -> No
     (junction,), (found,) = steps(roads, [(5.0, 0.0)], None, None)
     assert junction == 0
     assert found == pytest.approx([0.0, -y / distance])
+
+
+def test_lanes_on_the_right_of_both_arms_may_be_the_nearest() -> None:
+    roads = [straight((-90.0, 10.0), (0.0, 10.0), end=0), straight((0.0, -10.0), (-90.0, -10.0), start=0)]
+    assert steps(roads, [(5.0, 0.0)], None, None)[1] == [pytest.approx([0.0, 20.0 / 17.2])]
+
+
+def test_arms_that_are_nearer_than_the_shortest_path_have_no_step_of_their_own() -> None:
+    roads = [straight((-90.0, 0.0), (0.0, 0.0), end=0), straight((-90.0, 0.3), (0.0, 0.3), end=0)]
+    assert steps(roads, [(5.0, 0.0)], None, None) == ([], [])
 
 
 def test_all_arms_of_a_junction_are_paired_and_those_of_others_are_not() -> None:

@@ -14,6 +14,7 @@ from osm2xodr.geometry.heights import Pins, solve_profiles
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.observations import (
     Kind,
+    observe_cut_bridges,
     observe_dual_carriageways,
     observe_ele,
     observe_ground,
@@ -40,7 +41,8 @@ def network_of(roads: list[RoadSpec], junctions: list[tuple[float, float]], spac
 def reading(count: int, z: float = 0.0, sigma: float = 2.0, cell: float = 10.0, covered: bool = False) -> Reading:
     """Return heights of one quality whose errors are correlated over 25 m."""
     every = np.ones(count)
-    return Reading(z * every, z * every, sigma * every, 25.0 * every, cell * every, every > 0, (every > 0) & covered)
+    flags = every > 0, (every > 0) & covered
+    return Reading(z * every, z * every, sigma * every, 25.0 * every, cell * every, *flags, np.nan * every, 0 * every)
 
 
 def test_sample_weighs_as_its_length_of_road() -> None:
@@ -67,6 +69,55 @@ def test_junction_holds_its_roads_at_the_height_of_its_middle() -> None:
     roads = cross(size=12.0, trim=4.0)
     z = solve(roads, Ground(height, cell_size=5.0, sigma=0.5), [(0.0, 0.0)]).solution.junction_plane[0, 0]
     assert 0.1 < z < 0.5
+
+
+@pytest.mark.parametrize(("arms", "share"), [((0, 0), 1.0), ((1, 0), 0.01), ((1, 1), 0.0), ((2, 2), 0.0)])
+def test_junction_on_a_structure_does_not_see_the_ground(arms: tuple[int, int], share: float) -> None:
+    roads = [
+        straight((-5.0, 0.0), (-100.0, 0.0), start=0, spans=[(0.0, arms[0], 0), (50.0, 0, 0)]),
+        straight((5.0, 0.0), (100.0, 0.0), start=0, spans=[(0.0, arms[1], 0)]),
+    ]
+    block = observe_junctions(network_of(roads, [(0.0, 0.0)]), reading(1), mean=0.0)
+    assert block.weight == pytest.approx([share * 10.0 / (25.0 * 2.0**2)])
+
+
+def test_junction_of_tunnels_alone_keeps_the_ground() -> None:
+    roads = [straight((side, 0.0), (20.0 * side, 0.0), start=0, spans=[(0.0, 2, -1)]) for side in (-5.0, 5.0)]
+    block = observe_junctions(network_of(roads, [(0.0, 0.0)]), reading(1), mean=0.0)
+    assert block.weight == pytest.approx([10.0 / (25.0 * 2.0**2)])
+
+
+def test_deck_runs_over_its_junction_as_if_there_was_no_river() -> None:
+    roads = [
+        straight((-300.0, 0.0), (-5.0, 0.0), end=0, spans=[(0.0, 0, 0), (150.0, 1, 1)]),
+        straight((5.0, 0.0), (300.0, 0.0), start=0, spans=[(0.0, 1, 1), (145.0, 0, 0)]),
+    ]
+    river = Ground(lambda x, y: np.where(np.abs(x) < 120.0, -10.0, 0.01 * x), cell_size=5.0, sigma=0.5)
+    found = solve(roads, river, [(0.0, 0.0)])
+    s, x, _, z = found.along(0)
+    deck = s > 150.0
+    assert z[deck] == pytest.approx(0.01 * x[deck], abs=0.3)
+    assert found.solution.junction_plane[0, 0] == pytest.approx(0.0, abs=0.3)
+
+
+def test_ground_holds_the_end_of_a_bridge_that_the_maps_edge_cuts() -> None:
+    roads = [
+        straight((0.0, 0.0), (300.0, 0.0), spans=[(0.0, 0, 0), (200.0, 1, 1)]),
+        straight((0.0, 50.0), (300.0, 50.0), spans=[(0.0, 0, 0), (100.0, 2, -1)]),
+    ]
+    network = network_of(roads, [])
+    block = observe_cut_bridges(network, reading(len(network.samples.s), z=7.0), mean=3.0)
+    assert block.value.tolist() == [4.0]
+    assert block.weight == pytest.approx([1.0 / 5.0**2])
+    assert block.kind.tolist() == [Kind.CUT_BRIDGE]
+    # A bridge of 600 m may be 18 m high.
+    long = network_of([straight((0.0, 0.0), (600.0, 0.0), spans=[(0.0, 1, 1)], start=0)], [(0.0, 0.0)])
+    block_long = observe_cut_bridges(long, reading(len(long.samples.s)), mean=0.0)
+    assert block_long.sigma == pytest.approx([18.0])
+    # The height of the last knot of road 0, and of nothing else.
+    knots = block.rows.toarray() @ np.linalg.pinv(network.unknowns.to_knots.toarray())
+    last = 2 * int(network.elements.end_knots[0, 1])
+    assert np.flatnonzero(np.abs(knots[0]) > 1e-9).tolist() == [last]
 
 
 @pytest.mark.parametrize(("cell", "reach"), [(10.0, 8.0), (30.0, 15.0)])

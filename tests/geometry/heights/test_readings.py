@@ -51,7 +51,7 @@ def test_roads_are_cut_as_finely_as_the_finest_model_along_them() -> None:
 def test_typical_density_is_that_of_cells_of_the_same_size() -> None:
     n = np.ones(4)
     cell = np.array([1.0, 1.0, 30.0, 30.0])
-    reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0)
+    reading = Reading(n, n, np.array([0.1, 0.1, 2.0, 2.0]), 10 * n, cell, n > 0, n < 0, np.nan * n, 0 * n)
     assert typical_density(reading, np.array([1.02, 29.5])) == pytest.approx([10.0, 0.025])
 
 
@@ -59,7 +59,7 @@ def test_what_is_not_measured_weighs_nothing_unless_nothing_is() -> None:
     """1 / (correlation sigma²) of guesses, and the median of three."""
     n = np.ones(3)
     sigma = np.array([1.0, 2.0, 4.0])
-    reading = Reading(n, n, sigma, 10 * n, 30 * n, n > 0, n < 0)
+    reading = Reading(n, n, sigma, 10 * n, 30 * n, n > 0, n < 0, n, 0 * n)
     assert typical_density(reading, np.array([30.0])) == pytest.approx([0.1 / 4.0])
     first = replace(reading, measured=np.array([True, False, False]))
     assert typical_density(first, np.full(2, 30.0)) == pytest.approx([0.1, 0.1])
@@ -70,7 +70,7 @@ def test_what_is_not_measured_weighs_nothing_unless_nothing_is() -> None:
 
 def test_cells_of_a_size_that_was_not_measured_weigh_as_all() -> None:
     n = np.ones(3)
-    reading = Reading(n, n, np.array([1.0, 1.0, 2.0]), 10 * n, np.array([1.0, 1.0, 30.0]), n > 0, n < 0)
+    reading = Reading(n, n, np.array([1.0, 1.0, 2.0]), 10 * n, np.array([1.0, 1.0, 30.0]), n > 0, n < 0, n, 0 * n)
     assert typical_density(reading, np.array([1.0, 30.0, 9.0])) == pytest.approx([0.1, 0.025, 0.1])
 
 
@@ -94,7 +94,7 @@ def test_cells_are_looked_up_every_fifty_metres() -> None:
 
 
 @pytest.mark.parametrize("hdg", [0.0, 0.7, 2.0, -2.5])
-@pytest.mark.parametrize(("cell", "wide"), [(1.0, 0.05), (14.0, 0.3)])
+@pytest.mark.parametrize(("cell", "wide"), [(1.0, 0.05), (5.9, 0.05), (6.1, 0.3), (14.0, 0.3)])
 def test_slope_across_is_read_to_both_sides(hdg: float, cell: float, wide: float) -> None:
     """2 m to either side, or half a cell: a bank of 5 % near the road, beyond 3 m of 40 %."""
     along = np.array([np.cos(hdg), np.sin(hdg)])

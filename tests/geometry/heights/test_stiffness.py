@@ -51,6 +51,30 @@ def test_chains_end_at_junctions_and_loose_ends() -> None:
     assert found.loose.tolist() == [True, True]
 
 
+def test_chain_goes_straight_on_over_a_junction_on_a_bridge() -> None:
+    bridge = [(0.0, 1, 1)]
+    found = chains(
+        [
+            straight((-50.0, 0.0), (-5.0, 0.0), end=0, spans=bridge),
+            straight((50.0, 1.0), (5.0, 0.0), end=0, spans=bridge),
+            straight((4.0, 3.0), (40.0, 20.0), start=0, spans=bridge),
+        ],
+        [(0.0, 0.0)],
+    )
+    # The ramp leaves at 25 degrees: straight on is straighter.
+    assert found.chain.tolist() == [0, 0, 1]
+    assert found.sign[0] == -found.sign[1]
+
+
+def test_chain_does_not_turn_at_a_junction_on_a_bridge() -> None:
+    bridge = [(0.0, 1, 1)]
+    roads = [
+        straight((0.0, -5.0), (0.0, -50.0), start=0, spans=bridge),
+        straight((5.0, 0.0), (50.0, 0.0), start=0, spans=bridge),
+    ]
+    assert chains(roads, [(0.0, 0.0)]).chain.tolist() == [0, 1]
+
+
 def test_junctions_tend_to_be_level() -> None:
     problem = make_problem([straight((5.0, 0.0), (50.0, 0.0), start=0)], [(0.0, 0.0)])
     elements = build_elements(problem, 50.0)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 from hypothesis import given, strategies as st
 from lane_cases import section as lane_section
 
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, cross_section, lanes_of
 from osm2xodr.geometry.lanes.lane_connectivity import StatedLanes
-from osm2xodr.geometry.lanes.lane_matching import match_lanes
+from osm2xodr.geometry.lanes.lane_matching import _at_left, match_lanes
 from osm2xodr.model import Direction, LaneSpec, LaneType, Rule, StreetAttributes, Structure
 
 _DIRECTIONS = {"f": Direction.FORWARD, "b": Direction.BACKWARD, "m": Direction.BOTH}
@@ -72,6 +74,16 @@ def test_which_lanes_go_on_with_left_hand_traffic(before: str, after: str, expec
     assert match_lanes(section(before, rule), section(after, rule), rule) == expected
 
 
+@pytest.mark.parametrize("change", range(1, 5))
+def test_left_hand_traffic_is_the_mirror_image(change: int) -> None:
+    for left, right in product(range(5), repeat=2):
+        mirrored = change - _at_left(change, right, left, Rule.RIGHT_HAND)
+        assert _at_left(change, left, right, Rule.LEFT_HAND) == mirrored
+    # One of three new lanes is marked at either edge: the third opens at the near side.
+    assert _at_left(3, 1, 1, Rule.RIGHT_HAND) == 1
+    assert _at_left(3, 1, 1, Rule.LEFT_HAND) == 2
+
+
 def test_lanes_are_listed_as_their_drivers_see_them() -> None:
     right = section("b b m f f")
     assert [lane.id for lane in lanes_of(right, Direction.FORWARD, True)] == [-2, -3]
@@ -114,12 +126,12 @@ def test_lanes_keep_their_order_and_as_many_go_on_as_can(
         ("f", "f:l f", {-1: -2}, {1: 1}),
         ("f", "f:r f:t", {-1: -1}, {1: 1}),
         # One lane opens, two claim to be it: the near side of traffic decides.
-        ("f", "f:l f:r", {-1: -1}, {1: 2}),
+        ("f", "f:l f:r", {-1: -1}, {1: 1}),
         ("f f", "f:l f:l f:t", {-1: -2, -2: -3}, {2: 2, 1: 1}),
         ("f f", "f:t f:r f:r", {-1: -1, -2: -2}, {2: 3, 1: 2}),
         # Two lanes open, three claim to be them.
-        ("f", "f:l f:l f:r", {-1: -2}, {1: 2}),
-        ("f", "f:l f:r f:r", {-1: -1}, {1: 3}),
+        ("f", "f:l f:l f:r", {-1: -2}, {1: 1}),
+        ("f", "f:l f:r f:r", {-1: -1}, {1: 2}),
         ("f f", "f:l f:l f:r f:r", {-1: -2, -2: -3}, {2: 3, 1: 2}),
         # Fewer claims than lanes that open: the rest opens at the near side.
         ("f", "f:l f f", {-1: -2}, {1: 1}),

@@ -201,12 +201,35 @@ def test_the_centre_moves_with_lanes_that_open_and_end() -> None:
     assert offsets("d< d< d>", "d< d> d>") == [(0.0, -1.5), (100.0, pytest.approx(0.0)), (200.0, 1.5)]
 
 
-def test_lanes_have_speeds_of_their_own_only_where_they_differ_from_the_road() -> None:
-    (only,) = layout((0.0, street("d< d>", speed_forward=20.0, speed_backward=10.0))).sections
-    assert [lane.speed for lane in only.lanes] == [10.0, None, None]
+def test_lanes_for_vehicles_have_the_limit_of_their_direction() -> None:
+    (only,) = layout((0.0, street("d< d= d> b> c>", speed_forward=20.0, speed_backward=10.0))).sections
+    kinds = [(lane.id, lane.type.value, lane.speed) for lane in only.lanes]
+    assert kinds == [
+        (1, "driving", 10.0),
+        (0, "none", None),
+        (-1, "bidirectional", 20.0),
+        (-2, "driving", 20.0),
+        (-3, "bus", 20.0),
+        (-4, "biking", None),
+    ]
     found = layout((0.0, street("d< d>", speed_backward=10.0)))
-    assert [lane.speed for lane in found.sections[0].lanes] == [None, None, None]
+    assert [lane.speed for lane in found.sections[0].lanes] == [10.0, None, None]
     assert [item.speed for item in found.types] == [10.0]
+
+
+def test_a_guessed_limit_holds_where_none_is_known() -> None:
+    found = layout((0.0, street("d< d>", "trunk", default_speed=30.0)))
+    assert [lane.speed for lane in found.sections[0].lanes] == [30.0, None, 30.0]
+    assert [(item.type, item.speed) for item in found.types] == [("rural", 30.0)]
+    found = layout((0.0, street("d< d>", speed_backward=10.0, default_speed=30.0)))
+    assert [lane.speed for lane in found.sections[0].lanes] == [10.0, None, 30.0]
+
+
+def test_a_section_begins_where_another_limit_is_guessed() -> None:
+    one, other = street("d< d>", default_speed=10.0), street("d< d>", default_speed=20.0)
+    found = layout((0.0, one), (50.0, other))
+    assert [section.s for section in found.sections] == [0.0, 50.0]
+    assert [(item.s, item.speed) for item in found.types] == [(0.0, 10.0), (50.0, 20.0)]
 
 
 def test_lanes_for_both_directions_are_bidirectional() -> None:

@@ -8,9 +8,11 @@ from types import ModuleType
 
 import pytest
 
+from osm2xodr.conventions.defaults import DEFAULT_SPEED_KMH
 from osm2xodr.geometry import defaults as shared
 from osm2xodr.geometry.lanes import defaults as of_lanes
 from osm2xodr.geometry.margins import defaults as of_margins
+from osm2xodr.osmParsing import defaults as of_parsing
 
 TEXT = (Path(__file__).parents[3] / "docs" / "method" / "lanes.md").read_text("utf-8")
 ROWS = dict(re.findall(r"^\| `([A-Z_]+)` \| ([^|]+) \|", TEXT, re.MULTILINE))
@@ -20,12 +22,14 @@ def values(module: ModuleType) -> dict[str, object]:
     return {name: value for name, value in vars(module).items() if name.isupper()}
 
 
+GUESSED_SPEEDS = ("BUILT_UP_DENSITY", "SERVICE_SPEED_KMH", "LINK_SPEED_KMH")
 DEFAULTS = values(shared) | values(of_lanes) | values(of_margins)
+DEFAULTS |= {name: getattr(of_parsing, name) for name in GUESSED_SPEEDS}
 
 
 def test_every_default_of_lanes_and_margins_is_in_the_table() -> None:
     expected = values(of_lanes).keys() | values(of_margins).keys()
-    assert expected <= ROWS.keys()
+    assert expected | set(GUESSED_SPEEDS) <= ROWS.keys()
     assert ROWS.keys() <= DEFAULTS.keys()
 
 
@@ -41,3 +45,6 @@ def test_values_in_the_table_are_those_of_the_code(name: str) -> None:
 def test_the_text_names_no_constant_that_is_not_in_the_table() -> None:
     named = set(re.findall(r"`([A-Z][A-Z_]+[A-Z])`", TEXT))
     assert named == ROWS.keys()
+    usual = "50 km/h in built-up areas, 90 outside, 120 on motorways and 20 in living streets"
+    assert usual in " ".join(TEXT.split())
+    assert [DEFAULT_SPEED_KMH[kind] for kind in ("urban", "rural", "motorway", "living_street")] == [50, 90, 120, 20]

@@ -41,6 +41,25 @@ def test_both_streets_fit(apart: float, share: float) -> None:
     assert reported == ([] if share == 1.0 else ["lanes-narrowed"] * 2)
 
 
+@pytest.mark.parametrize(
+    ("tags", "width", "said"),
+    [
+        # 70 % of 2.75 m
+        ("highway=residential lanes=2 width=5.5", 1.92, False),
+        ("highway=service lanes=2 width=5", defaults.NARROWEST_LANE, True),
+        ("highway=service lanes=2 width=3.6", defaults.NARROWEST_LANE, True),
+        ("highway=service lanes=2 width:lanes:forward=1.7 width:lanes:backward=1.7", 1.7, True),
+    ],
+)
+def test_lanes_for_cars_stay_wide_enough_for_cars(tags: str, width: float, said: bool) -> None:
+    nodes = {"a": (0.0, 0.0), "b": (200.0, 0.0), "c": (0.0, 3.4), "d": (200.0, 3.4)}
+    network = Case(nodes, {1: ("a b", tags), 2: ("c d", tags)}).stages().network
+    diagnostics = Diagnostics()
+    found = narrow_parallel_streets(network, fit_streets(network, Diagnostics()), diagnostics)
+    assert [lane.width for lane in found.pieces[0][0][1].lanes_ltr] == [pytest.approx(width, abs=0.01)] * 2
+    assert [f"below {defaults.NARROWEST_LANE:g} m" in item.message for item in diagnostics] == [said] * 2
+
+
 @pytest.mark.parametrize(("highway", "narrowed"), [("residential", True), ("motorway_link", False)])
 def test_streets_that_part_slowly_are_arms_only_as_far_as_a_junction_reaches(highway: str, narrowed: bool) -> None:
     """Both begin at one node, are 4.6 m apart after 30 m and stay so up to 95 m."""

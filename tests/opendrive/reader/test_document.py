@@ -6,16 +6,19 @@ import gzip
 import io
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from sample_road_maps import crossing
+from sample_road_maps import crossing, furnished_crossing
 from xodr_text import HEADER, LINE, TWO_LANES, cubics, document, geometry, lane, read_text, road, section
 
+from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
+from osm2xodr.model import Rule
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.tables import ABSENT, End, LinkKind, OpenDrive, Shape
 from osm2xodr.xodrWriter import WriteOptions, write_xodr
@@ -26,6 +29,30 @@ def rules(file: OpenDrive) -> list[str]:
 
 
 # ---------------------------------------------------------------- what our own writer makes
+
+
+def test_lane_ids_that_were_negated_for_sumo_come_back_as_they_were(tmp_path: Path) -> None:
+    road_map = replace(furnished_crossing(), rule=Rule.LEFT_HAND)
+    files = []
+    for name in ("generic", "sumo"):
+        stream = io.BytesIO()
+        write_xodr(road_map, stream, WriteOptions(target=TARGETS[name]), Diagnostics())
+        (tmp_path / name).write_bytes(stream.getvalue())
+        files.append(read_xodr(tmp_path / name))
+    usual, negated = files
+    assert negated.misfits == ()
+    for column in ("id", "predecessor", "successor", "section"):
+        assert np.array_equal(getattr(usual.lanes, column), getattr(negated.lanes, column))
+    assert usual.lanes.id.tolist()[:3] == [1, 0, -1]
+    assert np.array_equal(usual.connections.link_from, negated.connections.link_from)
+    assert np.array_equal(usual.connections.link_to, negated.connections.link_to)
+    # Signals come in the order in which traffic meets them.
+    validity = [
+        {(item.kind, item.attributes["id"], item.road, item.s): item.validity for item in file.furniture}
+        for file in files
+    ]
+    assert validity[0] == validity[1]
+    assert any(validity[0].values())
 
 
 def test_files_of_our_writer_come_back_as_they_were(tmp_path: Path) -> None:

@@ -88,6 +88,18 @@ def test_ways(tmp_path: Path, tags: str, kind: RoadsideKind | None) -> None:
         assert thing.facts.height == (None if kind is RoadsideKind.TRAM_TRACK else 2.0)
 
 
+@pytest.mark.parametrize(
+    ("tags", "height"),
+    [("", None), (" kerb=lowered", 0.03), (" kerb=raised", 0.12), (" kerb=unknown height=0.2", 0.2)],
+)
+def test_a_kerb_is_as_high_as_its_tags_say(tmp_path: Path, tags: str, height: float | None) -> None:
+    nodes = {**STREET, 7: (50.0, 9.0), 8: (60.0, 9.0)}
+    area = Area(nodes, {20: ([1, 2, 3], "highway=residential"), 30: ([7, 8], "barrier=kerb" + tags)})
+    network, _ = area.parse(tmp_path, ParseOptions(extra_objects=ALL))
+    (thing,) = network.roadside
+    assert thing.facts.height == height
+
+
 def test_a_platform_stands_in_its_middle(tmp_path: Path) -> None:
     nodes = {**STREET, 5: (40.0, 4.0), 6: (60.0, 4.0), 7: (60.0, 6.0), 8: (40.0, 6.0)}
     area = Area(

@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.model import BusStop, Facing, Light, NodeControl, RoadsideKind, Sign, ThingFacts, TurningPlace
+from osm2xodr.model import BusStop, Facing, Light, NodeControl, RoadsideKind, Sign, ThingFacts
 from osm2xodr.osmParsing.tags.node_facts import (
     node_heights,
     parse_ele,
     read_control,
     read_node_facts,
     read_thing_facts,
-    turning_places,
+    turning_circles,
 )
 
 
@@ -100,7 +100,7 @@ def test_things_beside_the_road(kind: RoadsideKind, tags: dict[str, str], expect
 
 @pytest.mark.parametrize("value", ["turning_circle", "turning_loop", "mini_roundabout"])
 def test_these_nodes_are_circles(value: str) -> None:
-    assert turning_places({7: {"highway": value}}) == {7: TurningPlace(True, None)}
+    assert turning_circles({7: {"highway": value}}) == {7: None}
 
 
 @pytest.mark.parametrize(
@@ -108,13 +108,12 @@ def test_these_nodes_are_circles(value: str) -> None:
     [("18", 18.0), (" 18.5 m ", 18.5), ("60 ft", 18.288), ("60'", 18.288), ("wide", None), ("-3", None), ("", None)],
 )
 def test_diameters_are_metres_or_feet(text: str, diameter: float | None) -> None:
-    (place,) = turning_places({7: {"highway": "turning_circle", "diameter": text}}).values()
-    assert place.diameter == pytest.approx(diameter)
+    (found,) = turning_circles({7: {"highway": "turning_circle", "diameter": text}}).values()
+    assert found == pytest.approx(diameter)
 
 
-def test_other_nodes_say_nothing_or_only_a_diameter() -> None:
-    found = turning_places({1: {"highway": "stop"}, 2: {"highway": "crossing", "diameter": "9"}, 3: {}})
-    assert found == {2: TurningPlace(False, 9.0)}
+def test_other_nodes_are_no_turning_circles_whatever_their_diameter() -> None:
+    assert turning_circles({1: {"highway": "stop"}, 2: {"natural": "tree", "diameter": "0.9"}, 3: {}}) == {}
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from osm2xodr.checking.checks.clearances import check_clearances
 from osm2xodr.checking.checks.index import lane_index
 from osm2xodr.checking.checks.lane_transitions import transitions
 from osm2xodr.checking.checks.lanes import check_lanes
@@ -32,4 +33,5 @@ def check_tables(drive: OpenDrive, head: str, findings: Findings) -> None:
     check_links(drive, lanes, steps, findings)
     check_ways_on(drive, lanes, steps, findings)
     check_surfaces(drive, lanes, findings)
+    check_clearances(drive, lanes, findings)
     check_phases(drive, lanes, findings)

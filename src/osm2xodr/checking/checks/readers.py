@@ -10,6 +10,7 @@ import numpy as np
 from osm2xodr.checking.checks.common import above, add_furniture, owners, road_place
 from osm2xodr.checking.checks.index import LaneIndex, lane_place
 from osm2xodr.checking.findings import Findings
+from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import counted
 from osm2xodr.opendrive import OpenDrive
 
@@ -55,6 +56,7 @@ def check_readers(drive: OpenDrive, lanes: LaneIndex, head: str, findings: Findi
     """Check for what single readers fail on; `head` is the text of the file up to its first road, as written."""
     _check_ids(drive, findings)
     _check_header(drive, head, findings)
+    _check_side(drive, head, findings)
     _check_signals(drive, findings)
     _check_lanes(drive, lanes, findings)
     _check_coordinates(drive, findings)
@@ -107,6 +109,15 @@ def _check_header(drive: OpenDrive, head: str, findings: Findings) -> None:
         findings.add("version-unread", line=[_line_of(head, "<header")], other=[version])
 
 
+def _check_side(drive: OpenDrive, head: str, findings: Findings) -> None:
+    """Check for traffic on the left, which some readers have to be told of."""
+    code, value = NEGATED_LANES
+    if drive.provenance.get((-1, code)) == value:
+        findings.add("left-hand-negated", line=[_line_of(head, f'code="{code}"')])
+    else:
+        findings.add("left-hand-ignored", **road_place(drive, np.flatnonzero(drive.roads.left_hand)[:1]))
+
+
 def _line_of(text: str, what: str) -> int:
     """Return the line in which a text stands first; 0 where it does not."""
     at = text.find(what)
@@ -156,7 +167,6 @@ def _check_lanes(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None
     # What follows is reported once for the file: all its roads have it for one reason.
     row = np.flatnonzero((table.height != 0).any(1))
     findings.add("lane-height-ignored", **lane_place(drive, lanes, row[:1]), other=[counted(len(row), "lane")])
-    findings.add("left-hand-ignored", **road_place(drive, np.flatnonzero(drive.roads.left_hand)[:1]))
     bank = drive.superelevation
     tilted = (bank.a != 0) | (bank.b != 0) | (bank.c != 0) | (bank.d != 0)
     owner = owners(bank.start)

@@ -37,7 +37,7 @@ _CELLS: Final = 1 << 31
 
 
 @dataclass(frozen=True)
-class _Carriageways:
+class Carriageways:
     """Carriageways at stations of roads, from the leftmost to the rightmost driving lane."""
 
     # (n,) Places on the reference line, m, rad; slope along (m/m) and across the road (rad)
@@ -76,7 +76,7 @@ def check_surfaces(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> No
         _check_overlaps(drive, lanes, findings)
 
 
-def _carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float) -> _Carriageways:
+def carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float) -> Carriageways:
     """Return the carriageways of some roads at every `step` along them, m."""
     length = drive.roads.length[roads]
     count = np.maximum((length / step).astype(np.int64) + 1, 2)
@@ -96,7 +96,7 @@ def _carriageways(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: flo
     good = (np.abs(x) < _FARTHEST) & (np.abs(y) < _FARTHEST) & (high - low < _WIDEST) & (np.abs(high) < _WIDEST)
     good &= np.isfinite(z) & np.isfinite(rise) & np.isfinite(bank) & np.isfinite(hdg)
     columns = (road, s, x, y, z, hdg, rise, bank, low, high)
-    return _Carriageways(*(column[good] for column in columns))
+    return Carriageways(*(column[good] for column in columns))
 
 
 def _outer_driving(drive: OpenDrive, lanes: LaneIndex) -> tuple[IntArray, IntArray]:
@@ -115,15 +115,15 @@ def _at(values: IntArray, index: IntArray) -> IntArray:
     return np.asarray(np.append(values, -1)[np.where(index == ABSENT, len(values), index)])
 
 
-def _has_length(drive: OpenDrive) -> BoolArray:
+def has_length(drive: OpenDrive) -> BoolArray:
     """Whether roads have a length, (roads,), so that something can lie on them."""
     return np.asarray((drive.roads.length < _LONGEST) & (drive.roads.length > 0))
 
 
 def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
     """Check connecting roads: one finding for each pair, where it is worst."""
-    roads = np.flatnonzero(_has_length(drive) & (drive.roads.junction >= 0))
-    ways = _carriageways(drive, lanes, roads, _STEP)
+    roads = np.flatnonzero(has_length(drive) & (drive.roads.junction >= 0))
+    ways = carriageways(drive, lanes, roads, _STEP)
     n = len(ways.road)
     if n == 0:
         return
@@ -166,11 +166,11 @@ class _Shared:
 def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
     """Check roads outside of junctions: one finding for each pair, with the area that belongs to both."""
     length = drive.roads.length
-    roads = np.flatnonzero(_has_length(drive) & (drive.roads.junction == -1) & (length > _SHORTEST))
-    rough = _shared_cells(drive, _carriageways(drive, lanes, roads, _STEP), _CELL)
+    roads = np.flatnonzero(has_length(drive) & (drive.roads.junction == -1) & (length > _SHORTEST))
+    rough = _shared_cells(drive, carriageways(drive, lanes, roads, _STEP), _CELL)
     # At this spacing cells are missed. The few roads that overlap are sampled again, closely.
     roads = np.union1d(rough.low, rough.high)
-    shared = _shared_cells(drive, _carriageways(drive, lanes, roads, _CELL / 2), _CELL / 2)
+    shared = _shared_cells(drive, carriageways(drive, lanes, roads, _CELL / 2), _CELL / 2)
     pair, first, cells = np.unique(shared.low * len(length) + shared.high, return_index=True, return_counts=True)
     area = cells * _CELL**2
     bad = np.flatnonzero(above("overlap", area))
@@ -183,7 +183,7 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
     )
 
 
-def _shared_cells(drive: OpenDrive, ways: _Carriageways, spacing: float) -> _Shared:
+def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float) -> _Shared:
     """Return the cells that belong to two roads, from points at a spacing across, m."""
     inside = np.flatnonzero((ways.s > _END_MARGIN) & (ways.s < drive.roads.length[ways.road] - _END_MARGIN))
     room = (ways.high - ways.low)[inside] - 2 * _EDGE_MARGIN

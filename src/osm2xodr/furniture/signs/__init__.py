@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from osm2xodr.furniture.signs.mapped_signs import mapped_posts
-from osm2xodr.furniture.signs.posts import make_signals, merge_posts
+from osm2xodr.furniture.signs.posts import make_derived_signals, make_signals, merge_posts
+from osm2xodr.furniture.signs.priority_signs import priority_posts
 from osm2xodr.furniture.signs.speed_signs import posts_of_ways
 from osm2xodr.furniture.signs.stop_and_give_way import YieldSigns
 from osm2xodr.furniture.world import Approach, Crossing, Stop, World
@@ -39,4 +40,7 @@ def place_signs(
     posts = [*yield_signs.posts(), *mapped]
     posts += posts_of_ways(world, approaches, posts)
     signals = make_signals(world, merge_posts(posts, world.diagnostics))
+    if world.options.target.priority_signs:
+        derived = make_derived_signals(world, priority_posts(world, approaches, signals))
+        signals = (*signals, *derived)
     return PlacedSigns(signals, tuple(yield_signs.stops(signalled)))

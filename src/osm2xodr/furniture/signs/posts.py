@@ -128,6 +128,16 @@ def make_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
     return tuple(out)
 
 
+def make_derived_signals(world: World, posts: Sequence[Post]) -> tuple[Signal, ...]:
+    """Make signals of signs that follow from something else and stand nowhere: beside the carriageway."""
+    out: list[Signal] = []
+    for post in posts:
+        t = _beyond_edge(world, post.road, post.s, post.along, defaults.SIGN_CLEARANCE)
+        place = (post.s, t, defaults.SIGN_LOWER_EDGE)
+        out += [replace(_signal(world, post, face, place), derived=True) for face in post.faces]
+    return tuple(out)
+
+
 def _places(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
     """Return s and t of posts: as mapped or beside the carriageway, and not on the lanes of another road."""
     others = PostClearance(world, [(post.road, post.s) for post in posts])

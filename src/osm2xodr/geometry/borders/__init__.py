@@ -9,5 +9,13 @@ from __future__ import annotations
 from osm2xodr.geometry.borders.division import find_borders
 from osm2xodr.geometry.borders.heights import COMMON_ORIGIN, Neighbourhood, with_border_heights
 from osm2xodr.geometry.borders.own_area import keep_own_area
+from osm2xodr.geometry.borders.report import default_speed_km
 
-__all__ = ["COMMON_ORIGIN", "Neighbourhood", "find_borders", "keep_own_area", "with_border_heights"]
+__all__ = [
+    "COMMON_ORIGIN",
+    "Neighbourhood",
+    "default_speed_km",
+    "find_borders",
+    "keep_own_area",
+    "with_border_heights",
+]

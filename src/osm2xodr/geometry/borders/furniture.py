@@ -147,7 +147,8 @@ def _statistics(
     crossings = {(item.road, item.s, item.osm_id) for item in objects if item.type == "crosswalk"}
     counted = {
         "traffic_lights": sum(item.dynamic for item in signals),
-        "signs": sum(not item.dynamic for item in signals),
+        "signs": sum(not item.dynamic and not item.derived for item in signals),
+        "derived_signs": sum(item.derived for item in signals),
         "controllers": len(controllers),
         "crossings": len(crossings),
         "objects": len(objects),

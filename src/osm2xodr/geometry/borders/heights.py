@@ -8,7 +8,7 @@ common border, and pin their roads to its heights where they are cut.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -41,7 +41,9 @@ SurfaceAround: TypeAlias = Callable[[FloatArray, FloatArray], Surface]
 _Points: TypeAlias = tuple[IntArray, FloatArray, FloatArray]
 _Column = TypeVar("_Column", FloatArray, IntArray)
 _SPAN_COLUMNS: Final = tuple(
-    f"span_{name}" for name in ("s", "structure", "layer", "grade", "way", "name", "oneway", "width", "middle")
+    name
+    for name in (item.name for item in fields(ProfileProblem))
+    if name.startswith("span_") and name not in ("span_start", "span_highway")
 )
 
 
@@ -156,6 +158,8 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
         ele_z=_rows(problem.ele_z, ele),
         road_id=_rows(problem.road_id, chosen),
         pins=None,
+        # Both areas know the same roads near their border, but not the same junctions.
+        connectors=None,
     )
 
 

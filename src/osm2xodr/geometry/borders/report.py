@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -52,6 +52,11 @@ def kept_report(road_map: RoadMap, pieces: Pieces) -> ElevationReport | None:
     )
 
 
+def default_speed_km(roads: Sequence[Road], length: FloatArray) -> float:
+    """Return the length of roads, (roads,) m each, on which a limit had to be guessed, km."""
+    return float(length[np.array(["speed" in road.guesses for road in roads], np.bool_)].sum()) / 1000
+
+
 def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, float]:
     """Return the statistics of an area from those of the area and its surroundings (`whole`), in the same order.
 
@@ -65,6 +70,7 @@ def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, 
     counted: dict[str, float] = {
         "road_km": float(length[~inside].sum()) / 1000,
         "connecting_road_km": float(length[inside & ~walked].sum()) / 1000,
+        "default_speed_km": default_speed_km(road_map.roads, length),
         "grade_max": _steepest(road_map.elevation, length, ~inside),
         "priorities": float(sum(len(junction.priorities) for junction in road_map.junctions)),
     }

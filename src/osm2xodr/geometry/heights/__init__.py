@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from osm2xodr.geometry.heights.connectors import connector_profiles, end_state
+from osm2xodr.geometry.heights.crossings import curve_spans, levels_at
 from osm2xodr.geometry.heights.ground import Ground
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
@@ -23,8 +24,10 @@ __all__ = [
     "ProfileProblem",
     "ProfileSolution",
     "connector_profiles",
+    "curve_spans",
     "end_state",
     "ground_around",
+    "levels_at",
     "parse_grade_limits",
     "solve_profiles",
     "tolerated_grade",

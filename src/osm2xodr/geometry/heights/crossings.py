@@ -1,197 +1,303 @@
-"""Where one road passes over another: bridges and tunnels by their layers."""
+"""Where one carriageway passes over another: by their areas, and by bridges, tunnels and layers."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, ranks
+from osm2xodr.curves import (
+    lengths,
+    overlap_depths,
+    overlapping_pairs,
+    pose,
+    ranks,
+    segments_cross,
+    stack_plan_views,
+)
 from osm2xodr.geometry.defaults import PARALLEL_SINE
-from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER
-from osm2xodr.geometry.heights.problem import ProfileProblem, span_at
+from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK
+from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, end_spans, span_at
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
-# Roads are taken as chords of at most this length where crossings are looked for, m, in a grid of such cells, m.
-_CHORD: Final = 12.0
-_CELL: Final = 24.0
-# Size of the table that rules out most chords far from structures by a hash of their cells: bounds its memory.
-_HASHES: Final = 1 << 20
+# Longest piece of a carriageway along its road, m: about the width of a lane.
+_PIECE: Final = 4.0
+# Width of a carriageway where it is not known, m: two lanes.
+_UNKNOWN_WIDTH: Final = 6.0
 # Roads that meet at a node do not cross there, however their layers are tagged: within this distance of it, m.
 _NEAR_NODE: Final = 25.0
-# Width that carriageways one above the other share at least, m: with less they rather lie side by side.
-_SHARED_WIDTH: Final = 1.5
-# Shorter chords count as this long, m: keeps quotients finite.
-_SHORTEST: Final = 1e-9
+# Carriageways that reach less into each other lie side by side, m: less than the error of widths.
+_SHARED_WIDTH: Final = 0.2
+# Pieces of one place follow each other within this distance, m. A long place is held once in so many metres.
+_PLACE_GAP: Final = 10.0
+_PLACE_STEP: Final = 12.0
+# Share of their length by which the middles of pieces are made longer at both ends where crossings are looked for.
+_BEYOND: Final = 0.01
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Carriageways:
+    """Pieces of the carriageways of R roads and, behind them, of C connecting roads.
+
+    A curve is a road, or R plus the number of a connecting road.
+    """
+
+    # (n,) Curve, and where along it the piece's middle is, m
+    curve: IntArray
+    s: FloatArray
+    corners: FloatArray  # (n, 4, 2) m: right and left where it begins, left and right where it ends
+    width: FloatArray  # (n,) m
+    # (n,) Structure and layer
+    structure: IntArray
+    layer: IntArray
+
+    @property
+    def middles(self) -> tuple[FloatArray, FloatArray]:
+        """Where the middle of the carriageway begins and ends, both (n, 2), m."""
+        return self.corners[:, :2].mean(axis=1), self.corners[:, 2:].mean(axis=1)
+
+
+def connector_spans(problem: ProfileProblem) -> IntArray:
+    """Return the span of each connecting road, (C,): of those at its ends the one closer to the ground."""
+    connectors = problem.connectors
+    if connectors is None:
+        return np.zeros(0, np.int64)
+    spans = end_spans(problem).ravel()
+    entry, exit_ = spans[connectors.start_end], spans[connectors.end_end]
+    height = 2 * np.abs(problem.span_layer) + (problem.span_structure != Structure.GROUND)
+    return np.where(height[exit_] < height[entry], exit_, entry)
+
+
+def curve_spans(problem: ProfileProblem, curve: IntArray, s: FloatArray) -> IntArray:
+    """Return the span that holds at s of curves, both (n,)."""
+    roads = len(problem.end_junction)
+    out = np.zeros(len(curve), np.int64)
+    plain = curve < roads
+    out[plain] = span_at(problem, curve[plain], s[plain])
+    out[~plain] = connector_spans(problem)[curve[~plain] - roads]
+    return out
+
+
+def lay_out_carriageways(problem: ProfileProblem) -> Carriageways:
+    """Cut the carriageways of all roads and connecting roads into pieces."""
+    connectors = problem.connectors
+    plan = problem.plan_view if connectors is None else stack_plan_views(problem.plan_view, connectors.plan_view)
+    length = lengths(plan)
+    count = np.maximum(1, np.ceil(length / _PIECE)).astype(np.int64)
+    curve = np.repeat(np.arange(len(length), dtype=np.int64), count)
+    step = (length / count)[curve]
+    s = (ranks(count) + 0.5) * step
+    span = curve_spans(problem, curve, s)
+    half, middle = _across(problem, connectors, curve, span)
+    ends = []
+    for shift in (-0.5, 0.5):
+        x, y, hdg = pose(plan, curve, s + shift * step)
+        across = np.column_stack([-np.sin(hdg), np.cos(hdg)])
+        ends += [np.column_stack([x, y]) + (middle + side * half)[:, None] * across for side in (-1.0, 1.0)]
+    corners = np.stack([ends[0], ends[1], ends[3], ends[2]], axis=1)
+    return Carriageways(curve, s, corners, 2 * half, problem.span_structure[span], problem.span_layer[span])
+
+
+def _across(
+    problem: ProfileProblem, connectors: ConnectorProblem | None, curve: IntArray, span: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return half the carriageway's width and t of its middle, (n,), m, of pieces on a span of a curve."""
+    half = np.full(len(curve), 0.5 * _UNKNOWN_WIDTH) if problem.span_width is None else 0.5 * problem.span_width[span]
+    middle = np.zeros(len(curve)) if problem.span_middle is None else problem.span_middle[span]
+    if connectors is not None:
+        inside = curve >= len(problem.end_junction)
+        half[inside], middle[inside] = connectors.half_width[curve[inside] - len(problem.end_junction)], 0.0
+    return half, middle
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Crossings:
-    """Places where one road passes over another without meeting it."""
+    """Places where one carriageway passes over another without meeting it.
 
-    # (n,) Roads, and where along them, m
+    Curves are roads, and behind them connecting roads, as in `Carriageways`.
+    """
+
+    # (n,) Curves, and where along them, m
     upper: IntArray
     upper_s: FloatArray
     lower: IntArray
     lower_s: FloatArray
-    clearance: FloatArray  # (n,) Height wanted from road to road, by the class of the lower one, m
+    clearance: FloatArray  # (n,) Height wanted from road to road, by class or `maxheight` of the lower one, m
+    place: IntArray  # (n,) Number of the place that each belongs to: several hold the corners of one
+    xy: FloatArray  # (n, 2) Where, local, m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Chords:
-    """All roads as straight chords, in the order of roads and of s."""
+class _Pairs:
+    """Pieces that lie over each other, sorted by curves and along the upper one."""
 
-    road: IntArray  # (n,)
-    # (n,) Where each begins, and its length along the road, m
-    s: FloatArray
-    step: FloatArray
-    box: FloatArray  # (n, 4) x, y of its start and of its end, m
-    span: IntArray  # (n,) Span at its middle, and its structure and layer
-    structure: IntArray
-    layer: IntArray
+    upper: IntArray  # (m,) Pieces
+    lower: IntArray
+    depth: FloatArray  # (m,) How far they reach into each other, m
+    crossing: BoolArray  # (m,) Whether their middles cross
+    place: IntArray  # (m,) Place of each
 
-
-def _cut_chords(problem: ProfileProblem) -> _Chords:
-    length = lengths(problem.plan_view)
-    count = np.maximum(1, np.ceil(length / _CHORD)).astype(np.int64)
-    road = np.repeat(np.arange(len(length), dtype=np.int64), count)
-    step = (length / count)[road]
-    s = ranks(count) * step
-    # A chord ends where the next one of its road begins.
-    every = np.arange(len(length), dtype=np.int64)
-    x, y, _ = pose(problem.plan_view, np.concatenate([road, every]), np.concatenate([s, length]))
-    end = np.arange(1, len(road) + 1)
-    end[np.cumsum(count) - 1] = len(road) + every
-    box = np.column_stack([x[: len(road)], y[: len(road)], x[end], y[end]])
-    span = span_at(problem, road, s + 0.5 * step)
-    return _Chords(road, s, step, box, span, problem.span_structure[span], problem.span_layer[span])
-
-
-def _pairs_in_cells(box: FloatArray, probe: IntArray) -> tuple[IntArray, IntArray]:
-    """Return pairs (probe, chord) whose bounding boxes share a cell of the grid, each once."""
-    lo = np.floor(np.minimum(box[:, :2], box[:, 2:]) / _CELL).astype(np.int64)
-    hi = np.floor(np.maximum(box[:, :2], box[:, 2:]) / _CELL).astype(np.int64)
-    lo, hi = lo - lo.min(0), hi - lo.min(0)
-    stride = int(hi[:, 0].max()) + 2
-    corners = np.stack([lo[:, 0] + stride * lo[:, 1], hi[:, 0] + stride * lo[:, 1],
-                        lo[:, 0] + stride * hi[:, 1], hi[:, 0] + stride * hi[:, 1]])  # fmt: skip
-    asked = corners[:, probe].ravel()
-    # Few cells are asked for: a part of their number rules out most others.
-    wanted = np.zeros(_HASHES, bool)
-    wanted[asked % _HASHES] = True
-    chord = np.flatnonzero(wanted[corners % _HASHES].any(axis=0))
-    cell, chord = corners[:, chord].ravel(), np.tile(chord, 4)
-    order = np.argsort(cell, kind="stable")
-    cell, chord = cell[order], chord[order]
-    left, right = np.searchsorted(cell, asked, "left"), np.searchsorted(cell, asked, "right")
-    size = right - left
-    index = np.repeat(left - np.cumsum(size) + size, size) + np.arange(int(size.sum()))
-    code = np.unique(np.repeat(np.tile(probe, 4), size) * len(box) + chord[index])
-    return code // len(box), code % len(box)
+    def chosen(self, rows: IntArray) -> _Pairs:
+        """Return some of them."""
+        return _Pairs(*(getattr(self, item.name)[rows] for item in fields(_Pairs)))
 
 
 def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
-    """Find where a bridge passes over another road, or a tunnel under one, by their layers.
+    """Find where one carriageway passes over another, by their areas, layers and structures.
 
-    `end_node`, (2 R,), is the node that each road end lies at.
+    `end_node`, (2 R,), is the node that each road end lies at; junction j is node j.
     """
-    chords = _cut_chords(problem)
-    road, s, step, structure, layer = chords.road, chords.s, chords.step, chords.structure, chords.layer
-    probe = np.flatnonzero(structure != Structure.GROUND)
-    if not len(probe):
-        none, nowhere = np.zeros(0, np.int64), np.zeros(0)
-        return Crossings(none, nowhere, none, nowhere, nowhere)
-    a, b = _pairs_in_cells(chords.box, probe)
-    # Bridges above something, and tunnels below it.
-    passes = np.where(layer[a] > layer[b], structure[a] == Structure.BRIDGE, structure[a] == Structure.TUNNEL)
-    passes &= layer[a] != layer[b]
-    a, b = a[passes], b[passes]
-    cross, at_a, at_b = _intersections(chords.box, a, b)
-    above, along = _on_top_of_each_other(problem, end_node, chords, a, b)
-    above &= ~cross
-    at_a, at_b = np.where(above, 0.5, at_a), np.where(above, along, at_b)
-    cross |= above
-    a, b, at_a, at_b = a[cross], b[cross], at_a[cross], at_b[cross]
-    sa, sb = s[a] + at_a * step[a], s[b] + at_b * step[b]
-    apart = ~_meet_nearby(problem, end_node, road[a], sa, road[b], sb)
-    a, b, sa, sb = a[apart], b[apart], sa[apart], sb[apart]
-    over = layer[a] > layer[b]
-    upper, lower = np.where(over, road[a], road[b]), np.where(over, road[b], road[a])
-    upper_s, lower_s = np.where(over, sa, sb), np.where(over, sb, sa)
-    # Two structures find each other twice.
-    key = np.column_stack([upper, lower, np.round(upper_s, 3), np.round(lower_s, 3)])
-    once = np.sort(np.unique(key, axis=0, return_index=True)[1])
-    upper, upper_s, lower, lower_s = (value[once] for value in (upper, upper_s, lower, lower_s))
-    highway = [problem.span_highway[k] for k in span_at(problem, lower, lower_s).tolist()]
-    clearance = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in highway], np.float64)
-    return Crossings(upper, upper_s, lower, lower_s, clearance)
+    ways = lay_out_carriageways(problem)
+    pairs = _places(ways, _overlaps(ways))
+    near, kin = _meetings(problem, end_node, ways, pairs)
+    crosses = np.bincount(pairs.place, pairs.crossing & ~near) > 0
+    crosses = crosses[pairs.place] if len(pairs.place) else pairs.crossing
+    above = _on_top_of_each_other(ways, pairs) & ~kin
+    pairs = _thinned(problem, ways, pairs.chosen(np.flatnonzero((crosses & ~near) | above)))
+    upper, lower = ways.curve[pairs.upper], ways.curve[pairs.lower]
+    upper_s, lower_s = ways.s[pairs.upper], ways.s[pairs.lower]
+    clearance = _clearances(problem)[curve_spans(problem, lower, lower_s)]
+    xy = 0.5 * (ways.corners[pairs.upper].mean(axis=1) + ways.corners[pairs.lower].mean(axis=1))
+    place = np.unique(pairs.place, return_inverse=True)[1].astype(np.int64)
+    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy)
 
 
-def _intersections(box: FloatArray, a: IntArray, b: IntArray) -> tuple[BoolArray, FloatArray, FloatArray]:
-    """Say which pairs of chords cross, and where, as shares of both chords."""
-    u, v = box[a, 2:] - box[a, :2], box[b, 2:] - box[b, :2]
-    cross = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    d = box[b, :2] - box[a, :2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at_a = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / cross
-        at_b = (d[:, 0] * u[:, 1] - d[:, 1] * u[:, 0]) / cross
-    return (at_a >= 0) & (at_a < 1) & (at_b >= 0) & (at_b < 1), at_a, at_b
+def _clearances(problem: ProfileProblem) -> FloatArray:
+    """Return the clearance above each span, (K,), m: by its class, or by the height that a sign allows there."""
+    usual = np.array([CLEARANCE.get(name, CLEARANCE_OTHER) for name in problem.span_highway], np.float64)
+    if problem.span_max_height is None:
+        return usual
+    signed = problem.span_max_height + DECK
+    return np.asarray(np.where(np.isfinite(signed), signed, usual), np.float64)
 
 
-def _on_top_of_each_other(
-    problem: ProfileProblem, end_node: IntArray, chords: _Chords, a: IntArray, b: IntArray
-) -> tuple[BoolArray, FloatArray]:
-    """Say for pairs of chords whether they run one above the other (double decks), and where on b the middle of a is.
+def _overlaps(ways: Carriageways) -> _Pairs:
+    """Return all pairs of pieces on different levels that lie over each other."""
+    level = _levels(ways.structure, ways.layer)
+    a, b = overlapping_pairs(ways.corners, level != 0)
+    apart = level[a] != level[b]
+    a, b = a[apart], b[apart]
+    depth = overlap_depths(ways.corners[a], ways.corners[b])
+    deep = depth > _SHARED_WIDTH
+    a, b, depth = a[deep], b[deep], depth[deep]
+    over = level[a] > level[b]
+    upper, lower = np.where(over, a, b), np.where(over, b, a)
+    begin, end = ways.middles
+    # A little longer than they are: two may cross where pieces meet.
+    begin, end = begin - _BEYOND * (end - begin), end + _BEYOND * (end - begin)
+    crossing = segments_cross(begin[upper], end[upper], begin[lower], end[lower])
+    return _Pairs(upper, lower, depth, crossing, np.zeros(len(upper), np.int64))
+
+
+def _levels(structure: IntArray, layer: IntArray) -> IntArray:
+    """Return numbers for levels, (n,): by layer, and in one layer bridges above the ground above tunnels."""
+    rank = np.zeros(int(Structure.TUNNEL) + 1, np.int64)
+    rank[Structure.BRIDGE], rank[Structure.TUNNEL] = 1, -1
+    return np.asarray(3 * layer + rank[structure], np.int64)
+
+
+def levels_at(problem: ProfileProblem, curve: IntArray, s: FloatArray) -> IntArray:
+    """Return numbers for the levels that curves are on at s, (n,): the higher number passes over the lower one."""
+    span = curve_spans(problem, curve, s)
+    return _levels(problem.span_structure[span], problem.span_layer[span])
+
+
+def _places(ways: Carriageways, pairs: _Pairs) -> _Pairs:
+    """Sort pairs by curves and along the upper one, and number the places that they belong to."""
+    upper, lower, s = ways.curve[pairs.upper], ways.curve[pairs.lower], ways.s[pairs.upper]
+    order = np.lexsort((ways.s[pairs.lower], s, lower, upper))
+    upper, lower, s = upper[order], lower[order], s[order]
+    new = (np.diff(upper, prepend=-1) != 0) | (np.diff(lower, prepend=-1) != 0) | (np.diff(s, prepend=0) > _PLACE_GAP)
+    out = pairs.chosen(order)
+    return _Pairs(out.upper, out.lower, out.depth, out.crossing, np.cumsum(new) - 1)
+
+
+def _on_top_of_each_other(ways: Carriageways, pairs: _Pairs) -> BoolArray:
+    """Say for pairs of pieces whether they run one above the other (double decks).
 
     Away from its ends a structure may also lie over a part only of what runs along it; near them that might follow
-    from guessed widths alone. Roads that meet at a node are left out: a ramp comes down onto the road beside it.
+    from guessed widths alone.
     """
-    box = chords.box
-    u, v = box[a, 2:] - box[a, :2], box[b, 2:] - box[b, :2]
-    off = box[a, :2] + 0.5 * u - box[b, :2]
-    long = np.maximum(np.hypot(*v.T), _SHORTEST)
-    along = (off * v).sum(axis=1) / long**2
-    aside = np.abs(off[:, 0] * v[:, 1] - off[:, 1] * v[:, 0]) / long
-    sine = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / (np.maximum(np.hypot(*u.T), _SHORTEST) * long)
-    if problem.span_width is None:
-        return np.zeros(len(a), bool), along
-    one, other = problem.span_width[chords.span[a]], problem.span_width[chords.span[b]]
-    inner = _within_structure(chords)[a]
-    shared = np.where(inner, 0.5 * (one + other) - _SHARED_WIDTH, 0.5 * np.minimum(one, other))
-    anywhere = np.zeros(len(a))
-    meet = _meet_nearby(problem, end_node, chords.road[a], anywhere, chords.road[b], anywhere, near=np.inf)
-    out: BoolArray = (along >= 0) & (along < 1) & (aside < shared) & (sine < PARALLEL_SINE) & ~meet
-    return out, along
+    a, b = pairs.upper, pairs.lower
+    begin, end = ways.middles
+    u, v = ((end - begin)[k] for k in (a, b))
+    size = np.maximum(np.hypot(*u.T) * np.hypot(*v.T), 1e-9)
+    parallel = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / size < PARALLEL_SINE
+    on = ways.structure != Structure.GROUND
+    inner = _within_structure(ways)
+    half = pairs.depth >= 0.5 * np.minimum(ways.width[a], ways.width[b])
+    out: BoolArray = (on[a] | on[b]) & (inner[a] | inner[b] | half) & (parallel | inner[a] | inner[b])
+    return out
 
 
-def _within_structure(chords: _Chords) -> BoolArray:
-    """Return which chords lie on a structure and farther than `_NEAR_NODE` from where it or its road ends."""
-    road, s, structure = chords.road, chords.s, chords.structure
-    border = np.r_[True, (road[1:] != road[:-1]) | (structure[1:] != structure[:-1]), True]
+def _within_structure(ways: Carriageways) -> BoolArray:
+    """Return which pieces lie on a structure and farther than `_NEAR_NODE` from where it or its curve ends."""
+    curve, s, structure = ways.curve, ways.s, ways.structure
+    border = np.r_[True, (curve[1:] != curve[:-1]) | (structure[1:] != structure[:-1]), True]
     first = np.flatnonzero(border[:-1])
     run = np.cumsum(border[:-1]) - 1
-    last = np.r_[first[1:], len(road)] - 1
+    last = np.r_[first[1:], len(curve)] - 1
     on = structure != Structure.GROUND
     out: BoolArray = on & (s - s[first][run] > _NEAR_NODE) & (s[last][run] - s > _NEAR_NODE)
     return out
 
 
-def _meet_nearby(
-    problem: ProfileProblem,
-    end_node: IntArray,
-    a: IntArray,
-    sa: FloatArray,
-    b: IntArray,
-    sb: FloatArray,
-    near: float = _NEAR_NODE,
-) -> BoolArray:
-    """Return whether roads a and b share a node near both places, m, or are the same place of one road."""
+def _meetings(
+    problem: ProfileProblem, end_node: IntArray, ways: Carriageways, pairs: _Pairs
+) -> tuple[BoolArray, BoolArray]:
+    """Return whether the curves of pairs share a node near both pieces, and whether they share one at all.
+
+    A connecting road is at its junction's node all along. Places of one curve near each other count as both.
+    """
+    connectors, roads = problem.connectors, len(problem.end_junction)
     length = lengths(problem.plan_view)
-    out: BoolArray = (a == b) & (np.abs(sa - sb) < 2 * near)
+    inside = np.zeros(0, np.int64) if connectors is None else connectors.junction
+    node = np.vstack([end_node.reshape(-1, 2), np.column_stack([inside, inside])])
+
+    def to_node(piece: IntArray, end: int) -> FloatArray:
+        curve, s = ways.curve[piece], ways.s[piece]
+        plain = np.minimum(curve, roads - 1)
+        return np.where(curve >= roads, 0.0, length[plain] - s if end else s)
+
+    a, b = pairs.upper, pairs.lower
+    kin = ways.curve[a] == ways.curve[b]
+    near: BoolArray = kin & (np.abs(ways.s[a] - ways.s[b]) < 2 * _NEAR_NODE)
+    kin = near.copy()
     for i in (0, 1):
         for j in (0, 1):
-            da = np.where(i == 0, sa, length[a] - sa)
-            db = np.where(j == 0, sb, length[b] - sb)
-            out |= (end_node[2 * a + i] == end_node[2 * b + j]) & (da < near) & (db < near)
+            shared = node[ways.curve[a], i] == node[ways.curve[b], j]
+            kin |= shared
+            near |= shared & (to_node(a, i) < _NEAR_NODE) & (to_node(b, j) < _NEAR_NODE)
+    return near, kin
+
+
+def _thinned(problem: ProfileProblem, ways: Carriageways, pairs: _Pairs) -> _Pairs:
+    """Leave of each place, and of each `_PLACE_STEP` of a long one, the corners and where the overlap is deepest.
+
+    The connecting roads of a junction lie on one plane: for these, their places under or over one road are one.
+    """
+    if not len(pairs.place):
+        return pairs
+    one, other = (_surfaces(problem, ways.curve[piece]) for piece in (pairs.upper, pairs.lower))
+    us = ways.s[pairs.upper]
+    part = np.where(one < 0, 0, np.floor(us / _PLACE_STEP).astype(np.int64))
+    keys = np.column_stack([one, other, np.where((one < 0) | (other < 0), 0, pairs.place)])
+    place = np.unique(keys, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
+    pairs = _Pairs(pairs.upper, pairs.lower, pairs.depth, pairs.crossing, place)
+    x, y = ways.corners[pairs.upper].mean(axis=1).T + ways.corners[pairs.lower].mean(axis=1).T
+    kept = []
+    for value in (x + y, x - y, -x - y, y - x, pairs.depth):
+        order = np.lexsort((-value, part, place))
+        new = (np.diff(place[order], prepend=-1) != 0) | (np.diff(part[order], prepend=-1) != 0)
+        kept.append(order[new])
+    return pairs.chosen(np.unique(np.concatenate(kept)))
+
+
+def _surfaces(problem: ProfileProblem, curve: IntArray) -> IntArray:
+    """Return a number for the surface of each curve, (n,): its own, or one below 0 for that of its junction."""
+    roads, out = len(problem.end_junction), curve.copy()
+    if problem.connectors is not None:
+        inside = curve >= roads
+        out[inside] = -1 - problem.connectors.junction[curve[inside] - roads]
     return out

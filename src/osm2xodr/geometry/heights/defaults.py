@@ -21,6 +21,12 @@ FLEXIBILITY_FACTOR: Final = MappingProxyType(
     | dict.fromkeys(("motorway_link", "trunk_link", "primary", "primary_link"), 0.5)
     | dict.fromkeys(("secondary", "secondary_link"), 0.7)
 )
+# Roads of hills bend with them. Along a line through relief of spectrum A / k⁴ curvature has the density A k / 4; at
+# the wave number RELIEF_WAVE, rad/m, it is compared with that of the road. Where it is larger, the road's density is
+# multiplied by the quotient to the power of RELIEF_SHARE. 1 would be a road that lies on the ground wherever it goes.
+# On coarsened models of real and of made-up rough places 0.35 to 0.5 does best.
+RELIEF_WAVE: Final = 0.025
+RELIEF_SHARE: Final = 0.4
 # Bridges and tunnels longer than this are drawn straight between their ends, m.
 STRUCTURE_TENSION_LENGTH: Final = 60.0
 # Standard error of a junction's tilt about level, where its roads leave it open, rise per metre: streets at junctions
@@ -46,9 +52,12 @@ COARSE_CELL: Final = 15.0
 GROUND_REACH: Final = 40.0
 # Roads are smoother than the ground they are built on: factor on the roughness penalty that the ground calls for.
 # Against known terrain 2 to 8 do equally well.
-ROAD_SMOOTHNESS: Final = 4.0
+ROAD_SMOOTHNESS: Final = 3.0
 # Least standard error of heights, m: keeps the solve well conditioned on exact surfaces.
 HEIGHT_SIGMA_MIN: Final = 0.05
+# Farther than this from all that is measured heights are reported as not known, m: there the surface has fallen back
+# to the trend of the whole map.
+UNKNOWN_FROM: Final = 1000.0
 # Length over which an elevation model's errors are correlated: in cells, and at least, m.
 NOISE_LENGTH_CELLS: Final = 1.7
 NOISE_LENGTH_MIN: Final = 2.0
@@ -60,6 +69,10 @@ POSITION_ERROR_CELLS: Final = 0.17
 # that is more.
 PORTAL_WEIGHT: Final = 0.01
 PORTAL_LENGTH: Final = 8.0
+# Standard error of the ground as the height of a bridge that the map's edge cuts, m: about the height of bridges, and
+# at least this share of the length that is there: long bridges are high. Choices.
+CUT_BRIDGE_SIGMA: Final = 5.0
+CUT_BRIDGE_RISE: Final = 0.03
 # Length of road that the height of a junction's middle stands for, m.
 JUNCTION_LENGTH: Final = 10.0
 
@@ -136,17 +149,23 @@ CLEARANCE: Final = MappingProxyType(
     dict.fromkeys(("motorway", "motorway_link", "trunk", "trunk_link", "primary", "primary_link"), 5.4)
     | dict.fromkeys(("living_street", "service", "pedestrian", "track"), 4.2)
 )
-CLEARANCE_TOLERANCE: Final = 0.1
-# How far the ground's own heights give way to clearance: in standard errors of the elevation model, and from 0.5 m
-# (its error beneath bridges) to 10 m. A precise model shows the road in its cutting; there the bridge has to rise.
-CLEARANCE_PUSH_SIGMAS: Final = 5.0
-CLEARANCE_PUSH_MIN: Final = 0.5
-CLEARANCE_PUSH_MAX: Final = 10.0
+# Where a sign gives the height of vehicles (``maxheight``) that counts instead, with this deck, m.
+DECK: Final = 0.7
+CLEARANCE_TOLERANCE: Final = 0.3
+# How far the ground's own heights give way to clearance at a place: in standard errors of the elevation model, and
+# from 1 m (twice its error beneath bridges) to 50 m. A precise model shows the road in its cutting; there the bridge
+# has to rise.
+CLEARANCE_PUSH_SIGMAS: Final = 10.0
+CLEARANCE_PUSH_MIN: Final = 1.0
+CLEARANCE_PUSH_MAX: Final = 50.0
 
 # ---------------------------------------------------------------- inside junctions
 
 # Distance of samples along connecting roads, m. A choice.
 CONNECTOR_SAMPLE_SPACING: Final = 2.0
+# By how much a connecting road's grade may differ from that of the reference line it touches, for the sake of the
+# lane that it continues, rise per metre. A choice: half of what is felt.
+LANE_GRADE_STEP_MAX: Final = 0.0045
 # Length at either end over which a connecting road makes up for the difference between surface and arm, m.
 CONNECTOR_END_REACH: Final = 12.0
 

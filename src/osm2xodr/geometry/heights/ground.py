@@ -79,6 +79,7 @@ class GroundReading:
     slope_y: FloatArray
     sigma: FloatArray  # (n,) Standard error, m
     correlation: FloatArray  # (n,) Length over which the error is correlated, m
+    log_relief: FloatArray  # (n,) ln A of the relief's spectrum A / k⁴, of no unit
 
 
 def is_coarse(cell: FloatArray) -> BoolArray:
@@ -123,7 +124,7 @@ def complete_ground(
 
 def read_ground(ground: Ground, cell: FloatArray, x: FloatArray, y: FloatArray) -> GroundReading:
     """Read the ground, which has windows for all coarse places, at local x, y with cells of these sizes, (n,), m."""
-    out = GroundReading(*np.full((5, len(x)), np.nan))
+    out = GroundReading(*np.full((6, len(x)), np.nan))
     layers = {int(cell_class(np.array([layer.cell]))[0]): layer for layer in ground.layers}
     for size, here in _by_cell(cell):
         number = _window_at(layers[size], x[here], y[here])
@@ -208,11 +209,11 @@ _RAMP = _ramp()
 def _patches(layer: GroundLayer, cores: IntArray) -> Single:
     """Blend windows on the nodes of cores and around them.
 
-    Returns spline coefficients, standard error, correlation and share of known heights, (4, cores, _PATCH, _PATCH),
-    NaN where there is no window.
+    Returns spline coefficients, standard error, correlation, ln A and share of known heights,
+    (5, cores, _PATCH, _PATCH), NaN where there is no window.
     """
     weights = np.zeros((len(cores), _PATCH, _PATCH), np.float32)
-    sums = np.zeros((4, len(cores), _PATCH, _PATCH), np.float32)
+    sums = np.zeros((5, len(cores), _PATCH, _PATCH), np.float32)
     windows = layer.windows
     for down in (-1, 0, 1):
         for across in (-1, 0, 1):
@@ -229,9 +230,10 @@ def _patches(layer: GroundLayer, cores: IntArray) -> Single:
             sums[0, there, to_row, to_column] += weight * values
             sums[1, there, to_row, to_column] += weight * windows.sigma[k, None, None]
             sums[2, there, to_row, to_column] += weight * windows.correlation[k, None, None]
-            sums[3, there, to_row, to_column] += share * supported
+            sums[3, there, to_row, to_column] += weight * windows.log_relief[k, None, None]
+            sums[4, there, to_row, to_column] += share * supported
     with np.errstate(invalid="ignore", divide="ignore"):
-        sums[:3] /= weights
+        sums[:4] /= weights
     return sums
 
 
@@ -248,7 +250,7 @@ def _read_group(
 ) -> None:
     """Read the ground at the places `here`, which lie in cores of these numbers, (n,), into `out`."""
     cores, core = np.unique(number, return_inverse=True)
-    spline, sigma, correlation, known = _patches(layer, cores)
+    spline, sigma, correlation, relief, known = _patches(layer, cores)
     column, row = _column_and_row(number)
     u = (x[here] - layer.origin[0]) / layer.cell - CORE * column
     v = (y[here] - layer.origin[1]) / layer.cell - CORE * row
@@ -270,6 +272,7 @@ def _read_group(
     z[known.ravel()[nearest] <= 0.0] = np.nan
     out.z[here], out.slope_x[here], out.slope_y[here] = z, dx / layer.cell, dy / layer.cell
     out.sigma[here], out.correlation[here] = sigma.ravel()[nearest], correlation.ravel()[nearest]
+    out.log_relief[here] = relief.ravel()[nearest]
     out.sigma[here[np.isnan(z)]] = np.nan
 
 

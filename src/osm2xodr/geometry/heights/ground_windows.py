@@ -8,13 +8,15 @@ The model: ground with a power spectrum A / k⁴ (a thin-plate spline; relief at
 of level N that is flat at wavelengths the model resolves well. A and N are estimated window by window from the
 elevation model itself by Whittle's likelihood, so that a plain is smoothed over a kilometre and the Alps over a
 cell or two. The estimate is the penalised weighted least-squares surface with penalty N / A, with Cauchy's and then
-Geman-McClure's weights (one-sided where errors are), solved by conjugate gradients in the basis of cosines. Windows
+Geman-McClure's weights (one-sided where errors are), solved by conjugate gradients in the basis of cosines; detail
+that is clearly no noise, such as a bank across a plain, is then brought back where it is. Windows
 are treated in stacks that stay in the processor's cache, in single precision: its rounding is 1e-4 m.
 docs/method/heights.md has the formulas.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -53,8 +55,8 @@ _NOISE_SPREAD: Final = 1.0
 _ONE_SIDED: Final = (1.8, 4.5)
 _TWO_SIDED: Final = (4.0, 4.0)
 _TAIL: Final = 2.5
-_TAIL_SHARE: Final = 0.01
-_TAIL_RATIO: Final = 2.0
+_TAIL_SHARE: Final = 0.005
+_TAIL_RATIO: Final = 1.5
 # Residuals are clipped to these, in standard deviations, before A and N are estimated for the second time.
 _CLIP: Final = (-3.0, 2.0)
 # Median of the size of normal deviates, and the least standard deviation, m.
@@ -74,6 +76,20 @@ _PASSES: Final = 3
 _FIRST_STEPS: Final = 12
 _CG_STEPS: Final = 6
 _CG_ERROR: Final = 0.002
+# Upper edges of the bands of detail, as shares of the highest wave number that cells show, and the factor on them at
+# which a low pass has fallen to half; the distance over which a band's power is averaged, times its edge.
+_DETAIL_BANDS: Final = (0.125, 0.25, 0.5, 1.0)
+_BAND_EDGE: Final = 0.7
+_AROUND: Final = 3.0
+# Relief is what a band's power has beyond the first times the noise's, and at most the second times what the window
+# usually has: in windows with canopy or roofs, and in others. On coarsened models of real places and on known terrain
+# with canopy, more for the former loses on the latter, and less for the others loses on the places.
+_CLEARLY: Final = 1.5
+_ROUGHER: Final = (0.25, 10.0)
+# Where the noise's spectrum leaves its level, and from where it is measured, as shares of the highest wave number;
+# and the least that it can be, m⁴.
+_NOISE_FALLS: Final = (0.3, 0.75)
+_LEAST_POWER: Final = 1e-6
 # Keeps the trend of heights in one row determinate, as a share of their weight.
 _RIDGE: Final = 1e-9
 
@@ -89,6 +105,8 @@ class WindowEstimates:
     # (W,) Standard error, m, and the length over which it is correlated, m; NaN where too little is known
     sigma: Single
     correlation: Single
+    # (W,) ln A of the relief, whose spectrum is A / k⁴; NaN where too little is known
+    log_relief: Single
 
 
 class Basis:
@@ -99,6 +117,9 @@ class Basis:
         k2 = k[:, None] ** 2 + k[None, :] ** 2
         self.cell = cell
         self.k4 = (k2 * k2).astype(np.float32)
+        # The mean has no place in a spectrum of relief; it counts like the longest wave.
+        self.inverse_k4 = 1.0 / np.maximum(self.k4, self.k4[0, 1])
+        self._set_up_bands(np.sqrt(k2), np.pi / cell)
         # Matrices this small are transformed by multiplication in a third of the time that the fast transform takes.
         self._cosines = dct(np.eye(SIZE), axis=0, norm="ortho").astype(np.float32)
         self._sines = np.ascontiguousarray(self._cosines.T)
@@ -119,6 +140,30 @@ class Basis:
         self._weighted_log = (self._count * np.log(spectrum)).sum(-1).ravel()
         # Cosines are real: each adds half as much as a complex amplitude would.
         self._inverse = np.ascontiguousarray((self._count / spectrum).reshape(-1, len(first)).T)
+
+    def _set_up_bands(self, k: FloatArray, highest: float) -> None:
+        """Set up the bands of the detail; k are wave numbers up to the highest that cells show, rad/m."""
+        # Low passes, each an octave above the last one, and what is between them.
+        edges = [1.0 / (1.0 + (k / (_BAND_EDGE * share * highest)) ** 4) for share in _DETAIL_BANDS[:-1]]
+        passes = [np.zeros_like(k), *edges, np.ones_like(k)]
+        self.bands = [(high - low).astype(np.float32) for low, high in itertools.pairwise(passes)]
+        around = [_AROUND / (share * highest) for share in _DETAIL_BANDS]
+        self.blurs = [np.exp(-0.5 * (k * length) ** 2).astype(np.float32) for length in around]
+        # From the flat part of the noise's spectrum, 0, to the part that is measured, 1.
+        low, high = (share * highest for share in _NOISE_FALLS)
+        self._fallen = np.clip(np.log(np.maximum(k, low) / low) / np.log(high / low), 0.0, 1.0).astype(np.float32)
+        self._shortest = (k > high) & (k < highest)
+
+    def noise_spectrum(self, cosines: Single, noise: FloatArray) -> Single:
+        """Return the spectrum of windows' noise, (W, SIZE, SIZE), m⁴, with the level N, (W,), at long waves.
+
+        Errors are correlated over cells: the spectrum falls to what the shortest waves of residuals have at most.
+        """
+        shortest = np.square(cosines[:, self._shortest] * np.float32(self.cell)).mean(axis=1)
+        level = np.log(noise)
+        fall = np.minimum(np.log(np.maximum(shortest, _LEAST_POWER)) - level, 0.0)
+        out: Single = np.exp(level[:, None, None] + self._fallen * fall[:, None, None]).astype(np.float32)
+        return out
 
     def to_cosines(self, values: Single) -> Single:
         """Return the coefficients of windows (W, SIZE, SIZE) in the orthonormal basis of cosines."""
@@ -226,7 +271,7 @@ def _dot(a: Single, b: Single) -> Single:
 def unknown_windows(count: int) -> WindowEstimates:
     """Return windows of which nothing is known."""
     spline, nothing = np.full((count, INNER, INNER), np.nan, np.float32), np.full(count, np.nan, np.float32)
-    return WindowEstimates(spline, np.zeros(spline.shape, np.bool_), nothing, nothing.copy())
+    return WindowEstimates(spline, np.zeros(spline.shape, np.bool_), nothing, nothing.copy(), nothing.copy())
 
 
 def estimate_windows(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float) -> WindowEstimates:
@@ -260,15 +305,18 @@ def _estimate(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float)
             break
         residual = stack.target - stack.smooth
         scale = _spread(residual, known)
-        above, below = _sides(residual, scale, known)
+        one_sided = _one_sided(residual, scale, known)
+        sides = np.where(one_sided[:, None], _ONE_SIDED, _TWO_SIDED).astype(np.float32)
+        above, below = sides[:, 0, None, None], sides[:, 1, None, None]
         base = 1.0 / (1.0 + (residual / np.where(residual > 0, above * scale, below * scale)) ** 2)
         stack.weight = np.where(known, base * base if step else base, np.float32(0.0))
         if step == 1:
             clipped = np.where(known, np.clip(residual, _CLIP[0] * scale, _CLIP[1] * scale), np.float32(0.0))
             log_a, log_n = basis.fit(stack.smooth + clipped, prior_log_n)
+    cosines = stack.coefficients + _detail(stack, known, np.exp(log_a), np.exp(log_n), smoothing)
     inner = slice(RIM, SIZE - RIM)
     spline = np.einsum("wk,nk->wn", factors, _MONOMIAL_SPLINES).reshape(known.shape)
-    spline += basis.from_cosines(stack.coefficients * basis.to_spline)
+    spline += basis.from_cosines(cosines * basis.to_spline)
     supported = np.ones(known.shape, np.bool_)
     partly = np.flatnonzero(share < 1.0)
     around = uniform_filter(known[partly].astype(np.float32), (1, _SUPPORT_CELLS, _SUPPORT_CELLS), mode="nearest")
@@ -279,7 +327,44 @@ def _estimate(z: FloatArray, basis: Basis, prior_log_n: float, smoothing: float)
         supported[:, inner, inner],
         sigma.astype(np.float32),
         (2.0 * ratio**0.25).astype(np.float32),
+        log_a.astype(np.float32),
     )
+
+
+def _detail(stack: _Stack, known: BoolArray, relief: FloatArray, noise: FloatArray, smoothing: float) -> Single:
+    """Return the cosines of what the smooth surface lacks of relief, band by band and place by place.
+
+    The smooth surface has one roughness for a whole window. Where a slope or a bank crosses a plain, the residuals
+    around it are far larger than noise makes them: there each band counts by the share of relief in its power, as in
+    Wiener's filter. `relief` and `noise` are A and N, (W,); `smoothing` is a factor on the noise.
+    """
+    basis = stack.basis
+    residual = np.where(known, stack.target - stack.smooth, np.float32(0.0))
+    cosines = basis.to_cosines(residual)
+    one_sided = _one_sided(residual, _spread(residual, known), known)[:, None, None]
+    rougher = np.where(one_sided, *_ROUGHER).astype(np.float32)
+    ratio = (smoothing * defaults.ROAD_SMOOTHNESS * noise / relief).astype(np.float32)[:, None, None]
+    # What share of the power of ground and noise the residuals have.
+    left = (ratio * basis.k4 / (1.0 + ratio * basis.k4)) ** 2
+    noise_left = left * basis.noise_spectrum(cosines, noise) / basis.cell**2
+    relief_left = left * basis.inverse_k4 * (relief / basis.cell**2).astype(np.float32)[:, None, None]
+    out = np.zeros_like(cosines)
+    for band, blur in zip(basis.bands, basis.blurs, strict=True):
+        part = basis.from_cosines(band * cosines)
+        above, below = (_blurred(basis, np.square(np.maximum(side, 0.0)), blur) for side in (part, -part))
+        # Canopy and roofs stand out above alone.
+        power = above + np.where(one_sided, np.minimum(below, 2.0 * below - above), below)
+        expected = np.float32(smoothing) * (band * band * noise_left).mean(axis=(1, 2), keepdims=True)
+        usual = (band * band * relief_left).mean(axis=(1, 2), keepdims=True)
+        signal = np.clip(power - np.float32(_CLEARLY) * expected, 0.0, rougher * usual)
+        out += basis.to_cosines(part * (signal / (signal + expected)))
+    return out
+
+
+def _blurred(basis: Basis, values: Single, blur: Single) -> Single:
+    """Return averages around each place; blur is the weighting's spectrum."""
+    out: Single = np.maximum(basis.from_cosines(blur * basis.to_cosines(values)), 0.0)
+    return out
 
 
 def _spread(residual: Single, known: BoolArray) -> Single:
@@ -293,12 +378,11 @@ def _spread(residual: Single, known: BoolArray) -> Single:
     return out
 
 
-def _sides(residual: Single, scale: Single, known: BoolArray) -> tuple[Single, Single]:
-    """Return how far above and below outliers begin, (W, 1, 1): closer above where canopy and roofs stand out."""
+def _one_sided(residual: Single, scale: Single, known: BoolArray) -> BoolArray:
+    """Return in which windows heights stand out above rather than below, (W,): there they are canopy and roofs."""
     count = known.sum(axis=(1, 2))
     # Unknown heights have the residual of the smooth surface itself and must not count.
     above = (known & (residual > _TAIL * scale)).sum(axis=(1, 2)) / count
     below = (known & (residual < -_TAIL * scale)).sum(axis=(1, 2)) / count
-    one_sided = above > _TAIL_SHARE + _TAIL_RATIO * below
-    sides = np.where(one_sided[:, None], _ONE_SIDED, _TWO_SIDED).astype(np.float32)
-    return sides[:, 0, None, None], sides[:, 1, None, None]
+    out: BoolArray = above > _TAIL_SHARE + _TAIL_RATIO * below
+    return out

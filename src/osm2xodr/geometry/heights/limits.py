@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import runs
+from osm2xodr.curves import pose, runs
 from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
@@ -204,14 +204,46 @@ def _half_widths(problem: ProfileProblem) -> tuple[FloatArray, FloatArray]:
 
 
 def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma: FloatArray) -> Limits:
-    """Return the elastic limits on the height of upper roads above lower ones.
+    """Return the elastic limits on the height of upper carriageways above lower ones.
 
     `sigma`, (crossings,), is the standard error of the elevation model's heights, m.
     """
-    below, lower_u = network.place(crossings.lower, crossings.lower_s)
-    upper = network.knot_rows(*network.place(crossings.upper, crossings.upper_s), hermite)
-    rows = network.in_unknowns(upper - network.knot_rows(below, lower_u, hermite))
+    rows = _height_rows(network, crossings.upper, crossings.upper_s) - _height_rows(
+        network, crossings.lower, crossings.lower_s
+    )
+    below = _elements_of(network, crossings.lower, crossings.lower_s)
     k = deflection_stiffness(beams.density[below], beams.flexibility[below])
     push = np.clip(defaults.CLEARANCE_PUSH_SIGMAS * sigma, defaults.CLEARANCE_PUSH_MIN, defaults.CLEARANCE_PUSH_MAX)
     high, own = np.full(len(k), np.inf), np.zeros(len(k), bool)
     return Limits(rows, crossings.clearance, high, _STIFFNESS_RATIO * k, push * k, own)
+
+
+def _height_rows(network: Network, curve: IntArray, s: FloatArray) -> sp.csr_matrix:
+    """Return the rows over the unknowns, (n, N), that give the height at s of roads and connecting roads.
+
+    Connecting roads lie on their junction's plane, but for what they give to arms that are level across.
+    """
+    problem, connectors, roads = network.problem, network.problem.connectors, len(network.problem.end_junction)
+    plain, inside = np.flatnonzero(curve < roads), np.flatnonzero(curve >= roads)
+    size = network.unknowns.to_knots.shape[1]
+    blocks = [network.in_unknowns(network.knot_rows(*network.place(curve[plain], s[plain]), hermite))]
+    if connectors is not None and len(inside):
+        road = curve[inside] - roads
+        x, y, _ = pose(connectors.plan_view, road, s[inside])
+        j = connectors.junction[road]
+        weights = np.column_stack([np.ones(len(j)), x - problem.junction_xy[j, 0], y - problem.junction_xy[j, 1]])
+        blocks.append(rows_matrix(3 * j[:, None] + np.arange(3), weights, size))
+    order = np.argsort(np.concatenate([plain, inside]), kind="stable")
+    return sp.csr_matrix(sp.vstack(blocks, format="csr")[order])
+
+
+def _elements_of(network: Network, curve: IntArray, s: FloatArray) -> IntArray:
+    """Return the element that roads have at s, and for connecting roads the one that they begin at, (n,)."""
+    connectors, roads = network.problem.connectors, len(network.problem.end_junction)
+    out = np.zeros(len(curve), np.int64)
+    plain = curve < roads
+    out[plain], _ = network.place(curve[plain], s[plain])
+    if connectors is not None:
+        start_end = connectors.start_end[curve[~plain] - roads]
+        out[~plain] = network.elements.end_elements.ravel()[start_end]
+    return out

@@ -39,6 +39,7 @@ class Kind(IntEnum):
     TAGGED_HEIGHT = 3  # OSM's ``ele``
     DIFFERENCE = 4  # Two carriageways of one street are level with each other
     PIN = 5  # Height or grade that a road is held to where areas meet
+    CUT_BRIDGE = 6  # The ground where the map's edge cuts a bridge
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,6 +104,7 @@ def collect_observations(
         observe_ele(network, mean),
         observe_dual_carriageways(network, reading),
         observe_pins(network, mean),
+        observe_cut_bridges(network, reading, mean),
     ]
     return join_blocks(blocks, unknowns)
 
@@ -159,12 +161,37 @@ def observe_ground(network: Network, reading: Reading, weight: FloatArray, mean:
 
 
 def observe_junctions(network: Network, reading: Reading, mean: float) -> Observations:
-    """Observe the ground's heights, less the mean, m, at the origins of junctions."""
+    """Observe the ground's heights, less the mean, m, at the origins of junctions.
+
+    As along roads, not on structures, and hardly at abutments and portals.
+    """
     n = len(reading.z)
     columns = 3 * np.arange(n, dtype=np.int64)[:, None]
     rows = rows_matrix(columns, np.ones((n, 1)), network.unknowns.to_knots.shape[1])
-    weight = defaults.JUNCTION_LENGTH * reading.density
+    weight = defaults.JUNCTION_LENGTH * reading.density * _ground_at_junctions(network)
     return _block(Kind.JUNCTION_HEIGHT, rows, reading.z - mean, weight, reading.sigma, canopy=reading.covered)
+
+
+def _ground_at_junctions(network: Network) -> FloatArray:
+    """Return the share of the ground's weight that holds at each junction, (J,).
+
+    It is 0 where all arms are on bridges or in tunnels, and that of a portal where some are. A component of the
+    network that has no road on the ground keeps it.
+    """
+    problem, elements = network.problem, network.elements
+    junction, junctions = problem.end_junction.ravel(), len(problem.junction_xy)
+    at = junction >= 0
+    on = elements.structure[elements.end_elements].ravel() != Structure.GROUND
+    arms = np.bincount(junction[at], minlength=junctions)
+    structures = np.bincount(junction[at & on], minlength=junctions)
+    share = np.where(structures == 0, 1.0, np.where(structures < arms, defaults.PORTAL_WEIGHT, 0.0))
+    component = components(problem, network.unknowns)
+    ground = np.zeros(int(component.max(initial=-1)) + 1, bool)
+    ground[component[elements.road[elements.structure == Structure.GROUND]]] = True
+    of = np.zeros(junctions, np.int64)
+    of[junction[at]] = component[np.flatnonzero(at) // 2]
+    out: FloatArray = np.where(ground[of], share, 1.0)
+    return out
 
 
 def observe_inclines(network: Network) -> Observations:
@@ -201,6 +228,33 @@ def observe_pins(network: Network, mean: float) -> Observations:
     sigma = np.repeat([defaults.BORDER_HEIGHT_SIGMA, defaults.BORDER_GRADE_SIGMA], len(held))
     wanted = np.concatenate([pins.z[held] - mean, pins.grade[held]])
     return _block(Kind.PIN, network.in_unknowns(rows), wanted, 1.0 / sigma**2, sigma, scale=_NEVER)
+
+
+def observe_cut_bridges(network: Network, reading: Reading, mean: float) -> Observations:
+    """Observe the ground, less the mean, m, at the free ends of bridges: nothing else keeps them near it."""
+    problem, elements, samples = network.problem, network.elements, network.samples
+    free = (problem.end_junction < 0) & (problem.end_link < 0)
+    free &= elements.structure[elements.end_elements] == Structure.BRIDGE
+    end = np.flatnonzero(free)
+    first = np.searchsorted(samples.element, elements.end_elements[:, 0], "left")
+    last = np.searchsorted(samples.element, elements.end_elements[:, 1], "right") - 1
+    sample = np.column_stack([first, last]).ravel()[end]
+    end, sample = end[reading.measured[sample]], sample[reading.measured[sample]]
+    element = elements.end_elements.ravel()[end]
+    rows = network.in_unknowns(network.knot_rows(element, (end % 2).astype(np.float64), hermite))
+    sigma = np.maximum(defaults.CUT_BRIDGE_SIGMA, defaults.CUT_BRIDGE_RISE * _lengths_on_structure(elements, end))
+    return _block(Kind.CUT_BRIDGE, rows, reading.z[sample] - mean, 1.0 / sigma**2, sigma)
+
+
+def _lengths_on_structure(elements: Elements, end: IntArray) -> FloatArray:
+    """Return how far the structure at some road ends, (n,), goes along their roads, m."""
+    out = np.zeros(len(end))
+    for k, (road, at_end) in enumerate(zip((end // 2).tolist(), (end % 2).tolist(), strict=True)):
+        first, last = elements.end_elements[road].tolist()
+        on, h = elements.structure[first : last + 1] != Structure.GROUND, elements.h[first : last + 1]
+        step = -1 if at_end else 1
+        out[k] = h[::step][np.logical_and.accumulate(on[::step])].sum()
+    return out
 
 
 def observe_dual_carriageways(network: Network, reading: Reading) -> Observations:

@@ -57,6 +57,9 @@ class ProfileProblem:
     span_name: IntArray | None = None
     span_oneway: IntArray | None = None  # (K,) 1 where traffic runs along +s only, -1 against it only, 0 both ways
     span_width: FloatArray | None = None  # (K,) Width of the carriageway, m
+    span_max_height: FloatArray | None = (
+        None  # (K,) Height that OSM's ``maxheight`` gives, m; NaN where it gives none
+    )
     span_middle: FloatArray | None = None  # (K,) t of the carriageway's middle, m; 0 where not given
     # (M,) Heights that OSM's ``ele`` gives: road, place along it and height, m
     ele_road: IntArray | None = None
@@ -64,6 +67,7 @@ class ProfileProblem:
     ele_z: FloatArray | None = None
     road_id: IntArray | None = None  # (R,) Ids of the roads, for reports; their index where not given
     pins: Pins | None = None  # Where profiles have knots, and are held
+    connectors: ConnectorProblem | None = None  # Roads through junctions, which keep clear of others as roads do
 
 
 @dataclass(frozen=True, slots=True)

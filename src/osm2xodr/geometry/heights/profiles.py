@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from osm2xodr.curves import pose
 from osm2xodr.defaults import GRADE_LIMIT_OTHER
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
@@ -146,7 +145,7 @@ def _build_model(
     """Return the model; `cell` is the size of the elevation model's cells along each road, (R,), m."""
     problem, elements = network.problem, network.elements
     factor = _class_values(problem, defaults.FLEXIBILITY_FACTOR, 1.0) / _roughness_factor(options)
-    flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span]
+    flexibility = defaults.ROAD_FLEXIBILITY * factor[elements.span] * _relief_factor(network, reading)
     return _Model(
         network,
         reading,
@@ -159,6 +158,18 @@ def _build_model(
     )
 
 
+def _relief_factor(network: Network, reading: Reading) -> FloatArray:
+    """Return the factor on the flexibility of each element, (E,), that the relief around it calls for, 1 at least."""
+    samples, elements = network.samples, len(network.elements.h)
+    known = np.isfinite(reading.log_relief)
+    at = samples.element[known]
+    count = np.bincount(at, minlength=elements)
+    log_a = np.bincount(at, reading.log_relief[known], elements) / np.maximum(count, 1)
+    log_quotient = log_a + np.log(defaults.RELIEF_WAVE / 4.0 / defaults.ROAD_FLEXIBILITY)
+    factor = np.exp(defaults.RELIEF_SHARE * np.maximum(log_quotient, 0.0))
+    return np.where(count > 0, factor, 1.0)
+
+
 def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: float) -> FloatArray:
     """Return a table's value for each span's class, (K,)."""
     return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
@@ -167,8 +178,7 @@ def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: fl
 def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:
     """Return all limits over N unknowns, and by themselves those on the heights of upper roads above lower ones."""
     network, limit, crossings = model.network, model.grade_limit, model.crossings
-    x, y, _ = pose(network.problem.plan_view, crossings.lower, crossings.lower_s)
-    clearances = limit_clearances(network, crossings, model.beams, surface.quality(x, y).sigma)
+    clearances = limit_clearances(network, crossings, model.beams, surface.quality(*crossings.xy.T).sigma)
     density = typical_density(model.reading, model.at_junctions.cell)
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from osm2xodr.curves import lengths, pose, ranks
 from osm2xodr.defaults import GUESS_LENGTH, GUESS_SIGMA
@@ -64,6 +65,8 @@ class Reading:
     cell: FloatArray  # (n,) Cell size of the elevation model there, m
     measured: BoolArray  # (n,) Whether the surface has heights there
     covered: BoolArray  # (n,) Whether z may lie on canopy or roofs
+    log_relief: FloatArray  # (n,) ln A of the ground's spectrum A / k⁴ around; NaN where it was not estimated
+    away: FloatArray  # (n,) Distance from the nearest place of the network whose height is measured, m; 0 where it is
 
     @property
     def density(self) -> FloatArray:
@@ -98,6 +101,8 @@ def read_heights(
         quality.cell_size,
         measured,
         quality.covered & ~is_coarse(quality.cell_size) & measured,
+        np.where(measured, found.log_relief, np.nan),
+        _distance_from_measured(x, y, measured),
     )
     across = np.cos(samples.hdg) * found.slope_y[:n] - np.sin(samples.hdg) * found.slope_x[:n]
     fine = np.flatnonzero(~known[:n])
@@ -105,6 +110,15 @@ def read_heights(
     middle = everywhere.part(slice(n))
     off = defaults.POSITION_ERROR + defaults.POSITION_ERROR_CELLS * middle.cell
     return replace(middle, sigma=np.hypot(middle.sigma, across * off)), everywhere.part(slice(n, None))
+
+
+def _distance_from_measured(x: FloatArray, y: FloatArray, measured: BoolArray) -> FloatArray:
+    """Return how far places, (n,), m, are from the nearest one that is measured, m; infinite if none is."""
+    away = np.where(measured, 0.0, np.inf)
+    if measured.any() and not measured.all():
+        places = np.column_stack([x, y])
+        away[~measured] = cKDTree(places[measured]).query(places[~measured])[0]
+    return away
 
 
 def _slope_across(surface: Surface, samples: Samples, cell: FloatArray, some: IntArray) -> FloatArray:

@@ -9,9 +9,9 @@ import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.crossings import Crossings
+from osm2xodr.geometry.heights.crossings import Crossings, curve_spans
 from osm2xodr.geometry.heights.elements import Elements, Network, element_at
-from osm2xodr.geometry.heights.problem import ProfileProblem, span_at
+from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.geometry.heights.readings import Reading
 from osm2xodr.model import (
     BoolArray,
@@ -73,14 +73,17 @@ def tolerated_grade(limit: _Number) -> _Number:
 
 
 def _too_close(outcome: Outcome) -> IntArray:
-    """Return the crossings that have less clearance than wanted."""
-    return np.flatnonzero(outcome.clearance < outcome.crossings.clearance - defaults.CLEARANCE_TOLERANCE)
+    """Return for each place with less clearance than wanted where it has least against it."""
+    short = outcome.crossings.clearance - outcome.clearance
+    found = np.flatnonzero(short > defaults.CLEARANCE_TOLERANCE)
+    worst: IntArray = found[_largest_of_each(outcome.crossings.place[found], short[found])]
+    return worst
 
 
 def _crossing_ways(problem: ProfileProblem, crossings: Crossings) -> tuple[IntArray, IntArray]:
     """Return the OSM ways of the upper and of the lower road at each crossing."""
-    upper = span_at(problem, crossings.upper, crossings.upper_s)
-    lower = span_at(problem, crossings.lower, crossings.lower_s)
+    upper = curve_spans(problem, crossings.upper, crossings.upper_s)
+    lower = curve_spans(problem, crossings.lower, crossings.lower_s)
     return problem.span_way[upper], problem.span_way[lower]
 
 
@@ -114,6 +117,16 @@ def _report_gaps(network: Network, outcome: Outcome, diagnostics: Diagnostics) -
     elements, element = network.elements, network.samples.element
     floating = outcome.floating[elements.road[element]]
     gap = ~outcome.reading.measured & ((elements.structure[element] == Structure.GROUND) | floating)
+    unknown = gap & (outcome.reading.away > defaults.UNKNOWN_FROM)
+    if unknown.any():
+        total = float(network.samples.ds[unknown].sum()) / 1000.0
+        diagnostics.guessed(
+            "height-unknown",
+            "",
+            f"the heights of {total:.1f} km of roads are not known: nothing within "
+            f"{defaults.UNKNOWN_FROM / 1000.0:g} km of them is measured. They follow the trend of what is; give an "
+            "elevation model that covers them.",
+        )
     for way, length in _length_by_way(network, np.flatnonzero(gap)).items():
         if length >= _GAP_FROM:
             diagnostics.guessed(
@@ -192,7 +205,7 @@ def statistics(elements: Elements, outcome: Outcome, tables: ElevationReport) ->
         "grade_max": float(outcome.grade.max(initial=0.0)),
         "grade_over_class_limit_km": float(elements.h[steep].sum()) / 1000.0,
         "junction_tilt_max": float(np.hypot(outcome.planes[:, 1], outcome.planes[:, 2]).max(initial=0.0)),
-        "layer_crossings": float(len(outcome.clearance)),
+        "layer_crossings": float(len(np.unique(outcome.crossings.place))),
         "layer_crossings_too_close": float(len(tables.tight)),
         "structures": float(len(tables.structures)),
         "structures_too_steep": float(too_steep),
@@ -218,7 +231,11 @@ def tabulate(network: Network, outcome: Outcome) -> ElevationReport:
 
 
 def _road_ids(problem: ProfileProblem) -> IntArray:
-    return np.arange(len(problem.end_junction), dtype=np.int64) if problem.road_id is None else problem.road_id
+    """Return the ids of roads, and behind them those of connecting roads, which go on from the last one."""
+    ids = np.arange(len(problem.end_junction), dtype=np.int64) if problem.road_id is None else problem.road_id
+    connecting = 0 if problem.connectors is None else len(problem.connectors.junction)
+    more = ids.max(initial=-1) + 1 + np.arange(connecting, dtype=np.int64)
+    return np.concatenate([ids, more])
 
 
 def _largest_of_each(group: IntArray, value: FloatArray) -> IntArray:
@@ -301,9 +318,10 @@ def _crossed(network: Network, outcome: Outcome) -> dict[int, list[tuple[float, 
         (crossings.upper, crossings.upper_s, lower_way),
         (crossings.lower, crossings.lower_s, upper_way),
     ):
-        chain = outcome.chain[element_at(network.elements, road, s)]
-        for k in np.flatnonzero(chain >= 0).tolist():
-            out.setdefault(int(chain[k]), []).append((float(outcome.clearance[k]), int(way[k])))
+        plain = np.flatnonzero(road < len(network.problem.end_junction))
+        chain = outcome.chain[element_at(network.elements, road[plain], s[plain])]
+        for k, of in zip(plain[chain >= 0].tolist(), chain[chain >= 0].tolist(), strict=True):
+            out.setdefault(of, []).append((float(outcome.clearance[k]), int(way[k])))
     return out
 
 

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
 
+from osm2xodr.curves import runs
 from osm2xodr.geometry.heights import defaults
-from osm2xodr.geometry.heights.elements import Elements, Network, assemble, bending_matrices, tension_matrices
+from osm2xodr.geometry.heights.elements import (
+    Elements,
+    Network,
+    assemble,
+    bending_matrices,
+    end_poses,
+    tension_matrices,
+)
 from osm2xodr.geometry.heights.problem import ProfileProblem
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
+
+# A structure goes on over a junction where the cosine of the angle between two arms is below this (30 degrees).
+_STRAIGHT_ON: Final = -0.866
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,17 +53,20 @@ class Chains:
 
 
 def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
-    """Join structures that follow each other along roads and over links between roads."""
+    """Join structures that follow each other along roads, over links between roads and straight over junctions.
+
+    A junction is part of a structure if all its arms are.
+    """
     on = elements.structure != Structure.GROUND
     same_road = np.r_[False, (elements.road[1:] == elements.road[:-1]) & on[1:] & on[:-1]]
     run = np.where(on, np.cumsum(on & ~same_road) - 1, -1)
-    runs = int(run.max(initial=-1)) + 1
+    total = int(run.max(initial=-1)) + 1
     # The run at each road end, if the road's first or last element is a structure.
     end_run = run[elements.end_elements].ravel()
     junction = problem.end_junction.ravel()
-    link = np.where(junction < 0, problem.end_link.ravel(), -1)
-    neighbours: list[list[tuple[int, float]]] = [[] for _ in range(runs)]
-    loose_run = np.zeros(runs, bool)
+    link = np.where(junction < 0, problem.end_link.ravel(), _opposite_arms(problem, end_run >= 0))
+    neighbours: list[list[tuple[int, float]]] = [[] for _ in range(total)]
+    loose_run = np.zeros(total, bool)
     for end in np.flatnonzero(end_run >= 0):
         other = int(link[end])
         if other >= 0 and end_run[other] >= 0:
@@ -63,6 +78,33 @@ def find_chains(problem: ProfileProblem, elements: Elements) -> Chains:
     loose[chain_of[loose_run]] = True
     # One more for elements on the ground, whose run is -1.
     return Chains(np.r_[chain_of, -1][run], np.r_[sign_of, 1.0][run], loose)
+
+
+def _opposite_arms(problem: ProfileProblem, on: BoolArray) -> IntArray:
+    """Return the road end that goes straight on from each one over a junction on a structure, (2 R,); -1 for none.
+
+    `on`, (2 R,), says which road ends are on structures.
+    """
+    junction = problem.end_junction.ravel()
+    grounded = np.zeros(len(problem.junction_xy), bool)
+    grounded[junction[(junction >= 0) & ~on]] = True
+    ends = np.flatnonzero((junction >= 0) & ~np.append(grounded, True)[junction])
+    out = np.full(len(junction), -1, np.int64)
+    if not len(ends):
+        return out
+    hdg = end_poses(problem)[2]
+    away = hdg + np.where(np.arange(len(hdg)) % 2 == 0, 0.0, np.pi)
+    order = ends[np.argsort(junction[ends], kind="stable")]
+    count = np.bincount(junction[order], minlength=len(problem.junction_xy))[junction[order]]
+    first = np.searchsorted(junction[order], junction[order])
+    a, b = np.repeat(order, count), order[runs(first, count)]
+    turn = np.cos(away[a] - away[b])
+    straight = np.flatnonzero((a < b) & (turn < _STRAIGHT_ON))
+    # The straightest first; each end goes on once.
+    for k in straight[np.argsort(turn[straight], kind="stable")].tolist():
+        if out[a[k]] < 0 and out[b[k]] < 0:
+            out[a[k]], out[b[k]] = b[k], a[k]
+    return out
 
 
 def _join_runs(neighbours: list[list[tuple[int, float]]]) -> tuple[IntArray, FloatArray]:

@@ -23,7 +23,7 @@ from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Loop, Movement
 from osm2xodr.geometry.lanes import end_lanes
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds
-from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork, TurningPlace
+from osm2xodr.model import FloatArray, IntArray, PlanView, StreetNetwork
 
 # Free space between a loop and the next carriageway, m. A choice.
 _LOOP_CLEARANCE: Final = 0.5
@@ -32,8 +32,6 @@ _PIECE_LENGTH: Final = 40.0
 # Lanes whose distance makes all but this much of their loop's radius go round half a circle without curves before and
 # after it, m.
 _LEAST_ASIDE: Final = 0.05
-
-_UNKNOWN_PLACE: Final = TurningPlace(False, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +104,13 @@ def _wanted(
             continue
         street, at_start = node.arms[0]
         end = 2 * street + (not at_start)
-        place = network.turning_places.get(node.osm_node_id, _UNKNOWN_PLACE)
-        if not (place.circle or options.turnarounds) or layout.junction[end] >= 0 or layout.inner[street]:
+        circle = node.osm_node_id in network.turning_circles
+        if not (circle or options.turnarounds) or layout.junction[end] >= 0 or layout.inner[street]:
             continue
         way = network.streets[street].pieces[0 if at_start else -1][1].osm_way_id
         if ends.enters[end] and ends.leaves[end] and (way, node.osm_node_id) not in barred:
-            usual = defaults.TURNING_CIRCLE_DIAMETER if place.circle else defaults.TURNAROUND_DIAMETER
-            wanted = usual if place.diameter is None else place.diameter
+            usual = defaults.TURNING_CIRCLE_DIAMETER if circle else defaults.TURNAROUND_DIAMETER
+            wanted = network.turning_circles.get(node.osm_node_id) or usual
             out[end] = min(max(wanted, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
     return out
 

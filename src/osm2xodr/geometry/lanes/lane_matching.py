@@ -130,11 +130,14 @@ def _in_line(
 
 
 def _at_left(change: int, left: int, right: int, rule: Rule) -> int:
-    """Return how many of `change` lanes open or end at the left edge, given how many are marked so at either edge."""
-    if left + right == 0:
-        return change if rule is Rule.LEFT_HAND else 0
+    """Return how many of `change` lanes open or end at the left edge, given how many are marked so at either edge.
+
+    What is not marked opens or ends at the near side of traffic.
+    """
+    if rule is Rule.LEFT_HAND:
+        return change - _at_left(change, right, left, Rule.RIGHT_HAND)
     if left + right <= change:
-        return left if right or rule is Rule.RIGHT_HAND else change
+        return left
     return min(left, change) if not right else max(change - right, min(left, change) // 2)
 
 

@@ -15,6 +15,7 @@ from osm2xodr.geometry.lanes.lane_matching import match_lanes
 from osm2xodr.geometry.lanes.road_marks import mark_kind, road_marks
 from osm2xodr.geometry.lanes.road_stretches import Stretch
 from osm2xodr.model import (
+    VEHICLE_LANES,
     Cubic,
     Direction,
     Lane,
@@ -53,7 +54,12 @@ def lay_out_all(
             out.append(lay_out_lanes(road, rule, known, country))
             continue
         attributes = road[0].attributes
-        kind = (road[0].section, mark_kind(attributes), attributes.speed_forward, attributes.speed_backward)
+        kind = (
+            road[0].section,
+            mark_kind(attributes),
+            attributes.speed_along(Direction.FORWARD),
+            attributes.speed_along(Direction.BACKWARD),
+        )
         layout = alike.get(kind)
         if layout is None:
             layout = alike[kind] = lay_out_lanes(road, rule, known, country)
@@ -93,7 +99,7 @@ def lay_out_lanes(
         start_offset = end_offset
     types: list[RoadType] = []
     for item in road:
-        kind = _road_type(item.attributes), _road_speed(item.attributes)
+        kind = _road_type(item.attributes), item.attributes.speed_along(Direction.BOTH)
         if not types or kind != (types[-1].type, types[-1].speed):
             types.append(RoadType(item.start, *kind))
     return LaneLayout(tuple(sections), without_repeats(offset), tuple(types))
@@ -152,7 +158,6 @@ class _Run:
 
     def _lane(self, lane_id: int, spec: LaneSpec, mark: RoadMark) -> Lane:
         attributes = self.stretch.attributes
-        own_speed = attributes.speed_backward if spec.direction is Direction.BACKWARD else attributes.speed_forward
         start, end = self.start_widths.get(lane_id, 0.0), 0.0 if self.ends(lane_id) else spec.width
         return Lane(
             id=lane_id,
@@ -161,7 +166,7 @@ class _Run:
             predecessor=None if self.behind is None else self.behind.get(lane_id),
             successor=None if self.ahead is None else self.ahead.get(lane_id),
             road_mark=mark,
-            speed=own_speed if own_speed != _road_speed(attributes) else None,
+            speed=attributes.speed_along(spec.direction) if spec.type in VEHICLE_LANES else None,
         )
 
 
@@ -193,17 +198,13 @@ def without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:
     return tuple(out)
 
 
-def _road_speed(attributes: StreetAttributes) -> float | None:
-    return attributes.speed_backward if attributes.speed_forward is None else attributes.speed_forward
-
-
 def _road_type(attributes: StreetAttributes) -> str:
     """Return OpenDRIVE's road type for a highway value and speed."""
     if attributes.highway in ("motorway", "motorway_link"):
         return "motorway"
     if attributes.highway == "living_street":
         return "lowSpeed"
-    speed = _road_speed(attributes)
+    speed = attributes.speed_along(Direction.BOTH)
     fast = speed is not None and speed > _RURAL_SPEED
     if attributes.highway in ("trunk", "trunk_link"):
         return "rural" if fast or speed is None else "townExpressway"

@@ -116,5 +116,5 @@ def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
 
 
 def _same_rules(one: StreetAttributes, other: StreetAttributes) -> bool:
-    speeds = (one.speed_forward, one.speed_backward) == (other.speed_forward, other.speed_backward)
-    return speeds and same_marks(one, other)
+    speeds = [(item.speed_forward, item.speed_backward, item.default_speed) for item in (one, other)]
+    return speeds[0] == speeds[1] and same_marks(one, other)

@@ -43,6 +43,9 @@ PARALLEL_REACH: Final = 25.0
 # Lanes keep at least this share of their width: one of 3.5 m becomes one of 2.45 m, about the narrowest that a car
 # drives.
 NARROWEST_SHARE: Final = 0.7
+# Lanes for cars keep at least this width, m: SUMO closes those below 1.8 m to cars (netconvert,
+# ``opendrive.min-width``). Those of service roads, 2.5 m, still take no more room than `PARALLEL_GAP` leaves.
+NARROWEST_LANE: Final = 1.85
 
 # ---------------------------------------------------------------- junctions
 

@@ -21,7 +21,7 @@ from osm2xodr.geometry.defaults import (
 from osm2xodr.geometry.lanes import Piece, cross_section
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.streets import FittedStreets
-from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetAttributes, StreetNetwork
+from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray, LaneSpec, StreetAttributes, StreetNetwork
 
 # Streets whose middles leave less room than this share of their widths are not carriageways side by side; a choice.
 _LEAST_ROOM: Final = 0.5
@@ -48,14 +48,23 @@ def narrow_parallel_streets(network: StreetNetwork, fitted: FittedStreets, diagn
                 continue
             key = (id(attributes), share)
             if key not in narrowed:
-                lanes = tuple(replace(lane, width=round(lane.width * share, 2)) for lane in attributes.lanes_ltr)
+                lanes = tuple(replace(lane, width=_width(lane, share)) for lane in attributes.lanes_ltr)
                 narrowed[key] = replace(attributes, lanes_ltr=lanes)
                 percent = f"{100 * share:.0f} %"
                 text = f"its lanes are drawn at {percent} of their width, a parallel road leaves no more room"
+                both = zip(lanes, attributes.lanes_ltr, strict=True)
+                if any(lane.width > round(old.width * share, 2) for lane, old in both):
+                    text += f"; lanes for cars do not get below {defaults.NARROWEST_LANE:g} m and may overlap it"
                 diagnostics.repaired("lanes-narrowed", f"way/{attributes.osm_way_id}", text)
             own.append((s, narrowed[key], cross_section(narrowed[key], network.rule)))
         pieces.append(tuple(own))
     return replace(fitted, pieces=tuple(pieces))
+
+
+def _width(lane: LaneSpec, share: float) -> float:
+    """Return the width of a lane that may keep a share of it, m."""
+    width = round(lane.width * share, 2)
+    return max(width, min(lane.width, defaults.NARROWEST_LANE)) if lane.type in VEHICLE_LANES else width
 
 
 def _shares(network: StreetNetwork, fitted: FittedStreets) -> FloatArray:

@@ -27,8 +27,8 @@ _CORNER_TURN: Final = np.deg2rad(25.0)
 # Turns between which the largest cut grows from a corner's to a hairpin's, rad. Choices.
 _HAIRPIN_TURNS: Final = np.deg2rad([90.0, 150.0])
 # At its ends a street stays straight for this length, m, or this share of a short segment, so that the heading of its
-# ends is that of its line. Choices.
-_STRAIGHT_END: Final = 0.1
+# ends is that of its line. Choices; above 0.1 m, since netconvert drops the end of shorter lines and warns.
+_STRAIGHT_END: Final = 0.12
 _STRAIGHT_END_SHARE: Final = 0.2
 # Between two arcs lies no line, or one at least this long, m: some readers round to centimetres.
 _SHORTEST_LINE: Final = 0.02

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive.reader.furniture import read_furniture
 from osm2xodr.opendrive.reader.junctions import JunctionReader, read_controller
@@ -32,7 +33,8 @@ def read_xodr(path: Path) -> OpenDrive:
 
     Numbers that are missing or unreadable become NaN, references to what is not in the file `ABSENT`; each becomes a
     `Misfit` with the line of the file. Where ids are used twice, references lead to the first of them. Records of one
-    owner stand in ascending s (lanes from left to right), whatever their order in the file.
+    owner stand in ascending s (lanes from left to right), whatever their order in the file. Lane ids that were
+    negated for SUMO (`osm2xodr.defaults.NEGATED_LANES`) are read as they are on the road.
 
     Raises
     ------
@@ -146,6 +148,7 @@ class _Document:
                 found[child.tag] = values.first_only(child, node, found[child.tag])
             elif child.tag == "userData":
                 self._user_data(child)
+                values.negated |= (child.get("code"), child.get("value")) == NEGATED_LANES
             else:
                 values.check_known(child, node, _HEADER_UNREAD)
         numbers = (values.number(node, "revMajor"), values.number(node, "revMinor"))

@@ -47,7 +47,8 @@ def _item(values: Values, node: Node) -> Furniture:
         elif child.tag == "outlines":
             outlines += _outlines(values, child)
         elif child.tag == "validity":
-            validity.append((values.lane_id(child, "fromLane"), values.lane_id(child, "toLane")))
+            ends = values.lane_id(child, "fromLane"), values.lane_id(child, "toLane")
+            validity.append(ends[::-1] if values.negated else ends)
         elif child.tag == "repeat":
             s, length, distance, start, end = values.row(child, _REPEAT)
             repeats.append((s, length, distance, start, end, values.optional(child, "widthStart", NAN)))

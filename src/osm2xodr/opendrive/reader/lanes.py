@@ -61,6 +61,8 @@ class LaneReader:
                     lanes.append((self._lane_id(lane, side.tag), lane))
                 else:
                     values.check_known(lane, side)
+        if values.negated:
+            lanes.reverse()
         ids = [number for number, _ in lanes]
         if 0 not in ids:
             values.report("missing-element", node, "<laneSection> has no centre lane")
@@ -74,9 +76,10 @@ class LaneReader:
     def _lane_id(self, lane: Node, side: str) -> int:
         """Return the id of a lane, and check that it stands on the side that its id says."""
         number = self._values.lane_id(lane)
-        right = number > 0 if side == "left" else number < 0 if side == "right" else number == 0
+        written = -number if self._values.negated else number
+        right = written > 0 if side == "left" else written < 0 if side == "right" else written == 0
         if not right and number != ABSENT:
-            self._values.report("misplaced-element", lane, f"lane {number} stands in <{side}>")
+            self._values.report("misplaced-element", lane, f"lane {written} stands in <{side}>")
         return number
 
     def _lane(self, number: int, node: Node) -> None:

@@ -25,12 +25,14 @@ _NO_USER_DATA: Final = frozenset({"geometry", "elevationProfile"})
 class Values:
     """Reads attributes and reports what it could not read in `misfits`.
 
-    `road` is the index of the road that is being read, -1 outside roads.
+    `road` is the index of the road that is being read, -1 outside roads; `negated` says whether the file has lane ids
+    with the other sign than the standard wants.
     """
 
     def __init__(self) -> None:
         self.misfits: list[Misfit] = []
         self.road = -1
+        self.negated = False
 
     def report(self, rule: str, node: Node, text: str) -> None:
         """Report something that is wrong with an element."""
@@ -66,14 +68,14 @@ class Values:
         return value
 
     def lane_id(self, node: Node, name: str = "id") -> int:
-        """Return a lane id; `ABSENT` where it is missing or not an integer."""
+        """Return a lane id, with the other sign where ids are `negated`; `ABSENT` if missing or not an integer."""
         text = self.text(node, name)
         try:
             value = int(text)
         except ValueError:
             value = ABSENT
         if -(2**62) < value < 2**62:
-            return value
+            return -value if self.negated else value
         if name in node.attributes:
             self.report("bad-number", node, f"{name}={text!r} of <{node.tag}> is not a lane id")
         return ABSENT

@@ -6,6 +6,7 @@ footways that are mapped apart.
 
 from __future__ import annotations
 
+from osm2xodr.osmParsing.roadside.built_up import residential_density
 from osm2xodr.osmParsing.roadside.parallel_footways import attach_footways
 from osm2xodr.osmParsing.roadside.reach import sample_streets
 from osm2xodr.osmParsing.roadside.tags import is_thing, node_keys, street_node_tags, way_values
@@ -16,6 +17,7 @@ __all__ = [
     "is_thing",
     "node_keys",
     "read_beside",
+    "residential_density",
     "sample_streets",
     "street_node_tags",
     "way_values",

@@ -61,7 +61,7 @@ _FOOTWAY_DETAILS: Final = frozenset(
     }
 )
 _BARRIER_DETAILS: Final = frozenset(
-    ("barrier", "height", "width", "material", "fence_type", "layer", "bridge", "tunnel")
+    ("barrier", "height", "width", "material", "fence_type", "kerb", "layer", "bridge", "tunnel")
 )
 _TRACK_DETAILS: Final = frozenset({"railway", "gauge", "layer", "bridge", "tunnel", "embedded", "service"})
 _STOP_DETAILS: Final = frozenset(

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.cross_sections import is_transition
+from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
 from osm2xodr.osmParsing.tags.margins import kerb_height
-from osm2xodr.osmParsing.tags.node_facts import node_heights, read_node_facts, read_thing_facts, turning_places
+from osm2xodr.osmParsing.tags.node_facts import node_heights, read_node_facts, read_thing_facts, turning_circles
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
@@ -34,8 +35,9 @@ __all__ = [
     "sides_of",
     "structure_of",
     "turned_round",
-    "turning_places",
+    "turning_circles",
     "way_attributes",
+    "with_default_speeds",
     "with_speed_zones",
     "with_urban_speeds",
     "without_margins",

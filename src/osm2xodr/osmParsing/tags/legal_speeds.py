@@ -24,10 +24,10 @@ _BY_CLASS: Final[Mapping[str, tuple[str, ...]]] = {
     "residential": ("residential", "urban"),
 }
 # Roads with the limit of built-up areas where there are street lamps or sidewalks: not roads built for speed, whose
-# junctions are lit anywhere, nor tracks.
+# junctions are lit anywhere, nor service roads and tracks, on which nobody drives as fast.
 _MAY_BE_URBAN: Final = frozenset(
     f"{name}{link}" for name in ("primary", "secondary", "tertiary") for link in ("", "_link")
-) | {"unclassified", "road", "service", "busway"}
+) | {"unclassified", "road", "busway"}
 
 
 def legal_speed(tags: Tags, country: Country) -> float | None:
@@ -40,14 +40,18 @@ def legal_speed(tags: Tags, country: Country) -> float | None:
         return None
     kinds = _BY_CLASS.get(highway)
     if kinds is None:
-        return country.speeds.get("urban") if highway in _MAY_BE_URBAN and _is_built_up(tags) else None
+        return country.speeds.get("urban") if highway in _MAY_BE_URBAN and is_built_up(tags) else None
     return next((country.speeds[kind] for kind in kinds if kind in country.speeds), None)
 
 
 def speed_guess(speed: float, country: Country) -> str:
     """Describe a limit (m/s) taken from the law, for diagnostics."""
-    limit = "none" if math.isinf(speed) else f"{speed / SPEED_UNITS[country.speed_unit]:.0f} {country.speed_unit}"
-    return f"no limit given, taken from the law of {country.code}: {limit}"
+    return f"no limit given, taken from the law of {country.code}: {limit_words(speed, country)}"
+
+
+def limit_words(speed: float, country: Country) -> str:
+    """Return a limit, m/s, as signs of a country have it."""
+    return "none" if math.isinf(speed) else f"{speed / SPEED_UNITS[country.speed_unit]:.0f} {country.speed_unit}"
 
 
 def with_urban_speeds(
@@ -111,7 +115,7 @@ def _urban_pieces(
     return found
 
 
-def _is_built_up(tags: Tags) -> bool:
+def is_built_up(tags: Tags) -> bool:
     """Whether a way has street lamps or a sidewalk."""
     has_sidewalk = any(key in tags and tags[key] not in _NO_SIDEWALK for key in _SIDEWALK_TAGS)
     return has_sidewalk or tags.get("lit", "no") not in _UNLIT

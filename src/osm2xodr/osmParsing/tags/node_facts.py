@@ -17,7 +17,6 @@ from osm2xodr.model import (
     RoadsideKind,
     Sign,
     ThingFacts,
-    TurningPlace,
 )
 from osm2xodr.osmParsing.tags.crossings import TRACK_CROSSINGS, is_crossing, read_crossings
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, read_facing, read_sign_post
@@ -90,15 +89,13 @@ def parse_ele(text: str) -> float | None:
     return z if _ELE_PLAUSIBLE[0] <= z <= _ELE_PLAUSIBLE[1] else None
 
 
-def turning_places(node_tags: Mapping[int, Tags]) -> dict[int, TurningPlace]:
-    """Return what the tags of nodes, by id, say about room to turn round; nothing about most of them."""
-    found = {}
+def turning_circles(node_tags: Mapping[int, Tags]) -> dict[int, float | None]:
+    """Return the nodes that are turning circles, by id, with the diameter, m, that tags give, None if none."""
+    found: dict[int, float | None] = {}
     for node, tags in node_tags.items():
-        match = _DIAMETER.fullmatch(tags.get("diameter", ""))
-        diameter = float(match[1]) * (1.0 if match[2] in (None, "m") else FOOT) if match else None
-        circle = tags.get("highway") in _CIRCLES
-        if circle or diameter is not None:
-            found[node] = TurningPlace(circle, diameter)
+        if tags.get("highway") in _CIRCLES:
+            match = _DIAMETER.fullmatch(tags.get("diameter", ""))
+            found[node] = float(match[1]) * (1.0 if match[2] in (None, "m") else FOOT) if match else None
     return found
 
 

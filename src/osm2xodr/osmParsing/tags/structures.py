@@ -6,7 +6,7 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Structure, StructureTags
-from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_layer
+from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_layer, plausible_length
 
 STRUCTURE_TAGS: Final = (
     "bridge",
@@ -17,8 +17,12 @@ STRUCTURE_TAGS: Final = (
     "bridge:name",
     "tunnel:name",
     "lit",
+    "maxheight",
 )
 
+# Values of ``maxheight`` that stand for no sign (OSM wiki, Key:maxheight), and what is no height of vehicles, m.
+_NO_HEIGHTS: Final = frozenset({"default", "none", "no", "unsigned", "no_sign", "below_default", "no_indications"})
+_HEIGHT_MAX: Final = 10.0
 # Values of ``tunnel`` with the road on the ground: passages through buildings, galleries, and drains below it.
 _GROUND_TUNNELS: Final = frozenset({"no", "building_passage", "avalanche_protector", "culvert", "flooded"})
 # Of these: roads without any cover, and covers that are open at a side.
@@ -52,6 +56,17 @@ def layer_of(tags: Tags, structure: Structure, findings: Findings) -> int:
     if layer is not None:
         return layer
     return {Structure.GROUND: 0, Structure.BRIDGE: 1, Structure.TUNNEL: -1}[structure]
+
+
+def max_height(tags: Tags, findings: Findings) -> float | None:
+    """Return how high vehicles on a way may be by ``maxheight``, m; None where it gives no height."""
+    text = tags.get("maxheight", "")
+    if not text or text.lower() in _NO_HEIGHTS:
+        return None
+    height = plausible_length(text, _HEIGHT_MAX)
+    if height is None:
+        findings.append((Kind.DROPPED, "max-height", f"maxheight={text} is no height and is ignored"))
+    return height
 
 
 def structure_tags(tags: Tags) -> StructureTags | None:

@@ -14,11 +14,12 @@ from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
 from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
+from osm2xodr.osmParsing.tags.default_speeds import DEFAULT_SPEED_TAGS
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
-from osm2xodr.osmParsing.tags.legal_speeds import EVIDENCE_TAGS, legal_speed, speed_guess
+from osm2xodr.osmParsing.tags.legal_speeds import legal_speed, speed_guess
 from osm2xodr.osmParsing.tags.margins import seen_backwards
-from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, structure_of, structure_tags
+from osm2xodr.osmParsing.tags.structures import STRUCTURE_TAGS, layer_of, max_height, structure_of, structure_tags
 from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_count, parse_grade, parse_speed
 from osm2xodr.osmParsing.tags.way_marks import (
     MARK_TAGS,
@@ -48,7 +49,7 @@ _OTHER_TAGS: Final = (
 WAY_TAGS: Final = frozenset(
     (
         *(*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_CONDITIONAL),
-        *(*SECTION_TAGS, *MARK_TAGS, *EVIDENCE_TAGS, *STRUCTURE_TAGS),
+        *(*SECTION_TAGS, *MARK_TAGS, *DEFAULT_SPEED_TAGS, *STRUCTURE_TAGS),
     )
 )
 
@@ -64,13 +65,15 @@ def way_attributes(
     default_lane_width: float | None,
     diagnostics: Diagnostics,
     country: Country = GENERIC,
+    *,
+    default_speeds: bool = True,
 ) -> tuple[list[StreetAttributes], list[int]]:
     """Read the tags `WAY_TAGS` of ways: the attributes of each, seen along its nodes, and its direction of traffic.
 
     The direction is 1 or -1 where the way is one-way for cars along or against its order of nodes, else 0. `rule` is
     the side that traffic drives on, `default_lane_width` (m) that of lanes without a tagged one (None takes one by
-    the class of the road); limits and usual widths are those of `country`. What is guessed, repaired or ignored goes
-    to the diagnostics.
+    the class of the road); limits and usual widths are those of `country`, whose law stands in for limits that are
+    not tagged if `default_speeds` says so. What is guessed, repaired or ignored goes to the diagnostics.
     """
     # Most ways of a city share a few cross sections.
     known: dict[tuple[object, ...], CrossSection] = {}
@@ -103,7 +106,8 @@ def way_attributes(
             for item in _CONDITIONAL
             if item in tags
         ]
-        attributes.append(_attributes(way, section, direction or -closed, country, findings))
+        item = _attributes(way, section, direction or -closed, findings)
+        attributes.append(_with_legal_speed(item, tags, country, findings) if default_speeds else item)
         directions.append(direction or -closed)
         for kind, code, words in findings:
             diagnostics.add(kind, code, f"way/{way.id}", words)
@@ -209,17 +213,22 @@ def _unknown_oneway(tags: Tags, direction: int) -> tuple[Kind, str, str]:
     return Kind.DROPPED, "oneway", f"oneway={tags['oneway']} is not known and is ignored, taken as {taken}"
 
 
-def _attributes(
-    way: RawWay, section: CrossSection, direction: int, country: Country, findings: Findings
-) -> StreetAttributes:
+def _with_legal_speed(item: StreetAttributes, tags: Tags, country: Country, findings: Findings) -> StreetAttributes:
+    """Give a way without any limit the one that the law surely sets for it."""
+    if item.speed_forward is not None or item.speed_backward is not None:
+        return item
+    speed = legal_speed(tags, country)
+    if speed is None:
+        return item
+    findings.append((Kind.GUESSED, "speed", speed_guess(speed, country)))
+    return replace(item, speed_forward=speed, speed_backward=speed)
+
+
+def _attributes(way: RawWay, section: CrossSection, direction: int, findings: Findings) -> StreetAttributes:
     tags = way.tags
     both = _speed(tags, "maxspeed", findings) if "maxspeed" in tags else _implied_speed(tags)
     forward = _speed(tags, "maxspeed:forward", findings)
     backward = _speed(tags, "maxspeed:backward", findings)
-    if both is None and forward is None and backward is None:
-        both = legal_speed(tags, country)
-        if both is not None:
-            findings.append((Kind.GUESSED, "speed", speed_guess(both, country)))
     structure = structure_of(tags)
     return StreetAttributes(
         osm_way_id=way.id,
@@ -246,6 +255,7 @@ def _attributes(
         traffic_sign=tags.get("traffic_sign", ""),
         tram=has_tram(tags),
         structure_tags=structure_tags(tags),
+        max_height=max_height(tags, findings),
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from elevation_helpers import Ground, RoadSpec, Solved, cross, plan_view, solve, straight
+from elevation_helpers import Ground, RoadSpec, Solved, cross, make_problem, plan_view, solve, straight
 from hypothesis import given, settings, strategies as st
 from scipy.spatial import cKDTree
 
@@ -14,7 +14,7 @@ from osm2xodr.curves.cubics import cubic_slope, cubic_value
 from osm2xodr.curves.plan_views import lengths, pose
 from osm2xodr.geometry.connections.pose_to_pose import connect as curves_between
 from osm2xodr.geometry.heights import ConnectorProblem, connector_profiles
-from osm2xodr.geometry.heights.connectors.profiles import _blend, _limit_twist, _sample
+from osm2xodr.geometry.heights.connectors.profiles import _blend, _grade_along_lane, _limit_twist, _sample
 from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
 from osm2xodr.geometry.heights.elements import end_poses
 from osm2xodr.model import CubicProfile, FloatArray
@@ -269,6 +269,30 @@ def test_twist_stays_within_what_cars_follow(highway: str, most: float) -> None:
     for k in tilted.tolist():
         s = np.linspace(0.0, float(lengths(made.connectors.plan_view)[k]), 100)
         assert np.abs(cubic_slope(made.superelevation, np.full(100, k), s)).max() < most
+
+
+def test_grade_goes_on_along_the_lane_where_a_road_ends_in_a_bend() -> None:
+    # A bend to the left of 50 m: a lane 2 m inside of it is 4 % shorter, one 2 m outside 4 % longer.
+    bend = RoadSpec(0.0, 0.0, 0.0, 60.0, curvature=0.02, end=0)
+    x, y, hdg = (float(value[0]) for value in pose(plan_view([bend]), np.array([0]), np.array([60.0])))
+    way = x + 20.0 * np.cos(hdg), y + 20.0 * np.sin(hdg)
+    roads = [bend, straight(way, (way[0] + 100.0 * np.cos(hdg), way[1] + 100.0 * np.sin(hdg)), start=0)]
+    slope = Ground(lambda x, y: 0.08 * np.hypot(x, y))
+    found = solve(roads, slope, [(float(np.mean([x, way[0]])), float(np.mean([y, way[1]])))])
+    made = connect(found, [line(found, 1, 2, t, t) for t in (2.0, -2.0)])
+    g = float(found.solution.end_grade[0, 1])
+    assert g > 0.05
+    start = [float(made.slope(k, np.zeros(1))[0]) for k in (0, 1)]
+    assert start == pytest.approx([g / 0.96, g / 1.04], abs=1e-6)
+    # The road beyond is straight.
+    assert made.slope(0, lengths(made.connectors.plan_view)[:1]) == pytest.approx([found.solution.end_grade[1, 0]])
+
+
+def test_grade_does_not_leave_that_of_the_reference_line_by_much() -> None:
+    bend = replace(straight((0.0, 0.0), (1.0, 0.0), end=0), length=60.0, curvature=0.1)
+    problem = make_problem([bend], [(0.0, 0.0)])
+    grade = _grade_along_lane(problem, np.array([1, 1, 0]), np.array([4.0, -4.0, 0.0]), np.array([0.1, 0.1, 0.2]))
+    assert grade == pytest.approx([0.1045, 0.0955, 0.2])
 
 
 def test_superelevation_is_held_between_ramps() -> None:

@@ -24,6 +24,8 @@ from osm2xodr.model import CubicProfile, FloatArray, IntArray
 # finite.
 _SHORTEST: Final = 1e-6
 _NARROWEST: Final = 0.5
+# Least length of a lane beside that of the reference line: keeps quotients finite in bends that fold.
+_LEAST_LENGTH_SHARE: Final = 0.1
 
 
 def end_state(solution: ProfileSolution, end: IntArray, leaving: bool) -> tuple[FloatArray, FloatArray]:
@@ -79,7 +81,7 @@ def connector_profiles(
     surfaces = junction_surfaces(problem, connectors, solution)
     z, gx, gy = surface_heights(surfaces, junction, x, y)
     cos, sin = np.cos(hdg), np.sin(hdg)
-    elevation = _fit_elevation(along, connectors, solution, z, gx * cos + gy * sin)
+    elevation = _fit_elevation(along, problem, connectors, solution, z, gx * cos + gy * sin)
     return elevation, _fit_superelevation(along, problem, connectors, gy * cos - gx * sin)
 
 
@@ -110,12 +112,19 @@ def _sample(connectors: ConnectorProblem) -> _Along:
 
 
 def _fit_elevation(
-    along: _Along, connectors: ConnectorProblem, solution: ProfileSolution, z: FloatArray, grade: FloatArray
+    along: _Along,
+    problem: ProfileProblem,
+    connectors: ConnectorProblem,
+    solution: ProfileSolution,
+    z: FloatArray,
+    grade: FloatArray,
 ) -> CubicProfile:
     """Return the elevation of connecting roads from height, m, and grade of the surface along them, (n,)."""
     first, last = along.start[:-1], along.start[1:] - 1
     z0, g0 = end_state(solution, connectors.start_end, leaving=True)
     z1, g1 = end_state(solution, connectors.end_end, leaving=False)
+    g0 = _grade_along_lane(problem, connectors.start_end, connectors.start_t, g0)
+    g1 = _grade_along_lane(problem, connectors.end_end, connectors.end_t, g1)
     reach = np.minimum(along.length, defaults.CONNECTOR_END_REACH)
     dz, dg = along.blend(reach, (z0 - z[first], g0 - grade[first], z1 - z[last], g1 - grade[last]))
     z, grade = z + dz, grade + dg
@@ -130,6 +139,19 @@ def _fit_elevation(
     grade = np.where(plain[along.curve], plain_grade, grade)
     grade[first], grade[last] = g0, g1
     return fit_records(along.start, along.length, z, grade, tolerance, defaults.CONNECTOR_GRADE_TOLERANCE)
+
+
+def _grade_along_lane(problem: ProfileProblem, end: IntArray, t: FloatArray, grade: FloatArray) -> FloatArray:
+    """Return the grade of lanes at t, m, of road ends, from that of the reference line, all (C,).
+
+    A lane inside of a bend climbs as much over less length: z' / (1 - k t). Readers that go by reference lines see
+    what is changed as a kink, which stays below `LANE_GRADE_STEP_MAX`.
+    """
+    plan = problem.plan_view
+    curvature = np.column_stack([plan.curvature[plan.start[:-1]], plan.curvature[plan.start[1:] - 1]]).ravel()[end]
+    along = grade / np.maximum(1.0 - curvature * t, _LEAST_LENGTH_SHARE)
+    step = defaults.LANE_GRADE_STEP_MAX
+    return np.asarray(np.clip(along, grade - step, grade + step))
 
 
 def _fit_superelevation(

@@ -1,0 +1,150 @@
+"""Carriageways that come too close above each other in the finished road map, found as `check` finds them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from osm2xodr.curves import (
+    CLEARANCE_STEP,
+    ClosePlaces,
+    RoadGraph,
+    Stations,
+    close_places,
+    cubic_value,
+    find_record,
+    lengths,
+    pose,
+    profile_of,
+    ranks,
+    starts,
+)
+from osm2xodr.defaults import CLEARANCE_LEAST
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.heights import ProfileProblem, curve_spans, levels_at
+from osm2xodr.model import FloatArray, IntArray, Lane, LaneSection, LaneType, LayerCrossing, RoadMap
+
+# Lanes between the outermost of which a carriageway lies.
+_FOR_CARS = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL, LaneType.BUS, LaneType.TAXI})
+
+
+def with_clearances(road_map: RoadMap, problem: ProfileProblem, diagnostics: Diagnostics) -> RoadMap:
+    """Report places with less than the least clearance that the solve does not know of, and return the map with them.
+
+    The solve knows where layers cross; what it could not keep apart is in the map's report already.
+    """
+    found = close_places(_stations(road_map), _graph(road_map), CLEARANCE_LEAST)
+    if not len(found.road):
+        return road_map
+    report = road_map.elevation_report
+    known = {frozenset((item.upper, item.lower)) for item in report.tight} if report else set()
+    tight = []
+    for k, crossing in enumerate(_crossings(road_map, problem, found)):
+        if frozenset((crossing.upper, crossing.lower)) in known:
+            continue
+        tight.append(crossing)
+        gap = f"{crossing.clearance:.1f} m above" if crossing.clearance >= 0.05 else "at the height of"
+        text = f"it passes {gap} way/{crossing.lower_way}: {_reason(road_map, problem, found, k)}"
+        diagnostics.note("clearance", f"way/{crossing.upper_way}", text)
+    if report is None:
+        return road_map
+    every = tuple(sorted((*report.tight, *tight), key=lambda item: item.clearance - item.wanted))
+    figures = {**road_map.statistics, "layer_crossings_too_close": float(len(every))}
+    return replace(road_map, elevation_report=replace(report, tight=every), statistics=figures)
+
+
+def _reason(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces, k: int) -> str:
+    """Return why the solve did not keep two roads apart."""
+    if road_map.elevation_report is None:
+        return "all ground is at one height"
+    level = levels_at(problem, np.array([found.road[k], found.other[k]]), np.array([found.s[k], found.other_s[k]]))
+    if level[0] == level[1]:
+        return "both are on one layer and have no node in common there"
+    return "they meet, or their bridge or tunnel ends, too near to there"
+
+
+def _crossings(road_map: RoadMap, problem: ProfileProblem, found: ClosePlaces) -> list[LayerCrossing]:
+    """Return places as crossings, with the ids of the roads and ways."""
+    z = [cubic_value(road_map.elevation, road, s) for road, s in _both(found)]
+    ways = [problem.span_way[curve_spans(problem, road, s)] for road, s in _both(found)]
+    over = z[0] >= z[1]
+    upper, lower = np.where(over, found.road, found.other), np.where(over, found.other, found.road)
+    upper_way, lower_way = np.where(over, *ways), np.where(over, *reversed(ways))
+    ids = [road.id for road in road_map.roads]
+    return [
+        LayerCrossing(ids[upper[k]], ids[lower[k]], int(upper_way[k]), int(lower_way[k]), height, CLEARANCE_LEAST)
+        for k, height in enumerate(found.height.tolist())
+    ]
+
+
+def _both(found: ClosePlaces) -> tuple[tuple[IntArray, FloatArray], tuple[IntArray, FloatArray]]:
+    return (found.road, found.s), (found.other, found.other_s)
+
+
+def _stations(road_map: RoadMap) -> Stations:
+    """Return the carriageways of all roads that cars drive on."""
+    length = lengths(road_map.plan_view)
+    count = np.maximum((length / CLEARANCE_STEP).astype(np.int64) + 1, 2)
+    road = np.repeat(np.arange(len(length), dtype=np.int64), count)
+    s = length[road] * ranks(count) / (count[road] - 1)
+    sections = [section for item in road_map.roads for section in item.lane_sections]
+    first = starts([len(item.lane_sections) for item in road_map.roads])
+    section = find_record(first, np.array([item.s for item in sections]), road, s)
+    driven = np.array([any(lane.type in _FOR_CARS for lane in item.lanes) for item in sections], bool)[section]
+    road, s, section = road[driven], s[driven], section[driven]
+    x, y, hdg = pose(road_map.plan_view, road, s)
+    z, bank = cubic_value(road_map.elevation, road, s), cubic_value(road_map.superelevation, road, s)
+    offset = cubic_value(road_map.lane_offset, road, s)
+    ds = s - np.array([item.s for item in sections])[section]
+
+    def edge(side: int) -> FloatArray:
+        t = offset + _border(sections, section, ds, side)
+        across = t * np.cos(bank)
+        return np.column_stack([x - np.sin(hdg) * across, y + np.cos(hdg) * across, z + t * np.sin(bank)])
+
+    return Stations(road, s, hdg, edge(-1), edge(1))
+
+
+def _border(sections: list[LaneSection], section: IntArray, ds: FloatArray, side: int) -> FloatArray:
+    """Return t, less the lane offset, of the carriageway's edge on a side, 1 left or -1 right, at ds of sections."""
+    within = [_within(item, side) for item in sections]
+    # Lanes count away from the reference line: positive on the left.
+    sign = np.array([1.0 if lane.id > 0 else -1.0 for lanes in within for lane in lanes])
+    widths = profile_of([lane.widths for lanes in within for lane in lanes])
+    start = starts([len(lanes) for lanes in within])
+    size = np.diff(start)[section]
+    row = np.repeat(np.arange(len(section)), size)
+    lane = np.repeat(start[section], size) + ranks(size)
+    return np.asarray(np.bincount(row, sign[lane] * cubic_value(widths, lane, ds[row]), len(section)), np.float64)
+
+
+def _within(section: LaneSection, side: int) -> list[Lane]:
+    """Return the lanes between the reference line and the edge of the carriageway on a side."""
+    ids = [lane.id for lane in section.lanes if lane.type in _FOR_CARS]
+    if not ids:
+        return []
+    outer = max(ids) if side > 0 else min(ids)
+    # Where all lanes for cars are on the other side, the edge is the inner one of the innermost.
+    last = outer if outer * side > 0 else outer + side
+    low, high = min(last, 0), max(last, 0)
+    return [lane for lane in section.lanes if lane.id != 0 and low <= lane.id <= high]
+
+
+def _graph(road_map: RoadMap) -> RoadGraph:
+    """Return which roads of a map meet."""
+    roads, index = road_map.roads, {road.id: k for k, road in enumerate(road_map.roads)}
+    junctions = {junction.id: k for k, junction in enumerate(road_map.junctions)}
+    inside = np.array([road.junction is not None for road in roads], bool)
+    at = np.full((len(roads), 2), -1, np.int64)
+    links: list[tuple[int, int]] = []
+    for k, road in enumerate(roads):
+        if road.junction is not None:
+            at[k] = junctions[road.junction]
+        for end, link in enumerate((road.predecessor, road.successor)):
+            if link is not None and not link.to_junction:
+                links.append((k, index[link.id]))
+            elif link is not None and road.junction is None:
+                at[k, end] = junctions[link.id]
+    pairs = np.array(links, np.int64).reshape(-1, 2)
+    return RoadGraph(lengths(road_map.plan_view), inside, at, pairs[:, 0], pairs[:, 1])

@@ -1,0 +1,119 @@
+"""Carriageways that come too close above each other: what is reported is what `check` finds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from elevation_helpers import Ground
+from osm_builder import ROAD, Area, about
+
+from osm2xodr.checking import CheckOptions, CheckResult, check_file
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry import build_roads
+from osm2xodr.model import RoadMap
+from osm2xodr.xodrWriter import WriteOptions, write_xodr
+
+HILLS = Ground(lambda x, y: 300.0 + 0.01 * x + 0.002 * np.abs(y), cell_size=5.0, sigma=0.5)
+BRIDGE = f"{ROAD} bridge=yes"
+
+
+def built(area: Area, folder: Path, ground: Ground = HILLS) -> tuple[RoadMap, Diagnostics, CheckResult]:
+    """Return the road map of an area, what was said about it, and what `check` finds in its file."""
+    network, _ = area.parse(folder)
+    diagnostics = Diagnostics()
+    road_map = build_roads(network, ground, diagnostics)
+    path = folder / "area.xodr"
+    with path.open("wb") as file:
+        write_xodr(road_map, file, WriteOptions(), Diagnostics())
+    return road_map, diagnostics, check_file(path, CheckOptions(only=("clearance",), ignore=()))
+
+
+def crossing(tags: str, *, fork: float = 0.0) -> Area:
+    """Return a road of 600 m that one with these tags crosses; another begins so far from there, m, if not 0."""
+    nodes = {1: (-300.0, 0.0), 2: (fork, 0.0), 3: (300.0, 0.0), 4: (0.0, -300.0), 5: (0.0, -60.0), 6: (0.0, 60.0)}
+    nodes |= {7: (0.0, 300.0), 8: (200.0, 150.0)}
+    across = {20: ([4, 5], ROAD), 21: ([5, 6], tags), 22: ([6, 7], ROAD)}
+    branch = {23: ([2, 8], ROAD)} if fork else {}
+    return Area(nodes, {10: ([1, 2, 3], ROAD)} | across | branch)
+
+
+def replace_way(area: Area, way: int, tags: str) -> Area:
+    """Return an area with other tags of a way."""
+    return replace(area, ways={**area.ways, way: (area.ways[way][0], tags)})
+
+
+@pytest.mark.parametrize("fork", [0.0, 0.1])
+def test_bridge_passes_over_a_road_and_over_a_junction(tmp_path: Path, fork: float) -> None:
+    road_map, diagnostics, result = built(crossing(BRIDGE, fork=fork), tmp_path)
+    assert about(diagnostics, "clearance") == []
+    assert result.findings == ()
+    assert road_map.statistics["layer_crossings"] >= 1.0
+    assert road_map.statistics["layer_crossings_too_close"] == 0.0
+
+
+def test_sign_on_the_road_below_a_bridge_counts(tmp_path: Path) -> None:
+    low, high = (replace_way(crossing(BRIDGE), 10, f"{ROAD} maxheight={text}") for text in ("3.5", "6.3"))
+    gaps = []
+    for area in (low, high):
+        report = built(area, tmp_path)[0].elevation_report
+        assert report is not None
+        gaps += [item.clearance for item in report.structures]
+    assert gaps == pytest.approx([4.2, 7.0], abs=0.1)
+
+
+def test_junction_below_a_bridge_lies_inside_of_it(tmp_path: Path) -> None:
+    # The bridge crosses connecting roads only: those of the junction right below it.
+    road_map, _, _ = built(crossing(BRIDGE, fork=0.1), tmp_path)
+    through = [road.id for road in road_map.roads if road.junction is not None]
+    assert road_map.elevation_report is not None
+    (deck,) = [item for item in road_map.elevation_report.structures if item.kind == "bridge"]
+    assert deck.clearance is not None
+    assert 5.0 < deck.clearance < 6.5
+    assert deck.crossed_way in (10, 23)
+    assert len(through) >= 4
+
+
+def test_roads_that_cross_on_one_layer_are_reported_with_the_reason(tmp_path: Path) -> None:
+    road_map, diagnostics, result = built(crossing(ROAD), tmp_path)
+    (note,) = about(diagnostics, "clearance")
+    assert {note.osm_id, *(word.rstrip(":") for word in note.message.split() if "way/" in word)} == {
+        "way/10",
+        "way/21",
+    }
+    assert note.message.endswith("both are on one layer and have no node in common there")
+    (finding,) = result.findings
+    assert road_map.elevation_report is not None
+    (tight,) = road_map.elevation_report.tight
+    assert {tight.upper_way, tight.lower_way} == {10, 21}
+    assert {str(tight.upper), str(tight.lower)} == {finding.road, finding.text.split()[-1]}
+    assert finding.value == pytest.approx(tight.clearance, abs=1e-3)
+    assert tight.wanted == 4.0
+    assert road_map.statistics["layer_crossings_too_close"] == 1.0
+
+
+def test_what_the_solve_could_not_keep_apart_is_reported_once(tmp_path: Path) -> None:
+    # The road below a short bridge ends on both sides at streets that a precise model shows level with it.
+    near = {1: (-300.0, 0.0), 2: (-11.0, 0.0), 3: (11.0, 0.0), 4: (300.0, 0.0), 5: (0.0, -11.0), 6: (0.0, 11.0)}
+    near |= {7: (-300.0, -11.0), 8: (300.0, -11.0), 9: (-300.0, 60.0), 10: (300.0, 60.0), 11: (0.0, 60.0)}
+    ways = {1: ([1, 2], ROAD), 2: ([2, 3], BRIDGE), 3: ([3, 4], ROAD), 4: ([7, 5, 8], ROAD), 5: ([5, 6, 11], ROAD)}
+    ways |= {6: ([9, 11, 10], ROAD)}
+    exact = Ground(lambda x, y: 300.0 + 0.001 * x, cell_size=1.0, sigma=0.02)
+    road_map, diagnostics, result = built(Area(near, ways), tmp_path, exact)
+    notes = about(diagnostics, "clearance")
+    assert road_map.elevation_report is not None
+    pairs = [frozenset((item.upper, item.lower)) for item in road_map.elevation_report.tight]
+    assert len(pairs) == len(set(pairs)) == road_map.statistics["layer_crossings_too_close"] == len(notes)
+    for finding in result.findings:
+        assert frozenset((int(finding.road), int(finding.text.split()[-1]))) in pairs
+
+
+def test_bridges_of_a_level_world_are_reported_as_such(tmp_path: Path) -> None:
+    road_map, diagnostics, result = built(crossing(BRIDGE), tmp_path, Ground(lambda x, y: 0.0 * x))
+    (note,) = about(diagnostics, "clearance")
+    assert note.message.startswith("it passes at the height of way/")
+    assert note.message.endswith("all ground is at one height")
+    assert len(result.findings) == 1
+    assert road_map.elevation_report is None
