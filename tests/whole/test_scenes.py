@@ -99,7 +99,7 @@ def test_lanes_for_cars_lead_to_lanes_for_cars(converted: Conversion) -> None:
 def test_heights_meet_at_every_lane_link(converted: Conversion) -> None:
     figures = step_figures(converted.network)
     assert above(figures.height, MILLIMETRE) == []
-    # Of reference lines: where a road ends in a bend, the lane inside of it is steeper, and so is its connecting road.
+    # Of reference lines: where a road ends in a bend, the lane inside it is steeper, and so is its connecting road.
     assert above(figures.grade, LANE_GRADE_STEP) == []
 
 

@@ -13,7 +13,7 @@ from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Length of the pieces that carriageways are to be cut into, m.
-CLEARANCE_STEP: Final = 2.0
+CLEARANCE_STEP: Final = 4.0
 # Pieces reach into each other by this at least, m: more than the error of widths.
 _DEPTH: Final = 0.3
 # Surfaces closer than this are one, m: more than a kerb.

@@ -346,3 +346,14 @@ def test_all_ways_through_a_crossing_join_without_a_kink(a: float, b: float, ang
         leave, reach = g[p] if p % 2 else -g[p], g[q] if q % 2 == 0 else -g[q]
         assert made.slope(k, ends) == pytest.approx([leave, reach], abs=1e-9)
         assert np.abs(made.slope(k, np.linspace(ends[0], ends[1], 60))).max() < 0.35
+
+
+def test_a_level_world_needs_no_surface() -> None:
+    """What is skipped there gives the same as the surface would."""
+    found = solve(cross(trim=9.0), Ground(lambda x, y: np.zeros(len(x)) + 7.0), [(0.0, 0.0)])
+    made = all_ways(found, ENDS, 1.6)
+    count = len(made.connectors.junction)
+    assert made.elevation.start.tolist() == list(range(count + 1))
+    assert made.elevation.a.tolist() == [7.0] * count
+    assert not np.any([made.elevation.s, made.elevation.b, made.elevation.c, made.elevation.d])
+    assert made.superelevation.start.tolist() == [0] * (count + 1)

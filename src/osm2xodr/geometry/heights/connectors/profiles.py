@@ -75,6 +75,8 @@ def connector_profiles(
     both ends and follows the cross slope of the junction's surface in between. Roads that stay almost level across
     have no superelevation. `solution` has the heights of the roads of `problem`.
     """
+    if not solution.end_grade.any() and not solution.junction_plane[:, 1:].any():
+        return _level_profiles(connectors, solution)
     along = _sample(connectors)
     x, y, hdg = pose(connectors.plan_view, along.curve, along.s)
     junction = connectors.junction[along.curve]
@@ -83,6 +85,18 @@ def connector_profiles(
     cos, sin = np.cos(hdg), np.sin(hdg)
     elevation = _fit_elevation(along, problem, connectors, solution, z, gx * cos + gy * sin)
     return elevation, _fit_superelevation(along, problem, connectors, gy * cos - gx * sin)
+
+
+def _level_profiles(connectors: ConnectorProblem, solution: ProfileSolution) -> tuple[CubicProfile, CubicProfile]:
+    """Return the profiles of connecting roads in a level world."""
+    count = len(connectors.junction)
+    z = solution.end_z.ravel()[connectors.start_end]
+    every, zero = np.arange(count + 1, dtype=np.int64), np.zeros(count)
+    none = np.zeros(0)
+    return (
+        CubicProfile(every, zero, z, zero, zero, zero),
+        CubicProfile(np.zeros(count + 1, np.int64), none, none, none, none, none),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
