@@ -26,7 +26,7 @@ HOMES = {
     "PIL": {"viewing.picture"},
     "osmium": {"osmParsing.file", "batch.cutting", "fetching"},
     "rasterio": {"surface.grids", "fetching"},
-    "lxml": set[str](),
+    "lxml": {"checking.checks"},
     "dask": {"batch.workers"},
     "distributed": {"batch.workers"},
     "psutil": {"batch.workers"},

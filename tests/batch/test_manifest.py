@@ -118,7 +118,7 @@ AREA = '[[area]]\nname = "a"\nosm = "m.osm"\n'
         (AREA + "options = '--jobs 2'\n", "--jobs cannot be given to areas of a batch; leave it out"),
         (AREA + "options = '-o x'\n", "--output cannot be given to areas of a batch; leave it out"),
         (AREA + "options = '--dem x'\n", "--dem cannot be given to areas of a batch; leave it out"),
-        (AREA + "options = 'more.osm'\n", "Got unexpected extra argument (more.osm)"),
+        (AREA + "options = 'more.osm'\n", "more.osm: one area at a time"),
         (AREA + "options = '--wais all'\n", "convert has no option --wais; do you mean --ways?"),
         (AREA + "options = '--help'\n", "--help is not an option of areas; run osm2xodr convert --help"),
         (AREA + "options = 'a \"b'\n", "area 1 (a): options: no closing quotation; check the quotes"),

@@ -218,3 +218,32 @@ def test_files_without_a_place_on_earth(capsys: pytest.CaptureFixture[str], tmp_
     assert "lat, lon unknown: the file has no geoReference" in locate(path, capsys, "--x", 121, "--y", 1)
     assert main(["locate", str(path), "--lat", "50", "--lon", "11"]) == 1
     assert "give --x and --y instead" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        (("--lat", 91, "--lon", 1), "lat 91 is not within -90 to 90 degrees"),
+        (("--lat", 1, "--lon", -400), "lon -400 is not within -360 to 360 degrees"),
+        (("--x", 9_700_000, "--y", 0), r"the nearest road of .*map\.xodr lies 9,700 km away; check the coordinates"),
+        (
+            ("--lat", 89.9, "--lon", 100),
+            r"the nearest road of .*map\.xodr lies [\d,]+ km away; check the coordinates",
+        ),
+    ],
+)
+def test_places_that_are_not_in_the_network(
+    place: tuple[object, ...], message: str, path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["locate", str(path), *map(str, place)]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.fullmatch(f"osm2xodr: error: {message}.*\n", err)
+
+
+def test_a_place_far_away_is_an_empty_row(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    points = tmp_path / "points.csv"
+    points.write_text("x,y\n120,0\n9999,0\n99999,0\n")
+    rows = list(csv.DictReader(io.StringIO(locate(path, capsys, "--points", points))))
+    assert [row["road"] for row in rows] == ["17", "17", ""]
+    assert rows[2]["distance"] == ""

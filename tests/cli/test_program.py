@@ -8,11 +8,13 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+import rasterio
 from lxml import etree
 from small_area import OSM, write_area, write_dem
 
@@ -71,11 +73,15 @@ def test_convert(area: Path, dem: Path, out: Path, capsys: pytest.CaptureFixture
     assert stdout == ""
     lines = stderr.splitlines()
     assert re.fullmatch(rf"osm2xodr: wrote {re.escape(str(out))} \(0\.0 MB, OpenDRIVE 1\.7\) in \d+\.\d s", lines[0])
-    assert re.fullmatch(r"  3 roads of 0\.\d km, 6 connecting roads in 1 junction", lines[1])
-    assert re.fullmatch(
-        r"  heights from 1,0\d\d\.\d to 1,0\d\d\.\d m; the elevation model covers 100 % of the roads", lines[2]
-    )
-    assert any(line.startswith("  guessed") and "way/11" in line for line in lines[3:])
+    assert re.fullmatch(r"  0\.5 km of road, 1 junction; AD, 0\.\d x 0\.\d km, traffic on the right", lines[1])
+    assert re.match(r"  heights from 1,0\d\d\.\d to 1,0\d\d\.\d m, measured on 100 % of the roads; 95 %", lines[2])
+    assert lines[3:] == [
+        "needs attention (osm2xodr explain CODE says more):",
+        "  speed: no limit given, taken from the law of AD: 50 km/h (way/11)",
+        lines[-1],
+    ]
+    assert re.fullmatch(r"\d guesses, 0 dropped, 0 repaired: --report-json, -v", lines[-1])
+    assert "\x1b" not in stderr
     assert "\r" not in stderr
     assert list(out.parent.iterdir()) == [out]
 
@@ -132,6 +138,10 @@ def test_quiet_and_verbose(area: Path, out: Path, capsys: pytest.CaptureFixture[
         "placing signals and objects",
         f"writing {out}",
     ]
+    assert convert(area, "-o", out, "--overwrite", "-v") == 0
+    told = capsys.readouterr().err
+    assert "  note            1  flat: " in told
+    assert "  note: flat: " not in told
     assert convert(area, "-o", out, "--overwrite", "-vv") == 0
     assert "  note: flat: " in capsys.readouterr().err
 
@@ -202,6 +212,10 @@ def test_check_and_page_in_one_go(area: Path, dem: Path, out: Path, capsys: pyte
     told = capsys.readouterr().err
     assert f"{out}: 0 errors, 0 warnings" in told
     assert f"wrote {page}" in told
+    # The summary stands at the end, where one reads it.
+    assert told.splitlines()[-1].endswith("repaired: --report-json, -v")
+    assert told.index(f"wrote {page}") < told.index("needs attention")
+    assert len(told.splitlines()) <= 10
     text = page.read_text(encoding="utf-8")
     assert text.startswith("<!doctype html>")
     assert "Content-Security-Policy" in text
@@ -258,7 +272,7 @@ def test_options_reach_the_heights(area: Path, dem: Path, out: Path, capsys: pyt
     # A loop at each of the dead ends.
     root = etree.parse(out).getroot()
     assert len(root.findall("junction")) == 4
-    assert "  roads on the ground less the elevation model: mean " in capsys.readouterr().err
+    assert "; 95 % of the ground within " in capsys.readouterr().err
 
 
 # ---------------------------------------------------------------- surface
@@ -321,6 +335,23 @@ def test_surface_that_cannot_be(
         (["{area}", "-o", "{out}", "--dem-vertical-datum", "EPSG:3855"], "give --vertical-datum too"),
         (["{area}", "-o", "{out}", "--smoothing", "0"], "--smoothing: 0 is not above 0"),
         (["{area}", "-o", "{out}", "--smoothing", "nan"], "--smoothing: nan is not above 0"),
+        (["{area}", "-o", "{out}", "--smoothing", "100000"], "--smoothing: 100000 is above 100, which levels mount"),
+        (["{area}", "-o", "{out}", "--date", "yesterday"], "--date: 'yesterday' is not a date; write one such as 20"),
+        (
+            ["{area}", "-o", "{out}", "--vertical-datum", "EPSG:3855"],
+            "--vertical-datum is about elevation models; give one with --dem, or leave it out",
+        ),
+        (["{area}", "-o", "{out}", "--dem-sigma", "3"], "--dem-sigma is about elevation models; give one with --dem"),
+        (["{area}", "dem.tif", "-o", "{out}"], "dem.tif: elevation models stand after --dem; write --dem dem.tif"),
+        (["{area}", "b.osm.pbf", "-o", "{out}"], "b.osm.pbf: one area at a time; osmium merge joins files"),
+        (
+            ["https://example.org/a.osm", "-o", "{out}"],
+            "https://example.org/a.osm is an address, and files are read from disk alone; download it first",
+        ),
+        (
+            ["{area}", "--dem", "https://example.org/dem.tif", "-o", "{out}"],
+            "https://example.org/dem.tif is an address",
+        ),
         (
             ["{area}", "-o", "{out}", "--max-grade", "motorway"],
             "--max-grade: max grade 'motorway' is not class=limit",
@@ -339,6 +370,41 @@ def test_wrong_usage(
     assert message in " ".join(stderr.split())
     assert list(out.parent.iterdir()) == []
     assert area.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "command"), [("{area}", "convert {area} -o area.xodr"), ("map.xodr", "check map.xodr")]
+)
+def test_a_file_in_place_of_a_command(
+    name: str, command: str, area: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name, command = name.format(area=area), command.format(area=area)
+    assert main([name]) == 2
+    assert f"Error: {name} is no command; write osm2xodr {command}\n" in capsys.readouterr().err
+
+
+def test_an_area_on_standard_input(area: Path, out: Path) -> None:
+    report = out.with_suffix(".json")
+    done = run("convert", "-", "-o", out, "--report-json", report, input=area.read_bytes())
+    assert done.returncode == 0, done.stderr
+    told = json.loads(report.read_bytes())
+    assert (told["input"]["area"], told["input"]["name"]) == ("-", "standard_input")
+    other = out.with_name("other.xodr")
+    assert convert(area, "-o", other, "--name", "standard_input", "-q") == 0
+    assert other.read_bytes() == out.read_bytes()
+
+
+def test_an_elevation_model_of_zeros_is_told(
+    tmp_path: Path, area: Path, out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    level = write_dem(tmp_path)
+    with rasterio.open(level) as source:
+        profile, cells = source.profile, source.read()
+    with rasterio.open(level, "w", **profile) as target:
+        target.write(0 * cells)
+    assert convert(area, "--dem", level, "-o", out) == 0
+    told = capsys.readouterr().err
+    assert re.search(r"\n  dem-level: .*dem\.tif: all [\d,]+ cells", told)
 
 
 def test_existing_files_are_kept(area: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -482,7 +548,7 @@ def test_partial_elevation_models_can_be_allowed(
 ) -> None:
     small = write_dem(tmp_path, columns=21)
     assert convert(area, "--dem", small, "-o", out, "--allow-partial") == 0
-    assert re.search(r"the elevation model covers \d+\.\d % of the roads", capsys.readouterr().err)
+    assert re.search(r"measured on \d+\.\d % of the roads", capsys.readouterr().err)
 
 
 def test_targets_that_cannot_be(area: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -568,11 +634,22 @@ def memory() -> None:
     raise MemoryError
 
 
+def wrapped(number: signal.Signals) -> None:
+    """Wrap what a signal raises, as Python does up to 3.11 where a class is made."""
+    try:
+        os.kill(os.getpid(), number)
+        time.sleep(10.0)
+    except BaseException as error:
+        raise RuntimeError("Error calling __set_name__") from error
+
+
 @pytest.mark.parametrize(
     ("action", "status", "message"),
     [
         (lambda: os.kill(os.getpid(), signal.SIGINT), 130, "interrupted"),
         (lambda: os.kill(os.getpid(), signal.SIGTERM), 143, "ended by the system"),
+        (lambda: wrapped(signal.SIGINT), 130, "interrupted"),
+        (lambda: wrapped(signal.SIGTERM), 143, "ended by the system"),
         (memory, 1, "the memory is not enough for this area"),
         (crash, 1, r"internal error \(ValueError: two lines\); please report it .*; -vv shows where"),
     ],
@@ -620,6 +697,21 @@ def test_progress_on_terminals_only(area: Path, out: Path) -> None:
     assert done.returncode == 0
     assert "\r\x1b[Kbuilding roads …" in text
     assert "osm2xodr: wrote" in text.split("\x1b[K")[-1]
+    assert "\x1b[33m\x1b[1mneeds attention" in text
+
+
+def test_no_colours_where_they_are_not_wanted(area: Path, out: Path) -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    environment = {**os.environ, "NO_COLOR": "1"}
+    done = run("convert", area, "-o", out, stdout=subprocess.DEVNULL, stderr=theirs, env=environment)
+    os.close(theirs)
+    text = os.read(ours, 100_000).decode()
+    os.close(ours)
+    assert done.returncode == 0
+    assert "\nneeds attention" in text
+    assert "\x1b[33m" not in text
 
 
 def test_document_on_standard_output_and_report_in_a_file(area: Path, out: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_area import OSM, write_area
 from viewed_file import viewed_text
 
 import osm2xodr
@@ -95,3 +96,25 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     for function in (osm2xodr.read, osm2xodr.check):
         with pytest.raises(osm2xodr.InputError, match=r"none\.xodr"):
             function(tmp_path / "none.xodr")
+
+
+def test_the_map_of_another_place_is_refused(tmp_path: Path) -> None:
+    area, xodr = write_area(tmp_path), tmp_path / "own.xodr"
+    osm2xodr.convert(area, output=xodr)
+    other = write_area(tmp_path, OSM.replace('lon="1.57', 'lon="2.57'), "other.osm")
+    with pytest.raises(osm2xodr.CoverageError, match=r"other\.osm: its ways lie 82 km and more from the roads of "):
+        osm2xodr.report(xodr, tmp_path / "a.html", osm=other, check=False)
+    assert not (tmp_path / "a.html").exists()
+    osm2xodr.report(xodr, tmp_path / "a.html", osm=area, check=False)
+
+
+def test_addresses_are_named_as_such() -> None:
+    with pytest.raises(osm2xodr.InputError, match=r"area\.osm is read from a file alone, not from an addr"):
+        osm2xodr.convert("https://example.org/area.osm")
+
+
+def test_options_about_elevation_models_need_one(tmp_path: Path) -> None:
+    area = write_area(tmp_path)
+    with pytest.raises(osm2xodr.OptionError, match="vertical_datum is about elevation models; give") as found:
+        osm2xodr.convert(area, vertical_datum="EPSG:3855")
+    assert found.value.options == ("dem", "vertical_datum")

@@ -43,6 +43,8 @@ def test_what_a_version_cannot_say_is_said_of_the_file(area: Path, tmp_path: Pat
 
 def test_versions_that_cannot_be_written(area: Path, tmp_path: Path) -> None:
     network = osm2xodr.convert(area)
+    with pytest.raises(osm2xodr.OptionError, match="date: 'yesterday' is not a date; write one such as 2024-05-01"):
+        network.write(tmp_path / "x.xodr", date="yesterday")
     with pytest.raises(osm2xodr.OptionError, match=r"xodr_version: OpenDRIVE 1\.5 cannot be written"):
         network.write(tmp_path / "x.xodr", xodr_version="1.5")
     assert not (tmp_path / "x.xodr").exists()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import ElevationReport, LayerCrossing, StructureRecord
-from osm2xodr.reporting.report import Progress, details, report, summary
+from osm2xodr.reporting.report import Progress, details, report
 from osm2xodr.reporting.statistics import Statistics
 
 FIGURES = Statistics(1200, 1, 0, 143_210.0, 12.0, -3.21, 1912.77, 0.9996)
@@ -24,32 +24,11 @@ def some() -> Diagnostics:
     return found
 
 
-def test_summary() -> None:
-    assert summary(FIGURES, some(), has_heights=True) == [
-        "  1,200 roads of 143.2 km, 1 connecting road in 0 junctions",
-        "  heights from -3.2 to 1,912.8 m; the elevation model covers 99.9 % of the roads",
-        "  guessed     1,500  lane-count: no lanes given, 2 taken (way/0, and 1,499 more)",
-        "  guessed         2  lane-width: no width given (way/3, and 1 more)",
-        "  dropped         1  bad-node: node/7 has no position",
-        "  note            1  late: a note",
-    ]
-
-
-def test_summary_of_a_flat_world() -> None:
-    lines = summary(FIGURES, Diagnostics(), has_heights=False)
-    assert lines[1:] == ["  flat at height 0: there is no elevation model"]
-
-
-def test_summary_of_heights() -> None:
+def test_heights_in_the_report() -> None:
     bridge = StructureRecord("bridge", (1,), (2,), 30.0, 6.0, 4.0, 3, 0.02, 0.1)
     tunnel = StructureRecord("tunnel", (4,), (5,), 90.0, -9.0, None, None, 0.03, 0.1)
     tight = LayerCrossing(2, 7, 1, 3, 4.0, 5.2)
     found = ElevationReport(0.99, 0.021, 1.5, 3.0, (), (), (bridge, bridge, tunnel), (tight,))
-    lines = summary(FIGURES, Diagnostics(), has_heights=True, elevation=found)
-    assert lines[2:] == [
-        "  roads on the ground less the elevation model: mean +0.02 m, rms 1.50 m, 95 % within 3.00 m",
-        "  2 bridges and 1 tunnel; 1 crossing with less clearance than usual",
-    ]
     document = json.loads(report({}, [], FIGURES, found, Diagnostics(), {}).decode())
     assert document["elevation"]["structures"][2]["clearance"] is None
     assert document["elevation"]["tight"] == [

@@ -102,7 +102,7 @@ class Conversions:
             str(out),
         ]
         command += ["--name", name, "--xodr-version", version, "--report-json", str(report)]
-        command += ["--jobs", str(jobs)]
+        command += ["--jobs", str(jobs), "-v"]
         done = subprocess.run(
             command,
             capture_output=True,

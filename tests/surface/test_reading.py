@@ -164,3 +164,12 @@ def test_nothing_measured_is_too_little_even_if_partial_is_allowed(tmp_path: Pat
     x, y = scatter(half=740.0)
     with pytest.raises(CoverageError, match="no road has a measured height"):
         read(path, BAVARIA, x, y, allow_partial=True)
+
+
+def test_a_model_of_zeros_is_reported_and_others_are_not(tmp_path: Path) -> None:
+    transform, rows, cols = around(BAVARIA, "EPSG:32632", 20.0)
+    for height, codes in ((0.0, ["dem-level"]), (1.0, [])):
+        path = write_raster(tmp_path / "a.tif", np.full((rows, cols), height, np.float32), transform, "EPSG:32632")
+        _, diagnostics = read([path], BAVARIA, *scatter(half=900.0))
+        assert [item.code for item in diagnostics] == codes
+        path.unlink()

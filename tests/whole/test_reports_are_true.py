@@ -201,10 +201,16 @@ def test_counts_are_those_of_what_is_listed(conversion: Conversion) -> None:
     listed = Counter((item["kind"], item["code"]) for item in report["diagnostics"])
     counted = {(item["kind"], item["code"]): item["count"] for item in report["counts"]}
     assert counted == dict(listed)
-    # Each line of the summary names as many.
+    # Each line of -v names as many, and the last line all.
+    lines = conversion.messages.splitlines()
     for (kind, code), count in listed.items():
-        line = next(line for line in conversion.messages.splitlines() if f" {code}: " in line and kind in line)
+        line = next(line for line in lines if f" {code}: " in line and line.startswith(f"  {kind} "))
         assert int(line.split()[1].replace(",", "")) == count
+    kinds = Counter(kind for kind, _ in listed.elements())
+    said = [int(text.replace(",", "")) for text in re.findall(r"\d[\d,]*(?= )", lines[-1])]
+    assert said == [kinds["guessed"], kinds["dropped"], kinds["repaired"]]
+    start = next(k for k, line in enumerate(lines) if " km of road, " in line)
+    assert len(lines) - start <= 9
 
 
 def test_statistics_are_those_of_the_file(conversion: Conversion) -> None:

@@ -13,6 +13,7 @@ from hypothesis import given, strategies as st
 from lxml import etree
 from sample_road_maps import FRAME, crossing, furnished_crossing, plan_view, profile, straight_roads
 
+from osm2xodr import __version__
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
@@ -35,6 +36,12 @@ def parsed(document: bytes) -> Any:
 
 def test_same_input_gives_the_same_bytes() -> None:
     assert written(crossing()) == written(crossing())
+
+
+def test_the_version_of_the_program_stands_in_the_header_unless_another_is_given() -> None:
+    for options, version in ((WriteOptions(), __version__), (WriteOptions(tool_version="9.8.7"), "9.8.7")):
+        data = parsed(written(crossing(), options)).find("header").findall("userData")
+        assert [item.get("value") for item in data if item.get("code") == "osm2xodr"] == [version]
 
 
 def test_header() -> None:

@@ -37,7 +37,7 @@ class CheckOptions:
                 raise ValueError(f"{name} is no reader that check knows; it knows {', '.join(READERS)}")
         for name in (*self.only, *self.ignore):
             if name not in RULES:
-                raise ValueError(f"{name} is no rule; docs/check.md lists the rules")
+                raise ValueError(f"{name} is no rule; osm2xodr check --list-rules lists them")
         if self.most < 0:
             raise ValueError(f"{self.most} findings per rule cannot be listed; give 0 or more")
 

@@ -31,11 +31,19 @@ Examples:
   osm2xodr check area.xodr --for carla --fail-on error
   osm2xodr check area.xodr --format sarif -o area.sarif --ignore overlap
 
-docs/check.md lists all rules.
+osm2xodr explain RULE says more about one of them.
 
-Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wrong usage.""",
+Exit status: 0 nothing found, 1 findings (see --fail-on) or cannot check, 2 wrong usage, 130 interrupted.""",
 )
 @file_argument
+@click.option(
+    "--list-rules",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=lambda context, _, wanted: _list_rules(context) if wanted else None,
+    help="List all rules and what each finds.",
+)
 @click.option(
     "--for",
     "readers",
@@ -99,3 +107,13 @@ def check(
         click.echo(f"osm2xodr: {result.headline()}", err=True)
         click.echo(f"osm2xodr: wrote {label(output)}", err=True)
     return FINDINGS if result.failed(least) else CLEAN
+
+
+def _list_rules(context: click.Context) -> None:
+    """Print all rules, and end."""
+    from osm2xodr.checking import RULES
+
+    widest = max(map(len, RULES))
+    for name, rule in RULES.items():
+        click.echo(f"{name:<{widest}}  {rule.severity.word:<7}  {rule.meaning}")
+    context.exit()

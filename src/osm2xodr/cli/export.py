@@ -33,7 +33,7 @@ GeoJSON is in WGS 84 with heights, for QGIS and web maps. OBJ and glTF hold the 
 one material per type of lane; z is up in OBJ unless --up says otherwise, y is always up in glTF. OBJ comes with a
 file of materials of the same name and .mtl.
 
-Exit status: 0 written, 1 cannot export, 2 wrong usage.""",
+Exit status: 0 written, 1 cannot export, 2 wrong usage, 130 interrupted.""",
 )
 @file_argument
 @output_option("File")

@@ -21,6 +21,10 @@ from osm2xodr.system import STANDARD_OUTPUT, stream_to
 if TYPE_CHECKING:
     from osm2xodr.opendrive import FieldValue, Locator
 
+# A place that lies farther from all roads is not one of the network, m: a choice, less than a slip of 0.1 degrees.
+_REACH = 10_000.0
+# Degrees that there are. Longitudes may be counted on, once around.
+_MOST_DEGREES = {"lat": 90.0, "lon": 360.0}
 # Ways to name a place: the columns that are needed, and those that are optional.
 _WAYS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("lat", "lon"): (),
@@ -49,9 +53,10 @@ Examples:
   osm2xodr locate area.xodr --points places.csv > heights.csv
 
 A CSV file has a line of column names: lat,lon or x,y or road,s and maybe t or lane and offset. Its other columns are
-kept. Degrees are those of WGS 84, headings are in rad, all else is in m.
+kept. Places over 10 km away from all roads are not found. Degrees are those of WGS 84, headings are in rad, all
+else is in m.
 
-Exit status: 0 found, 1 cannot be found, 2 wrong usage.""",
+Exit status: 0 found, 1 cannot be found, 2 wrong usage, 130 interrupted.""",
 )
 @file_argument
 @click.option("--lat", type=float, metavar="DEG", help="Latitude.")
@@ -82,6 +87,10 @@ def locate(file: Path, points: Path | None, every: bool, as_json: bool, **given:
     for line in caveats(locator.file):
         click.echo(f"osm2xodr: {line}", err=True)
     found = _found(locator, asked)
+    if points is None:
+        _refuse_far(found[0], locator)
+    else:
+        found = [[place for place in places if not _is_far(place)] for places in found]
     if as_json:
         chosen = [places if every else places[:1] for places in found]
         document: object = [{"point": item.columns, "places": at} for item, at in zip(asked, chosen, strict=True)]
@@ -138,6 +147,9 @@ def _point(way: tuple[str, ...], cells: dict[str, str], place: str) -> _Point:
             numbers[name] = math.nan
         if not math.isfinite(numbers[name]) or (name == "lane" and numbers[name] % 1):
             raise InputError(f"{place}{name} {text!r} is not a {'lane id' if name == 'lane' else 'number'}")
+    for name, most in _MOST_DEGREES.items():
+        if abs(numbers.get(name, 0.0)) > most:
+            raise InputError(f"{place}{name} {numbers[name]:g} is not within {-most:g} to {most:g} degrees")
     if "lane" in numbers and "t" in numbers:
         raise InputError(f"{place}t and lane are two ways to say the same; give one of them, or lane and offset")
     if "offset" in numbers and "lane" not in numbers:
@@ -164,6 +176,23 @@ def _found(locator: Locator, asked: list[_Point]) -> list[list[dict[str, FieldVa
     rows = locator.describe(places)
     start = places.start.tolist()
     return [rows[start[k] : start[k + 1]] for k in range(len(asked))]
+
+
+def _is_far(place: dict[str, FieldValue]) -> bool:
+    """Whether a place is too far from its road to be one of the network."""
+    distance = place["distance"]
+    return isinstance(distance, float) and distance > _REACH
+
+
+def _refuse_far(places: list[dict[str, FieldValue]], locator: Locator) -> None:
+    """Refuse a place that is not one of the network."""
+    if places and _is_far(places[0]):
+        distance = places[0]["distance"]
+        assert isinstance(distance, float)
+        raise InputError(
+            f"the nearest road of {locator.file.path} lies {distance / 1e3:,.0f} km away; check the coordinates and"
+            " their order"
+        )
 
 
 def _csv(asked: list[_Point], found: list[list[dict[str, FieldValue]]], every: bool) -> str:

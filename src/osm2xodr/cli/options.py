@@ -19,7 +19,20 @@ from osm2xodr.system import STANDARD_OUTPUT, check_target, limited, parse_durati
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
-PATH: Final = click.Path(path_type=Path)
+_ADDRESS: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+
+
+class _LocalPath(click.Path):
+    """The type of a file: an address is refused in its own spelling, which a path would take for a folder."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path."""
+        if isinstance(value, str) and _ADDRESS.match(value):
+            self.fail(f"{value} is an address, and files are read from disk alone; download it first", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+PATH: Final = _LocalPath(path_type=Path)
 # Options that have another name on the command line than in Python.
 _SPELLINGS: Final = MappingProxyType({"readers": "for"})
 

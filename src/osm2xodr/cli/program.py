@@ -9,8 +9,10 @@ import contextlib
 import errno
 import os
 import signal
+import sys
 import traceback
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import click
@@ -18,7 +20,9 @@ import click
 from osm2xodr import __version__
 from osm2xodr.cli.batch import batch
 from osm2xodr.cli.check import check
+from osm2xodr.cli.completion import completion
 from osm2xodr.cli.convert import convert
+from osm2xodr.cli.explain import explain
 from osm2xodr.cli.export import export
 from osm2xodr.cli.fetch import fetch
 from osm2xodr.cli.locate import locate
@@ -38,6 +42,9 @@ if TYPE_CHECKING:
     from types import FrameType
 
 OK, CANNOT, INTERRUPTED, TERMINATED = 0, 1, 130, 143
+
+# Where the documents are: in a checkout, in an installation.
+_DOCUMENTS = (Path(__file__).parents[3] / "docs", Path(sys.prefix) / "share" / "doc" / "osm2xodr")
 
 # Errors of standard streams that are closed, or that lead to a full disk or a dead device.
 _STREAM_ERRORS = frozenset({errno.EBADF, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
@@ -86,17 +93,45 @@ def _run(arguments: Sequence[str] | None, session: Session) -> int:
         silence_standard_output()
         return _fail(f"standard input or output cannot be used: {(error.strerror or str(error)).lower()}")
     except Exception as error:
+        # Up to 3.11 Python wraps what interrupts it while it makes a class.
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            return _fail("interrupted", INTERRUPTED)
+        if isinstance(error.__cause__, _Terminated):
+            return _fail("ended by the system", TERMINATED)
         return _crash(error, session.verbose)
     return status if isinstance(status, int) else OK
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+class _Program(click.Group):
+    """The program, which says what to do with a file in place of a command."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write where the documents are, which messages name by their place in docs."""
+        for folder in _DOCUMENTS:
+            if (folder / "check.md").is_file():
+                formatter.write_paragraph()
+                formatter.write_text(f"Documents (docs): {folder}")
+                return
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command."""
+        name = args[0]
+        if self.get_command(ctx, name) is None and (Path(name).suffix or Path(name).exists()):
+            command = "check" if name.lower().endswith((".xodr", ".xodr.gz")) else "convert"
+            rest = "" if command == "check" else " -o area.xodr"
+            ctx.fail(f"{name} is no command; write osm2xodr {command} {name}{rest}")
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=_Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, "--version", message="%(prog)s %(version)s")
 def cli() -> None:
     """Turn OpenStreetMap and elevation models into OpenDRIVE road networks."""
 
 
-for _command in (fetch, convert, batch, check, report, render, surface, locate, export):
+for _command in (fetch, convert, batch, check, report, render, surface, locate, export, explain, completion):
     cli.add_command(_command)
 
 

@@ -29,7 +29,7 @@ Examples:
   osm2xodr render area.xodr --color grade --bbox 7.415,43.730,7.425,43.738 -o grades.png
   osm2xodr render area.xodr --bbox-xy -200,-150,200,150 --width 800 --format png -o - > middle.png
 
-Exit status: 0 written, 1 cannot draw, 2 wrong usage.""",
+Exit status: 0 written, 1 cannot draw, 2 wrong usage, 130 interrupted.""",
 )
 @file_argument
 @output_option("SVG or PNG picture")

@@ -27,7 +27,7 @@ Examples:
   osm2xodr report area.xodr -o report.html
   osm2xodr report area.xodr --osm area.osm --dem dem.tif --report-json area.json -o report.html
 
-Exit status: 0 written, 1 cannot read or write, 2 wrong usage.""",
+Exit status: 0 written, 1 cannot read or write, 2 wrong usage, 130 interrupted.""",
 )
 @file_argument
 @output_option("HTML page")

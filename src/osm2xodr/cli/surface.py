@@ -19,7 +19,7 @@ Examples:
   osm2xodr surface dem.tif -o report.html
   osm2xodr surface fine.tif coarse.tif --bbox 11.55,49.97,11.62,50.00 -o report.html
 
-Exit status: 0 written, 1 cannot compare, 2 wrong usage.""",
+Exit status: 0 written, 1 cannot compare, 2 wrong usage, 130 interrupted.""",
 )
 @click.argument("dem", nargs=-1, required=True, type=PATH)
 @output_option("HTML page")

@@ -7,11 +7,12 @@ import difflib
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from osm2xodr import __version__, pipeline
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import OptionError
 from osm2xodr.furniture import FurnitureOptions, parse_objects_option
 from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
 from osm2xodr.library.options import DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused
@@ -22,6 +23,9 @@ from osm2xodr.reporting import Conversion
 from osm2xodr.surface import SurfaceOptions
 from osm2xodr.system import available_jobs
 from osm2xodr.xodrWriter import WriteOptions
+
+# Options that mean nothing without an elevation model.
+_NEED_DEM: Final = ("vertical_datum", "dem_vertical_datum", "dem_sigma")
 
 
 def convert(
@@ -139,6 +143,9 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
         surface = dataclasses.replace(
             surface, vertical_datum=options.vertical_datum, dem_vertical_datum=options.dem_vertical_datum
         )
+    for name in () if dems else _NEED_DEM:
+        if getattr(options, name) is not None:
+            raise OptionError(f"{name} is about elevation models; give one with dem, or leave it out", "dem", name)
     elevation = ElevationOptions(
         options.smoothing, structures=not options.no_structures, superelevation=options.superelevation
     )

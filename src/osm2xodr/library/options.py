@@ -21,7 +21,7 @@ from osm2xodr.conventions import DEFAULT_TARGET, TARGETS
 from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.furniture import EXTRA_OBJECTS
-from osm2xodr.xodrWriter import VERSIONS, WriteOptions
+from osm2xodr.xodrWriter import VERSIONS, WriteOptions, check_date
 
 # `osm2xodr.surface.METHODS` and `DEM_TYPES`, which are too slow to load for --help; a test holds them equal.
 SURFACE_METHODS: Final = ("nearest", "bilinear", "bicubic", "polynomial")
@@ -29,6 +29,8 @@ DEM_TYPES: Final = ("auto", "dtm", "dsm")
 # More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
 # eight are at most twice as fast as two (Amdahl's law).
 MOST_JOBS: Final = 8
+# Beyond this factor nothing is left of the terrain: a choice.
+_SMOOTHING_MOST: Final = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +178,11 @@ class ConvertOptions:
             raise OptionError(
                 f"smoothing: {self.smoothing:g} is not above 0; 1 is the usual, 2 is smoother", "smoothing"
             )
+        if self.smoothing > _SMOOTHING_MOST:
+            many = f"smoothing: {self.smoothing:g} is above {_SMOOTHING_MOST:g}, which levels mountains"
+            raise OptionError(f"{many}; 1 is the usual, 2 is smoother", "smoothing")
+        with refused("date"):
+            check_date(self.date)
 
     def inputs(self, area: Path, dems: Iterable[Path]) -> dict[str, Any]:
         """Return what was asked for, as reports say it."""

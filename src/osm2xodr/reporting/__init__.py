@@ -7,20 +7,28 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
+    from osm2xodr.reporting.code_table import Code as Code, codes as codes
     from osm2xodr.reporting.conversion import Conversion as Conversion, Written as Written
     from osm2xodr.reporting.report import (
         REPORT_FORMAT as REPORT_FORMAT,
         Progress as Progress,
         details as details,
-        summary as summary,
     )
     from osm2xodr.reporting.statistics import summarize as summarize
+    from osm2xodr.reporting.summary_lines import (
+        Line as Line,
+        Style as Style,
+        kinds_of_findings as kinds_of_findings,
+        summary as summary,
+    )
 
 __getattr__ = lazy_exports(
     __name__,
     {
+        "code_table": ("Code", "codes"),
         "conversion": ("Conversion", "Written"),
-        "report": ("Progress", "REPORT_FORMAT", "details", "summary"),
+        "report": ("Progress", "REPORT_FORMAT", "details"),
         "statistics": ("summarize",),
+        "summary_lines": ("Line", "Style", "kinds_of_findings", "summary"),
     },
 )

@@ -18,7 +18,7 @@ from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.errors import OptionError
 from osm2xodr.reporting.report import report
 from osm2xodr.system import settle, stream_to
-from osm2xodr.xodrWriter import WriteOptions, write_xodr
+from osm2xodr.xodrWriter import WriteOptions, check_date, write_xodr
 
 if TYPE_CHECKING:
     from osm2xodr.model import RoadMap
@@ -155,6 +155,10 @@ class Conversion:
 
 def _changed(options: WriteOptions, changes: Mapping[str, Any]) -> WriteOptions:
     """Return options with some of them changed."""
+    try:
+        check_date(changes.get("date", ""))
+    except ValueError as error:
+        raise OptionError(f"date: {error}", "date") from error
     named = {"version" if name == "xodr_version" else name: value for name, value in changes.items()}
     try:
         return dataclasses.replace(options, **named)

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, TextIO
 
-from osm2xodr.diagnostics import Diagnostics, Kind, counted
+from osm2xodr.diagnostics import Diagnostics
 
 if TYPE_CHECKING:
     from osm2xodr.model import BorderEnd, ElevationReport
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 # Version of the layout of the JSON report; goes up when a field is removed or changes its meaning.
 REPORT_FORMAT = 1
-
-_KINDS = (Kind.GUESSED, Kind.DROPPED, Kind.REPAIRED, Kind.NOTE)
 
 
 class Progress:
@@ -54,42 +52,9 @@ class Progress:
         self._stage = ""
 
 
-def summary(
-    statistics: Statistics, diagnostics: Diagnostics, *, has_heights: bool, elevation: ElevationReport | None = None
-) -> list[str]:
-    """Return lines that sum up a conversion: the network, its heights, then what was guessed, dropped and repaired.
-
-    `has_heights` says whether there is an elevation model, `elevation` how well the roads follow it.
-    """
-    roads, through = counted(statistics.roads, "road"), counted(statistics.connecting_roads, "connecting road")
-    kilometres = f"{statistics.road_length / 1000.0:,.1f} km"
-    lines = [f"  {roads} of {kilometres}, {through} in {counted(statistics.junctions, 'junction')}"]
-    if has_heights:
-        covered = statistics.dem_coverage
-        coverage = "" if covered is None else f"; the elevation model covers {_percent(covered)} of the roads"
-        lines.append(f"  heights from {statistics.lowest:,.1f} to {statistics.highest:,.1f} m{coverage}")
-    else:
-        lines.append("  flat at height 0: there is no elevation model")
-    if elevation is not None:
-        errors = f"mean {elevation.bias:+.2f} m, rms {elevation.rms:.2f} m, 95 % within {elevation.p95:.2f} m"
-        lines.append(f"  roads on the ground less the elevation model: {errors}")
-        kinds = [item.kind for item in elevation.structures]
-        if kinds:
-            built = " and ".join(counted(kinds.count(kind), kind) for kind in ("bridge", "tunnel") if kind in kinds)
-            lines.append(f"  {built}; {counted(len(elevation.tight), 'crossing')} with less clearance than usual")
-    first: dict[tuple[Kind, str], tuple[str, str]] = {}
-    for item in diagnostics:
-        first.setdefault((item.kind, item.code), (item.message, item.osm_id))
-    counts = diagnostics.counts()
-    order = sorted(counts.items(), key=lambda entry: (_KINDS.index(entry[0][0]), -entry[1], entry[0][1]))
-    for (kind, code), count in order:
-        lines.append(f"  {kind.value:<9}{count:>8,}  {code}: {_example(*first[kind, code], count)}")
-    return lines
-
-
 def details(diagnostics: Diagnostics) -> list[str]:
     """Return one line for each diagnostic."""
-    return [f"  {item.kind.value}: {item.code}: {_example(item.message, item.osm_id, 1)}" for item in diagnostics]
+    return [f"  {item.kind.value}: {item.code}: {example(item.message, item.osm_id, 1)}" for item in diagnostics]
 
 
 def report(
@@ -138,14 +103,7 @@ def _plain(value: Any) -> Any:
     return str(value) if isinstance(value, PurePath) else value
 
 
-def _percent(share: float) -> str:
-    """Return a share in per cent, never rounded up to 100 or down to 0."""
-    if share in (0.0, 1.0):
-        return f"{100 * share:.0f} %"
-    return f"{min(max(100.0 * share, 0.1), 99.9):.1f} %"
-
-
-def _example(message: str, osm_id: str, count: int) -> str:
+def example(message: str, osm_id: str, count: int) -> str:
     """Return the first of several findings, and how many more there are."""
     text = message.rstrip(".")
     where = osm_id if osm_id not in text else ""

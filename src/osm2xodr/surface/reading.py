@@ -39,6 +39,8 @@ _COVERAGE_MIN: Final = 0.5
 # Spacing of the points along roads at which coverage is checked, m: below the cells of the coarsest elevation models
 # in use (90 m).
 _COVERAGE_STEP: Final = 50.0
+# Cells of height 0 from which a model is reported as level: few may be so by chance, or on a shore. A choice.
+_LEVEL_CELLS: Final = 100
 # Number of files that a message names before "and n more".
 _FILES_NAMED: Final = 3
 
@@ -166,6 +168,8 @@ def _used(
     for unused, why in ((away, "it does not reach the roads"), (empty, "it has only nodata around the roads")):
         if unused:
             diagnostics.note("dem-unused", "", f"{_names(unused)}: not used, {why}.")
+    for window in used:
+        _report_level(window, diagnostics)
     if used:
         return used
     names = _names(paths)
@@ -178,6 +182,14 @@ def _used(
     covered = min(west), min(south), max(east), max(north)
     places = f"covers {_box_text(covered)} but the roads lie at {_box_text(roads)}"
     raise CoverageError(f"{names}: the elevation model {places}; give one that covers the roads")
+
+
+def _report_level(window: DemWindow, diagnostics: Diagnostics) -> None:
+    """Report an elevation model that is 0 all around the roads, as no ground is but undeclared voids are."""
+    z = window.z[np.isfinite(window.z)]
+    if len(z) >= _LEVEL_CELLS and not z.any():
+        text = f"{window.source.path}: all {len(z):,} cells around the roads have the height 0"
+        diagnostics.note("dem-level", "", f"{text}; look whether they are voids or the file is the wrong one.")
 
 
 def _checked_coverage(

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from osm2xodr.system import ByteSink
-from osm2xodr.xodrWriter.options import VERSIONS, WriteOptions
+from osm2xodr.xodrWriter.options import VERSIONS, WriteOptions, check_date
 
 if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
-    from osm2xodr.model import RoadMap
+    from osm2xodr.model import PlanView, RoadMap
 
-__all__ = ["VERSIONS", "WriteOptions", "write_xodr"]
+__all__ = ["VERSIONS", "WriteOptions", "check_date", "plan_view_bounds", "write_xodr"]
 
 
 def write_xodr(
@@ -47,3 +47,10 @@ def write_xodr(
     from osm2xodr.xodrWriter.document import write_document
 
     write_document(road_map, stream, options, diagnostics, jobs)
+
+
+def plan_view_bounds(plan: PlanView) -> tuple[float, float, float, float]:
+    """Return west, south, east, north of all reference lines (at least one record), m, as headers state them."""
+    from osm2xodr.xodrWriter.document import plan_view_bounds as bounds
+
+    return bounds(plan)

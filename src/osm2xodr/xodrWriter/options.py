@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from types import MappingProxyType
 from typing import Final
 
+from osm2xodr import __version__
 from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, Target
 
 
@@ -73,7 +75,7 @@ class WriteOptions:
     # Date in the header, ISO 8601; empty leaves it out. Never the time of writing, so that the same input gives the
     # same bytes.
     date: str = ""
-    tool_version: str = ""  # Version of the converter, for the header
+    tool_version: str = __version__  # Version of the converter, for the header
     osm_data: bool = True  # Whether the data are OpenStreetMap's, whose licence asks to be named
     target: Target = TARGETS[DEFAULT_TARGET]  # The reader to write for
 
@@ -81,8 +83,18 @@ class WriteOptions:
         if self.version not in DIALECTS:
             msg = f"OpenDRIVE {self.version} cannot be written; choose one of {', '.join(VERSIONS)}"
             raise ValueError(msg)
+        check_date(self.date)
 
     @property
     def dialect(self) -> Dialect:
         """The features of the chosen version."""
         return DIALECTS[self.version]
+
+
+def check_date(text: str) -> None:
+    """Refuse a date for the header that is not one of ISO 8601; empty is none. Raises ValueError."""
+    try:
+        # Python 3.10 does not know Z.
+        datetime.fromisoformat(text.removesuffix("Z") or "2000-01-01")
+    except ValueError:
+        raise ValueError(f"{text!r} is not a date; write one such as 2024-05-01 or 2024-05-01T12:30:00") from None

@@ -10,6 +10,7 @@ from t_junction import sound_map
 
 from osm2xodr.checking import CheckOptions, check_file
 from osm2xodr.checking.checks import schema
+from osm2xodr.cli import main
 from osm2xodr.errors import InputError
 
 ONLY = ("schema",)
@@ -64,14 +65,47 @@ def test_a_version_without_a_schema_is_reported(path: Path) -> None:
 def test_a_missing_checker_is_reported(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(schema, "_PACKAGE", "no_such_package")
     result = check_file(path, CheckOptions(only=ONLY))
-    assert result.notes == ("the schema was not checked: give one with --schema, or install asam-qc-opendrive",)
+    assert result.notes == ("the schema was not checked: give one with --schema, or pip install asam-qc-opendrive",)
 
 
-@pytest.mark.parametrize("module", ["lxml.etree", "xmlschema"])
-def test_a_missing_library_is_reported(module: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(schema, "_module", lambda name, real=schema._module: None if name == module else real(name))
+def test_a_missing_library_is_reported(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(schema, "_module", lambda name: None)
     result = check_file(with_version(path, 8), CheckOptions(only=ONLY))
-    assert [note for note in result.notes if f"install {module.split('.')[0]}" in note] == list(result.notes) != []
+    assert [note for note in result.notes if "install xmlschema" in note] == list(result.notes) != []
+
+
+# What a small schema of one's own may ask for: that the root has an attribute.
+OWN = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"><xs:element name="OpenDRIVE"><xs:complexType>
+<xs:sequence><xs:any maxOccurs="unbounded" processContents="skip"/></xs:sequence>
+<xs:attribute name="audited" use="{use}"/></xs:complexType></xs:element></xs:schema>"""
+
+
+@pytest.mark.parametrize(("use", "status"), [("required", 1), ("optional", 0)])
+def test_a_schema_of_ones_own_needs_no_extra(
+    use: str,
+    status: int,
+    path: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(schema, "_PACKAGE", "no_such_package")
+    monkeypatch.setattr(schema, "_module", lambda name: None)
+    own = tmp_path / "own.xsd"
+    own.write_text(OWN.format(use=use))
+    assert main(["check", str(path), "--schema", str(own), "--only", "schema"]) == status
+    said = capsys.readouterr().out
+    assert ("The attribute 'audited' is required but missing" in said) is bool(status)
+    assert "not checked" not in said
+
+
+def test_a_missing_schema_does_not_change_the_exit_status(
+    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(schema, "_PACKAGE", "no_such_package")
+    for least in ("error", "warning", "info"):
+        assert main(["check", str(path), "--only", "schema", "--fail-on", least]) == 0
+        assert "note: the schema was not checked: give one with --schema" in capsys.readouterr().out
 
 
 def test_a_schema_can_be_given(path: Path) -> None:

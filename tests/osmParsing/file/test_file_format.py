@@ -82,7 +82,7 @@ def test_pbf_under_any_name(tmp_path: Path) -> None:
         ('<?xml version="1.0"?><osmChange version="0.6"/>', "XML of another kind (<osmChange>"),
         ('<?xml version="1.0"?>', "is no OSM data or incomplete"),
         ("<" + " " * (1 << 20) + "osm>", "is no OSM data or incomplete"),
-        ('{"version": 0.6, "elements": []}', "is JSON"),
+        ('{"version": 0.6, "elements": []}', "is JSON; ask Overpass for XML, [out:xml] in place of [out:json]"),
         ("hello " * 100, "is no OSM data"),
         ("\x00" * 5000, "is no OSM data"),
         ("", "is empty"),

@@ -121,6 +121,22 @@ def test_a_box_in_degrees_is_the_same_place(file: OpenDrive) -> None:
     assert found == pytest.approx((10.0, -20.0, 90.0, 30.0), abs=0.01)
 
 
+def test_boxes_with_swapped_axes(file: OpenDrive) -> None:
+    frame, _ = frame_of(file.header)
+    assert frame is not None
+    lon, lat = frame.to_geographic(np.array([10.0, 90.0]), np.array([-20.0, 30.0]))
+    with pytest.raises(InputError, match="has roads within --bbox only if its axes are swapped; write west,south"):
+        box_of_degrees(file, (lat[0], lon[0], lat[1], lon[1]))
+    with pytest.raises(InputError, match="--bbox reaches beyond the poles; write west,south,east,north"):
+        box_of_degrees(file, (10.0, 91.5, 11.0, 99.5))
+
+
+def test_boxes_beyond_the_projection_raise_an_error_alone(file: OpenDrive) -> None:
+    """Where no place has finite coordinates, NumPy must not warn; warnings are errors here."""
+    with pytest.raises(InputError, match="--bbox lies beyond the projection of the file; give one nearer"):
+        box_of_degrees(file, (100.9, 0.0, 101.0, 1e-9))
+
+
 def test_what_cannot_be_drawn_is_reported(file: OpenDrive, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no road within --bbox; its roads lie at x and y within -7,-13,"):
         make_picture(file, PictureOptions((1000.0, 1000.0, 1100.0, 1100.0)))

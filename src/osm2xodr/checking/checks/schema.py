@@ -1,4 +1,4 @@
-"""Checks files against the XML schema of their version, if a schema and a library that reads it are installed."""
+"""Checks files against the XML schema of their version, if there is one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import locale
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Any, BinaryIO, Final, TypeAlias, cast
 
 from osm2xodr.errors import InputError
 
@@ -50,7 +50,7 @@ def schema_violations(
     if found is None:
         version = ".".join(str(part) for part in revision)
         if importlib.util.find_spec(_PACKAGE) is None:
-            return (), "the schema was not checked: give one with --schema, or install asam-qc-opendrive"
+            return (), "the schema was not checked: give one with --schema, or pip install asam-qc-opendrive"
         return (), f"the schema was not checked: there is none for version {version}; give one with --schema"
     try:
         found.read_bytes()
@@ -58,9 +58,9 @@ def schema_violations(
         raise InputError(
             f"cannot read the schema {found}: {(error.strerror or str(error)).lower()}; give its .xsd file"
         ) from error
-    etree = _module("lxml.etree")
-    if etree is None:
-        return (), "the schema was not checked: install lxml"
+    # Here, so that commands that check no schema start at once.
+    from lxml import etree
+
     try:
         with _decimal_points():
             compiled = etree.XMLSchema(etree.parse(str(found)))
@@ -71,10 +71,11 @@ def schema_violations(
                 (),
                 f"the schema was not checked: it takes long for a file of this size; --schema {found.name} does it",
             )
-        return _by_xmlschema(_tree(etree, path), found, str(error))
+        return _by_xmlschema(_tree(path), found, str(error))
     with _decimal_points():
-        compiled.validate(_tree(etree, path))
-    return tuple((error.line, " ".join(error.message.split())) for error in compiled.error_log), None
+        compiled.validate(_tree(path))
+    errors: Any = compiled.error_log
+    return tuple((error.line, " ".join(error.message.split())) for error in errors), None
 
 
 @contextmanager
@@ -108,12 +109,14 @@ def _module(name: str) -> Any:
         return None
 
 
-def _tree(etree: Any, path: Path) -> Any:
+def _tree(path: Path) -> Any:
     """Return a file as a tree of lxml."""
+    from lxml import etree
+
     with path.open("rb") as stream:
         packed = stream.read(2) == b"\x1f\x8b"
     parser = etree.XMLParser(huge_tree=True, resolve_entities=False, no_network=True)
-    with gzip.open(path) if packed else path.open("rb") as stream:
+    with cast("BinaryIO", gzip.open(path) if packed else path.open("rb")) as stream:
         return etree.parse(stream, parser)
 
 

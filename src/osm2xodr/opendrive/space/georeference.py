@@ -47,7 +47,9 @@ class Frame:
         cos, sin = math.cos(turn), math.sin(turn)
         u, v = _transformed(self._back, lon_deg, lat_deg)
         u, v = u - east, v - north
-        return cos * u + sin * v, cos * v - sin * u
+        # Places beyond the projection are infinite.
+        with np.errstate(invalid="ignore"):
+            return cos * u + sin * v, cos * v - sin * u
 
     def height(self, z: FloatArray) -> FloatArray:
         """Return heights of the projection for inertial z, m."""

@@ -44,6 +44,9 @@ _OTHER_FORMATS: Final = (
     ((b"\xff\xe0\4o5m",), "in the format o5m"),
 )
 _EXPECTED: Final = "give OSM data as .osm, .osm.gz, .osm.bz2 or .osm.pbf"
+_OVERPASS: Final = f"ask Overpass for XML, [out:xml] in place of [out:json], or {_EXPECTED}"
+# Paths lose one of the two slashes.
+_ADDRESS: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
 _DAMAGED: Final = (OSError, EOFError, zlib.error)
 
 
@@ -68,7 +71,8 @@ def open_osm_file(path: Path) -> OsmFile:
     kind = "osm.gz" if head.startswith(b"\x1f\x8b") else "osm.bz2" if head.startswith(b"BZh") else "osm"
     if kind == "osm" and not _text(head).lstrip("\ufeff \t\r\n").startswith("<"):
         what = next((what for starts, what in _OTHER_FORMATS if head.startswith(starts)), None)
-        raise InputError(f"{path} is {what or 'no OSM data'}; {_EXPECTED}")
+        remedy = _OVERPASS if what == "JSON" else _EXPECTED
+        raise InputError(f"{path} is {what or 'no OSM data'}; {remedy}")
     try:
         with _decompressed(path, kind) as stream:
             _check_prolog(path, stream)
@@ -80,6 +84,8 @@ def open_osm_file(path: Path) -> OsmFile:
 
 def _read_head(path: Path) -> bytes:
     if not path.exists():
+        if _ADDRESS.match(str(path)):
+            raise InputError(f"{path.name} is read from a file alone, not from an address; download it first")
         raise InputError(f"{path} does not exist; check the path of the OSM file")
     if not path.is_file():
         what = "a directory" if path.is_dir() else "no regular file"

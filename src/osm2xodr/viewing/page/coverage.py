@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.errors import CoverageError
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, Places, RoadFinder, pose
 from osm2xodr.osmParsing import (
@@ -26,6 +27,8 @@ from osm2xodr.osmParsing import (
 _SPACING: Final = 10.0
 _SLACK: Final = 1.0
 _ANGLE: Final = 0.5236
+# A map whose every way lies farther from all roads than this is one of another place, m: a choice.
+_ELSEWHERE: Final = 1000.0
 # Least length of a way on a road that is listed with it, m; half of the road is enough.
 LEAST_MATCH: Final = 15.0
 _TAGS = frozenset({*ACCESS_TAGS, "highway", "name", "ref", "bridge", "tunnel"})
@@ -80,6 +83,8 @@ def compare_with_osm(path: Path, file: OpenDrive, frame: Frame) -> tuple[list[Wa
     ------
     InputError
         The OSM file cannot be read.
+    CoverageError
+        It is the map of another place.
     """
     options = ParseOptions()
     source = open_osm_file(path)
@@ -88,6 +93,12 @@ def compare_with_osm(path: Path, file: OpenDrive, frame: Frame) -> tuple[list[Wa
     nodes = read_nodes(source, np.unique(np.fromiter((ref for way in ways for ref in way.refs), np.int64)))
     points = _points(ways, nodes, frame)
     places = RoadFinder(file).find(points.x, points.y)
+    if len(places.distance) and places.distance.min() > _ELSEWHERE:
+        away = places.distance.min() / 1e3
+        raise CoverageError(
+            f"{path}: its ways lie {away:,.0f} km and more from the roads of {file.path};"
+            " give the OSM file of that area"
+        )
     covered = np.zeros(len(points.x), np.bool_)
     covered[places.point[places.distance <= _SLACK]] = True
     return _covers(ways, points, covered), _on_roads(file, points, places, len(ways))

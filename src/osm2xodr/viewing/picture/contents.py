@@ -11,7 +11,7 @@ import numpy as np
 
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
-from osm2xodr.opendrive import OpenDrive, frame_of
+from osm2xodr.opendrive import Frame, OpenDrive, frame_of
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
@@ -32,6 +32,8 @@ _SHADES: Final = 64
 _BAR_SHARE: Final = 0.16
 # Pixels per metre from which carriageways have edges.
 _EDGES_FROM: Final = 1.5
+_LATITUDE_MOST: Final = 90.0
+_BOX_ORDER: Final = "write west,south,east,north, longitudes first and third"
 # A strip higher than something by more than this is above it, m: less than the clearance of any bridge for cars.
 _OVERHEAD: Final = 3.0
 
@@ -238,10 +240,36 @@ def box_of_degrees(file: OpenDrive, box: tuple[float, float, float, float]) -> t
     if frame is None:
         raise InputError(f"{file.path}: {reason}; give --bbox-xy in metres instead of --bbox")
     west, south, east, north = box
+    if max(abs(south), abs(north)) > _LATITUDE_MOST:
+        raise InputError(f"--bbox reaches beyond the poles; {_BOX_ORDER}")
+    found = _box_in_file(file, frame, box)
+    if not _meets_roads(file, found) and max(abs(west), abs(east)) <= _LATITUDE_MOST:
+        swapped = _box_in_file(file, frame, (south, west, north, east))
+        if _meets_roads(file, swapped):
+            raise InputError(f"{file.path} has roads within --bbox only if its axes are swapped; {_BOX_ORDER}")
+    if not np.isfinite(found).all():
+        raise InputError(f"{file.path}: --bbox lies beyond the projection of the file; give one nearer to its roads")
+    return found
+
+
+def _meets_roads(file: OpenDrive, box: tuple[float, float, float, float]) -> bool:
+    """Whether a box (m) meets that around all reference lines."""
+    west, south, east, north = box
+    x, y = file.plan_view.x, file.plan_view.y
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = x[known], y[known]
+    return bool(len(x) and west <= x.max() and east >= x.min() and south <= y.max() and north >= y.min())
+
+
+def _box_in_file(
+    file: OpenDrive, frame: Frame, box: tuple[float, float, float, float]
+) -> tuple[float, float, float, float]:
+    """Return the box in x and y of a file around a box in degrees; not finite where it is beyond the projection."""
+    west, south, east, north = box
     share = np.linspace(0.0, 1.0, 9)
     lon = np.concatenate((west + share * (east - west), west + share * (east - west), np.repeat((west, east), 9)))
     lat = np.concatenate((np.repeat((south, north), 9), np.tile(south + share * (north - south), 2)))
     x, y = frame.to_inertial(lon, lat)
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
-        raise InputError(f"{file.path}: --bbox lies beyond the projection of the file; give one nearer to its roads")
+        return math.nan, math.nan, math.nan, math.nan
     return float(x.min()), float(y.min()), float(x.max()), float(y.max())
