@@ -85,6 +85,15 @@ def test_no_piece_is_shorter_than_the_distance_of_samples(samples: int) -> None:
     assert np.abs(cubic_slope(profile, np.zeros(400, np.int64), dense)).max() < 0.31
 
 
+def test_records_that_continue_one_another_are_one() -> None:
+    """A trapezoid: its corners fit no spline of few pieces, but its sides are straight."""
+    s = np.linspace(0.0, 40.0, 21)
+    value = np.minimum(0.01 * np.minimum(s, 40.0 - s), 0.1)
+    slope = np.where((s > 0.0) & (s < 10.0), 0.01, np.where((s > 30.0) & (s < 40.0), -0.01, 0.0))
+    profile = fit(40.0, value, slope, 1e-4, 1e-4)
+    assert profile.s.tolist() == pytest.approx([0.0, 2.0, 8.0, 10.0, 30.0, 32.0, 38.0])
+
+
 def test_no_curves() -> None:
     none = np.zeros(0)
     assert fit_records(np.array([0]), none, none, none, none, 0.1).start.tolist() == [0]

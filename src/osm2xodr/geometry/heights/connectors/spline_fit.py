@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.geometry.heights.elements import hermite, hermite_slope
-from osm2xodr.geometry.heights.records import Knots, hermite_records, short_numbers
+from osm2xodr.geometry.heights.records import Knots, thin_records
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Inner knots that are tried, as shares of the length, fewest first.
@@ -25,6 +25,9 @@ _TRIALS: Final = (
     (1 / 12, 1 / 6, 1 / 3, 2 / 3, 5 / 6, 11 / 12),
     tuple(k / 8 for k in range(1, 8)), tuple(k / 12 for k in range(1, 12)),
 )  # fmt: skip
+# What is below these is no difference: values, m or rad, and slopes, per m.
+_SAME_VALUE: Final = 1e-4
+_SAME_SLOPE: Final = 1e-5
 # Shortest piece of a trial, in intervals of samples, which is 1 but for rounding.
 _SHORTEST_PIECE: Final = 0.999
 
@@ -86,7 +89,8 @@ def fit_records(
     for curve, knot_s, height, grade in found:
         place = first[curve][:, None] + np.arange(knot_s.shape[1])
         s[place], z[place], g[place] = knot_s, height, grade
-    return hermite_records(short_numbers(Knots(first, s, z, g)))
+    # Of records that continue one another, as on ramps of superelevation, one is enough.
+    return thin_records(Knots(first, s, z, g), _SAME_VALUE, _SAME_SLOPE)
 
 
 def _fit_group(
