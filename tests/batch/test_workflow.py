@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import secrets
@@ -313,24 +314,33 @@ def test_a_worker_that_ends_untold_leaves_nothing_open(tmp_path: Path, area: str
 
 @pytest.mark.parametrize("server", [False, True], ids=["conversion", "its-parent"])
 def test_a_killed_conversion_says_so(tmp_path: Path, server: bool) -> None:
-    # It takes seconds, and is killed at once.
-    job = AreaJob(f"killed-{server}", "a", ("convert", str(SAMPLE), "-o", str(tmp_path / "a.xodr"), "-q"))
+    # It takes seconds, and is killed at once; on a busy machine it may be through before that.
+    message = ""
+    for attempt in range(8):
+        message = message or _killed(f"killed-{server}-{attempt}", tmp_path / f"{attempt}.xodr", server)
+    how = "" if server else " by SIGKILL"
+    assert message.split(",")[0] == f"its process was killed{how}"
+
+
+def _killed(batch: str, output: Path, server: bool) -> str:
+    """Kill a conversion, or the process that forks conversions, and return what the outcome says of it."""
+    job = AreaJob(batch, "a", ("convert", str(SAMPLE), "-o", str(output), "-q"))
     outcomes: list[Outcome] = []
     thread = threading.Thread(target=lambda: outcomes.append(run_area(job)))
     thread.start()
-    until = time.monotonic() + 30.0
     family: list[psutil.Process] = []
-    while len(family) < 2 and time.monotonic() < until:
+    while len(family) < 2 and thread.is_alive():
         # Other tests may have left children of other kinds.
-        servers = [item for item in psutil.Process().children() if AREA_SERVER in item.cmdline()]
-        family = [item for child in servers for item in (child, *child.children())]
+        with contextlib.suppress(psutil.NoSuchProcess):
+            servers = [item for item in psutil.Process().children() if AREA_SERVER in item.cmdline()]
+            family = [item for child in servers for item in (child, *child.children())]
         time.sleep(0.02)
-    family[0 if server else 1].kill()
+    with contextlib.suppress(psutil.NoSuchProcess, IndexError):
+        family[0 if server else 1].kill()
     thread.join(timeout=30.0)
-    how = "" if server else " by SIGKILL"
-    assert [outcome.message.split(",")[0] for outcome in outcomes] == [f"its process was killed{how}"]
     end_areas(job.batch)
     assert psutil.wait_procs(family, timeout=15.0)[1] == []
+    return outcomes[0].message
 
 
 @pytest.mark.parametrize(
