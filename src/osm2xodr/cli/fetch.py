@@ -33,7 +33,7 @@ Examples:
 
 Writes area.osm, dem.tif and SOURCES.md, and goes on where it ended when it is started again.
 
-Exit status: 0 written, 1 cannot fetch, 2 wrong usage.""",
+Exit status: 0 written, 1 cannot fetch, 2 wrong usage, 130 interrupted.""",
 )
 @click.option("--bbox", metavar="W,S,E,N", help="Area: degrees, WGS 84.")
 @click.option("--place", type=PATH, metavar="FILE", help="Area: polygons in GeoJSON.")
