@@ -23,10 +23,7 @@ from osm2xodr.curves import (
 from osm2xodr.defaults import CLEARANCE_LEAST
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.heights import ProfileProblem, curve_spans, levels_at
-from osm2xodr.model import FloatArray, IntArray, Lane, LaneSection, LaneType, LayerCrossing, RoadMap
-
-# Lanes between the outermost of which a carriageway lies.
-_FOR_CARS = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL, LaneType.BUS, LaneType.TAXI})
+from osm2xodr.model import VEHICLE_LANES, FloatArray, IntArray, Lane, LaneSection, LayerCrossing, RoadMap
 
 
 def with_clearances(road_map: RoadMap, problem: ProfileProblem, diagnostics: Diagnostics) -> RoadMap:
@@ -91,7 +88,7 @@ def _stations(road_map: RoadMap) -> Stations:
     sections = [section for item in road_map.roads for section in item.lane_sections]
     first = starts([len(item.lane_sections) for item in road_map.roads])
     section = find_record(first, np.array([item.s for item in sections]), road, s)
-    driven = np.array([any(lane.type in _FOR_CARS for lane in item.lanes) for item in sections], bool)[section]
+    driven = np.array([any(lane.type in VEHICLE_LANES for lane in item.lanes) for item in sections], bool)[section]
     road, s, section = road[driven], s[driven], section[driven]
     x, y, hdg = pose(road_map.plan_view, road, s)
     z, bank = cubic_value(road_map.elevation, road, s), cubic_value(road_map.superelevation, road, s)
@@ -121,7 +118,7 @@ def _border(sections: list[LaneSection], section: IntArray, ds: FloatArray, side
 
 def _within(section: LaneSection, side: int) -> list[Lane]:
     """Return the lanes between the reference line and the edge of the carriageway on a side."""
-    ids = [lane.id for lane in section.lanes if lane.type in _FOR_CARS]
+    ids = [lane.id for lane in section.lanes if lane.type in VEHICLE_LANES]
     if not ids:
         return []
     outer = max(ids) if side > 0 else min(ids)

@@ -12,10 +12,10 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture.objects import find_crossings, place_objects
 from osm2xodr.furniture.options import FurnitureOptions
 from osm2xodr.furniture.world.approaches import find_approaches
-from osm2xodr.furniture.world.lane_table import CAR_LANES, LaneTable
+from osm2xodr.furniture.world.lane_table import LaneTable
 from osm2xodr.furniture.world.world import World
 from osm2xodr.geometry import build_roads
-from osm2xodr.model import RoadObject
+from osm2xodr.model import VEHICLE_LANES, RoadObject
 from osm2xodr.osmParsing import ParseOptions, parse_osm
 from osm2xodr.surface import FlatSurface
 
@@ -77,5 +77,5 @@ def test_nothing_stands_on_lanes_for_cars(world: World, objects: tuple[RoadObjec
         if distance - abs(aside) > 0.01:
             continue
         for lane in world.lanes.at(world.road_map.roads[road].id, at):
-            if lane.type in CAR_LANES:
+            if lane.type in VEHICLE_LANES:
                 assert not lane.right + THIN < aside < lane.left - THIN, standing[point][0]

@@ -15,8 +15,8 @@ from typing import Final
 
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.lights.road_lights import RoadLight
-from osm2xodr.furniture.world import CAR_LANES, Approach, Crossing, Movement, World, car_lanes, lane_ranges
-from osm2xodr.model import LaneType, Rule, Signal, SignalReference
+from osm2xodr.furniture.world import Approach, Crossing, Movement, World, car_lanes, lane_ranges
+from osm2xodr.model import VEHICLE_LANES, LaneType, Rule, Signal, SignalReference
 
 _FOR_CARS: Final = "1000001"
 _FOR_PEOPLE: Final = "1000002"
@@ -136,7 +136,7 @@ def _references(world: World, signal: int, movements: Sequence[Movement]) -> lis
     out = []
     for road, entries in sorted(lanes.items()):
         first = world.lanes.road(road).lane_sections[0]
-        own = [lane.id for lane in first.lanes if lane.predecessor in entries and lane.type in CAR_LANES]
+        own = [lane.id for lane in first.lanes if lane.predecessor in entries and lane.type in VEHICLE_LANES]
         out.append(SignalReference(signal, road, 0.0, _beside(world, road, 0.0, along=True), "+", lane_ranges(own)))
     return out
 

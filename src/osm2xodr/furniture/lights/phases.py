@@ -19,8 +19,8 @@ import numpy as np
 
 from osm2xodr.curves import lengths, pose
 from osm2xodr.furniture.lights.heads import THROUGH, Head, turn_of
-from osm2xodr.furniture.world import CAR_LANES, Approach, Movement, World, points_beside
-from osm2xodr.model import BoolArray, Controller, FloatArray, IntArray
+from osm2xodr.furniture.world import Approach, Movement, World, points_beside
+from osm2xodr.model import VEHICLE_LANES, BoolArray, Controller, FloatArray, IntArray
 
 # Arms are opposite if a straight line bends by at most this from one to the other, rad (45 degrees); a choice.
 _OPPOSITE: Final = 0.785
@@ -127,7 +127,7 @@ def _paths(world: World, movements: Sequence[Movement]) -> tuple[IntArray, Float
 def _middles(world: World, movement: Movement) -> tuple[float, float]:
     """Return t of the middle of a movement's lane at the start and end of its connecting road, m."""
     road = world.lanes.road(movement.connecting_road)
-    first, last = ([lane for lane in road.lane_sections[k].lanes if lane.type in CAR_LANES] for k in (0, -1))
+    first, last = ([lane for lane in road.lane_sections[k].lanes if lane.type in VEHICLE_LANES] for k in (0, -1))
     before = next(lane.id for lane in first if lane.predecessor == movement.entry_lane)
     after = next(lane.id for lane in last if lane.successor == movement.exit_lane)
     ends = ((before, 0.0), (after, world.lanes.length(road.id)))

@@ -9,8 +9,8 @@ from typing import Final
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture.objects.crosswalks import NARROWEST_ISLAND, island, island_edges
-from osm2xodr.furniture.world import CAR_LANES, NodePlace, World
-from osm2xodr.model import RoadObject
+from osm2xodr.furniture.world import NodePlace, World
+from osm2xodr.model import VEHICLE_LANES, RoadObject
 
 # Length along the road and height by OSM's value, m. Humps and tables: Highways (Road Hump) Regulations 1999 (at most
 # 0.1 m high) and FHWA Traffic Calming ePrimer (humps of 12 ft, tables of 22 ft); all others: choices.
@@ -81,7 +81,7 @@ def _across(world: World, kind: str, road: int, s: float) -> list[tuple[float, f
     return [
         (lane.middle + half, lane.middle - half)
         for lane in world.lanes.at(road, s)
-        if lane.type in CAR_LANES and lane.left - lane.right >= _CUSHION_WIDTH
+        if lane.type in VEHICLE_LANES and lane.left - lane.right >= _CUSHION_WIDTH
     ]
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from osm2xodr.furniture.world import CAR_LANES, Crossing, LaneAt, World, outline
-from osm2xodr.model import LaneType, RoadObject
+from osm2xodr.furniture.world import Crossing, LaneAt, World, outline
+from osm2xodr.model import VEHICLE_LANES, LaneType, RoadObject
 
 # Width that lanes keep beside an island, m: that of buses and lorries without their mirrors; a choice.
 _WIDTH_BESIDE_ISLAND: Final = 2.5
@@ -71,7 +71,7 @@ def island_edges(world: World, road: int, s: float) -> tuple[float, float] | Non
     """
     lanes = sorted(world.lanes.at(road, s), key=lambda lane: abs(lane.id))
     left, right = [lane for lane in lanes if lane.id > 0], [lane for lane in lanes if lane.id < 0]
-    if not all(any(lane.type in CAR_LANES for lane in side) for side in (left, right)):
+    if not all(any(lane.type in VEHICLE_LANES for lane in side) for side in (left, right)):
         return None
     return left[0].right + _spare(left), right[0].left - _spare(right)
 
@@ -82,7 +82,7 @@ def _spare(lanes: Sequence[LaneAt]) -> float:
     for lane in lanes:
         width = lane.left - lane.right
         if lane.type not in _SPARE:
-            return spare + max(width - _WIDTH_BESIDE_ISLAND, 0.0) if lane.type in CAR_LANES else spare
+            return spare + max(width - _WIDTH_BESIDE_ISLAND, 0.0) if lane.type in VEHICLE_LANES else spare
         spare += width
     return spare
 

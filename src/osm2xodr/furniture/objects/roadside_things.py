@@ -21,8 +21,8 @@ from osm2xodr.furniture.objects.strips import (
     strips_on,
     strips_outside,
 )
-from osm2xodr.furniture.world import CAR_LANES, LaneAt, RoadsideFinder, World, pieces_on_road
-from osm2xodr.model import RoadObject, RoadsideKind, RoadsideThing
+from osm2xodr.furniture.world import LaneAt, RoadsideFinder, World, pieces_on_road
+from osm2xodr.model import VEHICLE_LANES, RoadObject, RoadsideKind, RoadsideThing
 
 # OpenDRIVE's type and subtype, and a name.
 _WORDS: Final = {
@@ -180,7 +180,9 @@ def _in_lanes(world: World, curve: int, begin: float, end: float) -> list[Strip]
 
 def _innermost(lanes: Iterable[LaneAt], left: bool) -> float:
     """Return t of the middle of the lane for cars next to the centre on one side, NaN where there is none."""
-    found = [lane for lane in lanes if (lane.id > 0) == left and lane.type in CAR_LANES and lane.left > lane.right]
+    found = [
+        lane for lane in lanes if (lane.id > 0) == left and lane.type in VEHICLE_LANES and lane.left > lane.right
+    ]
     return min(found, key=lambda lane: abs(lane.id)).middle if found else float("nan")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from osm2xodr.furniture.world.approaches import car_lanes, find_approaches
-from osm2xodr.furniture.world.lane_table import CAR_LANES, LaneAt, LaneTable, lane_ranges
+from osm2xodr.furniture.world.lane_table import LaneAt, LaneTable, lane_ranges
 from osm2xodr.furniture.world.node_places import NodePlace, NodePlaces
 from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
 from osm2xodr.furniture.world.world import (
@@ -20,7 +20,6 @@ from osm2xodr.furniture.world.world import (
 )
 
 __all__ = [
-    "CAR_LANES",
     "Approach",
     "Crossing",
     "LaneAt",

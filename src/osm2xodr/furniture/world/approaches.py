@@ -9,9 +9,8 @@ import numpy as np
 
 from osm2xodr.curves import lengths, pose, wrapped
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world.lane_table import CAR_LANES
 from osm2xodr.furniture.world.world import Approach, Crossing, Movement, World
-from osm2xodr.model import LaneType
+from osm2xodr.model import VEHICLE_LANES, LaneType
 
 
 def find_approaches(world: World, crossings: Sequence[Crossing]) -> tuple[Approach, ...]:
@@ -56,7 +55,7 @@ def _movements(world: World) -> dict[tuple[int, int, bool], list[Movement]]:
                 continue
             for lane_in, lane_through in connection.lane_links:
                 lane = next(item for item in through.lane_sections[0].lanes if item.id == lane_through)
-                if lane.type not in CAR_LANES or lane.successor is None:
+                if lane.type not in VEHICLE_LANES or lane.successor is None:
                     continue
                 turn = turns[world.lanes.index(through.id)]
                 movement = Movement(through.id, lane_in, after.id, bool(after.at_start), lane.successor, turn)
@@ -93,6 +92,6 @@ def _stop(world: World, road: int, at_end: bool, crossings: Sequence[Crossing], 
 def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
     """Return the ids of the lanes for cars that run along s (or against it), from the centre outwards."""
     runs = world.lanes.runs_along
-    cars = [lane for lane in world.lanes.at(road, s) if lane.type in CAR_LANES]
+    cars = [lane for lane in world.lanes.at(road, s) if lane.type in VEHICLE_LANES]
     own = (lane.id for lane in cars if lane.type is LaneType.BIDIRECTIONAL or runs(lane.id) == along)
     return tuple(sorted(own, key=abs))

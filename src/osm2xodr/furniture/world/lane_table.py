@@ -11,11 +11,10 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import lengths
-from osm2xodr.model import VEHICLE_LANES, Cubic, Lane, LaneSection, LaneType, Road, RoadMap, Rule
+from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, Road, RoadMap, Rule
 
 # Lanes beyond the kerb or the edge of the pavement; the carriageway lies between the innermost of them.
 OFF_CARRIAGEWAY: Final = frozenset({LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB})
-CAR_LANES: Final = VEHICLE_LANES
 
 
 @dataclass(frozen=True, slots=True)

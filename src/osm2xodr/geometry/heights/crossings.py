@@ -18,13 +18,11 @@ from osm2xodr.curves import (
 )
 from osm2xodr.geometry.defaults import PARALLEL_SINE
 from osm2xodr.geometry.heights.defaults import CLEARANCE, CLEARANCE_OTHER, DECK
-from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, end_spans, span_at
+from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, end_spans, span_at, span_sides
 from osm2xodr.model import BoolArray, FloatArray, IntArray, Structure
 
 # Longest piece of a carriageway along its road, m: about the width of a lane.
 _PIECE: Final = 4.0
-# Width of a carriageway where it is not known, m: two lanes.
-_UNKNOWN_WIDTH: Final = 6.0
 # Roads that meet at a node do not cross there, however their layers are tagged: within this distance of it, m.
 _NEAR_NODE: Final = 25.0
 # Carriageways that reach less into each other lie side by side, m: less than the error of widths.
@@ -103,8 +101,7 @@ def _across(
     problem: ProfileProblem, connectors: ConnectorProblem | None, curve: IntArray, span: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return half the carriageway's width and t of its middle, (n,), m, of pieces on a span of a curve."""
-    half = np.full(len(curve), 0.5 * _UNKNOWN_WIDTH) if problem.span_width is None else 0.5 * problem.span_width[span]
-    middle = np.zeros(len(curve)) if problem.span_middle is None else problem.span_middle[span]
+    half, middle = (side[span] for side in span_sides(problem))
     if connectors is not None:
         inside = curve >= len(problem.end_junction)
         half[inside], middle[inside] = connectors.half_width[curve[inside] - len(problem.end_junction)], 0.0

@@ -9,11 +9,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from osm2xodr.curves import pose, runs
-from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.crossings import Crossings
 from osm2xodr.geometry.heights.elements import Network, end_poses, hermite, hermite_slope, rows_matrix
-from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans
+from osm2xodr.geometry.heights.problem import ProfileProblem, end_spans, fast_spans, span_sides
 from osm2xodr.geometry.heights.stiffness import Beams, deflection_stiffness, rotation_stiffness
 from osm2xodr.model import BoolArray, FloatArray, IntArray
 
@@ -29,10 +28,8 @@ _CLASS_LIMIT_AT: Final = (0.25, 0.75)
 _FIRM_LIMIT_AT: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
 # Directions, from 0 to less than pi, in which the tilt of a junction is limited.
 _TILT_DIRECTIONS: Final = 4
-# From the edge of a carriageway to the middle of its outer lane, width of a carriageway if it is not known, and the
-# shortest path between lanes of two arms, m.
+# From the edge of a carriageway to the middle of its outer lane, and the shortest path between lanes of two arms, m.
 _EDGE_TO_LANE: Final = 1.6
-_UNKNOWN_WIDTH: Final = 6.0
 _SHORTEST_PATH: Final = 0.4
 
 
@@ -104,29 +101,51 @@ def limit_tilts(network: Network, limit: FloatArray, density: FloatArray) -> lis
         _within(tilt, defaults.GRADE_SLACK * bound[j], stiffness[j], _TILT_CAP),
         _within(tilt, np.full(len(j), defaults.JUNCTION_TILT_MAX), stiffness[j], _NO_CAP),
     ]
-    j, rise = _neighbouring_arms(problem)
+    ends = _look_at_ends(problem)
+    j, rise = _neighbouring_arms(ends)
     rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), rise, columns)
     limits.append(_within(rows, np.full(len(j), defaults.JUNCTION_STEP_MAX), stiffness[j], _NO_CAP))
-    return [*limits, *_limit_cross_slopes(problem, stiffness, columns)]
+    return [*limits, *_limit_cross_slopes(ends, stiffness, columns)]
 
 
-def _limit_cross_slopes(problem: ProfileProblem, stiffness: FloatArray, columns: int) -> list[Limits]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ends:
+    """Road ends, and which of them are arms of one junction."""
+
+    junction: IntArray  # (2 R,) Below 0 where there is none
+    # (2 R,) Where they lie, m, and their heading along +s, rad
+    x: FloatArray
+    y: FloatArray
+    hdg: FloatArray
+    # (2 R,) Half the carriageway's width and t of its middle, m
+    half: FloatArray
+    middle: FloatArray
+    fast: BoolArray  # (2 R,) Whether the road is built for speed
+    # (pairs,) Ends at the same junction
+    a: IntArray
+    b: IntArray
+
+
+def _look_at_ends(problem: ProfileProblem) -> _Ends:
+    junction, span = problem.end_junction.ravel(), end_spans(problem).ravel()
+    half, middle = (side[span] for side in span_sides(problem))
+    pairs = _arm_pairs(junction, len(problem.junction_xy))
+    return _Ends(junction, *end_poses(problem), half, middle, fast_spans(problem)[span], *pairs)
+
+
+def _limit_cross_slopes(ends: _Ends, stiffness: FloatArray, columns: int) -> list[Limits]:
     """Return the limits on the tilt of junctions' planes across their arms: elastic, and firm between neighbours.
 
     Roads are level across, so connecting roads have to twist by what the plane is tilted across them. Arms beside
     each other come together as one carriageway, and neither can lie above the other.
     """
-    junction = problem.end_junction.ravel()
-    arm = np.flatnonzero(junction >= 0)
-    hdg = end_poses(problem)[2][arm]
-    across = np.column_stack([-np.sin(hdg), np.cos(hdg)])
-    fast = np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)
-    fast = fast[end_spans(problem).ravel()[arm]]
-    bound = np.where(fast, defaults.FAST_CROSS_SLOPE_MAX, defaults.CROSS_SLOPE_MAX)
-    bound = np.minimum(bound, defaults.CROSS_STEP_MAX / np.maximum(_half_widths(problem)[0][arm], _SHORTEST_PATH))
-    j = junction[arm]
+    arm = np.flatnonzero(ends.junction >= 0)
+    across = np.column_stack([-np.sin(ends.hdg[arm]), np.cos(ends.hdg[arm])])
+    bound = np.where(ends.fast[arm], defaults.FAST_CROSS_SLOPE_MAX, defaults.CROSS_SLOPE_MAX)
+    bound = np.minimum(bound, defaults.CROSS_STEP_MAX / np.maximum(ends.half[arm], _SHORTEST_PATH))
+    j = ends.junction[arm]
     rows = rows_matrix(np.column_stack([3 * j + 1, 3 * j + 2]), across, columns)
-    firm = _cross_slope_beside(problem)[arm]
+    firm = _cross_slope_beside(ends)[arm]
     beside = np.flatnonzero(np.isfinite(firm))
     return [
         _within(rows, bound, stiffness[j], _CROSS_SLOPE_CAP),
@@ -134,12 +153,10 @@ def _limit_cross_slopes(problem: ProfileProblem, stiffness: FloatArray, columns:
     ]
 
 
-def _cross_slope_beside(problem: ProfileProblem) -> FloatArray:
+def _cross_slope_beside(ends: _Ends) -> FloatArray:
     """Return the tilt across each road end, (2 R,), with which it meets the one beside it; infinite where none is."""
-    a, b = _arm_pairs(problem.end_junction.ravel(), len(problem.junction_xy))
-    x, y, hdg = end_poses(problem)
-    half, middle = _half_widths(problem)
-    x, y = x - middle * np.sin(hdg), y + middle * np.cos(hdg)
+    a, b, hdg, half = ends.a, ends.b, ends.hdg, ends.half
+    x, y = ends.x - ends.middle * np.sin(hdg), ends.y + ends.middle * np.cos(hdg)
     out_of_junction = hdg + np.where(np.arange(len(hdg)) % 2 == 0, 0.0, np.pi)
     cos, sin = np.cos(hdg[a]), np.sin(hdg[a])
     along, across = (x[b] - x[a]) * cos + (y[b] - y[a]) * sin, np.abs((y[b] - y[a]) * cos - (x[b] - x[a]) * sin)
@@ -152,17 +169,14 @@ def _cross_slope_beside(problem: ProfileProblem) -> FloatArray:
     return limit
 
 
-def _neighbouring_arms(problem: ProfileProblem) -> tuple[IntArray, FloatArray]:
+def _neighbouring_arms(ends: _Ends) -> tuple[IntArray, FloatArray]:
     """Return pairs of arms that are nearer to each other than their middles: junction, and offset / distance.
 
     The plane's gradient times the second, (n, 2), is the grade between the nearest lanes of both arms, at most
     `JUNCTION_STEP_MAX`. The distance is less than that of the lanes where less is allowed.
     """
-    junction = problem.end_junction.ravel()
-    a, b = _arm_pairs(junction, len(problem.junction_xy))
-    x, y, hdg = end_poses(problem)
-    half, middle = _half_widths(problem)
-    nx, ny = -np.sin(hdg), np.cos(hdg)
+    a, b, x, y, half, middle = ends.a, ends.b, ends.x, ends.y, ends.half, ends.middle
+    nx, ny = -np.sin(ends.hdg), np.cos(ends.hdg)
 
     def reach(p: IntArray, q: IntArray, edge: float) -> FloatArray:
         """Return the distance from the outer lanes of p, `edge` inside of its edges, to the row of those of q."""
@@ -181,7 +195,7 @@ def _neighbouring_arms(problem: ProfileProblem) -> tuple[IntArray, FloatArray]:
     distance = np.minimum(np.maximum(lanes, _SHORTEST_PATH), allowed / defaults.JUNCTION_STEP_MAX)
     offset = np.column_stack([x[a] - x[b], y[a] - y[b]])
     near = np.hypot(*offset.T) > distance
-    return junction[a[near]], offset[near] / distance[near, None]
+    return ends.junction[a[near]], offset[near] / distance[near, None]
 
 
 def _arm_pairs(junction: IntArray, junctions: int) -> tuple[IntArray, IntArray]:
@@ -193,14 +207,6 @@ def _arm_pairs(junction: IntArray, junctions: int) -> tuple[IntArray, IntArray]:
     # Each arm with all arms of its junction; the half with a < b is kept.
     a, b = np.repeat(np.arange(len(order)), count[at]), runs((np.cumsum(count) - count)[at], count[at])
     return order[a[a < b]], order[b[a < b]]
-
-
-def _half_widths(problem: ProfileProblem) -> tuple[FloatArray, FloatArray]:
-    """Return half the carriageway's width and t of its middle at each road end, (2 R,), m."""
-    ends = end_spans(problem).ravel()
-    width = np.full(len(ends), _UNKNOWN_WIDTH) if problem.span_width is None else problem.span_width[ends]
-    middle = np.zeros(len(ends)) if problem.span_middle is None else problem.span_middle[ends]
-    return 0.5 * width, middle
 
 
 def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma: FloatArray) -> Limits:

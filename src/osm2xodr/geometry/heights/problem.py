@@ -12,11 +12,14 @@ import numpy as np
 from osm2xodr.curves import find_record
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.errors import InputError
+from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights.defaults import GRADE_MAX
 from osm2xodr.model import BoolArray, CubicProfile, ElevationReport, FloatArray, IntArray, PlanView
 
 # Classes that the defaults leave to the value for all others.
 _OTHER_CLASSES: Final = ("busway", "pedestrian", "raceway", "road")
+# Width of a carriageway that is not known, m.
+_UNKNOWN_WIDTH: Final = 6.0
 # Least grade limit that a user may set: RAL and RASt want 0.5 to 0.7 % at least for the water to run off.
 _GRADE_LIMIT_MIN: Final = 0.005
 
@@ -122,6 +125,18 @@ class ConnectorProblem:
 def span_at(problem: ProfileProblem, road: IntArray, s: FloatArray) -> IntArray:
     """Return the index of the span that holds at s of roads, both (n,)."""
     return find_record(problem.span_start, problem.span_s, road, s)
+
+
+def fast_spans(problem: ProfileProblem) -> BoolArray:
+    """Return which spans are of classes that are built for speed, (K,)."""
+    return np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)
+
+
+def span_sides(problem: ProfileProblem) -> tuple[FloatArray, FloatArray]:
+    """Return half the width of the carriageway and t of its middle on each span, (K,), m."""
+    count = len(problem.span_s)
+    width = np.full(count, _UNKNOWN_WIDTH) if problem.span_width is None else problem.span_width
+    return 0.5 * width, np.zeros(count) if problem.span_middle is None else problem.span_middle
 
 
 def end_spans(problem: ProfileProblem) -> IntArray:

@@ -24,12 +24,12 @@ from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
-from osm2xodr.geometry.heights.records import Knots, add_pins, thin_records
+from osm2xodr.geometry.heights.records import Knots, add_pins, level_profile, thin_records
 from osm2xodr.geometry.heights.report import Outcome, element_grades, report, statistics, tabulate
 from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.geometry.heights.stiffness import Beams, Chains, find_chains, network_stiffness
 from osm2xodr.geometry.heights.superelevation import road_superelevation
-from osm2xodr.model import BoolArray, CubicProfile, FloatArray, Surface
+from osm2xodr.model import BoolArray, FloatArray, Surface
 from osm2xodr.system import release_memory
 
 
@@ -230,7 +230,6 @@ def _write_records(network: Network, outcome: Outcome) -> ProfileSolution:
 def _level_solution(problem: ProfileProblem, heights: FloatArray) -> ProfileSolution:
     """Return the solution on an exactly level surface with these heights, (n,), m."""
     z = float(heights[0]) if len(heights) else 0.0
-    roads, zero = len(problem.end_junction), np.zeros(len(problem.end_junction))
-    profile = CubicProfile(np.arange(roads + 1, dtype=np.int64), zero, np.full(roads, z), zero, zero, zero)
+    roads = len(problem.end_junction)
     planes = np.tile([z, 0.0, 0.0], (len(problem.junction_xy), 1))
-    return ProfileSolution(profile, planes, np.full((roads, 2), z), np.zeros((roads, 2)))
+    return ProfileSolution(level_profile(np.full(roads, z)), planes, np.full((roads, 2), z), np.zeros((roads, 2)))

@@ -43,6 +43,12 @@ class Knots:
         return out
 
 
+def level_profile(value: FloatArray) -> CubicProfile:
+    """Return one constant for each curve, (curves,)."""
+    zero = np.zeros(len(value))
+    return CubicProfile(np.arange(len(value) + 1, dtype=np.int64), zero, value, zero, zero, zero)
+
+
 def hermite_records(knots: Knots) -> CubicProfile:
     """Return the cubics through all knots."""
     start, s, value, slope = knots.start, knots.s, knots.value, knots.slope

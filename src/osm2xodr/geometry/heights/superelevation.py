@@ -15,9 +15,9 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import FAST_HIGHWAYS
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.elements import Network, assemble, bending_matrices, hermite, tension_matrices
+from osm2xodr.geometry.heights.problem import fast_spans
 from osm2xodr.geometry.heights.records import Knots, only_curves, thin_records
 from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, Structure, Surface
 
@@ -39,7 +39,7 @@ def road_superelevation(network: Network, surface: Surface, diagnostics: Diagnos
     junctions; a road without superelevation has no records. The diagnostics receive a note if no road has any.
     """
     problem, elements, samples = network.problem, network.elements, network.samples
-    fast = np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)[elements.span]
+    fast = fast_spans(problem)[elements.span]
     use = np.flatnonzero(fast[samples.element] & (elements.structure[samples.element] == Structure.GROUND))
     slope, good = _read_across(network, use, surface)
     seen = np.zeros(len(elements.h), bool)

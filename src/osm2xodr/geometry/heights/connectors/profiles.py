@@ -11,13 +11,13 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose
-from osm2xodr.geometry.defaults import CONNECTOR_STEEP, FAST_HIGHWAYS
+from osm2xodr.curves import lengths, pose, profile_of
+from osm2xodr.geometry.defaults import CONNECTOR_STEEP
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
 from osm2xodr.geometry.heights.connectors.surface import junction_surfaces, surface_heights
-from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans
-from osm2xodr.geometry.heights.records import only_curves
+from osm2xodr.geometry.heights.problem import ConnectorProblem, ProfileProblem, ProfileSolution, end_spans, fast_spans
+from osm2xodr.geometry.heights.records import level_profile, only_curves
 from osm2xodr.model import CubicProfile, FloatArray, IntArray
 
 # Shorter connecting roads count as this long, and narrower ones as this wide on either side, m: keeps quotients
@@ -89,14 +89,8 @@ def connector_profiles(
 
 def _level_profiles(connectors: ConnectorProblem, solution: ProfileSolution) -> tuple[CubicProfile, CubicProfile]:
     """Return the profiles of connecting roads in a level world."""
-    count = len(connectors.junction)
     z = solution.end_z.ravel()[connectors.start_end]
-    every, zero = np.arange(count + 1, dtype=np.int64), np.zeros(count)
-    none = np.zeros(0)
-    return (
-        CubicProfile(every, zero, z, zero, zero, zero),
-        CubicProfile(np.zeros(count + 1, np.int64), none, none, none, none, none),
-    )
+    return level_profile(z), profile_of([()] * len(z))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,8 +183,7 @@ def _fit_superelevation(
 
 def _largest_twist(problem: ProfileProblem, connectors: ConnectorProblem) -> FloatArray:
     """Return the largest change of superelevation of connecting roads, rad/m, (C,): less between fast roads."""
-    fast_span = np.array([highway in FAST_HIGHWAYS for highway in problem.span_highway], bool)
-    fast = fast_span[end_spans(problem).ravel()]
+    fast = fast_spans(problem)[end_spans(problem).ravel()]
     both = fast[connectors.start_end] & fast[connectors.end_end]
     return np.where(both, defaults.FAST_TWIST_MAX, defaults.TWIST_MAX)
 
