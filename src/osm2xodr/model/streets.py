@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from osm2xodr.model.shared import (
+    Access,
     Direction,
     FloatArray,
     IntArray,
@@ -31,6 +32,7 @@ class LaneSpec:
     turns: frozenset[str] = frozenset()
     # The value of ``change:lanes`` for it, left and right as its drivers see them; empty where OSM says nothing
     change: str = ""
+    access: Access = Access.ALL  # Which cars may drive on a lane for cars
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
-from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
+from osm2xodr.model import Access, BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
 
 # A change of heading above this is a turn back, rad (165 degrees). A choice.
 _TURN_BACK: Final = 2.88
@@ -40,6 +40,11 @@ class LaneRow:
         if one.direction is Direction.BOTH:
             return LaneType.BIDIRECTIONAL
         return one.type if one.type is other.type else LaneType.DRIVING
+
+    def access(self) -> Access:
+        """Return which cars may drive on the lane that connects the two: all who may on one of them."""
+        one, other = self.lane_in.spec.access, self.lane_out.spec.access
+        return one if one is other else Access.ALL
 
 
 @dataclass(frozen=True, slots=True, eq=False)
