@@ -15,7 +15,7 @@ from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import Access, BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
+from osm2xodr.model import VEHICLE_LANES, Access, BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +58,15 @@ class ConnectingRoads:
     entry_aside: FloatArray
     exit_aside: FloatArray
     height: FloatArray  # (n,) Of the lane's surface above the road, m
-    # The type of the lanes that it joins where both are alike (bus, bicycle ...), else that of cars' lanes
+    # The type of the lanes that it joins where both are alike, or one is for bicycles; else that of cars' lanes
     lane_type: tuple[LaneType, ...]
     access: tuple[Access, ...]  # Which cars may drive on it: as on both of these lanes, else all
     # What lies between a sidewalk and the carriageway, from the sidewalk inwards; nothing beside cars' lanes
     inner: tuple[tuple[InnerLane, ...], ...]
+
+    def for_vehicles(self) -> BoolArray:
+        """Return which of them are for motor vehicles, (n,)."""
+        return np.array([kind in VEHICLE_LANES for kind in self.lane_type], bool)
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import pose, wrapped
+from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.junctions import Movement, RoadParts
@@ -39,6 +40,8 @@ class LaneRow:
         one, other = self.lane_in.spec, self.lane_out.spec
         if one.direction is Direction.BOTH:
             return LaneType.BIDIRECTIONAL
+        if LaneType.BIKING in (one.type, other.type):
+            return LaneType.BIKING
         return one.type if one.type is other.type else LaneType.DRIVING
 
     def access(self) -> Access:
@@ -182,6 +185,7 @@ def _junction_rows(
     if not have_one_lane(entries, exits):
         seen = [_as_lanes_see_it(number, lanes[number][0], movements, view, entries, exits) for number in numbers]
         links = assign_lanes(seen, entries, exits, rule is Rule.LEFT_HAND)
+        links += lead_bicycles_on(seen, entries, exits, links, rule is Rule.LEFT_HAND)
     rows = _centre_rows(junction, numbers, view, arms)
     for k, lane_in, lane_out in links:
         number = numbers[k]
