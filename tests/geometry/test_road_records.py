@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from street_cases import Case
 
-from osm2xodr.model import RoadMap, Rule
+from osm2xodr.model import Access, LaneType, RoadMap, Rule
 
 NODES = {"w": (-150.0, 0.0), "a": (-40.0, 0.0), "b": (-37.0, 0.0), "c": (40.0, 0.0), "e": (150.0, 0.0)}
 TAGGED = "highway=secondary lanes=2 width=6 maxspeed=50 surface=asphalt"
@@ -38,6 +38,26 @@ def test_all_ways_are_named_in_order(tags: tuple[str, ...], sections: int, rule:
     (road,) = the_road(street(*tags), rule).roads
     assert road.osm_way_ids == (7, 6, 5, 4)
     assert len(road.lane_sections) == sections
+
+
+@pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+def test_lanes_for_cars_with_several_people_are_driven_on_and_lead_on_through_junctions(rule: Rule) -> None:
+    nodes = {"w": (-100.0, 0.0), "a": (0.0, 0.0), "e": (100.0, 0.0), "s": (0.0, -100.0)}
+    tags = "highway=primary oneway=yes lanes=3 turn:lanes=through|through|through;right hov:lanes=designated|yes|yes"
+    ways = {1: ("w a", f"{tags} motor_vehicle:lanes=no|yes|yes"), 2: ("a e", tags), 3: ("a s", "oneway=yes")}
+    case = Case(nodes, ways) if rule is Rule.RIGHT_HAND else Case(nodes, ways).mirrored()
+    roads = case.build(rule).roads
+    hov = {road.id: [a.id for a in road.lane_sections[0].lanes if a.access is Access.HOV] for road in roads}
+    usual = 1 if rule is Rule.LEFT_HAND else -1
+    through = [road for road in roads if road.junction is not None]
+    assert sorted((road.osm_way_ids, hov[road.id]) for road in roads if road.junction is None) == [
+        ((1,), [usual]),
+        ((2,), [usual]),
+        ((3,), []),
+    ]
+    kept = [next(a for a in road.lane_sections[0].lanes if a.id) for road in through if hov[road.id]]
+    assert [(a.type, a.predecessor, a.successor) for a in kept] == [(LaneType.DRIVING, usual, usual)]
+    assert len(through) == 4
 
 
 def test_guesses_about_stretches_that_were_merged_are_kept() -> None:

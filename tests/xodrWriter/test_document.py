@@ -17,7 +17,7 @@ from osm2xodr import __version__
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
-from osm2xodr.model import Furniture, RoadMap, RoadType, Rule, Signal
+from osm2xodr.model import Access, Furniture, RoadMap, RoadType, Rule, Signal
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
 from osm2xodr.xodrWriter.document import plan_view_bounds
 
@@ -169,6 +169,21 @@ def test_lanes() -> None:
         "width": "0.12",
         "laneChange": "both",
     }
+
+
+def test_a_lane_for_cars_with_several_people() -> None:
+    plain = crossing()
+    road = plain.roads[1]
+    (section,) = road.lane_sections
+    kept = replace(section, lanes=(*section.lanes[:2], replace(section.lanes[2], access=Access.HOV, height=0.1)))
+    roads = (plain.roads[0], replace(road, lane_sections=(kept,)), *plain.roads[2:])
+    for version, users in (("1.4", []), ("1.7", ["passengerCar", "bus", "motorcycle"]), ("1.8", ["HOV"])):
+        found = parsed(written(replace(plain, roads=roads), WriteOptions(version))).findall("road")[1].iter("lane")
+        lanes = {item.get("id"): item for item in found}
+        assert [item.tag for item in lanes["-1"]] == ["width", "roadMark", *["access"] * len(users), "height"]
+        written_access = [dict(item.attrib) for item in lanes["-1"].findall("access")]
+        assert written_access == [{"sOffset": "0", "rule": "allow", "restriction": user} for user in users]
+        assert lanes["1"].find("access") is None
 
 
 def test_a_lane_without_mark_and_a_side_without_lanes_write_none() -> None:

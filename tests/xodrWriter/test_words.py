@@ -46,6 +46,23 @@ def test_1_7_replaces_nothing() -> None:
     assert words.replaced == set()
 
 
+@pytest.mark.parametrize(
+    ("version", "users", "replaced"),
+    [
+        ("1.4", (), {("HOV", "driving")}),
+        ("1.6", ("passengerCar", "bus", "motorcycle"), {("HOV", "passengerCar bus motorcycle")}),
+        ("1.7", ("passengerCar", "bus", "motorcycle"), {("HOV", "passengerCar bus motorcycle")}),
+        ("1.8", ("HOV",), set()),
+    ],
+)
+def test_who_may_drive_on_a_lane(version: str, users: tuple[str, ...], replaced: set[tuple[str, str]]) -> None:
+    words = Words(DIALECTS[version])
+    assert words.access("") == ()
+    assert words.replaced == set()
+    assert words.access("HOV") == users
+    assert words.replaced == replaced
+
+
 def test_words_of_no_version_are_refused() -> None:
     words = Words(DIALECTS["1.8"])
     with pytest.raises(OutputError, match="no road type 'footway'"):

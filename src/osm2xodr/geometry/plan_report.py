@@ -46,7 +46,7 @@ def report_sharp_turns(
     network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> None:
     """Report junctions with turns that stayed sharper than a car drives."""
-    sharp = smallest_radius(connecting.plan_view) < CONNECTING_RADIUS
+    sharp = (smallest_radius(connecting.plan_view) < CONNECTING_RADIUS) & connecting.for_vehicles()
     for osm_id in _nodes(network, layout, connecting.junction[sharp]):
         diagnostics.repaired("tight-turn", osm_id, "a turn through the junction is sharper than a car drives")
 

@@ -14,6 +14,7 @@ from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_step
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.model import (
     VEHICLE_LANES,
+    Access,
     Connection,
     Cubic,
     CubicProfile,
@@ -145,7 +146,7 @@ def connecting_road_records(
     """Return the roads through junctions; those with equal lanes share their lane sections."""
     links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
     types = _types_at(np.unique(connecting.entry).tolist(), parts, lanes)
-    known: dict[tuple[int, tuple[InnerLane, ...], float, float | None], tuple[LaneSection, ...]] = {}
+    known: dict[tuple[int, tuple[InnerLane, ...], float, float | None, Access], tuple[LaneSection, ...]] = {}
     columns = (
         connecting.junction,
         connecting.entry,
@@ -164,7 +165,7 @@ def connecting_road_records(
         outermost = InnerLane(connecting.lane_type[k], w0, w1, height, lane_in, lane_out)
         across = (*reversed(connecting.inner[k]), outermost)
         tapers = any(item.entry_width != item.exit_width for item in across)
-        key = own, across, length if tapers else 0.0, types[entry][0].speed
+        key = own, across, length if tapers else 0.0, types[entry][0].speed, connecting.access[k]
         if key not in known:
             known[key] = _lanes_through(*key)
         out.append(
@@ -202,11 +203,11 @@ def _own_lanes(connecting: ConnectingRoads, rule: Rule) -> IntArray:
 
 
 def _lanes_through(
-    own: int, across: tuple[InnerLane, ...], length: float, speed: float | None
+    own: int, across: tuple[InnerLane, ...], length: float, speed: float | None, access: Access
 ) -> tuple[LaneSection, ...]:
     """Return the lane section of a connecting road, with lanes from its reference line to the one that it is for.
 
-    `speed` (m/s) is the limit of its lanes for vehicles.
+    `speed` (m/s) is the limit of its lanes for vehicles; `access` is that of the lane that it is for.
     """
     side = 1 if own > 0 else -1
     lanes = [
@@ -219,6 +220,7 @@ def _lanes_through(
             NO_MARK,
             speed=speed if item.type in VEHICLE_LANES else None,
             height=item.height,
+            access=access if number == abs(own) else Access.ALL,
         )
         for number, item in enumerate(across, start=1)
     ]

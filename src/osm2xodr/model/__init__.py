@@ -42,6 +42,7 @@ from osm2xodr.model.roads import (
 )
 from osm2xodr.model.shared import (
     VEHICLE_LANES,
+    Access,
     BoolArray,
     Direction,
     FloatArray,
@@ -84,6 +85,7 @@ from osm2xodr.model.streets import (
 
 __all__ = [
     "VEHICLE_LANES",
+    "Access",
     "BoolArray",
     "BorderEnd",
     "Borders",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from osm2xodr.model.furniture import Furniture
-from osm2xodr.model.shared import BoolArray, FloatArray, IntArray, LaneType, LocalFrame, ReadOnlyArrays, Rule
+from osm2xodr.model.shared import Access, BoolArray, FloatArray, IntArray, LaneType, LocalFrame, ReadOnlyArrays, Rule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +84,7 @@ class Lane:
     # Speed limit of a lane for vehicles, m/s; None where unknown, infinity where there is no limit
     speed: float | None = None
     height: float = 0.0  # Of its surface above the road's, m
+    access: Access = Access.ALL  # Which cars may drive on a lane for cars
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,6 +64,13 @@ class LaneType(str, Enum):
     NONE = "none"
 
 
+class Access(str, Enum):
+    """Which cars may drive on a lane, in OpenDRIVE's words."""
+
+    ALL = ""
+    HOV = "HOV"  # High-occupancy vehicles: cars with several people in them, and buses
+
+
 # Types of lanes for motor vehicles.
 VEHICLE_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BIDIRECTIONAL, LaneType.BUS, LaneType.TAXI})
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from osm2xodr.model.shared import (
+    Access,
     Direction,
     FloatArray,
     IntArray,
@@ -31,6 +32,7 @@ class LaneSpec:
     turns: frozenset[str] = frozenset()
     # The value of ``change:lanes`` for it, left and right as its drivers see them; empty where OSM says nothing
     change: str = ""
+    access: Access = Access.ALL  # Which cars may drive on a lane for cars
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,10 +154,10 @@ class TurnRestriction:
     osm_relation_id: int  # The relation
     only: bool  # True for ``only_*``, False for ``no_*``
     value: str  # OSM's value, e.g. ``no_left_turn``.
-    # from_ways, to_ways: OSM way ids
-    from_ways: tuple[int, ...]
+    from_ways: tuple[int, ...]  # OSM way ids
     via_node: int | None  # OSM node id, or None where the via members are ways
     via_ways: tuple[int, ...]  # OSM way ids in the relation's order; empty with a via node
+    # OSM way ids; none where the only way on (``only_*``) lies outside of the area or is left out
     to_ways: tuple[int, ...]
 
 

@@ -103,7 +103,8 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         attributes = [without_margins(item) for item in attributes]
     attributes = with_speed_zones(attributes, code)
     transitions = frozenset(way.id for way in carried if is_transition(way.tags))
-    streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions)
+    restrictions = read_restrictions(relations, carried, same_node, diagnostics)
+    streets, intersections = make_streets(pieces, nodes, points, attributes, directions, transitions, restrictions)
     ids = np.unique(np.concatenate([street.node_ids for street in streets]))
     on_streets = np.searchsorted(nodes.ids, ids)
     tags = {way.id: way.tags for way in ways}
@@ -124,7 +125,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         country=code,
         streets=streets,
         intersections=intersections,
-        restrictions=read_restrictions(relations, carried, same_node, diagnostics),
+        restrictions=restrictions,
         node_tags=node_tags,
         bounds_deg=projection.bounds_deg(nodes.lon_deg[on_streets], nodes.lat_deg[on_streets]),
         connectivities=read_connectivities(relations, carried, same_node, diagnostics),

@@ -24,6 +24,8 @@ class Dialect:
     has_license: bool = False  # Whether the header has ``<license>``
     # Words of the model that the version lacks, and the nearest that it has
     lane_types: Mapping[str, str] = field(default_factory=dict)
+    # Words for who may drive on a lane that the version lacks, and those that it has for them
+    access: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     road_types: Mapping[str, str] = field(default_factory=dict)
     mark_types: Mapping[str, str] = field(default_factory=dict)
     mark_colors: Mapping[str, str] = field(default_factory=dict)
@@ -40,6 +42,9 @@ _NO_ROAD_SURFACE: Final = MappingProxyType({"roadSurface": "patch"})
 # Types of roads in towns that 1.4 does not know.
 _TOWN_ROADS: Final = ("Expressway", "Collector", "Arterial", "Private", "Local", "PlayStreet")
 
+# Buses and motorcycles may use lanes for cars with several people in them (OSM wiki, Key:hov).
+_HOV: Final = MappingProxyType({"HOV": ("passengerCar", "bus", "motorcycle")})
+
 # The versions that can be written, oldest first. The differences are those of the XML schemas of ASAM.
 DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
     {
@@ -49,6 +54,7 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             # 1.4 has no lanes for buses and taxis; ``restricted`` is its word for lanes not open to all. It has no
             # kerbs either, which are the border of the strip beyond.
             lane_types=MappingProxyType({"bus": "restricted", "taxi": "restricted", "curb": "border"}),
+            access=MappingProxyType({"HOV": ()}),
             road_types=MappingProxyType({f"town{kind}": "town" for kind in _TOWN_ROADS}),
             mark_types=MappingProxyType({"edge": "none"}),
             mark_colors=MappingProxyType({"orange": "standard", "violet": "standard"}),
@@ -57,9 +63,12 @@ DIALECTS: Final[Mapping[str, Dialect]] = MappingProxyType(
             has_outlines=False,
         ),
         "1.6": Dialect(
-            rev_minor=6, mark_colors=MappingProxyType({"violet": "standard"}), object_types=_NO_ROAD_SURFACE
+            rev_minor=6,
+            access=_HOV,
+            mark_colors=MappingProxyType({"violet": "standard"}),
+            object_types=_NO_ROAD_SURFACE,
         ),
-        "1.7": Dialect(rev_minor=7, object_types=_NO_ROAD_SURFACE),
+        "1.7": Dialect(rev_minor=7, access=_HOV, object_types=_NO_ROAD_SURFACE),
         "1.8": Dialect(rev_minor=8, has_license=True, has_direction=True),
     }
 )

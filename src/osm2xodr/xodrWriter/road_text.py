@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from osm2xodr.model import Cubic, Junction, Lane, LaneSection, LaneType, Road, RoadLink, RoadMark, RoadType
+from osm2xodr.model import Access, Cubic, Junction, Lane, LaneSection, LaneType, Road, RoadLink, RoadMark, RoadType
 from osm2xodr.xodrWriter import formatting
 from osm2xodr.xodrWriter.formatting import attribute, number, position
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
@@ -57,6 +57,8 @@ class LaneWriter:
             text += self._marks[side].get(lane.road_mark) or self._mark(lane.road_mark, side)
         if lane.speed is not None:
             text += f'      <speed sOffset="0" {formatting.lane_speed_attributes(lane.speed)}/>\n'
+        for user in self._words.access(lane.access.value) if lane.access is not Access.ALL else ():
+            text += f'      <access sOffset="0" rule="allow" restriction="{user}"/>\n'
         if lane.height:
             up = position(lane.height)
             text += f'      <height sOffset="0" inner="{up}" outer="{up}"/>\n'

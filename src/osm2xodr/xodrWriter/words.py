@@ -77,6 +77,13 @@ class Words:
         """Return the direction of a lane of the model's type; empty for that of its side of the road."""
         return "both" if self._dialect.has_direction and word == "bidirectional" else ""
 
+    def access(self, word: str) -> tuple[str, ...]:
+        """Return who alone may drive on a lane of the model's access; none where all may, or no word says who."""
+        others = self._dialect.access.get(word, (word,) if word else ())
+        if others != (word,) and word:
+            self.replaced.add((word, " ".join(others) or "driving"))
+        return others
+
     def road_type(self, word: str) -> str:
         """Return the type of a road."""
         return self._replaced_by(_required(word, _ROAD_TYPES, "road type"), self._dialect.road_types)

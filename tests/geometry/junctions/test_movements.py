@@ -7,6 +7,8 @@ import math
 import pytest
 from street_cases import Case, Stages
 
+from osm2xodr.model import Rule
+
 _NODES = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -80.0), "n": (0.0, 80.0)}
 _WAYS = {1: ("w o", ""), 2: ("o e", ""), 3: ("s o", ""), 4: ("o n", "")}
 _ALL = {(one, other) for one in (1, 2, 3, 4) for other in (1, 2, 3, 4) if one != other}
@@ -39,6 +41,31 @@ def pairs(stages: Stages) -> list[tuple[int, int]]:
 )
 def test_restrictions_at_a_node(rules: Rules, missing: set[tuple[int, int]]) -> None:
     assert pairs(Case(_NODES, _WAYS, rules).stages()) == sorted(_ALL - missing)
+
+
+@pytest.mark.parametrize(
+    ("rules", "found"),
+    [
+        ((("no_straight_on", 1, "o", 2),), [(2, 1)]),
+        # The only way on is none for cars, or outside of the area.
+        ((("only_left_turn", 1, "o", 9),), [(2, 1)]),
+        ((("no_straight_on", 1, "o", 2), ("no_straight_on", 2, "o", 1)), []),
+        # One street, without any junction.
+        ((("no_u_turn", 1, "o", 1),), None),
+        ((("only_straight_on", 1, "o", 2),), None),
+    ],
+)
+def test_restrictions_where_two_streets_meet(rules: Rules, found: list[tuple[int, int]] | None) -> None:
+    for side in (Rule.RIGHT_HAND, Rule.LEFT_HAND):
+        case = Case(_NODES, {1: ("w o", ""), 2: ("o e", "")}, rules)
+        case = case if side is Rule.RIGHT_HAND else case.mirrored()
+        stages = case.stages(side)
+        assert len(stages.network.streets) == (1 if found is None else 2)
+        assert pairs(stages) == (found or [])
+        plain = [road for road in case.build(side).roads if road.junction is None]
+        through = [road for road in case.build(side).roads if road.junction is not None]
+        assert [road.osm_way_ids for road in plain] == ([(1, 2)] if found is None else [(1,), (2,)])
+        assert len(through) == len(found or [])
 
 
 def test_one_ways_are_entered_and_left_only_along() -> None:

@@ -106,6 +106,25 @@ def test_every_piece_is_in_one_chain_and_traffic_runs_along(pieces: list[tuple[i
             assert degree[ends[0][0]] == 2
 
 
+@pytest.mark.parametrize(
+    ("forbidden", "flow", "made"),
+    [
+        ((), (0, 0), 1),
+        # From the end of piece 0 to the start of piece 1, and back.
+        (((1, 2),), (0, 0), 2),
+        (((2, 1),), (0, 0), 2),
+        (((2, 1),), (1, 1), 1),  # nobody drives back anyway
+        (((1, 2),), (1, 1), 2),
+        (((1, 2),), (-1, 0), 1),
+    ],
+)
+def test_a_chain_ends_where_restrictions_forbid_to_go_on(
+    forbidden: tuple[tuple[int, int], ...], flow: tuple[int, int], made: int
+) -> None:
+    start, end = np.array([0, 1]), np.array([1, 2])
+    assert len(make_chains(start, end, np.array(flow), *nowhere(2), frozenset(forbidden))) == made
+
+
 def test_a_chain_ends_where_it_would_turn_on_the_spot() -> None:
     start, end, flow = np.array([0, 1]), np.array([1, 2]), np.zeros(2, np.int64)
     points = np.array([[0.0, 0.0], [30.0, 0.0], [0.0, 1.0]])

@@ -8,7 +8,7 @@ from osm_builder import ROAD, ROW, Area, about, tags_of
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.model import LaneConnectivity, TurnRestriction
 from osm2xodr.osmParsing.file.reader import RawMember, RawRelation, RawWay
-from osm2xodr.osmParsing.network.relations import parse_connectivity, read_connectivities, read_restrictions
+from osm2xodr.osmParsing.network.relations import forbids, parse_connectivity, read_connectivities, read_restrictions
 
 
 def relation_of(members: str, tags: str) -> RawRelation:
@@ -151,6 +151,50 @@ def test_absent_ways_do_not_matter_if_others_remain() -> None:
     found, said = read_restriction("from:w1 from:w9 via:n11 to:w3", "type=restriction restriction=no_entry")
     assert found is not None
     assert (found.from_ways, said) == ((1,), [])
+
+
+ONLY = "type=restriction restriction=only_straight_on"
+
+
+def test_the_only_way_on_may_be_absent() -> None:
+    found, said = read_restriction("from:w1 via:n11 to:w9", ONLY)
+    assert found is not None
+    assert (found.only, found.from_ways, found.to_ways, said) == (True, (1,), (), [])
+
+
+@pytest.mark.parametrize(
+    "members",
+    [
+        "from:w1 via:n11 to:w9",  # way 1 runs on beyond node 11: nobody knows from which side it is meant
+        "from:w3 via:w2 to:w9",
+    ],
+)
+def test_an_absent_only_way_on_that_leaves_doubts(members: str) -> None:
+    diagnostics = Diagnostics()
+    ways = [RawWay(1, [10, 11, 15], {}), *RESTRICTED_WAYS[1:]]
+    assert read_restrictions([relation_of(members, ONLY)], ways, {}, diagnostics) == ()
+    said = "only_straight_on needs ways that are absent or left out and is not applied"
+    assert [item.message for item in diagnostics] == [said]
+
+
+def restriction(value: str, from_way: int, *to_ways: int) -> TurnRestriction:
+    return TurnRestriction(7, value.startswith("only_"), value, (from_way,), 11, (), to_ways)
+
+
+@pytest.mark.parametrize(
+    ("rules", "closed"),
+    [
+        ((), set()),
+        ((restriction("no_left_turn", 1, 2),), {2}),
+        ((restriction("no_left_turn", 2, 3),), set()),
+        ((restriction("only_straight_on", 1, 2),), {3, 4}),
+        ((restriction("only_straight_on", 1),), {2, 3, 4}),
+        ((restriction("only_straight_on", 1, 2), restriction("only_right_turn", 1, 3)), {4}),
+        ((restriction("only_straight_on", 1, 2), restriction("no_exit", 1, 2, 3)), {2, 3, 4}),
+    ],
+)
+def test_what_restrictions_forbid_at_a_node(rules: tuple[TurnRestriction, ...], closed: set[int]) -> None:
+    assert {way for way in (2, 3, 4) if forbids(rules, 1, way)} == closed
 
 
 # ---------------------------------------------------------------- lane connectivity

@@ -27,6 +27,10 @@ from osm2xodr.osmParsing.tags.access import closed_direction, closing_tag, onewa
         ("vehicle=agricultural;forestry", "vehicle=agricultural;forestry"),
         ("motor_vehicle=destination;agricultural", None),
         ("bicycle=no foot=no", None),
+        # Kept for cars with several people in them.
+        ("motor_vehicle=no hov=designated", None),
+        ("access=no hov=only", None),
+        ("access=private hov=yes", "access=private"),
     ],
 )
 def test_closed_to_cars(tags: str, closing: str | None) -> None:

@@ -2,7 +2,7 @@ import pytest
 from osm_builder import tags_of
 
 from osm2xodr.diagnostics import Kind
-from osm2xodr.model import LaneType
+from osm2xodr.model import Access, LaneType
 from osm2xodr.osmParsing.tags.lane_lists import Slot, motor_lanes, read_slots, read_turns
 from osm2xodr.osmParsing.tags.values import Findings
 
@@ -51,6 +51,25 @@ def types(slots: tuple[Slot, ...]) -> str:
 def test_who_lanes_are_for(tags: str, tagged: int, expected: str) -> None:
     findings: Findings = []
     assert types(read_slots(tags_of(tags), ("",), tagged, findings)) == expected
+    assert findings == []
+
+
+@pytest.mark.parametrize(
+    ("tags", "expected"),
+    [
+        ("hov:lanes=designated|yes|yes", "H--"),
+        ("motor_vehicle:lanes=no|yes|yes hov:lanes=yes|yes|yes", "H--"),
+        ("access:lanes=yes|hov", "-H"),
+        # A lane that buses share with them.
+        ("motor_vehicle:lanes=no|yes hov:lanes=designated|no bus:lanes=designated|yes", "H-"),
+        ("hov:lanes=no|yes", "--"),
+    ],
+)
+def test_lanes_for_cars_with_several_people(tags: str, expected: str) -> None:
+    findings: Findings = []
+    slots = read_slots(tags_of(tags), ("",), 0, findings)
+    assert types(slots) == "d" * len(expected)
+    assert ["H" if slot.access is Access.HOV else "-" for slot in slots] == list(expected)
     assert findings == []
 
 

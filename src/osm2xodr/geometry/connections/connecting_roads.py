@@ -15,7 +15,7 @@ from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
+from osm2xodr.model import VEHICLE_LANES, Access, BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +58,15 @@ class ConnectingRoads:
     entry_aside: FloatArray
     exit_aside: FloatArray
     height: FloatArray  # (n,) Of the lane's surface above the road, m
-    # The type of the lanes that it joins where both are alike (bus, bicycle ...), else that of cars' lanes
+    # The type of the lanes that it joins where both are alike, or one is for bicycles; else that of cars' lanes
     lane_type: tuple[LaneType, ...]
+    access: tuple[Access, ...]  # Which cars may drive on it: as on both of these lanes, else all
     # What lies between a sidewalk and the carriageway, from the sidewalk inwards; nothing beside cars' lanes
     inner: tuple[tuple[InnerLane, ...], ...]
+
+    def for_vehicles(self) -> BoolArray:
+        """Return which of them are for motor vehicles, (n,)."""
+        return np.array([kind in VEHICLE_LANES for kind in self.lane_type], bool)
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""
@@ -81,7 +86,7 @@ class ConnectingRoads:
         return ConnectingRoads(stack_plan_views(self.plan_view, other.plan_view), **columns)
 
 
-_TUPLES = ("lane_type", "inner")
+_TUPLES = ("lane_type", "access", "inner")
 _ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_TUPLES))
 
 
@@ -143,5 +148,6 @@ def build_connecting_roads(
         exit_aside=np.zeros(len(rows)),
         height=np.zeros(len(rows)),
         lane_type=tuple(row.lane_type() for row in rows),
+        access=tuple(row.access() for row in rows),
         inner=((),) * len(rows),
     )

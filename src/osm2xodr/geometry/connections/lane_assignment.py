@@ -27,7 +27,7 @@ _ANGLE: Final = {
 }
 _SET_APART: Final = (LaneType.BUS, LaneType.TAXI, LaneType.BIKING)
 # Turns below this lead straight on, rad (50 degrees): about half of a square turn. A choice.
-_STRAIGHT_ON: Final = math.radians(50.0)
+STRAIGHT_ON: Final = math.radians(50.0)
 # Turns above this are to a side where a value of turn:lanes asks for one, rad (10 degrees). A choice.
 _TO_A_SIDE: Final = math.radians(10.0)
 # Arms that turn by less than this into one exit merge side by side, rad (35 degrees, as ``slight_left``). A choice.
@@ -81,7 +81,7 @@ def assign_lanes(
         capacity = [len(_for_cars(exits[movements[k].exit].specs)) for k in leaving]
         served |= zip(leaving, lanes_per_movement(specs, turns, capacity, near_side_left), strict=True)
         straight = min(leaving, key=lambda k: _straightness(movements[k].turn, near_side_left))
-        if abs(movements[straight].turn) < _STRAIGHT_ON:
+        if abs(movements[straight].turn) < STRAIGHT_ON:
             apart = _set_apart(specs, exits[movements[straight].exit].specs, near_side_left)
             if movements[straight].stated is not None:
                 apart = [pair for pair in apart if specs[pair[0]].type is LaneType.BIKING]
@@ -180,7 +180,7 @@ def _meant(value: str, turns: Sequence[float], straight: int, near_side_left: bo
 def _by_habit(n: int, turns: Sequence[float], capacity: Sequence[int], near_side_left: bool) -> list[list[int]]:
     """Share out n unmarked lanes: turns from the outer lanes, straight on from all."""
     everything = list(range(n))
-    ahead = [m for m, turn in enumerate(turns) if abs(turn) < _STRAIGHT_ON]
+    ahead = [m for m, turn in enumerate(turns) if abs(turn) < STRAIGHT_ON]
     if len(ahead) >= 2 and n >= 2:
         return _fork(n, turns, capacity, ahead, near_side_left)
     if ahead:
@@ -249,7 +249,7 @@ def _into_exit(
 
         def rank(k: int) -> tuple[bool, int, float, float]:
             turn = movements[k].turn
-            return abs(turn) > _STRAIGHT_ON, -len(served[k]), *_straightness(turn, near_side_left)
+            return abs(turn) > STRAIGHT_ON, -len(served[k]), *_straightness(turn, near_side_left)
 
         main = min(arriving, key=rank)
         targets = sorted((to, lane) for k, lane, to in links if k == main)
@@ -303,9 +303,9 @@ def _offset(
     Straight on, lanes avoid pockets for turns that are not theirs, and shift aside as little as they can.
     """
     slack = len(usable) - len(lanes)
-    if slack == 0 or movement.turn > _STRAIGHT_ON:
+    if slack == 0 or movement.turn > STRAIGHT_ON:
         return 0
-    if movement.turn < -_STRAIGHT_ON:
+    if movement.turn < -STRAIGHT_ON:
         return slack
     candidates = range(min(slack, 0), max(slack, 0) + 1)
 

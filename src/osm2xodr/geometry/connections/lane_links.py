@@ -10,11 +10,12 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import pose, wrapped
+from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
-from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
+from osm2xodr.model import Access, BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
 
 # A change of heading above this is a turn back, rad (165 degrees). A choice.
 _TURN_BACK: Final = 2.88
@@ -39,7 +40,14 @@ class LaneRow:
         one, other = self.lane_in.spec, self.lane_out.spec
         if one.direction is Direction.BOTH:
             return LaneType.BIDIRECTIONAL
+        if LaneType.BIKING in (one.type, other.type):
+            return LaneType.BIKING
         return one.type if one.type is other.type else LaneType.DRIVING
+
+    def access(self) -> Access:
+        """Return which cars may drive on the lane that connects the two: all who may on one of them."""
+        one, other = self.lane_in.spec.access, self.lane_out.spec.access
+        return one if one is other else Access.ALL
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,6 +185,7 @@ def _junction_rows(
     if not have_one_lane(entries, exits):
         seen = [_as_lanes_see_it(number, lanes[number][0], movements, view, entries, exits) for number in numbers]
         links = assign_lanes(seen, entries, exits, rule is Rule.LEFT_HAND)
+        links += lead_bicycles_on(seen, entries, exits, links, rule is Rule.LEFT_HAND)
     rows = _centre_rows(junction, numbers, view, arms)
     for k, lane_in, lane_out in links:
         number = numbers[k]

@@ -51,8 +51,9 @@ def set_back_arms(
     t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
     t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
     trim = layout.trim.copy()
-    # Loops that turn back on their arm have their own room.
-    rows = np.flatnonzero(_lack_room(connecting.plan_view) & (connecting.entry != connecting.exit))
+    # Loops that turn back on their arm have their own room; bicycles need less than cars.
+    rows = _lack_room(connecting.plan_view) & (connecting.entry != connecting.exit) & connecting.for_vehicles()
+    rows = np.flatnonzero(rows)
     for _ in range(_ARM_SETBACK_STEPS):
         arms = np.union1d(entry[rows], exit_[rows])
         left = ends.length[arms] - trim[arms] - trim[arms ^ 1]
@@ -85,8 +86,8 @@ def _curves(
 def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
     """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way."""
     plan = connecting.plan_view
-    # Loops that turn back on their arm have their own room.
-    sharp = smallest_radius(plan) < CONNECTING_RADIUS * (1 - 1e-9)
+    # Loops that turn back on their arm have their own room; bicycles need less than cars.
+    sharp = (smallest_radius(plan) < CONNECTING_RADIUS * (1 - 1e-9)) & connecting.for_vehicles()
     row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
     if not len(row):
         return connecting

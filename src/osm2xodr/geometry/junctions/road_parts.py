@@ -17,8 +17,8 @@ from osm2xodr.geometry.lanes import Piece, Stretch, stretches
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
 
-# Dead ends at one node lie on each other within the angle of this cosine (45 degrees). A choice.
-_ACUTE_COSINE: Final = 0.7
+# Dead ends at one node lie on each other within the angle of this cosine (70 degrees). A choice.
+_ACUTE_COSINE: Final = 0.34
 # Rings close to this, m and rad.
 _CLOSED: Final = 1e-3
 

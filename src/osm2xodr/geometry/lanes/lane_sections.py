@@ -167,6 +167,7 @@ class _Run:
             successor=None if self.ahead is None else self.ahead.get(lane_id),
             road_mark=mark,
             speed=attributes.speed_along(spec.direction) if spec.type in VEHICLE_LANES else None,
+            access=spec.access,
         )
 
 

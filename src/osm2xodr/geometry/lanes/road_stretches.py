@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece
 from osm2xodr.geometry.lanes.road_marks import change_kind, same_marks
-from osm2xodr.model import Direction, LaneSpec, LaneType, StreetAttributes
+from osm2xodr.model import Direction, LaneSpec, StreetAttributes
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,8 +107,9 @@ def _directions(item: Stretch) -> set[Direction]:
 
 
 def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
-    def shape(lanes: tuple[LaneSpec, ...]) -> list[tuple[LaneType, Direction, float, Hashable]]:
-        return [(lane.type, lane.direction, lane.width, len(lanes) > 1 and change_kind(lane)) for lane in lanes]
+    def shape(lanes: tuple[LaneSpec, ...]) -> list[tuple[Hashable, ...]]:
+        several = len(lanes) > 1
+        return [(item.type, item.access, item.direction, item.width, several and change_kind(item)) for item in lanes]
 
     return (
         one.centre == other.centre and shape(one.left) == shape(other.left) and shape(one.right) == shape(other.right)

@@ -26,7 +26,7 @@ from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, pr
 from osm2xodr.geometry.margins.corner_strips import Sidewalk, between, with_inner_lanes
 from osm2xodr.geometry.margins.strip_columns import columns_of, present
 from osm2xodr.geometry.margins.strips import Margins
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, MarginSpec, PlanView, Rule
+from osm2xodr.model import Access, BoolArray, FloatArray, IntArray, LaneType, MarginSpec, PlanView, Rule
 
 # Greatest slope of a sidewalk against the direction of the curve that it runs beside. A choice.
 _STEEPEST: Final = 0.5
@@ -288,6 +288,7 @@ def _as_rows(
         exit_aside=np.array([0.0 if item is None else item.asides()[1] for item in beside]),
         height=of_walks("height", first),
         lane_type=(LaneType.SIDEWALK,) * len(corners),
+        access=(Access.ALL,) * len(corners),
         inner=tuple(between(*walks) for walks in zip(first, last, strict=True)),
     )
 

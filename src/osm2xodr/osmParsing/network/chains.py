@@ -1,13 +1,13 @@
 """Pieces of ways are joined into chains from intersection to intersection.
 
 Two pieces that meet at a node where no other ends belong to one chain, unless no traffic could pass (two one-ways
-head on) or it would have to turn on the spot. A chain has the direction of its one-way pieces; where these run
-against each other it is split.
+head on), may not pass (turn restrictions), or would have to turn on the spot. A chain has the direction of its
+one-way pieces; where these run against each other it is split.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,15 +28,21 @@ class Chain:
 
 
 def make_chains(
-    start: IntArray, end: IntArray, flow: IntArray, points: FloatArray, neighbour: FloatArray
+    start: IntArray,
+    end: IntArray,
+    flow: IntArray,
+    points: FloatArray,
+    neighbour: FloatArray,
+    forbidden: Set[tuple[int, int]] = frozenset(),
 ) -> list[Chain]:
     """Join pieces into chains, in ascending order of the lowest piece of each.
 
     `start` and `end` (m,) are the nodes at the ends of each piece, `points` (n, 2) all nodes, m. `flow` (m,) is 1 or
     -1 where traffic runs only along or against the piece, else 0; `neighbour` (2 m, 2) is the position of the node
     next to each end of each piece (2 x piece, plus 1 for its end). Pieces are in ascending OSM id of their ways.
+    `forbidden` has pairs of ends at one node: coming from the first, nobody may go on at the second.
     """
-    mates: list[int] = _mates(start, end, flow, points, neighbour).tolist()
+    mates: list[int] = _mates(start, end, flow, points, neighbour, forbidden).tolist()
     flows: list[int] = flow.tolist()
     visited = [False] * len(flows)
     chains: list[Chain] = []
@@ -51,7 +57,14 @@ def make_chains(
     return chains
 
 
-def _mates(start: IntArray, end: IntArray, flow: IntArray, points: FloatArray, neighbour: FloatArray) -> IntArray:
+def _mates(
+    start: IntArray,
+    end: IntArray,
+    flow: IntArray,
+    points: FloatArray,
+    neighbour: FloatArray,
+    forbidden: Set[tuple[int, int]],
+) -> IntArray:
     """Return for each end of a piece (2 x piece, plus 1 for its end) the end that continues the chain, or -1."""
     mates = np.full(2 * len(start), -1, np.int64)
     node = np.column_stack([start, end]).ravel()
@@ -61,7 +74,12 @@ def _mates(start: IntArray, end: IntArray, flow: IntArray, points: FloatArray, n
     pairs = first[np.diff(np.append(first, len(ordered))) == 2]
     a, b = order[pairs], order[pairs + 1]
     # Where traffic can reach the other end of a piece (`^ 1`), it can enter the piece at this one.
-    through = (_reaches(a, flow) & _reaches(b ^ 1, flow)) | (_reaches(b, flow) & _reaches(a ^ 1, flow))
+    onwards, back = _reaches(a, flow) & _reaches(b ^ 1, flow), _reaches(b, flow) & _reaches(a ^ 1, flow)
+    through = onwards | back
+    if forbidden:
+        ends = list(zip(a.tolist(), b.tolist(), strict=True))
+        through &= ~(onwards & [pair in forbidden for pair in ends])
+        through &= ~(back & [pair[::-1] in forbidden for pair in ends])
     through &= ~turns_back(neighbour[a], points[node[a]], neighbour[b])
     mates[a[through]] = b[through]
     mates[b[through]] = a[through]

@@ -39,7 +39,7 @@ def read_restrictions(
         value = _restriction_for_cars(relation, diagnostics)
         if value is None:
             continue
-        members = _find_members(relation, carried, same_node)
+        members = _find_members(relation, carried, same_node, only=value.startswith("only_"))
         if isinstance(members, str):
             diagnostics.dropped("restriction", f"relation/{relation.id}", f"{value} {members} and is not applied")
             continue
@@ -55,6 +55,14 @@ def read_restrictions(
             )
         )
     return tuple(found)
+
+
+def forbids(restrictions: Sequence[TurnRestriction], from_way: int, to_way: int) -> bool:
+    """Say whether restrictions via one node forbid to go on from one way to another there."""
+    own = [item for item in restrictions if from_way in item.from_ways]
+    orders = [item for item in own if item.only]
+    ordered = not orders or any(to_way in item.to_ways for item in orders)
+    return not ordered or any(to_way in item.to_ways for item in own if not item.only)
 
 
 def read_connectivities(
@@ -77,18 +85,22 @@ def read_connectivities(
 
 @dataclass(frozen=True, slots=True)
 class _Members:
-    """Members of a valid relation, as OSM ids; at least one from and one to way."""
+    """Members of a valid relation, as OSM ids; at least one from way."""
 
     from_ways: tuple[int, ...]
     via_node: int | None  # None where the via members are ways
     via_ways: tuple[int, ...]  # In the relation's order; empty with a via node
-    to_ways: tuple[int, ...]
+    to_ways: tuple[int, ...]  # At least one, unless `_find_members` was told otherwise
 
 
 def _find_members(
-    relation: RawRelation, carried: Mapping[int, RawWay], same_node: Mapping[int, int]
+    relation: RawRelation, carried: Mapping[int, RawWay], same_node: Mapping[int, int], *, only: bool = False
 ) -> _Members | str:
-    """Return the members of a relation, or a few words on why it cannot be used."""
+    """Return the members of a relation, or a few words on why it cannot be used.
+
+    `only` says that it names the only way on. That may lie outside of the area or be left out: it closes all others
+    just the same, if the from way ends there, so that there is no doubt who comes from it.
+    """
     ways: dict[str, tuple[int, ...]] = {}
     missing: dict[str, bool] = {}
     for role in ("from", "via", "to"):
@@ -96,7 +108,9 @@ def _find_members(
         ways[role] = tuple(ref for ref in members if ref in carried)
         missing[role] = len(ways[role]) < len(members)
     nodes = [member.ref for member in relation.members if member.role == "via" and member.type == "node"]
-    if not ways["from"] or not ways["to"] or missing["via"]:
+    ending = all(nodes and nodes[0] in (carried[ref].refs[0], carried[ref].refs[-1]) for ref in ways["from"])
+    no_to = not ways["to"] and not (only and missing["to"] and ending)
+    if not ways["from"] or no_to or missing["via"]:
         return "needs ways that are absent or left out" if any(missing.values()) else "lacks a from or to member"
     if len(nodes) + (1 if ways["via"] else 0) != 1:
         return f"has {len(nodes) or 'no'} via nodes"

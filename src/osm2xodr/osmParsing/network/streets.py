@@ -9,10 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from osm2xodr.curves import ranks
-from osm2xodr.model import FloatArray, IntArray, Intersection, Street, StreetAttributes
+from osm2xodr.model import FloatArray, IntArray, Intersection, Street, StreetAttributes, TurnRestriction
 from osm2xodr.osmParsing.file import RawNodes
 from osm2xodr.osmParsing.network.chains import Chain, make_chains
 from osm2xodr.osmParsing.network.pieces import Pieces
+from osm2xodr.osmParsing.network.relations import forbids
 from osm2xodr.osmParsing.roadside import street_node_tags
 from osm2xodr.osmParsing.tags import turned_round
 
@@ -24,18 +25,22 @@ def make_streets(
     attributes: Sequence[StreetAttributes],
     directions: Sequence[int],
     transitions: Set[int] = frozenset(),
+    restrictions: Sequence[TurnRestriction] = (),
 ) -> tuple[tuple[Street, ...], tuple[Intersection, ...]]:
     """Join pieces of ways into streets between intersections.
 
     `points` (n, 2) are the local x, y of the nodes, m; `attributes` and `directions` (1, -1 or 0 for both) of traffic
     are those of each way, seen along it; `transitions` the OSM ids of ways whose line changes its position among the
-    lanes (``placement=transition``). Streets are in ascending lowest way id and place along that way, intersections
-    in ascending node id.
+    lanes (``placement=transition``). Streets end where `restrictions` forbid to go on. They are in ascending lowest
+    way id and place along that way, intersections in ascending node id.
     """
     start, end = pieces.node[pieces.first], pieces.node[pieces.last]
     second, last_but_one = pieces.node[pieces.first + 1], pieces.node[pieces.last - 1]
     neighbour = points[np.column_stack([second, last_but_one]).ravel()]
-    chains = make_chains(start, end, np.asarray(directions, np.int64)[pieces.way], points, neighbour)
+    flow = np.asarray(directions, np.int64)[pieces.way]
+    osm_way = [attributes[way].osm_way_id for way in pieces.way.tolist()] if restrictions else []
+    forbidden = _forbidden_passages(np.column_stack([start, end]).ravel(), osm_way, nodes.ids, restrictions)
+    chains = make_chains(start, end, flow, points, neighbour, forbidden)
     row, place = _rows(chains, pieces)
     ends = np.array([[row[a], row[b - 1]] for a, b in pairwise(place)], np.int64)
     ring = np.array([chain.ring for chain in chains], np.bool_)
@@ -55,6 +60,34 @@ def make_streets(
         for number, stretches in enumerate(_stretches(chains, pieces, attributes))
     )
     return streets, _intersections(crossing, nodes, points, at)
+
+
+def _forbidden_passages(
+    node: IntArray, osm_way: Sequence[int], node_ids: IntArray, restrictions: Sequence[TurnRestriction]
+) -> set[tuple[int, int]]:
+    """Return pairs of ends of pieces that meet alone and where restrictions forbid to go on from one to the other.
+
+    `node` (2 x pieces,) are the nodes at the ends of pieces, `osm_way` the OSM ids of their ways.
+    """
+    by_node: dict[int, list[TurnRestriction]] = {}
+    for item in restrictions:
+        if item.via_node is not None:
+            by_node.setdefault(item.via_node, []).append(item)
+    if not by_node:
+        return set()
+    ends = np.flatnonzero(np.isin(node_ids[node], list(by_node)))
+    meeting: dict[int, list[int]] = {}
+    for end in ends.tolist():
+        meeting.setdefault(int(node_ids[node[end]]), []).append(end)
+    found: set[tuple[int, int]] = set()
+    for via, both in meeting.items():
+        if len(both) == 2:
+            for one, other in (both, both[::-1]):
+                ways = osm_way[one // 2], osm_way[other // 2]
+                # Where a way runs on through the node, a relation means turns off it, or back on it.
+                if ways[0] != ways[1] and forbids(by_node[via], *ways):
+                    found.add((one, other))
+    return found
 
 
 def tags_on_streets(row: IntArray, nodes: RawNodes, same_node: Mapping[int, int]) -> dict[int, dict[str, str]]:

@@ -24,11 +24,16 @@ _ONEWAY_HIGHWAYS: Final = frozenset({"motorway", "motorway_link"})
 _ONEWAY_FOR_CARS: Final = ("oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle")
 _DIRECTIONS: Final = tuple(f"{key}:{way}" for key in CAR_KEYS for way in ("forward", "backward"))
 
-ACCESS_TAGS: Final = ("area", "service", "oneway", "junction", *CAR_KEYS, *_ONEWAY_FOR_CARS, *_DIRECTIONS)
+# OSM wiki, Key:hov: values that keep a way or lane for cars with several people in them.
+KEPT_FOR_HOV: Final = frozenset({"designated", "only", "official"})
+
+ACCESS_TAGS: Final = ("area", "service", "oneway", "junction", "hov", *CAR_KEYS, *_ONEWAY_FOR_CARS, *_DIRECTIONS)
 
 
 def closing_tag(tags: Tags) -> str | None:
     """Return the tag that closes a way to cars, as ``key=value``; None if it is open."""
+    if tags.get("hov") in KEPT_FOR_HOV:
+        return None
     for key in CAR_KEYS:
         value = tags.get(key)
         if value is not None:

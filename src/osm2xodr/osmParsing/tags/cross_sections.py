@@ -15,8 +15,9 @@ from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
 from osm2xodr.diagnostics import Kind
-from osm2xodr.model import Direction, LaneSpec, LaneType, MarginSpec, Rule
+from osm2xodr.model import Access, Direction, LaneSpec, LaneType, MarginSpec, Rule
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_BUS, LANE_WIDTH_MAX, LANE_WIDTH_MIN
+from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
@@ -30,7 +31,7 @@ _WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
 _PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
 # All tags, besides ``highway``, that lanes are read from, and that cross sections are read from.
 LANE_TAGS: Final = (
-    *(*COUNT_TAGS, *USER_TAGS, *BESIDE_TAGS),
+    *(*COUNT_TAGS, *USER_TAGS, *BESIDE_TAGS, "hov"),
     *(*_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *CHANGE_TAGS, *LIST_TAGS),
 )
 SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
@@ -87,8 +88,9 @@ def cross_section(
         usual = max(usual / 2.0, LANE_WIDTH_MIN)
     chosen = default_lane_width is not None
     widths = _widths(slots, usual, chosen, carriageway, parking_left + parking_right, findings)
+    whole = Access.HOV if tags.get("hov") in KEPT_FOR_HOV else Access.ALL
     lanes_ltr = tuple(
-        LaneSpec(slot.type, runs, width, slot.turns, slot.change)
+        LaneSpec(slot.type, runs, width, slot.turns, slot.change, _access(slot, whole))
         for (slot, runs), width in zip(lanes, widths, strict=True)
     )
     offset = _middle_offset(lanes_ltr, [slot.beside for slot in slots], tags, direction, findings)
@@ -105,6 +107,13 @@ def _usual_width(groups: LaneGroups, highway: str, country: Country, in_town: bo
     alone = groups.shared or (len(every) == 1 and not parked)
     beside = max(sum(slot.type in MOTOR_LANES for slot in group) for group in (groups.forward, groups.backward)) > 1
     return country.lane_width(highway, alone=alone, beside_in_town=beside and in_town)
+
+
+def _access(slot: Slot, whole: Access) -> Access:
+    """Return which cars may use a lane; `whole` is what the tags of the whole way say."""
+    if slot.type is not LaneType.DRIVING:
+        return Access.ALL
+    return whole if slot.access is Access.ALL else slot.access
 
 
 def _carriageway(

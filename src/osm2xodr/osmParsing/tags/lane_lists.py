@@ -7,12 +7,12 @@ include all lanes, also those for bicycles, while ``lanes`` counts only lanes wi
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 from osm2xodr.diagnostics import Kind
-from osm2xodr.model import LaneType
+from osm2xodr.model import Access, LaneType
 from osm2xodr.osmParsing.defaults import (
     LANE_WIDTH_MAX,
     LANES_PLAUSIBLE_MAX,
@@ -20,14 +20,14 @@ from osm2xodr.osmParsing.defaults import (
     TAGGED_LANE_WIDTH_MAX,
     TAGGED_LANE_WIDTH_MIN,
 )
-from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES
+from osm2xodr.osmParsing.tags.access import CAR_KEYS, CLOSED_VALUES, KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.values import Findings, Tags, parse_length
 
 MOTOR_LANES: Final = frozenset({LaneType.DRIVING, LaneType.BUS, LaneType.TAXI})
 DIRECTIONS: Final = ("", ":forward", ":backward", ":both_ways")
 
 # Lists that say who may use lanes, and lists of other properties.
-_USER_LISTS: Final = (*CAR_KEYS, "bus", "psv", "taxi", "bicycle", "cycleway")
+_USER_LISTS: Final = (*CAR_KEYS, "bus", "psv", "taxi", "bicycle", "cycleway", "hov")
 _OTHER_LISTS: Final = ("turn", "width", "change")
 LIST_TAGS: Final = tuple(f"{name}:lanes{way}" for name in (*_OTHER_LISTS, *_USER_LISTS) for way in DIRECTIONS)
 TURN_TAGS: Final = tuple(f"turn{way}" for way in DIRECTIONS)
@@ -60,6 +60,7 @@ class Slot:
     width: float | None = None  # m, where OSM gives it
     beside: bool = False  # Whether it is in addition to the lanes that lists and ``placement`` count
     change: str = ""  # Whether its drivers may leave it: value of ``change``; empty where OSM says nothing
+    access: Access = Access.ALL  # Which cars may drive on it
 
 
 def motor_lanes(slots: Sequence[Slot]) -> int:
@@ -97,8 +98,10 @@ def read_slots(tags: Tags, directions: Sequence[str], tagged: int, findings: Fin
     deciding = [len(lists[name]) for name in _USER_LISTS if name in lists]
     lengths = Counter(deciding or [len(values) for values in lists.values()])
     count = max(lengths, key=lambda length: (lengths[length], length == tagged, length))
-    types = _types({name: lists[name] for name in _USER_LISTS if len(lists.get(name, ())) == count}, count, tagged)
-    slots = [Slot(kind) for kind in types]
+    fitting = {name: lists[name] for name in _USER_LISTS if len(lists.get(name, ())) == count}
+    users = [{name: values[place] for name, values in fitting.items()} for place in range(count)]
+    types = _types(users, tagged)
+    slots = [Slot(kind, access=_access(own)) for kind, own in zip(types, users, strict=True)]
     # Lists describe all lanes, or only those for cars.
     motor = [place for place, kind in enumerate(types) if kind in MOTOR_LANES]
     for name, values in lists.items():
@@ -147,9 +150,9 @@ def _lists(tags: Tags, directions: Sequence[str], findings: Findings) -> dict[st
     return lists
 
 
-def _types(users: Mapping[str, Sequence[str]], count: int, tagged: int) -> list[LaneType]:
-    types = [_type({name: values[place] for name, values in users.items()}) for place in range(count)]
-    if LaneType.BIKING in types and count == tagged and not any(name in users for name in CAR_KEYS):
+def _types(users: Sequence[Tags], tagged: int) -> list[LaneType]:
+    types = [_type(own) for own in users]
+    if LaneType.BIKING in types and len(types) == tagged and not any(name in users[0] for name in CAR_KEYS):
         # Bicycles are named for a lane, but nothing keeps cars out, and `lanes` counts it.
         return [LaneType.DRIVING if kind is LaneType.BIKING else kind for kind in types]
     return types
@@ -162,6 +165,8 @@ def _type(users: Tags) -> LaneType:
     taxis = users.get("taxi", "")
     bicycles = "designated" if users.get("cycleway") in _CYCLE_LANES else users.get("bicycle", "")
     others = ((buses, LaneType.BUS), (taxis, LaneType.TAXI), (bicycles, LaneType.BIKING))
+    if _access(users) is Access.HOV:
+        return LaneType.DRIVING
     if not car:
         return next((kind for value, kind in others if value == "designated"), LaneType.DRIVING)
     if car in _FOR_BUSES:
@@ -171,6 +176,13 @@ def _type(users: Tags) -> LaneType:
     if car not in CLOSED_VALUES:
         return LaneType.DRIVING
     return next((kind for value, kind in others if value in _ALLOWED), LaneType.NONE)
+
+
+def _access(users: Tags) -> Access:
+    """Return which cars may use one lane, if cars may, given its values by list."""
+    car = next((users[name] for name in CAR_KEYS if users.get(name)), "")
+    known = _ALLOWED if car in CLOSED_VALUES else KEPT_FOR_HOV
+    return Access.HOV if car == "hov" or users.get("hov") in known else Access.ALL
 
 
 def _width(text: str, findings: Findings) -> float | None:

@@ -1,0 +1,99 @@
+"""Bicycle lanes lead on through junctions that their like does not continue straight on.
+
+Lanes are written from left to right as their drivers see them: ``c`` is a bicycle lane, ``d`` one for cars, ``b`` for
+buses. Links are (movement, entry lane, exit lane).
+"""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from street_cases import Case
+
+from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on
+from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneLink, LaneMovement, assign_lanes
+from osm2xodr.model import Direction, LaneSpec, LaneType, Rule
+
+EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
+_KINDS = {"c": LaneType.BIKING, "d": LaneType.DRIVING, "b": LaneType.BUS}
+
+
+def arm(text: str) -> ArmLanes:
+    lanes = tuple(LaneSpec(_KINDS[letter], Direction.FORWARD, 3.0) for letter in text)
+    return ArmLanes(lanes, tuple(3.0 * ((len(lanes) - 1) / 2 - k) for k in range(len(lanes))))
+
+
+def added(
+    entries: str, exits: str, turns: dict[tuple[int, int], float], rule: Rule = Rule.RIGHT_HAND
+) -> set[LaneLink]:
+    """Return what is added for entries and exits, from 0 and 100 on, and turns between them, degrees.
+
+    With left-hand traffic everything is seen in a mirror, and the result is turned back.
+    """
+    left = rule is Rule.LEFT_HAND
+    ins, outs = ([text[::-1] if left else text for text in texts.split()] for texts in (entries, exits))
+    sign = -1.0 if left else 1.0
+    lanes_in = {k: arm(text) for k, text in enumerate(ins)}
+    lanes_out = {100 + k: arm(text) for k, text in enumerate(outs)}
+    movements = [
+        LaneMovement(one, 100 + other, sign * math.radians(turn), lanes_in[one].t)
+        for (one, other), turn in turns.items()
+    ]
+    known = assign_lanes(movements, lanes_in, lanes_out, left)
+    found = lead_bicycles_on(movements, lanes_in, lanes_out, known, left)
+    assert len(set(found)) == len(found)
+    assert not set(found) & set(known)
+    out = set()
+    for k, one, other in found:
+        entry, exit_ = ins[movements[k].entry], outs[movements[k].exit - 100]
+        out.add((k, len(entry) - 1 - one, len(exit_) - 1 - other) if left else (k, one, other))
+    return out
+
+
+@EITHER
+@pytest.mark.parametrize(
+    ("entries", "exits", "turns", "expected"),
+    [
+        # Straight on to its like: nothing lacks.
+        ("dc", "dc d", {(0, 0): 0.0, (0, 1): 90.0}, set()),
+        # The lane ends: on with the cars at its side, also from the left, and as far as two lanes become one.
+        ("dc", "d", {(0, 0): 0.0}, {(0, 1, 0)}),
+        ("ddc", "dd dc", {(0, 0): 5.0, (0, 1): -90.0}, {(0, 2, 1), (1, 2, 1)}),
+        ("cdd", "dd", {(0, 0): 0.0}, {(0, 0, 0)}),
+        ("dcc", "ddc", {(0, 0): 0.0}, {(0, 1, 1)}),
+        # Nothing straight on: round the corners to bicycle lanes, else round that of the near side.
+        ("dc", "dc dc", {(0, 0): 90.0, (0, 1): -90.0}, {(0, 1, 1), (1, 1, 1)}),
+        ("dc", "dc d", {(0, 0): 90.0, (0, 1): -90.0}, {(0, 1, 1)}),
+        ("dc", "d d", {(0, 0): 90.0, (0, 1): -90.0}, {(1, 1, 0)}),
+        ("dc", "d", {(0, 0): 90.0}, {(0, 1, 0)}),
+        # Nobody turns back.
+        ("dc", "dc", {(0, 0): 170.0}, set()),
+        # No lane for cars beyond.
+        ("dc", "b", {(0, 0): 0.0}, set()),
+        # A lane that begins round a corner is reached from one side, the near one if there is a choice.
+        ("dc dc", "dc dc", {(0, 0): 0.0, (0, 1): -90.0, (1, 1): 90.0}, {(1, 1, 1), (2, 1, 1)}),
+        ("dc d", "dc dc", {(0, 0): 0.0, (0, 1): 90.0, (1, 1): -90.0}, {(1, 1, 1)}),
+        ("dc", "d dc", {(0, 0): 0.0, (0, 1): -90.0}, {(0, 1, 0), (1, 1, 1)}),
+    ],
+)
+def test_bicycle_lanes_lead_on(
+    entries: str, exits: str, turns: dict[tuple[int, int], float], expected: set[LaneLink], rule: Rule
+) -> None:
+    assert added(entries, exits, turns, rule) == expected
+
+
+@EITHER
+def test_where_a_bicycle_lane_ends_bicycles_join_the_cars_and_no_car_its_lane(rule: Rule) -> None:
+    nodes = {"w": (-100.0, 0.0), "a": (0.0, 0.0), "e": (100.0, 0.0), "s": (0.0, -100.0)}
+    ways = {1: ("w a", "oneway=yes cycleway=lane"), 2: ("a e", "oneway=yes"), 3: ("s a", "oneway=yes")}
+    case = Case(nodes, ways) if rule is Rule.RIGHT_HAND else Case(nodes, ways).mirrored()
+    roads = case.build(rule).roads
+    through = [
+        next((lane.type, abs(lane.predecessor or 0), abs(lane.successor or 0)) for lane in section.lanes if lane.id)
+        for road in roads
+        if road.junction is not None
+        for section in road.lane_sections
+    ]
+    car = LaneType.DRIVING, 1, 1
+    assert sorted(through) == sorted([car, car, (LaneType.BIKING, 2, 1)])
