@@ -38,11 +38,13 @@ FAST_HIGHWAYS: Final = ("motorway", "motorway_link", "trunk", "trunk_link")
 # How far along its arms a junction may reach, m; farther where ramps join at acute angles (RAA 2008: gores of 100 m).
 ARM_REACH: Final = 40.0
 ARM_REACH_MOTORWAY: Final = 100.0
-# A street that keeps less than this between two junctions becomes part of one junction, m: no car has room to wait
-# there. A choice.
-SHORTEST_STREET_BETWEEN_JUNCTIONS: Final = 3.0
-# Shortest road where two junctions cannot be one, m (half of its street, where the street is shorter than 2 m). A
-# choice.
+# A street that keeps less than this between two junctions becomes part of one junction where that does no harm, m:
+# no car has room to wait there. In queues a car takes 6 m (HBS 2015).
+SHORTEST_STREET_BETWEEN_JUNCTIONS: Final = 6.0
+# What any street between two junctions keeps, if they cannot be one, and dead ends beside setbacks and loops, m (half
+# of the street, where it is shorter than twice that). A choice: markings and lights stand apart on it.
+SHORTEST_STREET: Final = 3.0
+# Shortest road at a dead end, m (half of its street, where the street is shorter than 2 m). A choice.
 SHORTEST_ROAD: Final = 1.0
 
 # ---------------------------------------------------------------- lanes along a road

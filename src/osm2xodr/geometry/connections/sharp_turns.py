@@ -16,7 +16,6 @@ from osm2xodr.geometry.defaults import (
     ARM_SETBACK_STEP,
     HALF_NARROW_LANE,
     INNER_EDGE_RADIUS,
-    SHORTEST_STREET_BETWEEN_JUNCTIONS,
 )
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import CrossSection
@@ -56,8 +55,7 @@ def set_back_arms(
     rows = np.flatnonzero(rows)
     for _ in range(_ARM_SETBACK_STEPS):
         arms = np.union1d(entry[rows], exit_[rows])
-        left = ends.length[arms] - trim[arms] - trim[arms ^ 1]
-        arms = arms[left > 2 * ARM_SETBACK_STEP + SHORTEST_STREET_BETWEEN_JUNCTIONS]
+        arms = arms[trim[arms] + ARM_SETBACK_STEP <= layout.most[arms]]
         if not len(arms):
             break
         trim[arms] += ARM_SETBACK_STEP

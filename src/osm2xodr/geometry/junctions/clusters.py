@@ -7,9 +7,15 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.geometry.defaults import ARM_REACH_MOTORWAY, SHORTEST_ROAD, SHORTEST_STREET_BETWEEN_JUNCTIONS
+from osm2xodr.geometry.defaults import (
+    ARM_REACH_MOTORWAY,
+    SHORTEST_ROAD,
+    SHORTEST_STREET,
+    SHORTEST_STREET_BETWEEN_JUNCTIONS,
+)
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.arm_trims import footprints
+from osm2xodr.geometry.junctions.short_streets import between_carriageways, restricted, streets_without_room
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
 
@@ -19,13 +25,6 @@ _ARM_REACH_TURN: Final = 12.0
 # A ring without any junction that is shorter than this, m, is a point drawn as a line: the circle with the smallest
 # radius of a turning lane (CONNECTING_RADIUS), rounded down.
 _SHORTEST_RING: Final = 18.0
-# Streets shorter than this, m, that a turn restriction runs over (via way) become part of a junction. A choice.
-_RESTRICTED_STREET: Final = 30.0
-# Streets across a median, from one carriageway to the other of the same road, are shorter than this, m; the
-# carriageways run opposite ways within the angle of this cosine, and square to the street within that of this sine
-# (37 degrees). Choices.
-_MEDIAN_CROSSING: Final = 40.0
-_CARRIAGEWAYS_COSINE: Final = 0.8
 # Bridges and tunnels shorter than this, m, may lie within a junction: less than two carriageways pass beneath them.
 _SHORTEST_BRIDGE: Final = 8.0
 # Junctions are measured and joined at most this many times. A choice.
@@ -46,6 +45,7 @@ class JunctionLayout:
     # (streets,) Whether a street lies wholly inside a junction, or is a dead end or ring too short to be a road
     inner: BoolArray
     trim: FloatArray  # (ends,) How much of its street each end gives to its junction, m
+    most: FloatArray  # (ends,) How much it may give at most, so that both ends together leave a street, m
     squeezed: BoolArray  # (streets,) Whether a street is too short for what its junctions need
 
 
@@ -53,8 +53,9 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     """Find the junctions: nodes where streets meet, joined where the streets between them have no room.
 
     Each round measures how much of its arms every junction needs and joins two junctions where that leaves less than
-    `SHORTEST_STREET_BETWEEN_JUNCTIONS` of a street between them, until nothing changes. Of a street across a median,
-    rounded corners count as needed, too. Streets shorter than any road always become part of a junction.
+    `SHORTEST_STREET` of a street between them, until nothing changes; less than `SHORTEST_STREET_BETWEEN_JUNCTIONS`
+    where that does no harm. Of a street across a median, rounded corners count as needed, too. Streets shorter than
+    any road always become part of a junction.
     """
     xy = np.array([(node.x, node.y) for node in network.intersections]).reshape(-1, 2)
     degree = np.bincount(ends.node[ends.node >= 0], minlength=len(xy))
@@ -65,11 +66,11 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     between = (a >= 0) & (b >= 0)
     between[between] &= is_junction[a[between]] & is_junction[b[between]]
     tiny = length < np.where(a < 0, _SHORTEST_RING, SHORTEST_ROAD)
-    via, median = _restricted(network, ends), _between_carriageways(network, ends)
+    via, median = restricted(network, ends), between_carriageways(network, ends)
     # Bridges and tunnels stay, unless they are very short.
     kept = ends.raised | (ends.layer != 0)
     mergeable = ~(kept[0::2] | kept[1::2]) | (length < _SHORTEST_BRIDGE)
-    needed = np.where(_on_ring(ends), 0.0, SHORTEST_STREET_BETWEEN_JUNCTIONS)
+    needed = np.where(_on_ring(ends), 0.0, SHORTEST_STREET)
     clusters = _Clusters(xy, is_junction, tiny & ~between)
     bare, wished = np.zeros(len(ends.length)), np.zeros(len(ends.length))
     changed: set[int] | None = None
@@ -81,9 +82,13 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
         bare[touched], wished[touched] = found[0][touched], found[1][touched]
         taken = np.where(np.repeat(median, 2), wished, bare)
         left = length - taken[0::2] - taken[1::2]
-        tight = between & ~clusters.inner & ((mergeable & (left < needed)) | via | tiny)
-        order = np.flatnonzero(tight)[np.argsort(left[tight], kind="stable")]
-        changed = clusters.join(order, a, b, tiny)
+        outer = between & ~clusters.inner
+        tight = outer & ((mergeable & (left < needed)) | via | tiny)
+        short = mergeable & ~median & streets_without_room(network, ends, outer, left, wished, clusters.group)
+        extent = np.where(tight, defaults.JUNCTION_EXTENT, defaults.JUNCTION_EXTENT_SHORT)
+        order = np.flatnonzero(tight | short)
+        order = order[np.argsort(left[order], kind="stable")]
+        changed = clusters.join(order, a, b, np.where(tiny, np.inf, extent))
         if not changed:
             break
     return _settle(ends, clusters, bare, wished)
@@ -98,10 +103,10 @@ class _Clusters:
         self._members = {node: [node] for node in np.flatnonzero(is_junction).tolist()}
         self._low, self._high = xy.copy(), xy.copy()
 
-    def join(self, streets: IntArray, start: IntArray, end: IntArray, tiny: BoolArray) -> set[int]:
+    def join(self, streets: IntArray, start: IntArray, end: IntArray, extent: FloatArray) -> set[int]:
         """Join the groups at both ends of streets, in this order, and return the groups that have changed.
 
-        No group grows beyond `JUNCTION_EXTENT`, save over streets that are tiny.
+        No group grows over a street beyond the street's `extent` (streets,), m.
         """
         group, low, high = self.group, self._low, self._high
         changed: set[int] = set()
@@ -109,7 +114,7 @@ class _Clusters:
             one, other = sorted((int(group[start[street]]), int(group[end[street]])))
             if one != other:
                 lower, upper = np.minimum(low[one], low[other]), np.maximum(high[one], high[other])
-                if (upper - lower).max() > defaults.JUNCTION_EXTENT and not tiny[street]:
+                if (upper - lower).max() > extent[street]:
                     continue
                 low[one], high[one] = lower, upper
                 group[self._members[other]] = one
@@ -156,39 +161,6 @@ def _without_a_turn(ends: StreetEnds) -> BoolArray:
     return out
 
 
-def _between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
-    """Say which streets lead across a median, from a one-way carriageway to the opposite one, (streets,)."""
-    out = np.zeros(len(network.streets), bool)
-    at: dict[int, list[tuple[float, str]]] = {}
-    one_way = ends.enters != ends.leaves
-    flow = np.where(ends.leaves, ends.hdg, ends.hdg + np.pi)
-    for end in np.flatnonzero(one_way & (ends.node >= 0) & ~ends.roundabout).tolist():
-        attributes = network.streets[end // 2].pieces[-(end % 2)][1]
-        at.setdefault(int(ends.node[end]), []).append(
-            (float(flow[end]), attributes.name or attributes.ref or attributes.highway)
-        )
-    short = (ends.length[0::2] < _MEDIAN_CROSSING) & (ends.node[0::2] >= 0) & (ends.node[1::2] >= 0)
-    # A ring does not cross the two halves of a roundabout's arm.
-    short &= ~_on_ring(ends)
-    for street in np.flatnonzero(short).tolist():
-        across = float(ends.hdg[2 * street])
-        out[street] = any(
-            name == other
-            and np.cos(one - two) < -_CARRIAGEWAYS_COSINE
-            and abs(np.sin(one - across)) > _CARRIAGEWAYS_COSINE
-            for one, name in at.get(int(ends.node[2 * street]), ())
-            for two, other in at.get(int(ends.node[2 * street + 1]), ())
-        )
-    return out
-
-
-def _restricted(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
-    """Say which streets a turn restriction runs over, (streets,): lane links can state it only inside a junction."""
-    via = {way for item in network.restrictions for way in item.via_ways}
-    over = [via.issuperset(attributes.osm_way_id for _, attributes in street.pieces) for street in network.streets]
-    return np.array(over, bool) & (ends.length[0::2] < _RESTRICTED_STREET)
-
-
 def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: FloatArray) -> JunctionLayout:
     """Give junctions numbers, and share out the streets that are too short for what is wished."""
     arms = clusters.arms(ends)
@@ -201,28 +173,45 @@ def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: Flo
     for number, group in enumerate(order):
         junction[arms[group]] = number
     bare, wished = (np.where(junction >= 0, needed, 0.0) for needed in (bare, wished))
-    # Corners must leave a road that readers with steps of metres do not pass over. Between the arms of a small
-    # roundabout there is room for less.
-    least = np.where(_on_ring(ends), SHORTEST_ROAD + _SNAPPED, 2 * SHORTEST_ROAD)
-    trim, squeezed = _share_streets(ends.length[0::2], bare.reshape(-1, 2), wished.reshape(-1, 2), least)
+    between = (junction.reshape(-1, 2) >= 0).all(1)
+    # Corners must leave a road that readers with steps of metres do not pass over, and room for a car between
+    # junctions. Between the arms of a small roundabout there is room for less.
+    least = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS + _SNAPPED, 2 * SHORTEST_ROAD)
+    least[_on_ring(ends)] = SHORTEST_STREET + _SNAPPED
+    shortest = np.where(between, SHORTEST_STREET, SHORTEST_ROAD)
+    length = ends.length[0::2]
+    trim, squeezed = _share_streets(length, bare.reshape(-1, 2), wished.reshape(-1, 2), least, shortest)
+    squeezed |= between & (length - trim.sum(1) < SHORTEST_STREET_BETWEEN_JUNCTIONS)
     return JunctionLayout(
         arms=tuple(tuple(arms[group]) for group in order),
         nodes=tuple(tuple(nodes[group]) for group in order),
         junction=junction,
         inner=clusters.inner,
         trim=trim.ravel(),
+        most=_most(length, trim, junction.reshape(-1, 2)).ravel(),
         squeezed=squeezed & ~clusters.inner,
     )
 
 
+def _most(length: FloatArray, trim: FloatArray, junction: IntArray) -> FloatArray:
+    """Return what both ends of each street may give at most, (streets, 2), m: they share what is spare."""
+    between = (junction >= 0).all(1)
+    kept = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS + _SNAPPED, SHORTEST_STREET)
+    spare = np.maximum(length - trim.sum(1) - kept, 0.0)
+    share = np.where(between, 0.5, 1.0)
+    most: FloatArray = trim + (spare * share)[:, None]
+    return most
+
+
 def _share_streets(
-    length: FloatArray, bare: FloatArray, wished: FloatArray, least: FloatArray
+    length: FloatArray, bare: FloatArray, wished: FloatArray, least: FloatArray, shortest: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Return what both ends of each street give, (streets, 2), m, and which streets give less than is needed.
 
-    Of a street that is too short, kerbs are cut first, so that at least `least` of it is left, (streets,), m.
+    Of a street that is too short, kerbs are cut first, so that at least `least` of it is left, (streets,), m. Then
+    what is needed is cut, so that at least `shortest` is, (streets,), m.
     """
-    room = np.maximum(length - SHORTEST_ROAD - _SNAPPED, _LEAST_ROAD_SHARE * length)
+    room = np.maximum(length - shortest - _SNAPPED, _LEAST_ROAD_SHARE * length)
     need, wish = bare.sum(1), wished.sum(1)
     extra = np.clip((length - least - need) / np.maximum(wish - need, 1e-9), 0.0, 1.0)
     scale = np.minimum(1.0, room / np.maximum(need, 1e-9))

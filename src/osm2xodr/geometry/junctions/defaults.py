@@ -13,6 +13,9 @@ ARM_CLEARANCE: Final = 0.5
 # Largest extent of the nodes of one junction in x and in y, m, so that chains of short streets do not grow into one
 # junction. A choice.
 JUNCTION_EXTENT: Final = 60.0
+# The same where the street between has some room, if less than a car, m: two crossings side by side, no chain of
+# them. A choice.
+JUNCTION_EXTENT_SHORT: Final = 25.0
 
 # ---------------------------------------------------------------- turnarounds
 

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from osm2xodr.curves import curves_of, ranks, replace_curves
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET_BETWEEN_JUNCTIONS
+from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Loop, Movement
@@ -78,10 +78,11 @@ def add_turnarounds(
             placed[end] = found
     if not placed:
         return layout, []
-    junction, trim = layout.junction.copy(), layout.trim.copy()
+    junction, trim, most = layout.junction.copy(), layout.trim.copy(), layout.most.copy()
     movements = []
     for number, (end, item) in enumerate(placed.items(), start=len(layout.arms)):
-        junction[end], trim[end] = number, item.length
+        junction[end], trim[end], most[end] = number, item.length, item.length
+        most[end ^ 1] = min(most[end ^ 1], ends.length[end] - item.length - SHORTEST_STREET)
         movements.append(Movement(number, end, end, (), loop=item.loop))
     layout = replace(
         layout,
@@ -89,6 +90,7 @@ def add_turnarounds(
         nodes=(*layout.nodes, *((int(ends.node[end]),) for end in placed)),
         junction=junction,
         trim=trim,
+        most=most,
     )
     return layout, movements
 
@@ -132,7 +134,7 @@ def _largest_loop(
     apart = [abs(one.t - other.t) / 2 for one in into for other in out]
     inner, outer = min(apart), max(apart)
     width = max(lane.spec.width for lane in (*into, *out))
-    room = float(ends.length[end] - layout.trim[end ^ 1]) - SHORTEST_STREET_BETWEEN_JUNCTIONS
+    room = float(ends.length[end] - layout.trim[end ^ 1]) - SHORTEST_STREET
     least = CONNECTING_RADIUS
     wanted = max((diameter - width) / 2 - outer, least - inner, 0.0)
     for aside in (wanted, max((wanted + least - inner) / 2, 0.0), max(least - inner, 0.0)):
