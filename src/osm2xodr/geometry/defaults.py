@@ -47,12 +47,25 @@ SHORTEST_ROAD: Final = 1.0
 
 # ---------------------------------------------------------------- lanes along a road
 
-# Length over which a lane opens or ends: 30 m at urban speeds, 100 m on motorways (RASt 06 section 6.3, RAA 2008).
+# Length over which a lane opens or ends, in multiples of its width, at the speeds of towns (up to 50 km/h) and on fast
+# roads (from 80 km/h), between them in proportion; lanes that shift to the side take twice that of their shift. AASHTO,
+# A Policy on Geometric Design of Highways and Streets 2018, 9.7: 8 to 15. Surveyed lanes: 6 to 7 in town, 14 to 18 on
+# a motorway.
+TAPER_RATIO: Final = 10.0
+TAPER_RATIO_FAST: Final = 15.0
+TOWN_SPEED: Final = 50.0 / 3.6
+FAST_SPEED: Final = 80.0 / 3.6
+# The least such multiple, also where there is little room: AASHTO's 8, and a little for the round ends of a taper.
+STEEPEST_TAPER: Final = 8.5
+# Lanes of one direction that open at one place do so one after another, at least this far apart, m. A choice.
+LANES_OPEN_APART: Final = 6.0
+# At either end of a road its lanes are steady for this length, m. A choice: they meet those of the junction.
+STEADY_END: Final = 1.0
+# Length over which tapers may reach from where lanes change, m: a lane of 3 m in town.
 TAPER_LENGTH: Final = 30.0
-TAPER_LENGTH_MOTORWAY: Final = 100.0
-# A taper takes at most this share of its lane section at either end.
+# A strip beside the carriageway tapers over at most this share of its stretch at either end.
 TAPER_SHARE: Final = 0.45
-# Lane sections shorter than this are taken over by their longer neighbour, m: their tapers would be steps.
+# Lane sections shorter than this are taken over by their longer neighbour, m: a bay that short is mostly an artefact.
 SHORTEST_LANE_SECTION: Final = 12.0
 
 # ---------------------------------------------------------------- connecting roads

@@ -15,7 +15,7 @@ from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
 from osm2xodr.geometry.lanes import Piece, Stretch, stretches
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
-from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Rule, StreetNetwork
 
 # Dead ends at one node lie on each other within the angle of this cosine (45 degrees). A choice.
 _ACUTE_COSINE: Final = 0.7
@@ -89,7 +89,10 @@ def cut_roads(
     halved = np.array([street.start < 0 for street in network.streets], bool) | ((first >= 0) & (first == last))
     whole, halves = np.flatnonzero(~layout.inner & ~halved), np.flatnonzero(~layout.inner & halved)
     pieces = earlier.pieces if earlier is not None and earlier.fitted is fitted else _lane_pieces(fitted, length)
-    uncut = [_stretches_to_halve(pieces[k], begin[k], end[k], network.streets[k].start < 0) for k in halves.tolist()]
+    uncut = [
+        _stretches_to_halve(pieces[k], begin[k], end[k], network.streets[k].start < 0, network.rule)
+        for k in halves.tolist()
+    ]
     middle = _middles(fitted, halves, begin[halves], uncut, length)
     street = np.concatenate([whole, np.repeat(halves, 2)])
     lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
@@ -110,7 +113,7 @@ def cut_roads(
         end_junction=end_junction,
         end_link=end_link,
         stretches=(
-            *_stretches(pieces, whole, lo[:n], hi[:n], earlier),
+            *_stretches(pieces, whole, lo[:n], hi[:n], earlier, network.rule),
             *(half for found, start, cut in cuts for half in _cut_in_two(found, cut - start)),
         ),
         fitted=fitted,
@@ -158,9 +161,9 @@ def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
     return (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
 
 
-def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring: bool) -> list[Stretch]:
+def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring: bool, rule: Rule) -> list[Stretch]:
     """Return the stretches of a street that becomes two roads: both must agree about the lanes where they touch."""
-    found = stretches(pieces, begin, end)
+    found = stretches(pieces, begin, end, rule)
     if ring and found[0].section != found[-1].section:
         # The ring was opened within a stretch that was too short to be kept: the longest one takes the whole ring.
         longest = max(found, key=lambda item: item.end - item.start)
@@ -187,7 +190,12 @@ def _cut_in_two(found: Sequence[Stretch], cut: float) -> tuple[tuple[Stretch, ..
 
 
 def _stretches(
-    pieces: Sequence[tuple[Piece, ...]], street: IntArray, lo: FloatArray, hi: FloatArray, earlier: RoadParts | None
+    pieces: Sequence[tuple[Piece, ...]],
+    street: IntArray,
+    lo: FloatArray,
+    hi: FloatArray,
+    earlier: RoadParts | None,
+    rule: Rule,
 ) -> tuple[tuple[Stretch, ...], ...]:
     """Return the stretches of the roads from lo to hi of streets, (roads,); unchanged roads keep theirs."""
     known: dict[tuple[int, float, float], tuple[Stretch, ...]] = {}
@@ -196,7 +204,7 @@ def _stretches(
         same = [one is other for one, other in zip(earlier.pieces, pieces, strict=True)]
         known = {road: found for road, found in zip(roads, earlier.stretches, strict=True) if same[road[0]]}
     return tuple(
-        known.get(road) or tuple(stretches(pieces[road[0]], road[1], road[2]))
+        known.get(road) or tuple(stretches(pieces[road[0]], road[1], road[2], rule))
         for road in zip(street.tolist(), lo.tolist(), hi.tolist(), strict=True)
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from osm2xodr.geometry.lanes.carriageway_lanes import smooth_step, without_repeats
 from osm2xodr.geometry.lanes.cross_sections import (
     CrossSection,
     EndLane,
@@ -12,7 +13,7 @@ from osm2xodr.geometry.lanes.cross_sections import (
 )
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity, StatedLanes
 from osm2xodr.geometry.lanes.lane_matching import left_turns, right_turns
-from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all, smooth_step, tapered, without_repeats
+from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all
 from osm2xodr.geometry.lanes.road_marks import NO_MARK
 from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
 
@@ -33,6 +34,5 @@ __all__ = [
     "right_turns",
     "smooth_step",
     "stretches",
-    "tapered",
     "without_repeats",
 ]
