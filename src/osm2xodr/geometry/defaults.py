@@ -47,10 +47,9 @@ SHORTEST_ROAD: Final = 1.0
 
 # ---------------------------------------------------------------- lanes along a road
 
-# Length over which a lane opens or ends, in multiples of its width, at the speeds of towns (up to 50 km/h) and on fast
-# roads (from 80 km/h), between them in proportion; lanes that shift to the side take twice that of their shift. AASHTO,
-# A Policy on Geometric Design of Highways and Streets 2018, 9.7: 8 to 15. Surveyed lanes: 6 to 7 in town, 14 to 18 on
-# a motorway.
+# Length over which a lane opens or ends, in multiples of its width, at the speeds of towns (up to 50 km/h) and on
+# fast roads (from 80 km/h), between them in proportion; lanes that shift to the side take twice that of their shift.
+# AASHTO, A Policy on Geometric Design of Highways and Streets 2018, 9.7: 8 to 15.
 TAPER_RATIO: Final = 10.0
 TAPER_RATIO_FAST: Final = 15.0
 TOWN_SPEED: Final = 50.0 / 3.6

@@ -12,7 +12,9 @@ from street_cases import Case
 from osm2xodr.conventions import find_country
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
-from osm2xodr.geometry.lanes.lane_sections import lay_out_all, smooth_step, tapered, without_repeats
+from osm2xodr.geometry.lanes import smooth_step, without_repeats
+from osm2xodr.geometry.lanes.lane_sections import lay_out_all
+from osm2xodr.geometry.margins.strip_columns import tapered
 from osm2xodr.model import Cubic, LaneConnectivity, RoadMap, Rule, StreetAttributes
 
 

@@ -7,7 +7,7 @@ from lane_cases import cut, in_a_row, section, street
 
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
-from osm2xodr.model import Direction, LaneType, MarginSpec
+from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
 
 ONE, TWO, THREE = street("d< d>"), street("d< d> d>"), street("d< d> d> d>")
 
@@ -158,4 +158,4 @@ def test_short_stretches_are_mended_alike_whichever_way_the_road_is_drawn(
         for length in lengths[::order]:
             starts.append(starts[-1] + length)
         pieces = [(s, ONE, kind) for s, kind in zip(starts, kinds, strict=False)]
-        assert lanes(stretches(pieces, 0.0, starts[-1]))[::order] == list(expected)
+        assert lanes(stretches(pieces, 0.0, starts[-1], Rule.RIGHT_HAND))[::order] == list(expected)

@@ -113,7 +113,7 @@ def _index(lanes: Sequence[RoadLane], lane: RoadLane) -> int:
 def _in_order(
     changing: Sequence[int], specs: Mapping[int, LaneSpec], staying: Collection[int]
 ) -> dict[int, tuple[int, int]]:
-    """Return which of how many lanes of its direction each is to open (or the last to end), nearest to others first."""
+    """Return which of how many lanes of its direction each is, those nearest to lanes that continue first."""
     out: dict[int, tuple[int, int]] = {}
     for direction in Direction:
         beside = [lane for lane in staying if specs[lane].direction is direction] or [0]
@@ -129,8 +129,8 @@ def _in_order(
 def _centre(zone: TaperZone, k: int, road: Sequence[Stretch], sides: Mapping[int, Sequence[RoadLane]]) -> list[Cubic]:
     """Return how the centre moves in the zone before the k-th stretch.
 
-    Where lanes open or end one after another, an edge moves evenly from one cross-section to the next: of the edges of
-    lanes that continue, that which moves least.
+    Where lanes open or end one after another, an edge moves evenly from one cross-section to the next: of the edges
+    of lanes that continue, that which moves least.
     """
     before, after = road[k - 1].section, road[k].section
     if zone.change.at_once < 2 or not zone.change.pairs:
@@ -142,7 +142,7 @@ def _centre(zone: TaperZone, k: int, road: Sequence[Stretch], sides: Mapping[int
     pair = min(zone.change.pairs.items(), key=lambda pair: (abs(edges(pair)[0] - edges(pair)[1]), abs(pair[0])))
     side = 1 if pair[0] > 0 else -1
     passing = [lane for lane in sides[side] if lane.begin < zone.end and lane.end > zone.start]
-    inner = passing[: next(k for k, lane in enumerate(passing) if lane.numbers.get(k) == pair[1])]
+    inner = passing[: next(rank for rank, lane in enumerate(passing) if lane.numbers.get(k) == pair[1])]
     moved = [Cubic(zone.start, edges(pair)[0]), *_moved(zone, *edges(pair))]
     records = [moved, *(lane.widths for lane in inner)]
     places = sorted({zone.start, zone.end, *(c.s for item in records for c in item if zone.start < c.s < zone.end)})

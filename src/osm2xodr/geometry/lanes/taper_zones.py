@@ -27,7 +27,7 @@ class TaperZone:
         return self.end - self.start
 
     def part(self, rank: int, count: int) -> tuple[float, float]:
-        """Return from where to where the lane of some rank opens (or ends) of `count` that do so one after another."""
+        """Return from where to where one of `count` lanes opens (or ends) that do so one after another."""
         if count < 2:
             return self.start, self.end
         one = defaults.STEEPEST_TAPER * self.change.width
