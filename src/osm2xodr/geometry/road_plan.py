@@ -11,6 +11,7 @@ from osm2xodr.geometry.connections import (
     LaneLinks,
     build_connecting_roads,
     detours,
+    even_widths,
     find_lane_links,
     set_back_arms,
     swing_out,
@@ -76,7 +77,7 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
-    cut, connecting = _connect(network, cut, movements)
+    cut, connecting = _connect(network, cut, movements, diagnostics)
     connecting = swing_out(connecting, cut.parts)
     connecting = _without_impossible_turns(network, cut.layout, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
@@ -108,9 +109,12 @@ def _lay_out_junctions(
 
 
 def _connect(
-    network: StreetNetwork, cut: CutStreets, movements: list[Movement]
+    network: StreetNetwork, cut: CutStreets, movements: list[Movement], diagnostics: Diagnostics
 ) -> tuple[CutStreets, ConnectingRoads]:
-    """Draw the roads through junctions; where they lack room, cut the streets again and redraw them."""
+    """Draw the roads through junctions; where they lack room, cut the streets again and redraw them.
+
+    So too where lanes have to narrow before the junction.
+    """
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
 
@@ -121,7 +125,12 @@ def _connect(
     connecting = drawn(cut, links)
     roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting))
     if roomy is not cut:
-        connecting = drawn(roomy, find_lane_links(roomy.parts, movements, network.rule, links))
+        links = find_lane_links(roomy.parts, movements, network.rule, links)
+        connecting = drawn(roomy, links)
+    even = even_widths(roomy.parts, connecting, network.rule, diagnostics)
+    if even is not roomy.parts:
+        roomy = replace(roomy, parts=even)
+        connecting = drawn(roomy, find_lane_links(even, movements, network.rule, links))
     return roomy, connecting
 
 

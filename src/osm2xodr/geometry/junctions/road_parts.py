@@ -13,7 +13,7 @@ from osm2xodr.curves import cut_curves, lengths, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
-from osm2xodr.geometry.lanes import Piece, Stretch, stretches
+from osm2xodr.geometry.lanes import Piece, Stretch, stretches, taper_zones
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Rule, StreetNetwork
 
@@ -93,7 +93,7 @@ def cut_roads(
         _stretches_to_halve(pieces[k], begin[k], end[k], network.streets[k].start < 0, network.rule)
         for k in halves.tolist()
     ]
-    middle = _middles(fitted, halves, begin[halves], uncut, length)
+    middle = _middles(fitted, halves, begin[halves], uncut, length, network.rule)
     street = np.concatenate([whole, np.repeat(halves, 2)])
     lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
     hi = np.concatenate([end[whole], np.column_stack([middle, end[halves]]).ravel()])
@@ -145,11 +145,16 @@ def _road_ends(
 
 
 def _middles(
-    fitted: FittedStreets, street: IntArray, begin: FloatArray, uncut: list[list[Stretch]], length: FloatArray
+    fitted: FittedStreets,
+    street: IntArray,
+    begin: FloatArray,
+    uncut: list[list[Stretch]],
+    length: FloatArray,
+    rule: Rule,
 ) -> FloatArray:
     """Return s on streets where they are cut in two, (n,), m: on their longest stretches, off tight bends."""
     right, left = np.array([outermost_lanes(fitted.pieces[k]) for k in street.tolist()]).reshape(-1, 2).T
-    least, most = np.array([_room_to_halve(found) for found in uncut]).reshape(-1, 2).T + begin
+    least, most = np.array([_room_to_halve(found, rule) for found in uncut]).reshape(-1, 2).T + begin
     middle = places_clear_of_bends(fitted.plan_view, street, (least + most) / 2, right, left, length)
     return np.clip(middle, least, most)
 
@@ -163,7 +168,7 @@ def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
 
 def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring: bool, rule: Rule) -> list[Stretch]:
     """Return the stretches of a street that becomes two roads: both must agree about the lanes where they touch."""
-    found = stretches(pieces, begin, end, rule)
+    found = stretches(pieces, begin, end, rule, (end - begin) / 2)
     if ring and found[0].section != found[-1].section:
         # The ring was opened within a stretch that was too short to be kept: the longest one takes the whole ring.
         longest = max(found, key=lambda item: item.end - item.start)
@@ -171,13 +176,15 @@ def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring:
     return found
 
 
-def _room_to_halve(found: Sequence[Stretch]) -> tuple[float, float]:
-    """Return between which s a road may be halved: on its longest stretch, within its middle half, off borders."""
-    quarter = 0.25 * found[-1].end
-    spans = [(max(item.start, quarter), min(item.end, 3 * quarter)) for item in found]
+def _room_to_halve(found: Sequence[Stretch], rule: Rule) -> tuple[float, float]:
+    """Return between which s a road may be halved: where its lanes stay longest the same, within its middle half."""
+    length = found[-1].end
+    zones = taper_zones(found, rule, room=length / 2)
+    begin, end = [0.0, *(zone.end for zone in zones)], [*(zone.start for zone in zones), length]
+    spans = [(max(lo, length / 4), min(hi, 3 * length / 4)) for lo, hi in zip(begin, end, strict=True)]
     lower, upper = max(spans, key=lambda span: span[1] - span[0])
     off = 0.25 * (upper - lower)
-    return lower + (off if lower > quarter else 0.0), upper - (off if upper < 3 * quarter else 0.0)
+    return lower + (off if lower > length / 4 else 0.0), upper - (off if upper < 3 * length / 4 else 0.0)
 
 
 def _cut_in_two(found: Sequence[Stretch], cut: float) -> tuple[tuple[Stretch, ...], tuple[Stretch, ...]]:

@@ -11,11 +11,13 @@ from osm2xodr.geometry.lanes.cross_sections import (
     cross_section,
     end_lanes,
 )
+from osm2xodr.geometry.lanes.lane_changes import room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity, StatedLanes
 from osm2xodr.geometry.lanes.lane_matching import left_turns, right_turns
 from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all
 from osm2xodr.geometry.lanes.road_marks import NO_MARK
-from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
+from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches, with_narrow_ends
+from osm2xodr.geometry.lanes.taper_zones import TaperZone, taper_zones
 
 __all__ = [
     "NO_MARK",
@@ -26,13 +28,17 @@ __all__ = [
     "Piece",
     "StatedLanes",
     "Stretch",
+    "TaperZone",
     "centre_lanes",
     "cross_section",
     "end_lanes",
     "lay_out_all",
     "left_turns",
     "right_turns",
+    "room_for_tapers",
     "smooth_step",
     "stretches",
+    "taper_zones",
+    "with_narrow_ends",
     "without_repeats",
 ]

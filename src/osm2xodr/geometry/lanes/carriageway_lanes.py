@@ -35,7 +35,8 @@ class RoadLane:
         """Let it change its width from one place to another."""
         before = self.widths[-1].a
         if abs(width - before) > _SAME_VALUE:
-            self.widths += [smooth_step(start, end - start, before, width), Cubic(end, width)]
+            step = [smooth_step(start, end - start, before, width), Cubic(end, width)]
+            self.widths = list(without_repeats([*self.widths, *step]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +187,7 @@ def without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:
     out: list[Cubic] = []
     for item in cubics:
         # Of two records at one place the later one holds.
-        if out and out[-1].s == item.s:
+        if out and item.s - out[-1].s < _SAME_VALUE:
             out.pop()
         if not (out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < _SAME_VALUE):
             out.append(item)

@@ -88,5 +88,5 @@ def _counts(spec: LaneSpec) -> bool:
 
 
 def room_for_tapers(length: float) -> float:
-    """Return how much of a road may be taken by changes of its lanes, m."""
+    """Return how much of a road of some length may be taken by changes of its lanes, m."""
     return max(length - 2 * defaults.STEADY_END, length / 2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -31,11 +31,14 @@ class Stretch:
         return self.end - self.start
 
 
-def stretches(pieces: Sequence[Piece], begin: float, end: float, rule: Rule) -> list[Stretch]:
+def stretches(
+    pieces: Sequence[Piece], begin: float, end: float, rule: Rule, room: float | None = None
+) -> list[Stretch]:
     """Cut the pieces of a street, in ascending s, to the part from begin to end, s, m, which becomes a road.
 
     Pieces whose lanes are the same become one stretch; a stretch that is too short for a lane section of its own
-    joins the longer of its neighbours, and so do those whose changes of lanes have no room.
+    joins the longer of its neighbours, and so do those whose changes of lanes have no
+    room: all of the road but its ends, unless `room` is given, m.
     """
     found: list[Stretch] = []
     for k, (s, attributes, section) in enumerate(pieces):
@@ -53,20 +56,50 @@ def stretches(pieces: Sequence[Piece], begin: float, end: float, rule: Rule) -> 
     if not found:
         _, attributes, section = max((p for p in pieces if p[0] <= begin), default=pieces[0], key=lambda p: p[0])
         return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
-    return _with_room(_without_short(_grown_at_ends(found)), rule)
+    return _with_room(
+        _without_short(_grown_at_ends(found)), rule, room_for_tapers(end - begin) if room is None else room
+    )
 
 
-def _with_room(found: list[Stretch], rule: Rule) -> list[Stretch]:
+def with_narrow_ends(
+    found: Sequence[Stretch], start: Mapping[int, float] | None, end: Mapping[int, float] | None, rule: Rule
+) -> tuple[Stretch, ...]:
+    """Return the stretches of a road whose lanes, by id, have other widths at its start and its end, m.
+
+    They change along the road; what lies between gives way where there is no room for that.
+    """
+    length = found[-1].end
+    steady = min(defaults.STEADY_END, length / 4)
+    first = [] if start is None else [_with_widths(replace(found[0], start=0.0, end=steady), start)]
+    last = [] if end is None else [_with_widths(replace(found[-1], start=length - steady, end=length), end)]
+    lower, upper = steady if first else 0.0, length - steady if last else length
+    between = [item for item in found if item.end > lower and item.start < upper]
+    inner = [replace(item, start=max(item.start, lower), end=min(item.end, upper)) for item in between]
+    return tuple(_with_room([*first, *inner, *last], rule, room_for_tapers(length), (bool(first), bool(last))))
+
+
+def _with_widths(item: Stretch, widths: Mapping[int, float]) -> Stretch:
+    """Return a stretch whose lanes have other widths; the carriageway's middle stays."""
+    old = item.section
+    left = [replace(lane, width=widths.get(k, lane.width)) for k, lane in enumerate(old.left, start=1)]
+    right = [replace(lane, width=widths.get(-k, lane.width)) for k, lane in enumerate(old.right, start=1)]
+    at_left, at_right = (sum(lane.width for lane in lanes) for lanes in (left, right))
+    edge = (old.left_edge + old.right_edge + at_left + at_right) / 2
+    section = CrossSection(tuple(left), tuple(right), edge - at_left, edge, edge - at_left - at_right)
+    return replace(item, section=section, attributes=replace(item.attributes, lanes_ltr=(*reversed(left), *right)))
+
+
+def _with_room(
+    found: list[Stretch], rule: Rule, room: float, fixed: tuple[bool, bool] = (False, False)
+) -> list[Stretch]:
     """Let neighbours take over stretches until there is room on the road for the changes of lanes that are left.
 
-    The shortest go first, those with turn lanes at the road's ends last. What nobody can take over stays.
+    The shortest go first, those with turn lanes at the road's ends last. What nobody can take over stays, and so do
+    those at the road's start and end if they are `fixed`.
     """
-    if len(found) < 2:
-        return found
-    room = room_for_tapers(found[-1].end)
     while (needed := _needed(found, rule)) > room:
         costs: list[tuple[float, float, int, list[Stretch]]] = []
-        for k in range(len(found)):
+        for k in range(int(fixed[0]), len(found) - int(fixed[1])):
             without = _without(found, k)
             if without is not None and (left := _needed(without, rule)) < needed:
                 costs.append((found[k].length + (room if _turns_at_end(found, k) else 0.0), left, k, without))

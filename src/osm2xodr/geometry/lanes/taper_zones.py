@@ -36,20 +36,25 @@ class TaperZone:
         return begin, begin + one
 
 
-def taper_zones(road: Sequence[Stretch], rule: Rule, known: Connectivity | None = None) -> tuple[TaperZone, ...]:
-    """Return the zones of all changes along a road: about the borders of its stretches, as far as there is room."""
+def taper_zones(
+    road: Sequence[Stretch], rule: Rule, known: Connectivity | None = None, room: float | None = None
+) -> tuple[TaperZone, ...]:
+    """Return the zones of all changes along a road: about the borders of its stretches, as far as there is room.
+
+    `room` is the length that they may take together, m; all but the road's ends unless given.
+    """
     changes = [
         lane_change(one.section, other.section, rule, known.at_border(one.ways[-1], other.ways[0]) if known else None)
         for one, other in pairwise(road)
     ]
     speeds = [item.attributes.speed_along(Direction.BOTH) for item in road]
-    room = room_for_tapers(road[-1].end)
+    whole = room_for_tapers(road[-1].end)
     wanted = [
         change.wanted(max(pair, key=lambda v: v or 0.0))
         for change, pair in zip(changes, pairwise(speeds), strict=True)
     ]
-    lengths = _fitting(wanted, [change.least for change in changes], room)
-    starts = _placed([item.start for item in road[1:]], lengths, (road[-1].end - room) / 2, room)
+    lengths = _fitting(wanted, [change.least for change in changes], whole if room is None else room)
+    starts = _placed([item.start for item in road[1:]], lengths, (road[-1].end - whole) / 2, whole)
     return tuple(TaperZone(s, s + length, change) for s, length, change in zip(starts, lengths, changes, strict=True))
 
 
