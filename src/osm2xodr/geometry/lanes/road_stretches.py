@@ -200,7 +200,8 @@ def _is_tiny(item: Stretch) -> bool:
 
 
 def _directions(item: Stretch) -> set[Direction]:
-    return {lane.direction for lane in (*item.section.left, *item.section.right)}
+    """Return the directions of traffic; lanes for both between those of either say nothing more."""
+    return {lane.direction for lane in (*item.section.left, *item.section.right)} - {Direction.BOTH}
 
 
 def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
