@@ -50,12 +50,14 @@ SHORTEST_ROAD: Final = 1.0
 # Length over which a lane opens or ends, in multiples of its width, at the speeds of towns (up to 50 km/h) and on
 # fast roads (from 80 km/h), between them in proportion; lanes that shift to the side take twice that of their shift.
 # AASHTO, A Policy on Geometric Design of Highways and Streets 2018, 9.7: 8 to 15.
-TAPER_RATIO: Final = 10.0
+TAPER_RATIO: Final = 8.5
 TAPER_RATIO_FAST: Final = 15.0
 TOWN_SPEED: Final = 50.0 / 3.6
 FAST_SPEED: Final = 80.0 / 3.6
-# The least such multiple, also where there is little room: AASHTO's 8, and a little for the round ends of a taper.
+# The least such multiple, also where there is little room. AASHTO's 8, and a little for the round ends of a taper.
 STEEPEST_TAPER: Final = 8.5
+# Greatest curvature with which lanes shift to the side where none opens or ends, 1/m: 1 m/s2 at 50 km/h. A choice.
+GENTLE_SHIFT: Final = 0.005
 # Lanes of one direction that open at one place do so one after another, at least this far apart, m. A choice.
 LANES_OPEN_APART: Final = 6.0
 # At either end of a road its lanes are steady for this length, m. A choice: they meet those of the junction.

@@ -1,4 +1,4 @@
-"""Lanes narrow towards a junction whose other lanes are narrower, where the roads through it are too short for that."""
+"""Lanes narrow towards a junction that leads to narrower ones, where the roads through it are too short for that."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.defaults import STEEPEST_TAPER
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import room_for_tapers, with_narrow_ends
 from osm2xodr.model import FloatArray, IntArray, Rule
@@ -19,13 +18,16 @@ _MOST_LANES: Final = 64
 # Widths are rounded to this many decimals of a metre, downwards.
 _WIDTH_DECIMALS: Final = 2
 _SAME_WIDTH: Final = 1e-6
+# Connecting roads are at least this many times as long as their lane's width changes: 1 in 5 where it is steepest, which
+# a smooth step is by half, and a little, as they change with the lanes that they join. A choice.
+_STEEPEST_NARROWING: Final = 7.75
 
 
 def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagnostics: Diagnostics) -> RoadParts:
     """Return roads whose lanes narrow towards junctions where connecting roads would taper too fast.
 
     Widths only shrink: each lane gets the largest width from which tapers lead to all others that it is linked to,
-    `STEEPEST_TAPER` times as long as widths change; roads without changes of their own taper from end to end.
+    `_STEEPEST_NARROWING` times as long as widths change; roads without changes of their own taper from end to end.
     """
     ends = np.concatenate([connecting.entry, connecting.exit])
     lanes = np.concatenate([connecting.entry_lane, connecting.exit_lane])
@@ -37,7 +39,7 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
     along = _along_roads(parts, keys)
     one, other = np.concatenate([one, along[0]]), np.concatenate([other, along[1]])
     length = np.concatenate([connecting.length, [room_for_tapers(item) for item in parts.length[along[2]].tolist()]])
-    width = _reachable(before, one, other, length / STEEPEST_TAPER)
+    width = _reachable(before, one, other, length / _STEEPEST_NARROWING)
     narrowed = np.flatnonzero(width < before - _SAME_WIDTH)
     if not len(narrowed):
         return parts

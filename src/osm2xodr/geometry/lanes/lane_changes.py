@@ -33,7 +33,10 @@ class LaneChange:
 
     def wanted(self, speed: float | None) -> float:
         """Return the length over which it takes place where there is room, at a speed in m/s, m."""
-        return max(self.least, taper_ratio(speed) * max(self.width * max(self.at_once, 1), 2 * self.shift))
+        if not self.at_once:
+            # Nothing says where lanes that stay the same begin to move: they do so gently.
+            return max(self.least, (6 * max(self.shift, self.width) / defaults.GENTLE_SHIFT) ** 0.5)
+        return max(self.least, taper_ratio(speed) * self.width * (self.at_once + 1) / 2)
 
 
 def taper_ratio(speed: float | None) -> float:
