@@ -35,6 +35,7 @@ from osm2xodr.geometry.plan_report import (
     refuse_without_roads,
     report_absorbed_streets,
     report_impossible_turns,
+    report_lane_changes,
     report_missing_corners,
     report_sharp_turns,
     report_squeezed_streets,
@@ -84,6 +85,7 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     report_sharp_turns(network, cut.layout, connecting, diagnostics)
     report_absorbed_streets(network, cut.layout, connecting, diagnostics)
     report_unused_connectivity(network, movements, cut.parts, diagnostics)
+    report_lane_changes(network, cut.parts, diagnostics)
     margins = margins_with_room(cut.parts, find_margins(cut.parts), diagnostics)
     margins, corners, left_out = lay_out_corners(cut.parts, margins, connecting, network.rule)
     report_missing_corners(network, cut.layout, left_out, diagnostics)
@@ -146,7 +148,7 @@ def _with_room_to_turn(network: StreetNetwork, cut: CutStreets, connecting: Conn
 
 def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
     """Move reference lines to the outside of the tight bends that no junction has taken."""
-    fitted, layout = shift_lines_out_of_bends(cut.fitted, cut.layout, cut.parts)
+    fitted, layout = shift_lines_out_of_bends(cut.fitted, cut.layout, cut.parts, network.rule)
     if fitted is cut.fitted:
         return cut
     return CutStreets(fitted, _street_ends(network, fitted), layout, cut_roads(network, fitted, layout, cut.parts))

@@ -18,8 +18,8 @@ _MOST_LANES: Final = 64
 # Widths are rounded to this many decimals of a metre, downwards.
 _WIDTH_DECIMALS: Final = 2
 _SAME_WIDTH: Final = 1e-6
-# Connecting roads are at least this many times as long as their lane's width changes: 1 in 5 where it is steepest, which
-# a smooth step is by half, and a little, as they change with the lanes that they join. A choice.
+# Connecting roads are at least this many times as long as their lane's width changes: 7.5 is 1 in 5 where a smooth
+# step is steepest, and a little more, as their length changes with the lanes that they join. A choice.
 _STEEPEST_NARROWING: Final = 7.75
 
 

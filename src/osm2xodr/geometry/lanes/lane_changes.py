@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import sqrt
 
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, lanes_of
@@ -35,7 +36,7 @@ class LaneChange:
         """Return the length over which it takes place where there is room, at a speed in m/s, m."""
         if not self.at_once:
             # Nothing says where lanes that stay the same begin to move: they do so gently.
-            return max(self.least, (6 * max(self.shift, self.width) / defaults.GENTLE_SHIFT) ** 0.5)
+            return max(self.least, sqrt(6 * max(self.shift, self.width) / defaults.GENTLE_SHIFT))
         return max(self.least, taper_ratio(speed) * self.width * (self.at_once + 1) / 2)
 
 
