@@ -30,8 +30,10 @@ class TaperZone:
         """Return from where to where one of `count` lanes opens (or ends) that do so one after another."""
         if count < 2:
             return self.start, self.end
-        one = defaults.STEEPEST_TAPER * self.change.width
-        one = max(self.length / count, min(one, self.length * one / max(self.change.least, one)))
+        # Each begins when the one before it is half open, where there is room for that.
+        least = defaults.STEEPEST_TAPER * self.change.width
+        together = least + defaults.LANES_OPEN_APART * (count - 1)
+        one = max(2 * self.length / (count + 1), least * min(1.0, self.length / together))
         begin = self.start + rank * (self.length - one) / (count - 1)
         return begin, begin + one
 
