@@ -34,10 +34,10 @@ class LaneChange:
 
     def wanted(self, speed: float | None) -> float:
         """Return the length over which it takes place where there is room, at a speed in m/s, m."""
-        if not self.at_once:
-            # Nothing says where lanes that stay the same begin to move: they do so gently.
-            return max(self.least, sqrt(6 * max(self.shift, self.width) / defaults.GENTLE_SHIFT))
-        return max(self.least, taper_ratio(speed) * self.width * (self.at_once + 1) / 2)
+        one_by_one = taper_ratio(speed) * self.width * (max(self.at_once, 1) + 1) / 2
+        # Where no lane opens or ends nothing says where lanes begin to move: they do so gently.
+        gentle = 0.0 if self.at_once else sqrt(6 * self.shift / defaults.GENTLE_SHIFT)
+        return max(self.least, one_by_one, gentle)
 
 
 def taper_ratio(speed: float | None) -> float:
