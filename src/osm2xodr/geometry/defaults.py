@@ -62,7 +62,7 @@ GENTLE_SHIFT: Final = 0.005
 LANES_OPEN_APART: Final = 6.0
 # At either end of a road its lanes are steady for this length, m. A choice: they meet those of the junction.
 STEADY_END: Final = 1.0
-# Length over which tapers may reach from where lanes change, m: a lane of 3 m in town.
+# Length within which tapers lie that may reach into a bend, m: a lane of 3.5 m opens over it in town.
 TAPER_LENGTH: Final = 30.0
 # A strip beside the carriageway tapers over at most this share of its stretch at either end.
 TAPER_SHARE: Final = 0.45

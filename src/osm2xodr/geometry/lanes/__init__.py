@@ -17,7 +17,7 @@ from osm2xodr.geometry.lanes.lane_matching import left_turns, right_turns
 from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all
 from osm2xodr.geometry.lanes.road_marks import NO_MARK
 from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches, with_narrow_ends
-from osm2xodr.geometry.lanes.taper_zones import TaperZone, taper_zones
+from osm2xodr.geometry.lanes.tapers import TaperZone, taper_zones
 
 __all__ = [
     "NO_MARK",

@@ -10,7 +10,7 @@ from typing import Final
 from osm2xodr.curves import part_of_cubics
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.road_stretches import Stretch
-from osm2xodr.geometry.lanes.taper_zones import TaperZone
+from osm2xodr.geometry.lanes.tapers import TaperZone
 from osm2xodr.model import Cubic, Direction, LaneSpec
 
 # Values that differ by less are the same: widths, offsets and places along the road, m.

@@ -14,7 +14,7 @@ from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.road_marks import mark_kind, road_marks
 from osm2xodr.geometry.lanes.road_stretches import Stretch, same_rules
-from osm2xodr.geometry.lanes.taper_zones import TaperZone, taper_zones
+from osm2xodr.geometry.lanes.tapers import TaperZone, taper_zones
 from osm2xodr.model import (
     VEHICLE_LANES,
     Cubic,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from street_cases import Case
 
-from osm2xodr.geometry.connections.even_widths import _reachable
+from osm2xodr.geometry.connections.narrowing import _reachable
 from osm2xodr.model import Rule
 
 
