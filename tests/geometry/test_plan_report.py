@@ -73,3 +73,21 @@ def test_streets_within_a_junction_that_is_driven_through_are_not_lost() -> None
     assert len(roads.junctions) == 1
     assert roads.places is not None
     assert roads.places.inner.sum() == 1
+
+
+def test_changes_of_lanes_without_room_are_reported() -> None:
+    """Between two crossings 30 m apart a lane has no room to open; a two-way piece does not become a one-way one."""
+    nodes = {"w": (-80.0, 0.0), "a": (0.0, 0.0), "m": (14.0, 0.0), "b": (30.0, 0.0), "e": (110.0, 0.0)}
+    nodes |= {"an": (0.0, 60.0), "bn": (30.0, 60.0)}
+    rest = {1: ("w a", ""), 4: ("b e", ""), 5: ("a an", ""), 6: ("b bn", "")}
+
+    def reported(one: str, other: str) -> list[tuple[Kind, str, str]]:
+        found = Diagnostics()
+        case = Case(nodes, {**rest, 2: ("a m", one), 3: ("m b", other)})
+        build_roads(case.stages().network, FlatSurface(), found)
+        codes = ("lanes-taken-over", "short-taper")
+        return [(item.kind, item.code, item.osm_id) for item in found if item.code in codes]
+
+    assert reported("lanes=2", "lanes=2") == []
+    assert reported("lanes=2", "lanes=3 lanes:forward=2") == [(Kind.REPAIRED, "lanes-taken-over", "way/2")]
+    assert reported("lanes=2", "lanes=1 oneway=yes") == [(Kind.NOTE, "short-taper", "way/3")]

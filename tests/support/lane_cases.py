@@ -55,7 +55,9 @@ def section(text: str, rule: Rule = Rule.RIGHT_HAND, width: float = 3.0, middle:
 
 def cut(*pieces: tuple[float, StreetAttributes], begin: float = 0.0, end: float = 100.0) -> list[Stretch]:
     """Return the stretches of a road from pieces (s where it begins, attributes), cut to a part of the street."""
-    return stretches([(s, item, cross_section(item, Rule.RIGHT_HAND)) for s, item in pieces], begin, end)
+    return stretches(
+        [(s, item, cross_section(item, Rule.RIGHT_HAND)) for s, item in pieces], begin, end, Rule.RIGHT_HAND
+    )
 
 
 def in_a_row(*pieces: tuple[float, StreetAttributes]) -> list[Stretch]:

@@ -49,12 +49,26 @@ SHORTEST_ROAD: Final = 1.0
 
 # ---------------------------------------------------------------- lanes along a road
 
-# Length over which a lane opens or ends: 30 m at urban speeds, 100 m on motorways (RASt 06 section 6.3, RAA 2008).
+# Length over which a lane opens or ends, in multiples of its width, at the speeds of towns (up to 50 km/h) and on
+# fast roads (from 80 km/h), between them in proportion; lanes that shift to the side take twice that of their shift.
+# AASHTO, A Policy on Geometric Design of Highways and Streets 2018, 9.7: 8 to 15.
+TAPER_RATIO: Final = 8.5
+TAPER_RATIO_FAST: Final = 15.0
+TOWN_SPEED: Final = 50.0 / 3.6
+FAST_SPEED: Final = 80.0 / 3.6
+# The least such multiple, also where there is little room. AASHTO's 8, and a little for the round ends of a taper.
+STEEPEST_TAPER: Final = 8.5
+# Greatest curvature with which lanes shift to the side where none opens or ends, 1/m: 1 m/s2 at 50 km/h. A choice.
+GENTLE_SHIFT: Final = 0.005
+# Lanes of one direction that open at one place do so one after another, at least this far apart, m. A choice.
+LANES_OPEN_APART: Final = 6.0
+# At either end of a road its lanes are steady for this length, m. A choice: they meet those of the junction.
+STEADY_END: Final = 1.0
+# Length within which tapers lie that may reach into a bend, m: a lane of 3.5 m opens over it in town.
 TAPER_LENGTH: Final = 30.0
-TAPER_LENGTH_MOTORWAY: Final = 100.0
-# A taper takes at most this share of its lane section at either end.
+# A strip beside the carriageway tapers over at most this share of its stretch at either end.
 TAPER_SHARE: Final = 0.45
-# Lane sections shorter than this are taken over by their longer neighbour, m: their tapers would be steps.
+# Lane sections shorter than this are taken over by their longer neighbour, m: a bay that short is mostly an artefact.
 SHORTEST_LANE_SECTION: Final = 12.0
 
 # ---------------------------------------------------------------- connecting roads

@@ -12,8 +12,9 @@ from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.defaults import SHORTEST_ROAD
 from osm2xodr.geometry.junctions import JunctionLayout, Movement, RoadParts
-from osm2xodr.geometry.lanes import Connectivity, CrossSection, end_lanes
+from osm2xodr.geometry.lanes import Connectivity, CrossSection, end_lanes, taper_zones
 from osm2xodr.model import Direction, IntArray, LaneSpec, Rule, StreetNetwork
 
 
@@ -83,6 +84,32 @@ def report_absorbed_streets(
                 "it is shorter than any road, or lies within a junction that nobody drives through, and is left out"
             )
             diagnostics.dropped("within-junction", f"way/{way}", text)
+
+
+def report_lane_changes(network: StreetNetwork, parts: RoadParts, diagnostics: Diagnostics) -> None:
+    """Report where roads are too short for lanes to open and end as they should, or at all."""
+    for road, found in enumerate(parts.stretches):
+        for zone, item in zip(taper_zones(found, network.rule), found[1:], strict=True):
+            if zone.length < zone.change.least - SHORTEST_ROAD:
+                text = f"its lanes change within {zone.length:.0f} m, {zone.change.least:.0f} m would be needed"
+                diagnostics.note("short-taper", f"way/{item.ways[0]}", text)
+        for way in _taken_over(parts, road):
+            text = "there is no room for its lanes to open and end: it has those of the road before or after it"
+            diagnostics.repaired("lanes-taken-over", f"way/{way}", text)
+
+
+def _taken_over(parts: RoadParts, road: int) -> list[int]:
+    """Return the ways whose number of lanes a road does not have anywhere along them, if they are no bits of it."""
+    pieces, begin, end = parts.pieces[parts.street[road]], float(parts.begin[road]), float(parts.end[road])
+    out: list[int] = []
+    for k, (s, attributes, section) in enumerate(pieces if len(pieces) > 1 else ()):
+        lower = max(s if k else begin, begin)
+        upper = min(pieces[k + 1][0] if k + 1 < len(pieces) else end, end)
+        there = [item for item in parts.stretches[road] if item.start < upper - begin and item.end > lower - begin]
+        counts = [(len(item.section.left), len(item.section.right)) for item in there]
+        if upper - lower >= SHORTEST_ROAD and (len(section.left), len(section.right)) not in counts:
+            out.append(attributes.osm_way_id)
+    return out
 
 
 def report_unused_connectivity(

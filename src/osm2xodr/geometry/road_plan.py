@@ -11,6 +11,7 @@ from osm2xodr.geometry.connections import (
     LaneLinks,
     build_connecting_roads,
     detours,
+    even_widths,
     find_lane_links,
     set_back_arms,
     swing_out,
@@ -34,6 +35,7 @@ from osm2xodr.geometry.plan_report import (
     refuse_without_roads,
     report_absorbed_streets,
     report_impossible_turns,
+    report_lane_changes,
     report_missing_corners,
     report_sharp_turns,
     report_squeezed_streets,
@@ -76,13 +78,14 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
-    cut, connecting = _connect(network, cut, movements)
+    cut, connecting = _connect(network, cut, movements, diagnostics)
     connecting = swing_out(connecting, cut.parts)
     connecting = _without_impossible_turns(network, cut.layout, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)
     report_absorbed_streets(network, cut.layout, connecting, diagnostics)
     report_unused_connectivity(network, movements, cut.parts, diagnostics)
+    report_lane_changes(network, cut.parts, diagnostics)
     margins = margins_with_room(cut.parts, find_margins(cut.parts), diagnostics)
     margins, corners, left_out = lay_out_corners(cut.parts, margins, connecting, network.rule)
     report_missing_corners(network, cut.layout, left_out, diagnostics)
@@ -108,9 +111,12 @@ def _lay_out_junctions(
 
 
 def _connect(
-    network: StreetNetwork, cut: CutStreets, movements: list[Movement]
+    network: StreetNetwork, cut: CutStreets, movements: list[Movement], diagnostics: Diagnostics
 ) -> tuple[CutStreets, ConnectingRoads]:
-    """Draw the roads through junctions; where they lack room, cut the streets again and redraw them."""
+    """Draw the roads through junctions; where they lack room, cut the streets again and redraw them.
+
+    So too where lanes have to narrow before the junction.
+    """
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
 
@@ -121,7 +127,12 @@ def _connect(
     connecting = drawn(cut, links)
     roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting))
     if roomy is not cut:
-        connecting = drawn(roomy, find_lane_links(roomy.parts, movements, network.rule, links))
+        links = find_lane_links(roomy.parts, movements, network.rule, links)
+        connecting = drawn(roomy, links)
+    even = even_widths(roomy.parts, connecting, network.rule, diagnostics)
+    if even is not roomy.parts:
+        roomy = replace(roomy, parts=even)
+        connecting = drawn(roomy, find_lane_links(even, movements, network.rule, links))
     return roomy, connecting
 
 
@@ -137,7 +148,7 @@ def _with_room_to_turn(network: StreetNetwork, cut: CutStreets, connecting: Conn
 
 def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
     """Move reference lines to the outside of the tight bends that no junction has taken."""
-    fitted, layout = shift_lines_out_of_bends(cut.fitted, cut.layout, cut.parts)
+    fitted, layout = shift_lines_out_of_bends(cut.fitted, cut.layout, cut.parts, network.rule)
     if fitted is cut.fitted:
         return cut
     return CutStreets(fitted, _street_ends(network, fitted), layout, cut_roads(network, fitted, layout, cut.parts))

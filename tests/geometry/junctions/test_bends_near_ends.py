@@ -80,7 +80,7 @@ def _moved_line(
         most=np.array([1.0, 2.0, begin, around - end]),
         squeezed=np.zeros(2, bool),
     )
-    return shift_lines_out_of_bends(fitted, layout, parts)
+    return shift_lines_out_of_bends(fitted, layout, parts, Rule.RIGHT_HAND)
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,9 @@ def made(case: Case, rule: Rule) -> tuple[Stages, FittedStreets, JunctionLayout,
     case = case if rule is Rule.RIGHT_HAND else case.mirrored()
     stages = case.stages(rule)
     fitted = fit_streets(stages.network, stages.diagnostics)
-    moved, layout = shift_lines_out_of_bends(fitted, stages.layout, cut_roads(stages.network, fitted, stages.layout))
+    moved, layout = shift_lines_out_of_bends(
+        fitted, stages.layout, cut_roads(stages.network, fitted, stages.layout), Rule.RIGHT_HAND
+    )
     return stages, moved, layout, cut_roads(stages.network, moved, layout)
 
 
@@ -109,7 +111,7 @@ def test_roads_cut_again_are_those_cut_anew() -> None:
     stages = loop(9.0).stages(Rule.RIGHT_HAND)
     fitted = fit_streets(stages.network, stages.diagnostics)
     before = cut_roads(stages.network, fitted, stages.layout)
-    moved, layout = shift_lines_out_of_bends(fitted, stages.layout, before)
+    moved, layout = shift_lines_out_of_bends(fitted, stages.layout, before, Rule.RIGHT_HAND)
     again = cut_roads(stages.network, moved, layout, before)
     assert again.stretches == cut_roads(stages.network, moved, layout).stretches
     kept = [one is other for one, other in zip(again.stretches, before.stretches, strict=True)]

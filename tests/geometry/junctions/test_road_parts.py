@@ -230,11 +230,12 @@ def test_the_longest_stretch_takes_a_ring_whose_lanes_differ_where_it_is_closed(
 
 
 def test_a_ring_is_cut_on_its_longest_stretch_off_its_borders() -> None:
-    """Between the quarters, at 47.1 and 141.4 m, a quarter of the stretch away from a border there."""
+    """Between the quarters, at 47.1 and 141.4 m, a quarter of the stretch away from where lanes open or end."""
     near = pytest.approx
     parts = cut_ring((0.0, "d< d>"), (60.0, "d< d> d>"), (150.0, "d< d>"))
     upper = 0.75 * _AROUND
-    cut = (60.0 + 0.25 * (upper - 60.0) + upper) / 2
+    taper = 8.5 * 3.5 / 2  # On either side of a border
+    cut = (60.0 + 150.0) / 2
     assert spans(parts) == [
         [(0.0, 60.0, 2, (1,)), (60.0, near(cut, abs=0.02), 3, (2,))],
         [
@@ -244,15 +245,15 @@ def test_a_ring_is_cut_on_its_longest_stretch_off_its_borders() -> None:
     ]
     parts = cut_ring((0.0, "d< d>"), (40.0, "d< d> d>"), (120.0, "d< d>"))
     lower = 0.25 * _AROUND
-    cut = (lower + 120.0 - 0.25 * (120.0 - lower)) / 2
+    cut = (40.0 + 120.0) / 2
     assert parts.end[0] == near(cut, abs=0.02)
     # The longest stretch may be the first or the last one.
     parts = cut_ring((0.0, "d< d>"), (110.0, "d< d> d>"), (170.0, "d< d>"))
-    cut = (lower + 110.0 - 0.25 * (110.0 - lower)) / 2
+    cut = (lower + 110.0 - taper - 0.25 * (110.0 - taper - lower)) / 2
     assert parts.end[0] == near(cut, abs=0.02)
     assert [len(found) for found in parts.stretches] == [1, 3]
     parts = cut_ring((0.0, "d< d>"), (20.0, "d< d> d>"), (80.0, "d< d>"))
-    cut = (80.0 + 0.25 * (upper - 80.0) + upper) / 2
+    cut = (80.0 + taper + 0.25 * (upper - 80.0 - taper) + upper) / 2
     assert parts.end[0] == near(cut, abs=0.02)
     assert [len(found) for found in parts.stretches] == [3, 1]
 

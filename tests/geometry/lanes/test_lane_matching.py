@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import pytest
@@ -82,6 +83,26 @@ def test_left_hand_traffic_is_the_mirror_image(change: int) -> None:
     # One of three new lanes is marked at either edge: the third opens at the near side.
     assert _at_left(3, 1, 1, Rule.RIGHT_HAND) == 1
     assert _at_left(3, 1, 1, Rule.LEFT_HAND) == 2
+
+
+@pytest.mark.parametrize("more", [1, 2, 3])
+def test_lanes_open_and_end_with_left_hand_traffic_as_in_the_mirror(more: int) -> None:
+    """Two lanes that open, with one marked for the far side, open one at each side."""
+    other = {"": "", "l": "r", "r": "l", "t": "t", "ml": "mr", "mr": "ml"}
+
+    def text(turns: Sequence[str]) -> str:
+        return " ".join(f"f:{turn}" for turn in turns)
+
+    for before in product(["", "ml", "mr"], repeat=1):
+        for after in product(["", "l", "r", "t"], repeat=1 + more):
+            seen = [[other[turn] for turn in reversed(turns)] for turns in (before, after)]
+            right, left = Rule.RIGHT_HAND, Rule.LEFT_HAND
+            found = match_lanes(section(text(before), right), section(text(after), right), right)
+            mirrored = match_lanes(section(text(seen[0]), left), section(text(seen[1]), left), left)
+            assert mirrored == {-one: -to for one, to in found.items()}
+    left = Rule.LEFT_HAND
+    assert match_lanes(section("f", left), section("f f f:r", left), left) == {1: 2}
+    assert match_lanes(section("f", left), section("f:l f f", left), left) == {1: 1}
 
 
 def test_lanes_are_listed_as_their_drivers_see_them() -> None:

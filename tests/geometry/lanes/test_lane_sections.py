@@ -11,8 +11,10 @@ from street_cases import Case
 
 from osm2xodr.conventions import find_country
 from osm2xodr.geometry import defaults
+from osm2xodr.geometry.lanes import smooth_step, without_repeats
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
-from osm2xodr.geometry.lanes.lane_sections import lay_out_all, smooth_step, tapered, without_repeats
+from osm2xodr.geometry.lanes.lane_sections import lay_out_all
+from osm2xodr.geometry.margins.strip_columns import tapered
 from osm2xodr.model import Cubic, LaneConnectivity, RoadMap, Rule, StreetAttributes
 
 
@@ -70,12 +72,16 @@ def test_a_lane_that_comes_in_the_middle_and_goes_again(rule: Rule) -> None:
     new = -2 if rule is Rule.RIGHT_HAND else 2
     (lane,) = (item for item in road.lane_sections[1].lanes if item.id == new)
     assert (lane.predecessor, lane.successor) == (None, None)
+    # It opens over 15 times its width outside of towns, and has half of it at the border of the ways; so it ends.
+    taper = defaults.TAPER_RATIO_FAST * 3.0
+    begin, end = (section.s for section in road.lane_sections[1:])
+    assert (begin, end) == pytest.approx((200.0 - taper / 2, 400.0 + taper / 2), abs=1e-3)
     assert width_at(lane.widths, 0.0) == 0.0
-    assert width_at(lane.widths, 100.0) == pytest.approx(3.0)
-    assert width_at(lane.widths, 200.0) == pytest.approx(0.0, abs=1e-6)
-    # It opens over the length of a taper, half of it after half of the taper.
-    assert width_at(lane.widths, defaults.TAPER_LENGTH / 2) == pytest.approx(1.5, abs=1e-6)
-    assert width_at(lane.widths, defaults.TAPER_LENGTH) == pytest.approx(3.0, abs=1e-6)
+    assert width_at(lane.widths, 200.0 - begin) == pytest.approx(1.5, abs=1e-3)
+    assert width_at(lane.widths, taper) == pytest.approx(3.0, abs=1e-6)
+    assert width_at(lane.widths, 300.0 - begin) == pytest.approx(3.0)
+    assert width_at(lane.widths, 400.0 - begin) == pytest.approx(1.5, abs=1e-3)
+    assert width_at(lane.widths, end - begin) == pytest.approx(0.0, abs=1e-6)
 
 
 @EITHER
@@ -115,7 +121,8 @@ def test_lanes_that_go_on_stay_where_placement_holds_them() -> None:
     roads = built(row(through, pocket, through), Rule.RIGHT_HAND)
     (road,) = roads.roads
     assert [len(section.lanes) for section in road.lane_sections] == [3, 4, 3]
-    for section, end in zip(road.lane_sections, (200.0, 400.0, 600.0), strict=True):
+    ends = [*(section.s for section in road.lane_sections[1:]), 600.0]
+    for section, end in zip(road.lane_sections, ends, strict=True):
         for k in range(41):
             s = section.s + k * (end - section.s) / 40
             edges = lane_edges(section, s - section.s, profile_value(roads.lane_offset, 0, s))
@@ -154,31 +161,104 @@ def test_constants_are_written_once() -> None:
     found = without_repeats([Cubic(0.0, 1.0), Cubic(2.0, 1.0 + 1e-12), rise, Cubic(6.0, 2.0), Cubic(8.0, 2.1)])
     assert found == (Cubic(0.0, 1.0), rise, Cubic(6.0, 2.0), Cubic(8.0, 2.1))
     # What is no constant is never left out, whatever its value at the start.
-    assert without_repeats([rise, rise, Cubic(6.0, 1.0)]) == (rise, rise, Cubic(6.0, 1.0))
+    again = Cubic(5.0, 1.0, 0.5)
+    assert without_repeats([rise, again, Cubic(6.0, 1.0)]) == (rise, again, Cubic(6.0, 1.0))
+    # Of two records at one place the later holds.
+    assert without_repeats([Cubic(0.0, 1.0), Cubic(4.0, 1.5), rise]) == (Cubic(0.0, 1.0), rise)
 
 
 @pytest.mark.parametrize(
-    ("highway", "length", "expected"),
+    ("speed_kmh", "length", "middle", "taper"),
     [
-        # 30 m in towns and on country roads, 100 m where roads are built for speed, at most 45 % of the section.
-        ("secondary", 400.0, 30.0),
-        ("residential", 70.0, 30.0),
-        ("secondary", 40.0, 18.0),
-        ("motorway", 400.0, 100.0),
-        ("trunk", 400.0, 100.0),
-        ("trunk_link", 400.0, 100.0),
-        ("motorway_link", 400.0, 100.0),
-        ("primary", 400.0, 30.0),
-        ("motorway", 200.0, 90.0),
+        # 8.5 times the width of 3 m in town, also where nothing is known; 15 times from 80 km/h.
+        (None, 200.0, 100.0, 25.5),
+        (30.0, 200.0, 100.0, 25.5),
+        (50.0, 200.0, 100.0, 25.5),
+        (65.0, 200.0, 100.0, 3.0 * 11.75),
+        (80.0, 200.0, 100.0, 45.0),
+        (130.0, 200.0, 100.0, 45.0),
+        # Where there is less room than that, shorter, down to 8.5 times; beside the ends of the road.
+        (130.0, 40.0, 20.0, 38.0),
+        (50.0, 28.0, 14.0, 25.5),
     ],
 )
-def test_length_of_tapers(highway: str, length: float, expected: float) -> None:
-    one, two = street("d>", highway), street("d> d>", highway)
-    opens = layout((0.0, one), (500.0, two), end=500.0 + length).sections[1].lanes[-1]
-    assert [cubic.s for cubic in opens.widths] == pytest.approx([0.0, expected])
-    ends = layout((0.0, two), (length, one), end=length + 500.0).sections[0].lanes[-1]
-    assert [cubic.s for cubic in ends.widths] == pytest.approx([0.0, length - expected])
-    assert width_at(ends.widths, length) == pytest.approx(0.0, abs=1e-9)
+def test_length_of_tapers(speed_kmh: float | None, length: float, middle: float, taper: float) -> None:
+    speed = None if speed_kmh is None else speed_kmh / 3.6
+    one, two = (street(text, width=3.0, speed_forward=speed) for text in ("d>", "d> d>"))
+    found = layout((0.0, one), (middle, two), end=length)
+    assert [section.s for section in found.sections] == pytest.approx([0.0, middle - taper / 2])
+    opens = found.sections[1].lanes[-1]
+    assert [cubic.s for cubic in opens.widths] == pytest.approx([0.0, taper])
+    found = layout((0.0, two), (length - middle, one), end=length)
+    assert [section.s for section in found.sections] == pytest.approx([0.0, length - middle + taper / 2])
+    ends = found.sections[0].lanes[-1]
+    assert [cubic.s for cubic in ends.widths] == pytest.approx([0.0, length - middle - taper / 2])
+    assert width_at(ends.widths, length - middle + taper / 2) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_taper_that_lacks_room_takes_it_from_the_longer_side() -> None:
+    one, two = street("d>", width=3.0), street("d> d>/right", width=3.0)
+    found = layout((0.0, one), (190.0, two), end=200.0)
+    # A metre before the road's end the lane has its width.
+    assert [section.s for section in found.sections] == pytest.approx([0.0, 199.0 - 25.5])
+    assert [cubic.s for cubic in found.sections[1].lanes[-1].widths] == pytest.approx([0.0, 25.5])
+    # Two borders near each other share what is there.
+    three = street("d> d> d>", width=3.0)
+    found = layout((0.0, one), (90.0, two), (110.0, three), end=200.0)
+    assert [section.s for section in found.sections] == pytest.approx([0.0, 74.5, 100.0])
+
+
+def test_lanes_open_one_after_another() -> None:
+    """Two new lanes at the right of one: the outer one opens 12.75 m after the inner one, and ends before it."""
+    one, three = street("d>", width=3.0), street("d> d> d>", width=3.0)
+    found = layout((0.0, one), (100.0, three), end=200.0)
+    taper = 1.5 * 25.5
+    starts = [100.0 - taper / 2, 100.0 + taper / 2 - 25.5]
+    assert [section.s for section in found.sections] == pytest.approx([0.0, *starts])
+    assert [len(section.lanes) - 1 for section in found.sections] == [1, 2, 3]
+    assert [lane.predecessor for lane in found.sections[2].lanes[1:]] == [-1, -2, None]
+    found = layout((0.0, three), (100.0, one), end=200.0)
+    assert [section.s for section in found.sections] == pytest.approx([0.0, *(200.0 - s for s in reversed(starts))])
+    assert [lane.successor for lane in found.sections[0].lanes[1:]] == [-1, -2, None]
+
+
+@pytest.mark.parametrize(("after", "lane"), [("d> d>/right d>/right", -1), ("d>/left d>/left d>", -3)])
+def test_a_lane_that_placement_holds_runs_straight_beside_lanes_that_open_one_after_another(
+    after: str, lane: int
+) -> None:
+    one = street("d>", width=3.0)
+    three = street(after, width=3.0, middle_offset=-3.0 if lane == -1 else 3.0)
+    found = layout((0.0, one), (100.0, three), end=200.0)
+    for s in range(0, 201, 5):
+        section = max((item for item in found.sections if item.s <= s), key=lambda item: item.s)
+        lanes = [item for item in section.lanes if item.id]
+        at = 0 if lane == -1 else -1
+        inner = sum(width_at(item.widths, s - section.s) for item in (lanes[:at] if at else []))
+        edge = width_at(found.offset, float(s)) - inner
+        assert edge == pytest.approx(1.5, abs=1e-6)
+        assert width_at(lanes[at].widths, s - section.s) == pytest.approx(3.0)
+
+
+def test_lanes_that_stay_the_same_shift_gently() -> None:
+    """By 1 m to the side with a curvature of 6 * 1 / T^2 = 0.005 at most: over 34.64 m, about the border."""
+    found = layout((0.0, street("d> d>")), (100.0, street("d> d>", middle_offset=1.0)), end=200.0)
+    length = (6.0 / defaults.GENTLE_SHIFT) ** 0.5
+    assert length == pytest.approx(34.641, abs=1e-3)
+    assert [section.s for section in found.sections] == [0.0, 100.0]
+    assert [item.s for item in found.offset] == pytest.approx([0.0, 100.0 - length / 2, 100.0 + length / 2])
+
+
+def test_a_bicycle_lane_ends_where_it_would_cross_a_lane_for_cars() -> None:
+    """OpenDRIVE's lanes keep their order along a road: it opens again on the other side."""
+    before, after = street("d> d> c>/through", width=3.0), street("d> c>/through d>/right", width=3.0)
+    found = layout((0.0, before), (100.0, after), end=200.0)
+    assert [[lane.type.value for lane in item.lanes[1:]] for item in found.sections] == [
+        ["driving", "driving", "biking"],
+        ["driving", "biking", "driving", "biking"],
+        ["driving", "biking", "driving"],
+    ]
+    assert [lane.successor for lane in found.sections[0].lanes[1:]] == [-1, -3, -4]
+    assert [lane.successor for lane in found.sections[1].lanes[1:]] == [-1, -2, -3, None]
 
 
 def offsets(*texts: str, **more: float) -> list[tuple[float, float]]:
@@ -191,14 +271,13 @@ def offsets(*texts: str, **more: float) -> list[tuple[float, float]]:
 
 def test_the_centre_moves_with_lanes_that_open_and_end() -> None:
     """Lanes stay about the OSM line: its middle is t = 0 in both cross-sections."""
-    # One lane, then two: the centre is at the left edge, which moves from 1.5 to 3 m after the border.
-    assert offsets("d>", "d> d>") == [(0.0, 1.5), (100.0, 1.5), (200.0, 3.0)]
-    # Lanes that end do so before the border, where the others are led to their places beyond.
-    assert offsets("d> d>", "d>") == [(0.0, 3.0), (100.0, pytest.approx(1.5)), (200.0, 1.5)]
+    # One lane, then two: the centre is at the left edge, which moves from 1.5 to 3 m, by half of that at the border.
+    assert offsets("d>", "d> d>") == [(0.0, 1.5), (100.0, pytest.approx(2.25)), (200.0, 3.0)]
+    assert offsets("d> d>", "d>") == [(0.0, 3.0), (100.0, pytest.approx(2.25)), (200.0, 1.5)]
     # The others come to where placement says that they continue.
-    assert offsets("d> d>", "d>", m1=1.0) == [(0.0, 3.0), (100.0, pytest.approx(2.5)), (200.0, 2.5)]
-    # Where one lane ends and another opens, what is left comes together about the middle: of 9 m, 3 m on either side.
-    assert offsets("d< d< d>", "d< d> d>") == [(0.0, -1.5), (100.0, pytest.approx(0.0)), (200.0, 1.5)]
+    assert offsets("d> d>", "d>", m1=1.0) == [(0.0, 3.0), (100.0, pytest.approx(2.75)), (200.0, 2.5)]
+    # One lane ends while another opens.
+    assert offsets("d< d< d>", "d< d> d>") == [(0.0, -1.5), (100.0, pytest.approx(0.0, abs=1e-9)), (200.0, 1.5)]
 
 
 def test_lanes_for_vehicles_have_the_limit_of_their_direction() -> None:
@@ -292,15 +371,6 @@ def test_marks_between_lanes_and_at_the_edges() -> None:
     assert marks == {1: "solid", 0: "solid", -1: "broken", -2: "solid"}
     (item,) = layout((0.0, street("d< d>", "residential"))).sections
     assert {lane.road_mark.type for lane in item.lanes if lane.road_mark is not None} == {"none"}
-
-
-def test_what_is_left_between_lanes_that_open_and_end_is_about_the_middle() -> None:
-    """Of 12 m one lane left of the centre and two right of it stay, 9 m about the middle: 3 m left of the centre."""
-    found = offsets("d< d< d> d>", "d< d> d> d>")
-    assert found == [(0.0, 0.0), (100.0, pytest.approx(1.5)), (200.0, pytest.approx(3.0))]
-    # Beside the line of OSM by a metre and a half: they come together about the middle of what was there.
-    found = offsets("d< d< d> d>", "d< d> d> d>", m0=1.5)
-    assert found == [(0.0, 1.5), (100.0, pytest.approx(3.0)), (200.0, pytest.approx(3.0))]
 
 
 def test_roads_whose_lanes_change_are_painted_as_in_their_country() -> None:

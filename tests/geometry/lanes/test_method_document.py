@@ -39,7 +39,7 @@ def test_values_in_the_table_are_those_of_the_code(name: str) -> None:
     if isinstance(value, tuple):
         assert tuple(ROWS[name].split(", ")) == value
     else:
-        assert float(ROWS[name]) == value
+        assert float(ROWS[name]) == pytest.approx(value, rel=1e-5)
 
 
 def test_the_text_names_no_constant_that_is_not_in_the_table() -> None:

@@ -6,8 +6,8 @@ import pytest
 from lane_cases import cut, in_a_row, section, street
 
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
-from osm2xodr.model import Direction, LaneType, MarginSpec
+from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches, with_narrow_ends
+from osm2xodr.model import Direction, LaneType, MarginSpec, Rule
 
 ONE, TWO, THREE = street("d< d>"), street("d< d> d>"), street("d< d> d> d>")
 
@@ -106,8 +106,9 @@ def test_traffic_is_never_turned_round_for_the_sake_of_tapers() -> None:
     ("lengths", "expected"),
     [
         # At the end of a road a stretch grows to 12 m if its neighbour, which is an end too, keeps more than that.
-        ((8.0, 16.1), [0.0, 12.0, 24.1]),
-        ((8.0, 16.0), [0.0, 24.0]),
+        ((8.0, 24.1), [0.0, 12.0, 32.1]),
+        # A lane of 3.5 m has no room to open.
+        ((8.0, 16.1), [0.0, 24.1]),
         # Of a neighbour in the middle it takes less than half, though the rest may be too short then.
         ((1.0, 22.1, 60.0), [0.0, 12.0, 83.1]),
         ((1.0, 22.0, 60.0), [0.0, 23.0, 83.0]),
@@ -146,7 +147,10 @@ def test_what_a_junction_leaves_of_other_lanes_is_no_pocket() -> None:
         ((8.0, 30.0), (1, 2)),
         # In the middle, half of what there is can be spared: by the end that lacks less first.
         ((4.0, 20.0, 8.0), (2, 3)),
-        ((8.0, 30.0, 8.0), (1, 2, 3)),
+        ((8.0, 46.0, 8.0), (1, 2, 3)),
+        # Twice a lane of 3 m opens over 25.5 m, a metre is left at either end of the road: the shortest gives way.
+        ((15.0, 21.0, 17.0), (1, 2, 3)),
+        ((15.0, 20.9, 17.0), (2, 3)),
     ],
 )
 def test_short_stretches_are_mended_alike_whichever_way_the_road_is_drawn(
@@ -158,4 +162,32 @@ def test_short_stretches_are_mended_alike_whichever_way_the_road_is_drawn(
         for length in lengths[::order]:
             starts.append(starts[-1] + length)
         pieces = [(s, ONE, kind) for s, kind in zip(starts, kinds, strict=False)]
-        assert lanes(stretches(pieces, 0.0, starts[-1]))[::order] == list(expected)
+        assert lanes(stretches(pieces, 0.0, starts[-1], Rule.RIGHT_HAND))[::order] == list(expected)
+
+
+def test_turn_lanes_give_way_last() -> None:
+    """There is no room for both: the turn lane at the end of the road is on all of it, however short it was."""
+    found = in_a_row((12.5, ONE), (12.0, street("d< d>/left d>")))
+    assert (lanes(found), borders(found)) == ([2], [0.0, 24.5])
+    found = in_a_row((12.5, ONE), (12.0, TWO))
+    assert (lanes(found), borders(found)) == ([1], [0.0, 24.5])
+    # What leads into the road is no turn lane of it.
+    found = in_a_row((12.0, street("d< d>/left d>")), (12.5, ONE))
+    assert lanes(found) == [1]
+    # Of two turn lanes at either end neither gives way to what lies between them.
+    found = in_a_row((12.0, street("d</left d< d>")), (14.0, ONE), (12.0, street("d< d>/left d>")))
+    assert (lanes(found), borders(found)) == ([1, 2], [0.0, 19.0, 38.0])
+
+
+def test_lanes_narrow_at_the_ends_of_roads() -> None:
+    """A lane of 5.5 m that has 3.5 m at the road's end, about the middle of the carriageway."""
+    (wide,) = cut((0.0, street("d>", width=5.5)), end=50.0)
+    found = with_narrow_ends([wide], None, {-1: 3.5}, Rule.RIGHT_HAND)
+    assert borders(list(found)) == [0.0, 49.0, 50.0]
+    assert [item.section.right[0].width for item in found] == [5.5, 3.5]
+    assert (found[1].section.left_edge, found[1].section.right_edge) == (1.75, -1.75)
+    assert [lane.width for lane in found[1].attributes.lanes_ltr] == [3.5]
+    # Where there is no room for two changes, the lane changes once, from end to end.
+    (short,) = cut((0.0, street("d>", width=5.5)), end=20.0)
+    found = with_narrow_ends([short], {-1: 3.0}, {-1: 3.5}, Rule.RIGHT_HAND)
+    assert [item.section.right[0].width for item in found] == [3.0, 3.5]

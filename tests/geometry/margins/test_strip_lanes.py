@@ -102,9 +102,11 @@ def test_what_lies_elsewhere_is_no_lane_of_a_section(rule: Rule) -> None:
     assert_sound(roads)
     one, two, three = (by_id(section) for section in sections_of(roads))
     side = -1 if rule is Rule.RIGHT_HAND else 1
-    assert [2 * side in one, 3 * side in two, 4 * side in two, 3 * side in three] == [False, True, False, True]
-    assert (two[3 * side].predecessor, two[3 * side].successor) == (None, 3 * side)
-    assert (three[3 * side].predecessor, three[2 * side].predecessor) == (3 * side, None)
+    # The pocket opens before the border of the ways and ends after it: the section that it is in has all strips.
+    assert [2 * side in one, 3 * side in two, 4 * side in two, 3 * side in three] == [False, True, True, True]
+    assert (two[3 * side].predecessor, two[3 * side].successor) == (None, 2 * side)
+    assert (two[4 * side].predecessor, two[4 * side].successor) == (None, 3 * side)
+    assert (three[3 * side].predecessor, three[2 * side].predecessor) == (4 * side, 3 * side)
 
 
 @EITHER

@@ -16,8 +16,9 @@ from osm2xodr.curves import find_record, lengths, owners
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.road_parts import RoadParts
+from osm2xodr.geometry.lanes import taper_zones
 from osm2xodr.geometry.plan_view import FittedStreets, has_tight_bend, outermost_lanes
-from osm2xodr.model import FloatArray, IntArray, PlanView
+from osm2xodr.model import FloatArray, IntArray, PlanView, Rule
 
 # A bend matters up to 3 m from the end of a road or a change of lanes: distances at which it is looked for, m.
 _PROBES: Final = np.arange(0.0, 3.01, 0.25)
@@ -35,13 +36,13 @@ _SAME_RATIO: Final = 1e-6
 
 
 def shift_lines_out_of_bends(
-    fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts
+    fitted: FittedStreets, layout: JunctionLayout, parts: RoadParts, rule: Rule
 ) -> tuple[FittedStreets, JunctionLayout]:
     """Move the reference lines of streets whose roads end, or whose lanes change, in a tight bend.
 
     The lines are OSM's so far. The layout returned has trims that end the roads in the same places.
     """
-    aside = _aside(fitted, parts)
+    aside = _aside(fitted, parts, rule)
     if not aside.any():
         return fitted, layout
     old = fitted.plan_view
@@ -93,7 +94,7 @@ def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray) -> Fl
     return np.asarray(new.s[k] + (s - old.s[k]) * share)
 
 
-def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
+def _places(parts: RoadParts, rule: Rule) -> tuple[IntArray, FloatArray]:
     """Return street and s of places that must not lie in a tight bend: in roads near their ends, and lane changes."""
     street: list[IntArray] = []
     at: list[FloatArray] = []
@@ -102,9 +103,11 @@ def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
         street += [parts.street, parts.street]
         at += [np.minimum(parts.begin + probe, end), np.maximum(end - probe, parts.begin)]
     changes = [
-        (int(parts.street[road]), float(parts.begin[road]) + item.start)
+        (int(parts.street[road]), float(parts.begin[road]) + s)
         for road, stretches in enumerate(parts.stretches)
-        for item in stretches[1:]
+        if len(stretches) > 1
+        for zone, item in zip(taper_zones(stretches, rule), stretches[1:], strict=True)
+        for s in sorted({zone.start, item.start, zone.end})
     ]
     where, s = np.array([k for k, _ in changes], np.int64), np.array([s for _, s in changes])
     for probe in (*-_PROBES[:0:-1], *_PROBES):
@@ -113,7 +116,7 @@ def _places(parts: RoadParts) -> tuple[IntArray, FloatArray]:
     return np.concatenate(street), np.concatenate(at)
 
 
-def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
+def _aside(fitted: FittedStreets, parts: RoadParts, rule: Rule) -> FloatArray:
     """Return how far to the left each street's line has to move at least, (streets,), m; mostly 0."""
     plan = fitted.plan_view
     out = np.zeros(len(plan.start) - 1)
@@ -121,7 +124,7 @@ def _aside(fitted: FittedStreets, parts: RoadParts) -> FloatArray:
     tight = has_tight_bend(plan, np.arange(len(out)), right, left)
     if not tight.any():
         return out
-    street, s = _places(parts)
+    street, s = _places(parts, rule)
     near = tight[street]
     street, s = street[near], s[near]
     curvature = plan.curvature[find_record(plan.start, plan.s, street, s)]

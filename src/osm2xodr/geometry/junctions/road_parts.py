@@ -13,9 +13,9 @@ from osm2xodr.curves import cut_curves, lengths, pose, snap_cuts, wrapped
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
-from osm2xodr.geometry.lanes import Piece, Stretch, stretches
+from osm2xodr.geometry.lanes import Piece, Stretch, stretches, taper_zones
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outermost_lanes, places_clear_of_bends
-from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, Rule, StreetNetwork
 
 # Dead ends at one node lie on each other within the angle of this cosine (70 degrees). A choice.
 _ACUTE_COSINE: Final = 0.34
@@ -89,8 +89,11 @@ def cut_roads(
     halved = np.array([street.start < 0 for street in network.streets], bool) | ((first >= 0) & (first == last))
     whole, halves = np.flatnonzero(~layout.inner & ~halved), np.flatnonzero(~layout.inner & halved)
     pieces = earlier.pieces if earlier is not None and earlier.fitted is fitted else _lane_pieces(fitted, length)
-    uncut = [_stretches_to_halve(pieces[k], begin[k], end[k], network.streets[k].start < 0) for k in halves.tolist()]
-    middle = _middles(fitted, halves, begin[halves], uncut, length)
+    uncut = [
+        _stretches_to_halve(pieces[k], begin[k], end[k], network.streets[k].start < 0, network.rule)
+        for k in halves.tolist()
+    ]
+    middle = _middles(fitted, halves, begin[halves], uncut, length, network.rule)
     street = np.concatenate([whole, np.repeat(halves, 2)])
     lo = np.concatenate([begin[whole], np.column_stack([begin[halves], middle]).ravel()])
     hi = np.concatenate([end[whole], np.column_stack([middle, end[halves]]).ravel()])
@@ -110,7 +113,7 @@ def cut_roads(
         end_junction=end_junction,
         end_link=end_link,
         stretches=(
-            *_stretches(pieces, whole, lo[:n], hi[:n], earlier),
+            *_stretches(pieces, whole, lo[:n], hi[:n], earlier, network.rule),
             *(half for found, start, cut in cuts for half in _cut_in_two(found, cut - start)),
         ),
         fitted=fitted,
@@ -142,11 +145,16 @@ def _road_ends(
 
 
 def _middles(
-    fitted: FittedStreets, street: IntArray, begin: FloatArray, uncut: list[list[Stretch]], length: FloatArray
+    fitted: FittedStreets,
+    street: IntArray,
+    begin: FloatArray,
+    uncut: list[list[Stretch]],
+    length: FloatArray,
+    rule: Rule,
 ) -> FloatArray:
     """Return s on streets where they are cut in two, (n,), m: on their longest stretches, off tight bends."""
     right, left = np.array([outermost_lanes(fitted.pieces[k]) for k in street.tolist()]).reshape(-1, 2).T
-    least, most = np.array([_room_to_halve(found) for found in uncut]).reshape(-1, 2).T + begin
+    least, most = np.array([_room_to_halve(found, rule) for found in uncut]).reshape(-1, 2).T + begin
     middle = places_clear_of_bends(fitted.plan_view, street, (least + most) / 2, right, left, length)
     return np.clip(middle, least, most)
 
@@ -158,9 +166,9 @@ def _closes(plan: PlanView, curve: IntArray, length: FloatArray) -> BoolArray:
     return (np.hypot(x1 - x0, y1 - y0) < _CLOSED) & (np.abs(wrapped(hdg1 - hdg0)) < _CLOSED)
 
 
-def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring: bool) -> list[Stretch]:
+def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring: bool, rule: Rule) -> list[Stretch]:
     """Return the stretches of a street that becomes two roads: both must agree about the lanes where they touch."""
-    found = stretches(pieces, begin, end)
+    found = stretches(pieces, begin, end, rule, (end - begin) / 2)
     if ring and found[0].section != found[-1].section:
         # The ring was opened within a stretch that was too short to be kept: the longest one takes the whole ring.
         longest = max(found, key=lambda item: item.end - item.start)
@@ -168,13 +176,15 @@ def _stretches_to_halve(pieces: Sequence[Piece], begin: float, end: float, ring:
     return found
 
 
-def _room_to_halve(found: Sequence[Stretch]) -> tuple[float, float]:
-    """Return between which s a road may be halved: on its longest stretch, within its middle half, off borders."""
-    quarter = 0.25 * found[-1].end
-    spans = [(max(item.start, quarter), min(item.end, 3 * quarter)) for item in found]
+def _room_to_halve(found: Sequence[Stretch], rule: Rule) -> tuple[float, float]:
+    """Return between which s a road may be halved: where its lanes stay longest the same, within its middle half."""
+    length = found[-1].end
+    zones = taper_zones(found, rule, room=length / 2)
+    begin, end = [0.0, *(zone.end for zone in zones)], [*(zone.start for zone in zones), length]
+    spans = [(max(lo, length / 4), min(hi, 3 * length / 4)) for lo, hi in zip(begin, end, strict=True)]
     lower, upper = max(spans, key=lambda span: span[1] - span[0])
     off = 0.25 * (upper - lower)
-    return lower + (off if lower > quarter else 0.0), upper - (off if upper < 3 * quarter else 0.0)
+    return lower + (off if lower > length / 4 else 0.0), upper - (off if upper < 3 * length / 4 else 0.0)
 
 
 def _cut_in_two(found: Sequence[Stretch], cut: float) -> tuple[tuple[Stretch, ...], tuple[Stretch, ...]]:
@@ -187,7 +197,12 @@ def _cut_in_two(found: Sequence[Stretch], cut: float) -> tuple[tuple[Stretch, ..
 
 
 def _stretches(
-    pieces: Sequence[tuple[Piece, ...]], street: IntArray, lo: FloatArray, hi: FloatArray, earlier: RoadParts | None
+    pieces: Sequence[tuple[Piece, ...]],
+    street: IntArray,
+    lo: FloatArray,
+    hi: FloatArray,
+    earlier: RoadParts | None,
+    rule: Rule,
 ) -> tuple[tuple[Stretch, ...], ...]:
     """Return the stretches of the roads from lo to hi of streets, (roads,); unchanged roads keep theirs."""
     known: dict[tuple[int, float, float], tuple[Stretch, ...]] = {}
@@ -196,7 +211,7 @@ def _stretches(
         same = [one is other for one, other in zip(earlier.pieces, pieces, strict=True)]
         known = {road: found for road, found in zip(roads, earlier.stretches, strict=True) if same[road[0]]}
     return tuple(
-        known.get(road) or tuple(stretches(pieces[road[0]], road[1], road[2]))
+        known.get(road) or tuple(stretches(pieces[road[0]], road[1], road[2], rule))
         for road in zip(street.tolist(), lo.tolist(), hi.tolist(), strict=True)
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from osm2xodr.geometry.lanes.carriageway_lanes import smooth_step, without_repeats
 from osm2xodr.geometry.lanes.cross_sections import (
     CrossSection,
     EndLane,
@@ -10,11 +11,13 @@ from osm2xodr.geometry.lanes.cross_sections import (
     cross_section,
     end_lanes,
 )
+from osm2xodr.geometry.lanes.lane_changes import room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity, StatedLanes
 from osm2xodr.geometry.lanes.lane_matching import left_turns, right_turns
-from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all, smooth_step, tapered, without_repeats
+from osm2xodr.geometry.lanes.lane_sections import LaneLayout, lay_out_all
 from osm2xodr.geometry.lanes.road_marks import NO_MARK
-from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches
+from osm2xodr.geometry.lanes.road_stretches import Stretch, stretches, with_narrow_ends
+from osm2xodr.geometry.lanes.tapers import TaperZone, taper_zones
 
 __all__ = [
     "NO_MARK",
@@ -25,14 +28,17 @@ __all__ = [
     "Piece",
     "StatedLanes",
     "Stretch",
+    "TaperZone",
     "centre_lanes",
     "cross_section",
     "end_lanes",
     "lay_out_all",
     "left_turns",
     "right_turns",
+    "room_for_tapers",
     "smooth_step",
     "stretches",
-    "tapered",
+    "taper_zones",
+    "with_narrow_ends",
     "without_repeats",
 ]

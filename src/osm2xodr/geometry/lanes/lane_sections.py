@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
-from osm2xodr.geometry import defaults
+from osm2xodr.curves import part_of_cubics
+from osm2xodr.geometry.lanes.carriageway_lanes import Carriageway, RoadLane, lay_out_carriageway
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
-from osm2xodr.geometry.lanes.lane_matching import match_lanes
 from osm2xodr.geometry.lanes.road_marks import mark_kind, road_marks
-from osm2xodr.geometry.lanes.road_stretches import Stretch
+from osm2xodr.geometry.lanes.road_stretches import Stretch, same_rules
+from osm2xodr.geometry.lanes.tapers import TaperZone, taper_zones
 from osm2xodr.model import (
     VEHICLE_LANES,
     Cubic,
     Direction,
     Lane,
     LaneSection,
-    LaneSpec,
     LaneType,
     RoadMark,
     RoadType,
@@ -30,8 +30,6 @@ from osm2xodr.model import (
 
 # Speed above which a road without a better sign is taken for a rural one, m/s (60 km/h: beyond urban limits).
 _RURAL_SPEED: Final = 60.0 / 3.6
-# Values that differ by less are the same: widths and offsets, m.
-_SAME_VALUE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,131 +70,93 @@ def lay_out_lanes(
 ) -> LaneLayout:
     """Build the lane sections of a road from its stretches.
 
-    A lane that opens does so from width 0 after the border of two sections, one that ends does so before it. Lane
-    offset and widths follow the same cubic, and so does every edge between lanes.
+    A section begins where a lane opens, from width 0, and where one has ended; where neither happens between two
+    stretches, or they differ in more than that, also at their border.
     """
-    links = [
-        match_lanes(a.section, b.section, rule, known.at_border(a.ways[-1], b.ways[0]) if known else None)
-        for a, b in pairwise(road)
-    ]
+    zones = taper_zones(road, rule, known)
+    carriageway = lay_out_carriageway(road, zones)
+    borders = [0.0, *_section_borders(road, zones, carriageway), road[-1].end]
+    sides = [carriageway.between(*pair) for pair in pairwise(borders)]
+    ids = [_ids(*pair) for pair in sides]
     sections: list[LaneSection] = []
-    offset: list[Cubic] = []
-    start_widths, start_offset = _widths(road[0].section), road[0].section.centre
-    for k, stretch in enumerate(road):
-        ahead = links[k] if k < len(links) else None
-        behind = {to: lane for lane, to in links[k - 1].items()} if k else None
-        run = _Run(stretch, _taper_length(stretch), start_widths, behind, ahead)
-        sections.append(
-            LaneSection(stretch.start, run.lanes(road_marks(stretch.section, stretch.attributes, rule, country)))
+    for k, (start, end) in enumerate(pairwise(borders)):
+        holding = max(range(len(road)), key=lambda i: min(end, road[i].end) - max(start, road[i].start))
+        run = _Run(
+            start,
+            end,
+            holding,
+            road[holding].attributes,
+            ids[k],
+            ids[k - 1] if k else {},
+            ids[k + 1] if k + 1 < len(ids) else {},
         )
-        end_offset = run.end_offset(None if ahead is None else road[k + 1].section)
-        offset += [
-            Cubic(stretch.start + c.s, c.a, c.b, c.c, c.d)
-            for c in tapered(stretch.length, run.taper, start_offset, stretch.section.centre, end_offset)
-        ]
-        widths = _widths(stretch.section)
-        start_widths = {} if ahead is None else {to: widths[lane] for lane, to in ahead.items()}
-        start_offset = end_offset
+        left, right = (tuple(lane.spec(holding) for lane in lanes) for lanes in sides[k])
+        marks = road_marks(replace(road[holding].section, left=left, right=right), run.attributes, rule, country)
+        sections.append(LaneSection(start, run.lanes(*sides[k], marks)))
     types: list[RoadType] = []
     for item in road:
         kind = _road_type(item.attributes), item.attributes.speed_along(Direction.BOTH)
         if not types or kind != (types[-1].type, types[-1].speed):
             types.append(RoadType(item.start, *kind))
-    return LaneLayout(tuple(sections), without_repeats(offset), tuple(types))
+    return LaneLayout(tuple(sections), carriageway.offset, tuple(types))
 
 
-def _widths(section: CrossSection) -> dict[int, float]:
-    """Return width by lane id, leftmost first, m."""
-    left = {number: lane.width for number, lane in enumerate(section.left, start=1)}
-    right = {-number: lane.width for number, lane in enumerate(section.right, start=1)}
-    return {**dict(reversed(left.items())), **right}
+def _section_borders(road: Sequence[Stretch], zones: Sequence[TaperZone], carriageway: Carriageway) -> list[float]:
+    """Return where lane sections begin within a road, s, m."""
+    lanes = (*carriageway.left, *carriageway.right)
+    out = [s for lane in lanes for s in (lane.begin, lane.end)]
+    for k, zone in enumerate(zones, start=1):
+        continuing = [lane.specs for lane in lanes if k in lane.specs and k - 1 in lane.specs]
+        kept = all(specs[k - 1].type is specs[k].type for specs in continuing)
+        shared = any(zone.start <= s <= zone.end for s in out)
+        if not (shared and kept and same_rules(road[k - 1].attributes, road[k].attributes)):
+            out.append(road[k].start)
+    return [s for s in sorted(set(out)) if 0.0 < s < road[-1].end]
 
 
-def _taper_length(stretch: Stretch) -> float:
-    """Return the length over which lanes open and end, m."""
-    fast = stretch.attributes.highway in defaults.FAST_HIGHWAYS
-    longest = defaults.TAPER_LENGTH_MOTORWAY if fast else defaults.TAPER_LENGTH
-    return min(longest, defaults.TAPER_SHARE * stretch.length)
+def _ids(left: Sequence[RoadLane], right: Sequence[RoadLane]) -> dict[int, int]:
+    """Return ids of lanes by their identity."""
+    ids = {id(lane): number for number, lane in enumerate(left, start=1)}
+    return ids | {id(lane): -number for number, lane in enumerate(right, start=1)}
 
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """A stretch, and how its lanes begin and end."""
+    """A lane section to be."""
 
-    stretch: Stretch
-    taper: float  # Length of its tapers, m
-    start_widths: dict[int, float]  # Width at the start of the lanes that continue others, m
-    # The lane that each continues, and the one that continues it; None at the road's ends
-    behind: dict[int, int] | None
-    ahead: dict[int, int] | None
+    # From where to where it reaches on the road, s, m
+    start: float
+    end: float
+    stretch: int  # Index of the stretch that most of it lies in
+    attributes: StreetAttributes  # Of that stretch
+    # Ids of the lanes of this section, the one before and the one after
+    ids: dict[int, int]
+    behind: dict[int, int]
+    ahead: dict[int, int]
 
-    def ends(self, lane: int) -> bool:
-        """Say whether a lane ends with the stretch."""
-        return self.ahead is not None and lane not in self.ahead
-
-    def end_offset(self, following: CrossSection | None) -> float:
-        """Return the lane offset at the end of the stretch, m.
-
-        Where lanes end and none opens, the others are led to where they continue; else they come together about the
-        middle.
-        """
-        section, widths = self.stretch.section, _widths(self.stretch.section)
-        if not any(self.ends(lane) for lane in widths):
-            return section.centre
-        if following is not None and self.ahead is not None and len(self.ahead) == len(_widths(following)):
-            return following.centre
-        remaining = {lane: 0.0 if self.ends(lane) else width for lane, width in widths.items()}
-        middle = (section.left_edge + section.right_edge) / 2
-        return middle + sum(remaining.values()) / 2 - sum(width for lane, width in remaining.items() if lane > 0)
-
-    def lanes(self, marks: dict[int, RoadMark]) -> tuple[Lane, ...]:
+    def lanes(
+        self, left: Sequence[RoadLane], right: Sequence[RoadLane], marks: dict[int, RoadMark]
+    ) -> tuple[Lane, ...]:
         """Return all lanes, leftmost first, with the centre lane among them."""
-        section = self.stretch.section
-        left = [self._lane(number, spec, marks[number]) for number, spec in enumerate(section.left, start=1)]
-        right = [self._lane(-number, spec, marks[-number]) for number, spec in enumerate(section.right, start=1)]
-        return (*reversed(left), Lane(0, LaneType.NONE, (), road_mark=marks[0]), *right)
-
-    def _lane(self, lane_id: int, spec: LaneSpec, mark: RoadMark) -> Lane:
-        attributes = self.stretch.attributes
-        start, end = self.start_widths.get(lane_id, 0.0), 0.0 if self.ends(lane_id) else spec.width
-        return Lane(
-            id=lane_id,
-            type=LaneType.BIDIRECTIONAL if spec.direction is Direction.BOTH else spec.type,
-            widths=tapered(self.stretch.length, self.taper, start, spec.width, end),
-            predecessor=None if self.behind is None else self.behind.get(lane_id),
-            successor=None if self.ahead is None else self.ahead.get(lane_id),
-            road_mark=mark,
-            speed=attributes.speed_along(spec.direction) if spec.type in VEHICLE_LANES else None,
-            access=spec.access,
+        centre = Lane(0, LaneType.NONE, (), road_mark=marks[0])
+        return (
+            *(self._lane(lane, marks) for lane in reversed(left)),
+            centre,
+            *(self._lane(lane, marks) for lane in right),
         )
 
-
-def smooth_step(s: float, length: float, start: float, end: float) -> Cubic:
-    """Return the cubic from one value to another over a length with no slope at either end."""
-    rise = end - start
-    return Cubic(s, start, 0.0, 3 * rise / length**2, -2 * rise / length**3)
-
-
-def tapered(length: float, taper: float, start: float, middle: float, end: float) -> tuple[Cubic, ...]:
-    """Return cubics that go from `start` to `middle` in a taper, stay, and go to `end` in another."""
-    out: list[Cubic] = []
-    stays_from = 0.0
-    if abs(middle - start) > _SAME_VALUE:
-        out.append(smooth_step(0.0, taper, start, middle))
-        stays_from = taper
-    out.append(Cubic(stays_from, middle))
-    if abs(end - middle) > _SAME_VALUE:
-        out.append(smooth_step(length - taper, taper, middle, end))
-    return tuple(out)
-
-
-def without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:
-    """Leave out records that say what the one before says: neighbouring constants of the same value."""
-    out: list[Cubic] = []
-    for item in cubics:
-        if not (out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < _SAME_VALUE):
-            out.append(item)
-    return tuple(out)
+    def _lane(self, lane: RoadLane, marks: dict[int, RoadMark]) -> Lane:
+        spec, number = lane.spec(self.stretch), self.ids[id(lane)]
+        return Lane(
+            id=number,
+            type=LaneType.BIDIRECTIONAL if spec.direction is Direction.BOTH else spec.type,
+            widths=part_of_cubics(lane.widths, self.start, self.end),
+            predecessor=self.behind.get(id(lane)),
+            successor=self.ahead.get(id(lane)),
+            road_mark=marks[number],
+            speed=self.attributes.speed_along(spec.direction) if spec.type in VEHICLE_LANES else None,
+            access=spec.access,
+        )
 
 
 def _road_type(attributes: StreetAttributes) -> str:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece
+from osm2xodr.geometry.lanes.lane_changes import lane_change, room_for_tapers
 from osm2xodr.geometry.lanes.road_marks import change_kind, same_marks
-from osm2xodr.model import Direction, LaneSpec, StreetAttributes
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +31,14 @@ class Stretch:
         return self.end - self.start
 
 
-def stretches(pieces: Sequence[Piece], begin: float, end: float) -> list[Stretch]:
+def stretches(
+    pieces: Sequence[Piece], begin: float, end: float, rule: Rule, room: float | None = None
+) -> list[Stretch]:
     """Cut the pieces of a street, in ascending s, to the part from begin to end, s, m, which becomes a road.
 
     Pieces whose lanes are the same become one stretch; a stretch that is too short for a lane section of its own
-    joins the longer of its neighbours.
+    joins the longer of its neighbours, and so do those whose changes of lanes have no
+    room: all of the road but its ends, unless `room` is given, m.
     """
     found: list[Stretch] = []
     for k, (s, attributes, section) in enumerate(pieces):
@@ -42,7 +47,7 @@ def stretches(pieces: Sequence[Piece], begin: float, end: float) -> list[Stretch
         if upper <= lower:
             continue
         last = found[-1] if found else None
-        if last is not None and _same_lanes(last.section, section) and _same_rules(last.attributes, attributes):
+        if last is not None and _same_lanes(last.section, section) and same_rules(last.attributes, attributes):
             # The lanes are the same; of the attributes, the later ones hold the turns, which count at the end.
             ways = (*last.ways, attributes.osm_way_id)
             found[-1] = Stretch(last.start, upper - begin, attributes, section, ways)
@@ -51,7 +56,99 @@ def stretches(pieces: Sequence[Piece], begin: float, end: float) -> list[Stretch
     if not found:
         _, attributes, section = max((p for p in pieces if p[0] <= begin), default=pieces[0], key=lambda p: p[0])
         return [Stretch(0.0, end - begin, attributes, section, (attributes.osm_way_id,))]
-    return _without_short(_grown_at_ends(found))
+    return _with_room(
+        _without_short(_grown_at_ends(found)), rule, room_for_tapers(end - begin) if room is None else room
+    )
+
+
+def with_narrow_ends(
+    found: Sequence[Stretch], start: Mapping[int, float] | None, end: Mapping[int, float] | None, rule: Rule
+) -> tuple[Stretch, ...]:
+    """Return the stretches of a road whose lanes, by id, have other widths at its start and its end, m.
+
+    They change along the road; what lies between gives way where there is no room for that.
+    """
+    length = found[-1].end
+    steady = min(defaults.STEADY_END, length / 4)
+    first = [] if start is None else [_with_widths(replace(found[0], start=0.0, end=steady), start)]
+    last = [] if end is None else [_with_widths(replace(found[-1], start=length - steady, end=length), end)]
+    lower, upper = steady if first else 0.0, length - steady if last else length
+    between = [item for item in found if item.end > lower and item.start < upper]
+    inner = [replace(item, start=max(item.start, lower), end=min(item.end, upper)) for item in between]
+    return tuple(_with_room([*first, *inner, *last], rule, room_for_tapers(length), (bool(first), bool(last))))
+
+
+def _with_widths(item: Stretch, widths: Mapping[int, float]) -> Stretch:
+    """Return a stretch whose lanes have other widths; the carriageway's middle stays."""
+    old = item.section
+    left = [replace(lane, width=widths.get(k, lane.width)) for k, lane in enumerate(old.left, start=1)]
+    right = [replace(lane, width=widths.get(-k, lane.width)) for k, lane in enumerate(old.right, start=1)]
+    at_left, at_right = (sum(lane.width for lane in lanes) for lanes in (left, right))
+    edge = (old.left_edge + old.right_edge + at_left + at_right) / 2
+    section = CrossSection(tuple(left), tuple(right), edge - at_left, edge, edge - at_left - at_right)
+    return replace(item, section=section, attributes=replace(item.attributes, lanes_ltr=(*reversed(left), *right)))
+
+
+def _with_room(
+    found: list[Stretch], rule: Rule, room: float, fixed: tuple[bool, bool] = (False, False)
+) -> list[Stretch]:
+    """Let neighbours take over stretches until there is room on the road for the changes of lanes that are left.
+
+    The shortest go first, those with turn lanes at the road's ends last. What nobody can take over stays, and so do
+    those at the road's start and end if they are `fixed`.
+    """
+    while (needed := _needed(found, rule)) > room:
+        costs: list[tuple[float, float, int, list[Stretch]]] = []
+        for k in range(int(fixed[0]), len(found) - int(fixed[1])):
+            without = _without(found, k)
+            if without is not None and (left := _needed(without, rule)) < needed:
+                costs.append((found[k].length + (room if _turns_at_end(found, k) else 0.0), left, k, without))
+        if not costs:
+            break
+        found = min(costs, key=lambda item: item[:3])[3]
+    return found
+
+
+def _needed(found: Sequence[Stretch], rule: Rule) -> float:
+    """Return the least length in which all changes of lanes along a road fit, m."""
+    return sum(lane_change(one.section, other.section, rule).least for one, other in pairwise(found))
+
+
+def _turns_at_end(found: Sequence[Stretch], k: int) -> bool:
+    """Say whether a stretch has turn lanes that lead out of the road."""
+    directions = {Direction.BACKWARD} if k == 0 else {Direction.FORWARD} if k == len(found) - 1 else set()
+    lanes = (*found[k].section.left, *found[k].section.right)
+    return any(lane.turns for lane in lanes if lane.direction in directions)
+
+
+def _without(found: list[Stretch], k: int) -> list[Stretch] | None:
+    """Return the stretches with the k-th taken over by its neighbours; None if traffic runs differently there."""
+    takers = [
+        i
+        for i in (k - 1, k + 1)
+        if 0 <= i < len(found) and (_is_tiny(found[k]) or _directions(found[i]) == _directions(found[k]))
+    ]
+    if not takers:
+        return None
+    out = list(found)
+    before, after = (out[i] if i in takers else None for i in (k - 1, k + 1))
+    if before is not None and after is not None:
+        middle = (found[k].start + found[k].end) / 2
+        out[k - 1], out[k + 1] = _grown(before, end=middle, ways=found[k].ways), replace(after, start=middle)
+        if _same_lanes(before.section, after.section) and same_rules(before.attributes, after.attributes):
+            out[k - 1 : k + 2] = [_grown(before, end=after.end, ways=(*found[k].ways, *after.ways))]
+            return out
+    elif before is not None:
+        out[k - 1] = _grown(before, end=found[k].end, ways=found[k].ways)
+    elif after is not None:
+        out[k + 1] = replace(after, start=found[k].start, ways=(*found[k].ways, *after.ways))
+    del out[k]
+    return out
+
+
+def _grown(item: Stretch, end: float, ways: tuple[int, ...]) -> Stretch:
+    """Return a stretch that reaches farther along the road, over more ways."""
+    return replace(item, end=end, ways=(*item.ways, *ways))
 
 
 def _without_short(found: list[Stretch]) -> list[Stretch]:
@@ -103,7 +200,8 @@ def _is_tiny(item: Stretch) -> bool:
 
 
 def _directions(item: Stretch) -> set[Direction]:
-    return {lane.direction for lane in (*item.section.left, *item.section.right)}
+    """Return the directions of traffic; lanes for both between those of either say nothing more."""
+    return {lane.direction for lane in (*item.section.left, *item.section.right)} - {Direction.BOTH}
 
 
 def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
@@ -116,6 +214,7 @@ def _same_lanes(one: CrossSection, other: CrossSection) -> bool:
     )
 
 
-def _same_rules(one: StreetAttributes, other: StreetAttributes) -> bool:
+def same_rules(one: StreetAttributes, other: StreetAttributes) -> bool:
+    """Say whether limits and marks are the same in two stretches with the same lanes."""
     speeds = [(item.speed_forward, item.speed_backward, item.default_speed) for item in (one, other)]
     return speeds[0] == speeds[1] and same_marks(one, other)

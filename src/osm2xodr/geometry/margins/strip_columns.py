@@ -8,12 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from osm2xodr.geometry.defaults import TAPER_SHARE
-from osm2xodr.geometry.lanes import tapered, without_repeats
+from osm2xodr.geometry.lanes import smooth_step, without_repeats
 from osm2xodr.geometry.margins import defaults
 from osm2xodr.geometry.margins.strips import Margins
 from osm2xodr.model import Cubic, MarginSpec
+
+# Widths that differ by less are the same, m.
+_SAME_WIDTH: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,3 +86,16 @@ def widths_of(column: Column, margins: Margins) -> tuple[Cubic, ...]:
             for c in tapered(length, taper, begins, width, width if goes_on else 0.0)
         ]
     return without_repeats(out)
+
+
+def tapered(length: float, taper: float, start: float, middle: float, end: float) -> tuple[Cubic, ...]:
+    """Return cubics that go from `start` to `middle` in a taper, stay, and go to `end` in another."""
+    out: list[Cubic] = []
+    stays_from = 0.0
+    if abs(middle - start) > _SAME_WIDTH:
+        out.append(smooth_step(0.0, taper, start, middle))
+        stays_from = taper
+    out.append(Cubic(stays_from, middle))
+    if abs(end - middle) > _SAME_WIDTH:
+        out.append(smooth_step(length - taper, taper, middle, end))
+    return tuple(out)

@@ -1,0 +1,96 @@
+"""What changes where the lanes of a road change, and how much room that takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import sqrt
+
+from osm2xodr.geometry import defaults
+from osm2xodr.geometry.lanes.cross_sections import CrossSection, lanes_of
+from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES, StatedLanes
+from osm2xodr.geometry.lanes.lane_matching import match_lanes
+from osm2xodr.model import Direction, LaneSpec, Rule
+
+
+@dataclass(frozen=True, slots=True)
+class LaneChange:
+    """What changes where one stretch ends and the next begins."""
+
+    pairs: Mapping[int, int]  # Ids of the lanes that continue: before, after
+    at_once: int  # How many lanes of one direction open, or end
+    width: float  # The largest change of a lane's width; lanes open from 0 and end at 0, m
+    # The smallest and the largest shift to the side of lanes that continue, m
+    least_shift: float
+    shift: float
+
+    @property
+    def least(self) -> float:
+        """The shortest length over which it should take place, m."""
+        return max(
+            defaults.STEEPEST_TAPER * self.width + defaults.LANES_OPEN_APART * max(self.at_once - 1, 0),
+            2 * defaults.STEEPEST_TAPER * self.least_shift,
+        )
+
+    def wanted(self, speed: float | None) -> float:
+        """Return the length over which it takes place where there is room, at a speed in m/s, m."""
+        one_by_one = taper_ratio(speed) * self.width * (max(self.at_once, 1) + 1) / 2
+        # Where no lane opens or ends nothing says where lanes begin to move: they do so gently.
+        gentle = 0.0 if self.at_once else sqrt(6 * self.shift / defaults.GENTLE_SHIFT)
+        return max(self.least, one_by_one, gentle)
+
+
+def taper_ratio(speed: float | None) -> float:
+    """Return the length of a taper in multiples of the width that it opens, at a speed in m/s."""
+    known = defaults.TOWN_SPEED if speed is None else speed
+    share = (known - defaults.TOWN_SPEED) / (defaults.FAST_SPEED - defaults.TOWN_SPEED)
+    return defaults.TAPER_RATIO + min(max(share, 0.0), 1.0) * (defaults.TAPER_RATIO_FAST - defaults.TAPER_RATIO)
+
+
+def lane_change(
+    before: CrossSection, after: CrossSection, rule: Rule, stated: Mapping[Direction, StatedLanes] | None = None
+) -> LaneChange:
+    """Return what changes from one cross-section to the next."""
+    pairs = _without_crossings(match_lanes(before, after, rule, stated), before)
+    old, new = _lanes(before), _lanes(after)
+    ending = [lane for lane in old if lane not in pairs]
+    opening = [lane for lane in new if lane not in pairs.values()]
+    widths = [old[lane][0] for lane in ending] + [new[lane][0] for lane in opening]
+    widths += [abs(old[one][0] - new[other][0]) for one, other in pairs.items()]
+    shifts = [abs(old[one][1] - new[other][1]) for one, other in pairs.items()]
+    groups = [[old[lane][2] for lane in ending], [new[lane][2] for lane in opening]]
+    return LaneChange(
+        pairs,
+        max(group.count(direction) for group in groups for direction in Direction),
+        max(widths, default=0.0),
+        min(shifts, default=0.0),
+        max(shifts, default=0.0),
+    )
+
+
+def _lanes(section: CrossSection) -> dict[int, tuple[float, float, Direction]]:
+    """Return the width, t of the middle, m, and the direction of lanes by their ids."""
+    return {
+        lane.id: (lane.spec.width, lane.t, direction)
+        for direction in Direction
+        for lane in lanes_of(section, direction, True)
+    }
+
+
+def _without_crossings(pairs: Mapping[int, int], before: CrossSection) -> dict[int, int]:
+    """Leave out lanes for bicycles that would change places with lanes for cars: they end, and open anew."""
+    out = dict(pairs)
+    cars = {lane.id for direction in Direction for lane in lanes_of(before, direction, True) if _counts(lane.spec)}
+    for one in sorted(set(pairs) - cars):
+        if any((one < a) != (pairs[one] < b) for a, b in out.items() if a != one):
+            del out[one]
+    return out
+
+
+def _counts(spec: LaneSpec) -> bool:
+    return spec.type in COUNTED_LANES
+
+
+def room_for_tapers(length: float) -> float:
+    """Return how much of a road of some length may be taken by changes of its lanes, m."""
+    return max(length - 2 * defaults.STEADY_END, length / 2)

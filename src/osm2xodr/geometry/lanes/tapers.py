@@ -1,0 +1,85 @@
+"""Where along a road its lanes change: the zones in which they open, end, widen and shift."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from osm2xodr.geometry import defaults
+from osm2xodr.geometry.lanes.lane_changes import LaneChange, lane_change, room_for_tapers
+from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
+from osm2xodr.geometry.lanes.road_stretches import Stretch
+from osm2xodr.model import Direction, Rule
+
+
+@dataclass(frozen=True, slots=True)
+class TaperZone:
+    """Part of a road in which its lanes change from one stretch to the next, s, m."""
+
+    start: float
+    end: float
+    change: LaneChange
+
+    @property
+    def length(self) -> float:
+        """Length, m."""
+        return self.end - self.start
+
+    def part(self, rank: int, count: int) -> tuple[float, float]:
+        """Return from where to where one of `count` lanes opens (or ends) that do so one after another."""
+        if count < 2:
+            return self.start, self.end
+        # Each begins when the one before it is half open, where there is room for that.
+        least = defaults.STEEPEST_TAPER * self.change.width
+        together = least + defaults.LANES_OPEN_APART * (count - 1)
+        one = max(2 * self.length / (count + 1), least * min(1.0, self.length / together))
+        begin = self.start + rank * (self.length - one) / (count - 1)
+        return begin, begin + one
+
+
+def taper_zones(
+    road: Sequence[Stretch], rule: Rule, known: Connectivity | None = None, room: float | None = None
+) -> tuple[TaperZone, ...]:
+    """Return the zones of all changes along a road: about the borders of its stretches, as far as there is room.
+
+    `room` is the length that they may take together, m; all but the road's ends unless given.
+    """
+    changes = [
+        lane_change(one.section, other.section, rule, known.at_border(one.ways[-1], other.ways[0]) if known else None)
+        for one, other in pairwise(road)
+    ]
+    speeds = [item.attributes.speed_along(Direction.BOTH) for item in road]
+    whole = room_for_tapers(road[-1].end)
+    wanted = [
+        change.wanted(max(pair, key=lambda v: v or 0.0))
+        for change, pair in zip(changes, pairwise(speeds), strict=True)
+    ]
+    lengths = _fitting(wanted, [change.least for change in changes], whole if room is None else room)
+    starts = _placed([item.start for item in road[1:]], lengths, (road[-1].end - whole) / 2, whole)
+    return tuple(TaperZone(s, s + length, change) for s, length, change in zip(starts, lengths, changes, strict=True))
+
+
+def _fitting(wanted: Sequence[float], least: Sequence[float], room: float) -> list[float]:
+    """Return lengths that together fit into a room: as wanted, or nearer to the least ones, or shorter still."""
+    if sum(wanted) <= room:
+        return list(wanted)
+    if sum(least) >= room:
+        return [item * room / sum(least) for item in least]
+    share = (room - sum(least)) / (sum(wanted) - sum(least))
+    return [low + share * (high - low) for low, high in zip(least, wanted, strict=True)]
+
+
+def _placed(middles: Sequence[float], lengths: Sequence[float], begin: float, room: float) -> list[float]:
+    """Return where spans begin that do not overlap, each as near to its middle as all of them together can be."""
+    # Without the lengths before it, no span may begin before the one before it: pools of equal places do not.
+    before = [sum(lengths[:k]) for k in range(len(lengths))]
+    pools: list[list[float]] = []
+    for middle, length, offset in zip(middles, lengths, before, strict=True):
+        pools.append([middle - length / 2 - offset])
+        while len(pools) > 1 and sum(pools[-2]) / len(pools[-2]) > sum(pools[-1]) / len(pools[-1]):
+            last = pools.pop()
+            pools[-1] += last
+    places = [sum(pool) / len(pool) for pool in pools for _ in pool]
+    latest = begin + max(room - sum(lengths), 0.0)
+    return [min(max(place, begin), latest) + offset for place, offset in zip(places, before, strict=True)]
