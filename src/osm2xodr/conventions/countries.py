@@ -81,6 +81,7 @@ class Country:
     # Width of a lane, m, by highway value, where it differs from `LANE_WIDTH`
     lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     marks: MarkStyle = MarkStyle()
+    u_turns_at_signals: bool = True  # Whether cars may turn back at signals where no sign says that they may not
     sources: tuple[str, ...] = ()  # Titles of the laws and guides
 
     def lane_width(self, highway: str) -> float:
@@ -148,6 +149,7 @@ def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> 
         default_speeds=_default_speeds(code, speeds),
         lane_widths=MappingProxyType(dict(entry.get("lane_widths", {}))),
         marks=MarkStyle(**entry.get("marks", {})),
+        u_turns_at_signals=entry.get("u_turns_at_signals", True),
         sources=tuple(titles[source] for source in entry["sources"]),
     )
 

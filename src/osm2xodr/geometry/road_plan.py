@@ -22,6 +22,7 @@ from osm2xodr.geometry.junctions import (
     RoadOptions,
     RoadParts,
     add_turnarounds,
+    choose_u_turns,
     cut_back_dead_ends,
     cut_roads,
     find_movements,
@@ -101,6 +102,7 @@ def _lay_out_junctions(
     layout = lay_out_junctions(network, ends)
     refuse_without_roads(layout)
     movements = find_movements(network, ends, layout, diagnostics)
+    movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
     driven = without_idle_junctions(layout, movements)
     layout = cut_back_dead_ends(network, ends, layout, driven, diagnostics)
     layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
@@ -114,15 +116,16 @@ def _connect(
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
 
-    def drawn(cut: CutStreets, links: LaneLinks) -> ConnectingRoads:
-        return build_connecting_roads(links, movements, cut.ends, cut.layout.trim, lanes, network.rule)
+    def drawn(cut: CutStreets, links: LaneLinks, turned_back: bool) -> ConnectingRoads:
+        return build_connecting_roads(links, movements, cut.ends, cut.layout.trim, lanes, network.rule, turned_back)
 
     links = find_lane_links(cut.parts, movements, network.rule)
-    connecting = drawn(cut, links)
-    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting))
+    # Arms are not set back for U-turns: these go round the nose of a median.
+    plain = drawn(cut, links.chosen([not movements[row.movement].u_turn for row in links.rows]), False)
+    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, plain))
     if roomy is not cut:
-        connecting = drawn(roomy, find_lane_links(roomy.parts, movements, network.rule, links))
-    return roomy, connecting
+        links = find_lane_links(roomy.parts, movements, network.rule, links)
+    return roomy, drawn(roomy, links, True)
 
 
 def _with_room_to_turn(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads) -> CutStreets:

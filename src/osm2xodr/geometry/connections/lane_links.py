@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import groupby
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import compress, groupby
 from operator import attrgetter
 from typing import Final
 
@@ -11,7 +12,13 @@ import numpy as np
 
 from osm2xodr.curves import pose, wrapped
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
-from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
+from osm2xodr.geometry.connections.lane_assignment import (
+    ArmLanes,
+    LaneMovement,
+    assign_lanes,
+    have_one_lane,
+    u_turn_lanes,
+)
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
 from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
@@ -55,6 +62,10 @@ class LaneLinks:
     # Of every road end: they change where a road has become so short that a stretch at its end joins another
     sections: tuple[CrossSection, ...]
 
+    def chosen(self, keep: Iterable[bool]) -> LaneLinks:
+        """Return some of them."""
+        return replace(self, rows=tuple(compress(self.rows, keep)))
+
 
 def find_lane_links(
     parts: RoadParts, movements: list[Movement], rule: Rule, before: LaneLinks | None = None
@@ -85,6 +96,7 @@ def find_lane_links(
         _turns(hdg_in, hdg_out, dx, dy).tolist(),
         (dy * np.cos(hdg_out) - dx * np.sin(hdg_out)).tolist(),
         np.cos(hdg[entry] - hdg_out).tolist(),
+        rule is Rule.LEFT_HAND,
     )
     arms = _Arms(parts, rule)
     rows: list[LaneRow] = []
@@ -124,6 +136,7 @@ class _DriversView:
     turn: list[float]
     offset: list[float]
     scale: list[float]
+    near_side_left: bool  # Whether traffic keeps to the left
 
 
 class _Arms:
@@ -197,6 +210,8 @@ def _as_lanes_see_it(
     lateral = tuple([view.offset[number] + view.scale[number] * lane.t for lane in into])
     stated = movements[number].stated
     pairs = None if stated is None else stated.between(entries[entry].specs, exits[exit_].specs)
+    if pairs is None and movements[number].u_turn:
+        pairs = (u_turn_lanes(lateral, entries[entry], exits[exit_], view.near_side_left),)
     return LaneMovement(entry, exit_, view.turn[number], lateral, pairs)
 
 
