@@ -1,8 +1,8 @@
 """Connecting roads that turn back: one tight turn, as near to the ends of their arms as the way across allows.
 
 A car that turns back goes round the nose of the median, or of the corner between two arms at an acute angle: its turn
-reaches as far as the street across the median, if this is near, and begins at the ends of the arms if it is not. Where
-the two lanes are closer than a car's turning circle, it swings out before and after the turn.
+reaches as far as the street across the median, if this is near, and begins at the ends of the arms if it is not.
+Where the two lanes are closer than a car's turning circle, it swings out before and after the turn.
 """
 
 from __future__ import annotations
@@ -29,8 +29,11 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # An arc across the whole distance of two lanes is left this share of it for lanes that are not quite parallel.
 _SHARE_OF_HALF: Final = 0.96
+# Where the two lanes are at least this far apart, m, a car swings out before its turn alone; else also after it. A
+# choice: by at most 2 m.
+_APART_FOR_ONE_SWING: Final = 6.0
 # A turn begins at most this far beyond the ends of both arms, m: farther on, other streets meet. A choice.
-_FARTHEST: Final = 8.0
+_FARTHEST: Final = 6.0
 
 
 def turns_back(plan: PlanView) -> BoolArray:
@@ -88,15 +91,46 @@ def _turned(begin: Poses, end: Poses, across: FloatArray) -> PlanView:
     before = abreast + np.clip(room - radius, 0.0, _FARTHEST)
     after = before - stagger
     straight = np.zeros(len(before))
-    from_x, from_y, _ = advance(x0, y0, h0, straight, before)
-    to_x, to_y, _ = advance(x1, y1, h1, straight, -after)
-    turn = dubins_without_slivers(from_x, from_y, h0, to_x, to_y, h1, radius=radius)
-    pieces = np.zeros((len(before), 5))
-    curvature = np.zeros((len(before), 5))
+    begin = (*advance(x0, y0, h0, straight, before)[:2], h0)
+    end = (*advance(x1, y1, h1, straight, -after)[:2], h1)
+    pieces, curvature = np.zeros((len(before), 5)), np.zeros((len(before), 5))
     pieces[:, 0], pieces[:, 4] = before, after
+    turn = dubins_without_slivers(*begin, *end, radius=radius)
     count = np.diff(turn.start)
     owner = np.repeat(np.arange(len(count)), count)
     place = 1 + np.arange(len(owner)) - turn.start[owner]
     pieces[owner, place], curvature[owner, place] = turn.length, turn.curvature
     pieces[count == 0] = 0.0
+    close = np.flatnonzero((_SHARE_OF_HALF * apart / 2 < radius) & (apart >= _APART_FOR_ONE_SWING))
+    arcs, bends = _swing_before(_chosen(begin, close), _chosen(end, close), radius[close])
+    driven = np.isfinite(arcs).all(axis=1)
+    pieces[close[driven], 1:4], curvature[close[driven], 1:4] = arcs[driven], bends[driven]
     return curves_of(x0, y0, h0, pieces, curvature)
+
+
+def _chosen(poses: Poses, row: IntArray) -> Poses:
+    x, y, hdg = poses
+    return x[row], y[row], hdg[row]
+
+
+def _swing_before(begin: Poses, end: Poses, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return lengths and curvatures, (n, 3), of curves that swing out, turn back, and run straight to their end.
+
+    Lengths are not finite where there is none.
+    """
+    (x0, y0, h0), (x1, y1, h1) = begin, end
+    side = np.where((y1 - y0) * np.cos(h0) - (x1 - x0) * np.sin(h0) > 0, 1.0, -1.0)
+    # The circle of the turn touches the lane at the end and the circle of the swing, about 0; before the straight piece
+    # is taken off, its middle is x, y.
+    x = x1 - x0 - side * radius * (np.sin(h1) + np.sin(h0))
+    y = y1 - y0 + side * radius * (np.cos(h1) + np.cos(h0))
+    along = x * np.cos(h1) + y * np.sin(h1)
+    with np.errstate(invalid="ignore"):
+        straight = along + np.sqrt(along**2 - x**2 - y**2 + 4 * radius**2)
+    bearing = np.arctan2(y - straight * np.sin(h1), x - straight * np.cos(h1))
+    touching = bearing - side * np.pi / 2
+    swing = wrapped(side * (h0 - touching))
+    turn = (side * (h1 - touching)) % (2 * np.pi)
+    length = np.column_stack([radius * swing, radius * turn, straight])
+    length[(swing < 0) | (straight < 0)] = np.nan
+    return length, np.column_stack([-side / radius, side / radius, np.zeros(len(side))])

@@ -15,8 +15,8 @@ ARM_CLEARANCE: Final = 0.5
 JUNCTION_EXTENT: Final = 60.0
 
 # Where the lanes that a U-turn joins are closer than this, m, it is left out: a car that turns with a radius of 4 m
-# would swing out by more than 1 m on either side. A choice.
-U_TURN_ACROSS_MIN: Final = 6.0
+# would swing out by more than half a lane on either side. A choice.
+U_TURN_ACROSS_MIN: Final = 4.5
 
 # ---------------------------------------------------------------- turnarounds
 
