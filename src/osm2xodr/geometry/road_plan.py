@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections import (
     ConnectingRoads,
     LaneLinks,
     build_connecting_roads,
+    clear_overrun_arms,
     detours,
     find_lane_links,
     set_back_arms,
@@ -49,7 +52,7 @@ from osm2xodr.geometry.plan_view import (
     street_ends,
     trims_clear_of_bends,
 )
-from osm2xodr.model import StreetNetwork
+from osm2xodr.model import BoolArray, StreetNetwork
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,21 +119,25 @@ def _connect(
     # Measured from OSM's lines: `StreetEnds.aside` says how far from these the lines are that move later.
     lanes = partial(outer_lanes, cut.fitted, network.rule)
 
-    def drawn(cut: CutStreets, links: LaneLinks, turned_back: bool) -> ConnectingRoads:
-        return build_connecting_roads(links, movements, cut.ends, cut.layout.trim, lanes, network.rule, turned_back)
+    def drawn(cut: CutStreets, links: LaneLinks) -> ConnectingRoads:
+        return build_connecting_roads(links, movements, cut.ends, cut.layout.trim, lanes, network.rule)
 
     links = find_lane_links(cut.parts, movements, network.rule)
-    # Arms are not set back for U-turns: these go round the nose of a median.
-    plain = drawn(cut, links.chosen([not movements[row.movement].u_turn for row in links.rows]), False)
-    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, plain))
+    connecting = drawn(cut, links)
+    u_turns = np.array([movements[row.movement].u_turn for row in links.rows], bool)
+    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting, u_turns))
     if roomy is not cut:
-        links = find_lane_links(roomy.parts, movements, network.rule, links)
-    return roomy, drawn(roomy, links, True)
+        connecting = drawn(roomy, find_lane_links(roomy.parts, movements, network.rule, links))
+    return roomy, connecting
 
 
-def _with_room_to_turn(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads) -> CutStreets:
-    """Set back arms whose turns are too sharp, and those that end in tight bends."""
-    trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting)
+def _with_room_to_turn(
+    network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, u_turns: BoolArray
+) -> CutStreets:
+    """Set back arms whose turns are too sharp, those that ways run over, and those that end in tight bends."""
+    # U-turns go round the nose of a median wherever it is.
+    trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns))
+    trim = clear_overrun_arms(cut.ends, cut.layout, cut.parts, connecting, trim)
     trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim)
     if (trim == cut.layout.trim).all():
         return cut

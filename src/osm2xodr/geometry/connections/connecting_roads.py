@@ -93,14 +93,12 @@ def build_connecting_roads(
     trim: FloatArray,
     outer_lanes: Callable[[int, bool], tuple[float, float]],
     rule: Rule,
-    turned_back: bool = True,
 ) -> ConnectingRoads:
     """Draw a connecting road for each lane link.
 
     The movements are grouped by junction; `trim` (ends,) is what street ends give to their junctions, m.
     `outer_lanes` returns, for a street and whether it is driven along, t of the middles of its outermost lanes, right
-    and left in the direction of travel, m. Without `turned_back`, roads that turn back stay as they are at first: so
-    sharp where their arms lack room.
+    and left in the direction of travel, m.
     """
     rows = links.rows
     entry = np.array([row.entry for row in rows], np.int64)
@@ -125,9 +123,8 @@ def build_connecting_roads(
         np.where(exit_ % 2 == 0, exit_t, -exit_t),
     )
     plan = follow_corners(follow_streets(plan, lanes), lanes)
-    if turned_back:
-        street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
-        plan = draw_turn_backs(plan, lanes, ends, street_ends[:, 0], street_ends[:, 1])
+    street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
+    plan = draw_turn_backs(plan, lanes, ends, street_ends[:, 0], street_ends[:, 1])
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
     turning = np.array([k for k, _ in looped], np.int64)
     half = np.abs(entry_t - exit_t)[turning] / 2

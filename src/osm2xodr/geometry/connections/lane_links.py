@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from itertools import compress, groupby
+from dataclasses import dataclass
+from itertools import groupby
 from operator import attrgetter
 from typing import Final
 
@@ -61,10 +60,6 @@ class LaneLinks:
     road_end: IntArray  # (street ends,) As in `RoadParts`
     # Of every road end: they change where a road has become so short that a stretch at its end joins another
     sections: tuple[CrossSection, ...]
-
-    def chosen(self, keep: Iterable[bool]) -> LaneLinks:
-        """Return some of them."""
-        return replace(self, rows=tuple(compress(self.rows, keep)))
 
 
 def find_lane_links(

@@ -120,8 +120,8 @@ def _swing_before(begin: Poses, end: Poses, radius: FloatArray) -> tuple[FloatAr
     """
     (x0, y0, h0), (x1, y1, h1) = begin, end
     side = np.where((y1 - y0) * np.cos(h0) - (x1 - x0) * np.sin(h0) > 0, 1.0, -1.0)
-    # The circle of the turn touches the lane at the end and the circle of the swing, about 0; before the straight piece
-    # is taken off, its middle is x, y.
+    # The circle of the turn touches the lane at the end and the circle of the swing, which is about 0. It is about x,
+    # y before it is moved back by the straight piece.
     x = x1 - x0 - side * radius * (np.sin(h1) + np.sin(h0))
     y = y1 - y0 + side * radius * (np.cos(h1) + np.cos(h0))
     along = x * np.cos(h1) + y * np.sin(h1)
