@@ -29,6 +29,8 @@ from osm2xodr.conventions.defaults import (
 )
 from osm2xodr.defaults import WALKING_SPEED_KMH
 
+U_TURNS: Final = ("law", "all", "mapped", "none")
+"""Which U-turns between carriageways are kept: as the law says at signals, all that OSM allows, mapped ones, none."""
 KMH: Final = "km/h"
 MPH: Final = "mph"
 # Units of speed limits, m/s.

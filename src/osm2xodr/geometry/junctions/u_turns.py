@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
 from operator import attrgetter
-from typing import Final
 
 import numpy as np
 
@@ -25,9 +24,6 @@ from osm2xodr.geometry.lanes import EndLane, end_lanes
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, IntArray, LaneType, Rule, StreetAttributes, StreetNetwork
 
-U_TURNS: Final = ("law", "all", "mapped", "none")
-"""Which U-turns may be kept: those that the law allows at signals, all that OSM allows, those that it maps, none."""
-
 
 def choose_u_turns(
     network: StreetNetwork,
@@ -40,7 +36,7 @@ def choose_u_turns(
 ) -> list[Movement]:
     """Mark the movements that are U-turns between carriageways, and leave out some of them.
 
-    `kept` is one of `U_TURNS`. A U-turn stays where nothing else leads on. `diagnostics` gets those left out.
+    `kept` is one of `conventions.U_TURNS`. U-turns stay where nothing else leads on. `diagnostics` gets the others.
     """
     found = _between_carriageways(network, ends, layout, movements)
     if not len(found):
@@ -59,7 +55,7 @@ def choose_u_turns(
             continue
         dropped.add(k)
         node = network.intersections[int(ends.node[item.entry])].osm_node_id
-        text = "as the law or the option asks" if is_left_out else "the lanes that it would join are too close"
+        text = "the law or --u-turns forbids it" if is_left_out else f"its lanes are only {distance:.1f} m apart"
         diagnostics.dropped("u-turn", f"node/{node}", f"a U-turn is left out: {text}")
     return [item for k, item in enumerate(out) if k not in dropped]
 
