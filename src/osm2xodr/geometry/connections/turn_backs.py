@@ -16,9 +16,10 @@ from osm2xodr.curves import (
     curves_of,
     dubins_without_slivers,
     lengths,
+    owners,
     pose,
     replace_curves,
-    smallest_radius as smallest_radius_of,
+    smallest_radius,
     wrapped,
 )
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
@@ -29,6 +30,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # An arc across the whole distance of two lanes is left this share of it for lanes that are not quite parallel.
 _SHARE_OF_HALF: Final = 0.96
+# A curve swings out if it turns forth and back by more than this, rad (6 degrees). A choice.
+_SWING: Final = 0.1
 # Where the two lanes are at least this far apart, m, a car swings out before its turn alone; else also after it. A
 # choice: by at most 2 m.
 _APART_FOR_ONE_SWING: Final = 6.0
@@ -41,6 +44,13 @@ def turns_back(plan: PlanView) -> BoolArray:
     curve = np.arange(len(plan.start) - 1)
     before, after = pose(plan, curve, np.zeros(len(curve)))[2], pose(plan, curve, lengths(plan))[2]
     return np.asarray(np.abs(wrapped(after - before)) >= LEAST_TURN_BACK)
+
+
+def swings_back(plan: PlanView) -> BoolArray:
+    """Say which curves turn back and swing out for it, (curves,): their lanes are close."""
+    turn, owner, n = plan.curvature * plan.length, owners(plan.start), len(plan.start) - 1
+    forth_and_back = np.bincount(owner, np.abs(turn), n) - np.abs(np.bincount(owner, turn, n))
+    return np.asarray(turns_back(plan) & (forth_and_back > _SWING))
 
 
 def draw_turn_backs(plan: PlanView, lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: IntArray) -> PlanView:
@@ -56,7 +66,7 @@ def draw_turn_backs(plan: PlanView, lanes: LanePaths, ends: StreetEnds, entry: I
         return plan
     begin, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan)[row])
     turned = _turned(begin, end, _way_across(begin, end, ends, entry[row], exit_[row]))
-    found = np.flatnonzero((lengths(turned) > 0) & (smallest_radius_of(turned) >= U_TURN_RADIUS * (1 - 1e-9)))
+    found = np.flatnonzero((lengths(turned) > 0) & (smallest_radius(turned) >= U_TURN_RADIUS * (1 - 1e-9)))
     return replace_curves(plan, row[found], turned, found)
 
 

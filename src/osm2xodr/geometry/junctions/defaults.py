@@ -14,9 +14,9 @@ ARM_CLEARANCE: Final = 0.5
 # junction. A choice.
 JUNCTION_EXTENT: Final = 60.0
 
-# Where the lanes that a U-turn joins are closer than this, m, it is left out: a car that turns with a radius of 4 m
-# would swing out by more than half a lane on either side. A choice.
-U_TURN_ACROSS_MIN: Final = 4.5
+# Where the lanes that a U-turn joins are closer than this, m, it is left out: they have no median between them, and a
+# car with a radius of 4 m would swing out by most of a lane on either side. A choice.
+U_TURN_ACROSS_MIN: Final = 3.5
 
 # ---------------------------------------------------------------- turnarounds
 

@@ -74,8 +74,15 @@ def _between_carriageways(
     left = (x1 - x0) * np.sin(h0) - (y1 - y0) * np.cos(h0)
     oncoming = left < 0 if network.rule is Rule.LEFT_HAND else left > 0
     some = np.flatnonzero(one_way[entry] & one_way[exit_] & back & oncoming & (entry != exit_))
-    names = [(_road(_attributes(network, int(entry[k]))), _road(_attributes(network, int(exit_[k])))) for k in some]
-    return some[[one == other for one, other in names]] if len(some) else some
+    pairs = zip(entry[some].tolist(), exit_[some].tolist(), strict=True)
+    return some[np.array([_one_road(network, ends, *pair) for pair in pairs], bool)]
+
+
+def _one_road(network: StreetNetwork, ends: StreetEnds, end: int, other: int) -> bool:
+    """Say whether two street ends belong to one road; those without a name that meet at a node may just fork."""
+    one, two = _attributes(network, end), _attributes(network, other)
+    named = bool(one.name or one.ref) or ends.node[end] != ends.node[other]
+    return named and _road(one) == _road(two)
 
 
 def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:
