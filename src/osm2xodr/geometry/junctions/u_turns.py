@@ -75,7 +75,7 @@ def _between_carriageways(
     oncoming = left < 0 if network.rule is Rule.LEFT_HAND else left > 0
     some = np.flatnonzero(one_way[entry] & one_way[exit_] & back & oncoming & (entry != exit_))
     pairs = zip(entry[some].tolist(), exit_[some].tolist(), strict=True)
-    return some[np.array([_one_road(network, ends, *pair) for pair in pairs], bool)]
+    return np.asarray(some[np.array([_one_road(network, ends, *pair) for pair in pairs], bool)])
 
 
 def _one_road(network: StreetNetwork, ends: StreetEnds, end: int, other: int) -> bool:
