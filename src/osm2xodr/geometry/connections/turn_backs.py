@@ -110,11 +110,11 @@ def _turned(begin: Poses, end: Poses, across: FloatArray) -> PlanView:
     owner = np.repeat(np.arange(len(count)), count)
     place = 1 + np.arange(len(owner)) - turn.start[owner]
     pieces[owner, place], curvature[owner, place] = turn.length, turn.curvature
-    pieces[count == 0] = 0.0
     close = np.flatnonzero((_SHARE_OF_HALF * apart / 2 < radius) & (apart >= _APART_FOR_ONE_SWING))
     arcs, bends = _swing_before(_chosen(begin, close), _chosen(end, close), radius[close])
     driven = np.isfinite(arcs).all(axis=1)
     pieces[close[driven], 1:4], curvature[close[driven], 1:4] = arcs[driven], bends[driven]
+    pieces[~pieces[:, 1:4].any(axis=1)] = 0.0
     return curves_of(x0, y0, h0, pieces, curvature)
 
 
