@@ -76,7 +76,8 @@ def test_reports_say_what_was_asked_for() -> None:
         "osm2xodr", "area", "dem", "name", "ways", "include_private", "left_hand", "default_lane_width",
         "default_speeds", "surface",
         "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "allow_partial",
-        "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "target", "objects", "furniture",
+        "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "u_turns", "target", "objects",
+        "furniture",
         "frame",
     ]  # fmt: skip
     assert (inputs["name"], inputs["structures"], inputs["furniture"]) == ("town", False, False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -98,9 +98,11 @@ class Case:
         """Return what the stage makes on its way to roads."""
         return _stages(self.osm(), rule)
 
-    def build(self, rule: Rule = Rule.RIGHT_HAND, *, turnarounds: bool = False) -> RoadMap:
-        """Convert it on flat ground."""
-        return _built(self.osm(), rule, turnarounds)
+    def build(
+        self, rule: Rule = Rule.RIGHT_HAND, *, turnarounds: bool = False, u_turns: str = "law", country: str = ""
+    ) -> RoadMap:
+        """Convert it on flat ground, with the laws of a country."""
+        return _built(self.osm(), rule, turnarounds, u_turns, country)
 
 
 @dataclass(frozen=True)
@@ -137,10 +139,12 @@ def _network(osm: str, rule: Rule, diagnostics: Diagnostics) -> StreetNetwork:
 
 
 @cache
-def _built(osm: str, rule: Rule, turnarounds: bool) -> RoadMap:
+def _built(osm: str, rule: Rule, turnarounds: bool, u_turns: str, country: str) -> RoadMap:
     diagnostics = Diagnostics()
-    options = RoadOptions(turnarounds=turnarounds)
-    return build_roads(_network(osm, rule, diagnostics), FlatSurface(), diagnostics, road_options=options)
+    options = RoadOptions(turnarounds=turnarounds, u_turns=u_turns)
+    network = _network(osm, rule, diagnostics)
+    network = replace(network, country=country) if country else network
+    return build_roads(network, FlatSurface(), diagnostics, road_options=options)
 
 
 @cache

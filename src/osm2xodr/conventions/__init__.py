@@ -12,6 +12,7 @@ if TYPE_CHECKING:
         KMH as KMH,
         MPH as MPH,
         SPEED_UNITS as SPEED_UNITS,
+        U_TURNS as U_TURNS,
         Country as Country,
         MarkStyle as MarkStyle,
         find_country as find_country,
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "find_country"),
+        "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "U_TURNS", "find_country"),
         "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
         "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
         "targets": ("Crosswalks", "DEFAULT_TARGET", "TARGETS", "Target"),

@@ -31,6 +31,8 @@ from osm2xodr.conventions.defaults import (
 )
 from osm2xodr.defaults import WALKING_SPEED_KMH
 
+U_TURNS: Final = ("law", "all", "mapped", "none")
+"""Which U-turns between carriageways are kept: as the law says at signals, all that OSM allows, mapped ones, none."""
 KMH: Final = "km/h"
 MPH: Final = "mph"
 # Units of speed limits, m/s.
@@ -83,6 +85,7 @@ class Country:
     # Width of one of several lanes, m, by highway value, where it differs from `LANE_WIDTH`
     lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     marks: MarkStyle = MarkStyle()
+    u_turns_at_signals: bool = True  # Whether cars may turn back at signals where no sign says that they may not
     sources: tuple[str, ...] = ()  # Titles of the laws and guides
 
     def lane_width(self, highway: str, *, alone: bool = False, beside_in_town: bool = False) -> float:
@@ -155,6 +158,7 @@ def _country(code: str, entry: Mapping[str, Any], titles: Mapping[str, str]) -> 
         default_speeds=_default_speeds(code, speeds),
         lane_widths=MappingProxyType(dict(entry.get("lane_widths", {}))),
         marks=MarkStyle(**entry.get("marks", {})),
+        u_turns_at_signals=entry.get("u_turns_at_signals", True),
         sources=tuple(titles[source] for source in entry["sources"]),
     )
 

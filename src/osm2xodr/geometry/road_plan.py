@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections import (
     ConnectingRoads,
     LaneLinks,
     build_connecting_roads,
+    clear_overrun_arms,
     detours,
     even_widths,
     find_lane_links,
@@ -23,6 +26,7 @@ from osm2xodr.geometry.junctions import (
     RoadOptions,
     RoadParts,
     add_turnarounds,
+    choose_u_turns,
     cut_back_dead_ends,
     cut_roads,
     find_movements,
@@ -50,7 +54,7 @@ from osm2xodr.geometry.plan_view import (
     street_ends,
     trims_clear_of_bends,
 )
-from osm2xodr.model import StreetNetwork
+from osm2xodr.model import BoolArray, StreetNetwork
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,6 +108,7 @@ def _lay_out_junctions(
     layout = lay_out_junctions(network, ends)
     refuse_without_roads(layout)
     movements = find_movements(network, ends, layout, diagnostics)
+    movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)
     driven = without_idle_junctions(layout, movements)
     layout = cut_back_dead_ends(network, ends, layout, driven, diagnostics)
     layout, loops = add_turnarounds(network, fitted, ends, layout, options, diagnostics)
@@ -125,7 +130,8 @@ def _connect(
 
     links = find_lane_links(cut.parts, movements, network.rule)
     connecting = drawn(cut, links)
-    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting))
+    u_turns = np.array([movements[row.movement].u_turn for row in links.rows], bool)
+    roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting, u_turns))
     if roomy is not cut:
         links = find_lane_links(roomy.parts, movements, network.rule, links)
         connecting = drawn(roomy, links)
@@ -136,9 +142,13 @@ def _connect(
     return roomy, connecting
 
 
-def _with_room_to_turn(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads) -> CutStreets:
-    """Set back arms whose turns are too sharp, and those that end in tight bends."""
-    trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting)
+def _with_room_to_turn(
+    network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, u_turns: BoolArray
+) -> CutStreets:
+    """Set back arms whose turns are too sharp, those that ways run over, and those that end in tight bends."""
+    # U-turns go round the nose of a median wherever it is.
+    trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting.chosen(~u_turns))
+    trim = clear_overrun_arms(cut.ends, cut.layout, cut.parts, connecting, trim)
     trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim, cut.layout.most)
     if (trim == cut.layout.trim).all():
         return cut

@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from osm2xodr import __version__
-from osm2xodr.conventions import DEFAULT_TARGET, TARGETS
+from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, U_TURNS
 from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.furniture import EXTRA_OBJECTS
@@ -136,6 +136,12 @@ class ConvertOptions:
     no_structures: bool = _flag("Lay bridges and tunnels on the ground.", negates="structures")
     superelevation: bool = _flag("Bank motorways and trunk roads as a fine elevation model (cells up to 2 m) shows.")
     turnarounds: bool = _flag("End every dead end of a two-way street in a loop.")
+    u_turns: str = _option(
+        "U-turns between carriageways that are kept: as the country's law says at signals, all that OSM allows, those"
+        " that it maps, or none.",
+        default=U_TURNS[0],
+        choices=U_TURNS,
+    )
     target: str = _option(
         "Reader to write for where readers contradict each other; generic suits CARLA, esmini and SUMO.",
         default=DEFAULT_TARGET,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads, InnerLane, build_connecting_roads
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
+from osm2xodr.geometry.connections.overrun_arms import clear_overrun_arms
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, turns_on_the_spot
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
 from osm2xodr.geometry.connections.sharp_turns import set_back_arms, swing_out
@@ -15,6 +16,7 @@ __all__ = [
     "LaneLinks",
     "Priorities",
     "build_connecting_roads",
+    "clear_overrun_arms",
     "connect",
     "detours",
     "even_widths",

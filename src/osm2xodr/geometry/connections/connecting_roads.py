@@ -13,6 +13,7 @@ from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.lane_links import LaneLinks
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
+from osm2xodr.geometry.connections.turn_backs import draw_turn_backs
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import VEHICLE_LANES, Access, BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
@@ -127,6 +128,8 @@ def build_connecting_roads(
         np.where(exit_ % 2 == 0, exit_t, -exit_t),
     )
     plan = follow_corners(follow_streets(plan, lanes), lanes)
+    street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
+    plan = draw_turn_backs(plan, lanes, ends, street_ends[:, 0], street_ends[:, 1])
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
     turning = np.array([k for k, _ in looped], np.int64)
     half = np.abs(entry_t - exit_t)[turning] / 2

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from osm2xodr.geometry.defaults import U_TURN_RADIUS
 from osm2xodr.geometry.lanes import left_turns, right_turns
 from osm2xodr.model import LaneSpec, LaneType
 
@@ -96,6 +97,18 @@ def have_one_lane(entries: dict[int, ArmLanes], exits: dict[int, ArmLanes]) -> b
     """Whether all arms of a junction have one lane for cars and no other: lane 0 then leads to lane 0."""
     arms = (*entries.values(), *exits.values())
     return all(len(arm.specs) == 1 and arm.specs[0].type is LaneType.DRIVING for arm in arms)
+
+
+def u_turn_lanes(lateral: Sequence[float], entry: ArmLanes, exit_: ArmLanes, near_side_left: bool) -> tuple[int, int]:
+    """Return the lanes of a U-turn: the innermost one, and the innermost one that cars reach from there.
+
+    `lateral` is as in `LaneMovement`. Where all lanes are too near, the outermost one is taken.
+    """
+    ins, outs = _for_cars(entry.specs), _for_cars(exit_.specs)
+    if near_side_left:
+        ins, outs = ins[::-1], outs[::-1]
+    reached = [k for k in outs if abs(lateral[ins[0]] - exit_.t[k]) >= 2 * U_TURN_RADIUS]
+    return ins[0], (reached or outs[-1:])[0]
 
 
 def _set_apart(entry: Sequence[LaneSpec], exit_: Sequence[LaneSpec], near_side_left: bool) -> list[tuple[int, int]]:

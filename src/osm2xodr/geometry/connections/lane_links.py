@@ -12,7 +12,13 @@ import numpy as np
 from osm2xodr.curves import pose, wrapped
 from osm2xodr.geometry.connections.bicycle_links import lead_bicycles_on
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
-from osm2xodr.geometry.connections.lane_assignment import ArmLanes, LaneMovement, assign_lanes, have_one_lane
+from osm2xodr.geometry.connections.lane_assignment import (
+    ArmLanes,
+    LaneMovement,
+    assign_lanes,
+    have_one_lane,
+    u_turn_lanes,
+)
 from osm2xodr.geometry.junctions import Movement, RoadParts
 from osm2xodr.geometry.lanes import CrossSection, EndLane, centre_lanes, end_lanes
 from osm2xodr.model import Access, BoolArray, Direction, FloatArray, IntArray, LaneType, Rule
@@ -93,6 +99,7 @@ def find_lane_links(
         _turns(hdg_in, hdg_out, dx, dy).tolist(),
         (dy * np.cos(hdg_out) - dx * np.sin(hdg_out)).tolist(),
         np.cos(hdg[entry] - hdg_out).tolist(),
+        rule is Rule.LEFT_HAND,
     )
     arms = _Arms(parts, rule)
     rows: list[LaneRow] = []
@@ -132,6 +139,7 @@ class _DriversView:
     turn: list[float]
     offset: list[float]
     scale: list[float]
+    near_side_left: bool  # Whether traffic keeps to the left
 
 
 class _Arms:
@@ -206,6 +214,8 @@ def _as_lanes_see_it(
     lateral = tuple([view.offset[number] + view.scale[number] * lane.t for lane in into])
     stated = movements[number].stated
     pairs = None if stated is None else stated.between(entries[entry].specs, exits[exit_].specs)
+    if pairs is None and movements[number].u_turn:
+        pairs = (u_turn_lanes(lateral, entries[entry], exits[exit_], view.near_side_left),)
     return LaneMovement(entry, exit_, view.turn[number], lateral, pairs)
 
 

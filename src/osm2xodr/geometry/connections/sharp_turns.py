@@ -12,6 +12,7 @@ from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out
 from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.geometry.connections.turn_backs import swings_back
 from osm2xodr.geometry.defaults import (
     ARM_SETBACK_STEP,
     HALF_NARROW_LANE,
@@ -51,8 +52,8 @@ def set_back_arms(
     t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
     trim = layout.trim.copy()
     # Loops that turn back on their arm have their own room; bicycles need less than cars.
-    rows = _lack_room(connecting.plan_view) & (connecting.entry != connecting.exit) & connecting.for_vehicles()
-    rows = np.flatnonzero(rows)
+    lacking = _lack_room(connecting.plan_view) | swings_back(connecting.plan_view)
+    rows = np.flatnonzero(lacking & (connecting.entry != connecting.exit) & connecting.for_vehicles())
     for _ in range(_ARM_SETBACK_STEPS):
         arms = np.union1d(entry[rows], exit_[rows])
         arms = arms[trim[arms] + ARM_SETBACK_STEP <= layout.most[arms]]

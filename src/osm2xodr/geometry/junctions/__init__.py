@@ -8,6 +8,7 @@ from osm2xodr.geometry.junctions.places import street_places
 from osm2xodr.geometry.junctions.reference_line_shift import shift_lines_out_of_bends
 from osm2xodr.geometry.junctions.road_parts import RoadParts, cut_back_dead_ends, cut_roads, without_idle_junctions
 from osm2xodr.geometry.junctions.turnarounds import RoadOptions, add_turnarounds, draw_loops
+from osm2xodr.geometry.junctions.u_turns import choose_u_turns
 
 __all__ = [
     "JunctionLayout",
@@ -15,6 +16,7 @@ __all__ = [
     "RoadOptions",
     "RoadParts",
     "add_turnarounds",
+    "choose_u_turns",
     "cut_back_dead_ends",
     "cut_roads",
     "draw_loops",

@@ -17,6 +17,10 @@ JUNCTION_EXTENT: Final = 60.0
 # them. A choice.
 JUNCTION_EXTENT_SHORT: Final = 25.0
 
+# Where the lanes that a U-turn joins are closer than this, m, it is left out: they have no median between them, and a
+# car with a radius of 4 m would swing out by most of a lane on either side. A choice.
+U_TURN_ACROSS_MIN: Final = 3.5
+
 # ---------------------------------------------------------------- turnarounds
 
 # Diameter of a turning circle whose tags give none, m: a lorry of two axles collecting waste needs 16 m (RASt 06,

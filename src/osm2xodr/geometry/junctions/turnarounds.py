@@ -40,6 +40,7 @@ class RoadOptions:
 
     # Whether every dead end of a two-way street gets a loop, not only those at turning circles
     turnarounds: bool = False
+    u_turns: str = "law"  # Which U-turns between carriageways are kept, one of `conventions.U_TURNS`
 
 
 class _PlacedLoop(NamedTuple):

@@ -1,0 +1,169 @@
+"""Which U-turns are kept: from one carriageway of a road to the opposite one.
+
+OSM allows every U-turn that it does not forbid. Those are kept that a car can drive in one turn, and that the law of
+the country, or the user, does not leave out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import groupby
+from operator import attrgetter
+
+import numpy as np
+
+from osm2xodr.conventions import find_country, read_signs
+from osm2xodr.curves import wrapped
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.geometry.defaults import LEAST_TURN_BACK
+from osm2xodr.geometry.junctions import defaults
+from osm2xodr.geometry.junctions.clusters import JunctionLayout
+from osm2xodr.geometry.junctions.movements import Movement
+from osm2xodr.geometry.lanes import EndLane, end_lanes
+from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outward_pose
+from osm2xodr.model import BoolArray, IntArray, LaneType, Rule, StreetAttributes, StreetNetwork
+
+
+def choose_u_turns(
+    network: StreetNetwork,
+    fitted: FittedStreets,
+    ends: StreetEnds,
+    layout: JunctionLayout,
+    movements: list[Movement],
+    kept: str,
+    diagnostics: Diagnostics,
+) -> list[Movement]:
+    """Mark the movements that are U-turns between carriageways, and leave out some of them.
+
+    `kept` is one of `conventions.U_TURNS`. U-turns stay where nothing else leads on. `diagnostics` gets the others.
+    """
+    found = _between_carriageways(network, ends, layout, movements)
+    if not len(found):
+        return movements
+    ways_out: dict[int, int] = {}
+    for item in movements:
+        ways_out[item.entry] = ways_out.get(item.entry, 0) + 1
+    apart = _lanes_apart(fitted, ends, layout, [movements[k] for k in found.tolist()], network.rule)
+    unsaid = _unsaid(network, fitted, ends, layout, movements, found, kept)
+    out = list(movements)
+    dropped: set[int] = set()
+    for k, distance, is_left_out in zip(found.tolist(), apart, unsaid, strict=True):
+        item = movements[k]
+        out[k] = replace(item, u_turn=True)
+        if ways_out[item.entry] == 1 or (distance >= defaults.U_TURN_ACROSS_MIN and not is_left_out):
+            continue
+        dropped.add(k)
+        node = network.intersections[int(ends.node[item.entry])].osm_node_id
+        text = "the law or --u-turns forbids it" if is_left_out else f"its lanes are only {distance:.1f} m apart"
+        diagnostics.dropped("u-turn", f"node/{node}", f"a U-turn is left out: {text}")
+    return [item for k, item in enumerate(out) if k not in dropped]
+
+
+def _between_carriageways(
+    network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, movements: list[Movement]
+) -> IntArray:
+    """Return which movements lead from one carriageway to the opposite one, on the side of oncoming traffic."""
+    entry = np.array([item.entry for item in movements], np.int64)
+    exit_ = np.array([item.exit for item in movements], np.int64)
+    one_way = (ends.enters != ends.leaves) & ~ends.roundabout
+    x0, y0, h0 = outward_pose(ends, entry, layout.trim[entry])
+    x1, y1, h1 = outward_pose(ends, exit_, layout.trim[exit_])
+    back = np.abs(wrapped(h1 - h0 - np.pi)) >= LEAST_TURN_BACK
+    # Left of the outward direction is right of traffic that comes in.
+    left = (x1 - x0) * np.sin(h0) - (y1 - y0) * np.cos(h0)
+    oncoming = left < 0 if network.rule is Rule.LEFT_HAND else left > 0
+    some = np.flatnonzero(one_way[entry] & one_way[exit_] & back & oncoming & (entry != exit_))
+    pairs = zip(entry[some].tolist(), exit_[some].tolist(), strict=True)
+    return np.asarray(some[np.array([_one_road(network, ends, *pair) for pair in pairs], bool)])
+
+
+def _one_road(network: StreetNetwork, ends: StreetEnds, end: int, other: int) -> bool:
+    """Say whether two street ends belong to one road; those without a name that meet at a node may just fork."""
+    one, two = _attributes(network, end), _attributes(network, other)
+    named = bool(one.name or one.ref) or ends.node[end] != ends.node[other]
+    return named and _road(one) == _road(two)
+
+
+def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:
+    return network.streets[end // 2].pieces[-1 if end % 2 else 0][1]
+
+
+def _road(attributes: StreetAttributes) -> str:
+    return attributes.name or attributes.ref or attributes.highway
+
+
+def _lanes(fitted: FittedStreets, end: int, into: bool, rule: Rule) -> tuple[EndLane, ...]:
+    """Return the lanes of a street end into its junction, or out of it, from left to right."""
+    section = fitted.pieces[end // 2][-1 if end % 2 else 0][2]
+    return end_lanes(section, rule, into == (end % 2 == 1))
+
+
+def _lanes_apart(
+    fitted: FittedStreets, ends: StreetEnds, layout: JunctionLayout, u_turns: Sequence[Movement], rule: Rule
+) -> list[float]:
+    """Return how far the innermost lane of each U-turn's entry is from the farthest lane of its exit, m."""
+    entry = np.array([item.entry for item in u_turns], np.int64)
+    exit_ = np.array([item.exit for item in u_turns], np.int64)
+    x0, y0, h0 = outward_pose(ends, entry, layout.trim[entry])
+    x1, y1, h1 = outward_pose(ends, exit_, layout.trim[exit_])
+    axis = h0 + wrapped(h1 - h0) / 2
+    # Left of the outward direction. Oncoming traffic is on the right of it where traffic keeps to the right.
+    lines = (y1 - y0) * np.cos(axis) - (x1 - x0) * np.sin(axis)
+    side, inner = (1.0, -1) if rule is Rule.LEFT_HAND else (-1.0, 0)
+    out = []
+    for item, between in zip(u_turns, lines.tolist(), strict=True):
+        into = _lanes(fitted, item.entry, True, rule)
+        away = _lanes(fitted, item.exit, False, rule)
+        near = [_outward_t(lane, item.entry) for lane in into if _for_cars(lane, into)]
+        far = [_outward_t(lane, item.exit) for lane in away if _for_cars(lane, away)]
+        out.append(max((side * (between + t - near[inner]) for t in far), default=0.0) if near else 0.0)
+    return out
+
+
+def _outward_t(lane: EndLane, end: int) -> float:
+    """Return how far left of the outward direction of a street end a lane lies, m."""
+    return -lane.t if end % 2 else lane.t
+
+
+def _for_cars(lane: EndLane, lanes: Sequence[EndLane]) -> bool:
+    """Say whether a lane is for cars, as far as any is."""
+    return lane.spec.type is LaneType.DRIVING or all(item.spec.type is not LaneType.DRIVING for item in lanes)
+
+
+def _unsaid(
+    network: StreetNetwork,
+    fitted: FittedStreets,
+    ends: StreetEnds,
+    layout: JunctionLayout,
+    movements: list[Movement],
+    found: IntArray,
+    kept: str,
+) -> BoolArray:
+    """Say which U-turns the law or the user leaves out, (found,)."""
+    if kept == "all" or (kept == "law" and find_country(network.country).u_turns_at_signals):
+        return np.zeros(len(found), bool)
+    if kept == "none":
+        return np.ones(len(found), bool)
+    signs = read_signs(network) if kept == "law" else None
+    arms_used = {
+        junction: {end for item in group for end in (item.entry, item.exit)}
+        for junction, group in groupby(movements, key=attrgetter("junction"))
+    }
+    out = []
+    for item in (movements[k] for k in found.tolist()):
+        lanes = _lanes(fitted, item.entry, True, network.rule)
+        mapped = any("reverse" in lane.spec.turns for lane in lanes)
+        if signs is None:
+            # A crossing of the median that no other road leads to is there to turn back.
+            road = _road(_attributes(network, item.entry))
+            mapped |= all(
+                ends.enters[end] != ends.leaves[end] and _road(_attributes(network, end)) == road
+                for end in arms_used[item.junction]
+            ) and bool(item.inner)
+            out.append(not mapped)
+        else:
+            nodes = [network.intersections[node].osm_node_id for node in layout.nodes[item.junction]]
+            entries = [end for end in arms_used[item.junction] if ends.enters[end]]
+            out.append(not mapped and signs.signalled(nodes, sorted(entries)))
+    return np.array(out, bool)

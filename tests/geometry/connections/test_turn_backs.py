@@ -1,0 +1,64 @@
+"""Ways that turn back are one tight turn round the nose of the median."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from dual_carriageways import built, dual
+from road_measures import RoadMeasures, assert_sound, smallest_radius_of
+from street_cases import built_links
+
+from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
+from osm2xodr.model import RoadMap, Rule
+
+
+def turns_back(roads: RoadMap, entry: int = 2, exit_: int = 1) -> list[int]:
+    """Return the indices of the connecting roads from way 2 to way 1."""
+    ways = {road.id: road.osm_way_ids for road in roads.roads}
+    return [
+        k
+        for k, road in enumerate(roads.roads)
+        if road.junction is not None
+        and road.predecessor is not None
+        and road.successor is not None
+        and (ways[road.predecessor.id], ways[road.successor.id]) == ((entry,), (exit_,))
+    ]
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+@pytest.mark.parametrize(
+    ("apart", "radius", "swings"),
+    [
+        # Two swings, one swing, a half circle, two quarter circles.
+        (5.0, U_TURN_RADIUS, 2),
+        (7.0, U_TURN_RADIUS, 1),
+        (10.0, 0.96 * 5.0, 0),
+        (14.0, U_TURN_RADIUS_MAX, 0),
+    ],
+)
+def test_a_turn_back_is_as_wide_as_the_median_allows(apart: float, radius: float, swings: int, rule: Rule) -> None:
+    case = dual(apart, "lanes=1 width=3")
+    roads = built(case, rule, u_turns="all")
+    assert_sound(roads)
+    (k,) = turns_back(roads)
+    assert smallest_radius_of(roads.plan_view, k) == pytest.approx(radius, rel=1e-3)
+    rows = slice(roads.plan_view.start[k], roads.plan_view.start[k + 1])
+    turned = roads.plan_view.curvature[rows] * roads.plan_view.length[rows]
+    side = 1.0 if rule is Rule.RIGHT_HAND else -1.0
+    assert (side * turned < -1e-3).sum() == swings
+    assert turned.sum() == pytest.approx(side * math.pi, abs=1e-3)
+    assert RoadMeasures(roads).length(roads.roads[k]) < 40.0
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+def test_lanes_are_the_innermost_and_the_innermost_that_a_car_reaches(rule: Rule) -> None:
+    """The innermost lanes are 4 m apart; the third one of the way back is 10 m away."""
+    case = dual(7.0 + 6.0, "lanes=3 width=9")
+    nodes = {name: (x, math.copysign(6.5, y) if abs(y) < 10 else y) for name, (x, y) in case.nodes.items()}
+    roads = built(replace(case, nodes=nodes), rule, u_turns="all")
+    side = 1 if rule is Rule.RIGHT_HAND else -1
+    # Innermost lanes: 13 m between the lines, less 3 m to either side: 7 m; the next one is 10 m away.
+    assert [(one, to) for way, one, out, to in built_links(roads) if (way, out) == (2, 1)] == [(-side * 1, -side * 2)]
+    assert len(turns_back(roads)) == 1
