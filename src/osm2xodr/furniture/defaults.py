@@ -13,6 +13,17 @@ STOP_LINE_BEFORE_CROSSING: Final = 1.0
 # choice.
 STOP_NODE_REACH: Final = 20.0
 
+# Room that a car needs between a crossing and the line at which it stops, m: a design car of 4.74 m (RASt 06), and a
+# gap behind and before it.
+ROOM_FOR_CAR: Final = 8.0
+# A crossing with lights belongs to a junction if less is left between the two, m: they are mostly those of the
+# junction, whose signs reach as far; a choice.
+AT_JUNCTION_WITH_LIGHTS: Final = 20.0
+# Extent of stop and give-way lines along the road, m: RMS-1, Zeichen 294 (0.50 m) and 341; MUTCD 2009, 3B.16: 12 to
+# 24 in. Least distance of a line from a crossing where the road is too short for more, m; a choice.
+STOP_LINE_EXTENT: Final = 0.5
+STOP_LINE_SQUEEZED: Final = 0.2
+
 # Extent of crossings along the road, m: R-FGÜ 2001 wants zebra crossings of 4 m as a rule, of 3 m at least, RiLSA 4 m
 # with lights; not below 6 ft (MUTCD 2009, 3B.18).
 CROSSING_WIDTH: Final = 3.0

@@ -154,9 +154,9 @@ def people_heads(world: World, crossing: Crossing, along: bool) -> list[Signal]:
     """Make the two heads that people on a crossing see on its far sides.
 
     `along` is the direction of the traffic that the crossing's other lights stop: SUMO gives the heads for people to
-    the same end of the road.
+    the same end of the road. Connecting roads have one direction.
     """
-    road, s = crossing.road, crossing.s
+    road, s, along = crossing.road, crossing.s, along or crossing.junction >= 0
     # Sidewalks that begin elsewhere are lanes of width 0 here.
     wide = [lane for lane in world.lanes.at(road, s) if lane.left > lane.right]
     out = []

@@ -75,12 +75,13 @@ def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, pl
 
 def _towards(world: World, crossing: Crossing, junction: int) -> bool:
     """Return whether traffic along s comes over a crossing to a junction; at both ends the nearer one counts."""
-    road = world.lanes.road(crossing.road)
+    course, s = crossing.on_course
+    road = world.lanes.road(course)
     ahead, behind = (
         link is not None and link.to_junction and link.id == junction for link in (road.successor, road.predecessor)
     )
     if ahead and behind:
-        return crossing.s > 0.5 * world.lanes.length(crossing.road)
+        return s > 0.5 * world.lanes.length(course)
     return ahead
 
 
