@@ -130,7 +130,7 @@ def _clear_of_crossings(s: float, length: float, crossings: Sequence[Crossing], 
         return s
     behind = [item for item in crossings if (item.on_course[1] < s) == along]
     moved = before_crossings(stop, length, crossings, at_end=along)
-    if moved > length - defaults.STOP_LINE_EXTENT and behind:
+    if moved == stop and behind:
         nearest = min(abs(item.on_course[1] - s) - 0.5 * item.width for item in behind)
         ahead = max(defaults.ROOM_FOR_CAR + defaults.STOP_LINE_EXTENT - nearest, 0.0)
         moved = max(stop - ahead, 0.0)

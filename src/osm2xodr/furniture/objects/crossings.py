@@ -14,7 +14,7 @@ from osm2xodr.curves import pose
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.objects.junction_crossings import Course, JunctionPaths, Span, across_of
-from osm2xodr.furniture.world import Crossing, NodePlace, World, with_room_for_lines
+from osm2xodr.furniture.world import Crossing, NodePlace, World, car_lanes, with_room_for_line
 from osm2xodr.model import MappedCrossing
 
 # Crossings end at least this far before a road that leads nowhere, m; a choice.
@@ -87,6 +87,9 @@ def _placed(world: World, paths: JunctionPaths, mapped: MappedCrossing, way: _Wa
     usual = defaults.CROSSING_WIDTH_SIGNALS if mapped.lights else defaults.CROSSING_WIDTH
     width = usual if mapped.width is None else max(mapped.width, defaults.CROSSING_WIDTH_MIN)
     back = 0.0
+    if way is not None and (at := with_room_for_line(world, way.road, way.s, width)) != way.s:
+        placed = _on_arm(world, mapped, replace(way, s=at), width, back)
+        return replace(placed, moved=abs(at - way.s)) if isinstance(placed, _Placed) else placed
     if way is not None and (junction := _junction_beyond(world, way)) is not None:
         course, back = _course(world, paths, junction, mapped, way, width)
         span = paths.span(junction, course) if back < way.beyond(world) else None
@@ -119,7 +122,7 @@ def _on_arm(world: World, mapped: MappedCrossing, way: _Way, width: float, back:
     crossing = Crossing(
         way.road, at, width, left, right, osm_id, mapped.lights, marking=marking, island=mapped.island
     )
-    return _Placed(with_room_for_lines(world, _at_junction(world, crossing)), abs(at - way.s), mapped.width_tagged)
+    return _Placed(_at_junction(world, crossing), abs(at - way.s), mapped.width_tagged)
 
 
 def _in_junction(
@@ -196,14 +199,14 @@ def _candidates(world: World, place: NodePlace) -> list[tuple[int, float]]:
 
 
 def _at_junction(world: World, crossing: Crossing) -> Crossing:
-    """Mark at which junction a crossing lies: the nearer, if no car fits between."""
+    """Mark at which junction a crossing lies, if no car fits between: that to which traffic comes, else the nearer."""
     most = defaults.AT_JUNCTION_WITH_LIGHTS if crossing.signals else defaults.ROOM_FOR_CAR
     road, to_end = world.lanes.road(crossing.road), world.lanes.length(crossing.road) - crossing.s
-    ends = [
-        (distance, at_end)
-        for at_end, link, distance in ((False, road.predecessor, crossing.s), (True, road.successor, to_end))
-        if link is not None and link.to_junction and distance - 0.5 * crossing.width <= most
-    ]
+    ends = []
+    for at_end, link, distance in ((False, road.predecessor, crossing.s), (True, road.successor, to_end)):
+        if link is not None and link.to_junction and distance - 0.5 * crossing.width <= most:
+            comes = bool(car_lanes(world, crossing.road, crossing.s, along=at_end))
+            ends.append((distance + (0.0 if comes else defaults.ROOM_FOR_CAR), at_end))
     at_end = min(ends)[1] if ends else None
     return replace(crossing, at_start=at_end is False, at_end=at_end is True)
 

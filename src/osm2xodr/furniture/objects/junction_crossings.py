@@ -16,8 +16,10 @@ from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray
 
 # Distance of the samples of connecting roads, m; a choice.
 _SPACING: Final = 1.0
-# A path belongs to the traffic that a crossing leads over if it runs within 50 degrees of it, by their cosine; a choice.
-_ALONG_COSINE: Final = 0.64
+# A path belongs to the traffic that a crossing leads over if it runs within 35 degrees of it, and crosses that traffic
+# if it runs at more than 50 degrees to it, by their cosines; a crossing leads over traffic at such angles. Choices.
+_ALONG_COSINE: Final = 0.82
+_ACROSS_COSINE: Final = 0.64
 # Paths that turn by less run straight through a junction (34 degrees), by more back (150 degrees), rad; choices.
 _THROUGH_TURN: Final = 0.6
 _BACK_TURN: Final = 2.6
@@ -114,7 +116,7 @@ class JunctionPaths:
         if found is None or not len(found.s):
             return 0.0
         ahead, aside = _in_frame(found, course.x, course.y, course.hdg)
-        crossing = np.abs(np.cos(found.hdg - course.hdg)) < _ALONG_COSINE
+        crossing = np.abs(np.cos(found.hdg - course.hdg)) < _ACROSS_COSINE
         rows = crossing & (np.abs(found.turn) <= _THROUGH_TURN) & (np.abs(aside) <= half[1])
         crossed = ahead[rows]
         back = 0.0
@@ -180,7 +182,7 @@ def _in_frame(found: _Samples, x: float, y: float, hdg: float) -> tuple[FloatArr
 
 
 def _widest(ends: FloatArray) -> tuple[float, float, BoolArray]:
-    """Join intervals (n, 2), m, that touch; return the one nearest to 0, and which of the intervals are parts of it."""
+    """Join intervals (n, 2), m, that touch; return the one nearest to 0, and which intervals are parts of it."""
     order = np.argsort(ends[:, 0], kind="stable")
     reach = np.maximum.accumulate(ends[order, 1])
     begins = np.concatenate([[True], ends[order[1:], 0] > reach[:-1] + _GAP])
@@ -201,4 +203,4 @@ def across_of(hdg: float, heading: float | None) -> float:
     off = float(wrapped(np.array([heading - square]))[0])
     if abs(off) > 0.5 * np.pi:
         off -= np.copysign(np.pi, off)
-    return float(square + off) if abs(off) <= np.arccos(_ALONG_COSINE) else float(square)
+    return float(square + off) if abs(off) <= np.arccos(_ACROSS_COSINE) else float(square)

@@ -7,7 +7,7 @@ from osm2xodr.furniture.world.approaches import (
     car_lanes,
     crossings_on_course,
     find_approaches,
-    with_room_for_lines,
+    with_room_for_line,
 )
 from osm2xodr.furniture.world.lane_table import LaneAt, LaneTable, lane_ranges
 from osm2xodr.furniture.world.node_places import NodePlace, NodePlaces
@@ -47,5 +47,5 @@ __all__ = [
     "pieces_on_road",
     "points_beside",
     "way_at",
-    "with_room_for_lines",
+    "with_room_for_line",
 ]

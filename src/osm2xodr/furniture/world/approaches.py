@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from math import inf
 
 import numpy as np
 
@@ -119,20 +119,27 @@ def before_crossings(stop: float, length: float, crossings: Sequence[Crossing], 
             continue
         # On a short road the line lies at its beginning, but not on the crossing.
         least, most = far + defaults.STOP_LINE_SQUEEZED, length - defaults.STOP_LINE_EXTENT
-        stop = min(max(min(far + defaults.STOP_LINE_BEFORE_CROSSING, most), least), length)
+        if least <= length:
+            stop = max(stop, min(far + defaults.STOP_LINE_BEFORE_CROSSING, most), least)
     return stop
 
 
-def with_room_for_lines(world: World, crossing: Crossing) -> Crossing:
-    """Move a crossing on a short road towards its junction so far that a stop line fits before it."""
-    road, s, length = crossing.road, crossing.s, world.lanes.length(crossing.road)
-    along, against = (bool(car_lanes(world, road, s, way)) for way in (True, False))
-    if not (crossing.at_start or crossing.at_end) or not (along or against):
-        return crossing
-    to_end = crossing.at_end if along and against else along
-    room = 0.5 * crossing.width + defaults.STOP_LINE_SQUEEZED + defaults.STOP_LINE_EXTENT
-    moved = min(max(s, room), length) if to_end else max(min(s, length - room), 0.0)
-    return crossing if moved == s else replace(crossing, s=moved)
+def with_room_for_line(world: World, road: int, s: float, width: float) -> float:
+    """Return where a crossing goes that is mapped at s of a short road, m, so that traffic can stop before it.
+
+    s may lie beyond the road's ends; it stays where the crossing would have to be moved too far.
+    """
+    length = world.lanes.length(road)
+    at, half = min(max(s, 0.0), length), 0.5 * width
+    room = half + defaults.STOP_LINE_SQUEEZED + defaults.STOP_LINE_EXTENT
+    behind = defaults.ROOM_FOR_CAR + defaults.STOP_LINE_EXTENT + half
+    first = room if length - s < behind and car_lanes(world, road, at, along=True) else -inf
+    last = length - room if s < behind and car_lanes(world, road, at, along=False) else inf
+    moved = min(max(s, first), last)
+    if first > last or moved == s:
+        return s
+    moved = min(max(moved, 0.0), length)
+    return moved if abs(moved - s) <= defaults.CROSSING_REACH_FOR_LINE else s
 
 
 def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
