@@ -31,7 +31,7 @@ CROSSING_WIDTH_SIGNALS: Final = 4.0
 CROSSING_WIDTH_MIN: Final = 1.83
 # How far a crossing or bus stop in a junction may be moved to a road, m; a choice.
 CROSSING_REACH: Final = 15.0
-# How far a crossing on a short road may be moved so that a stop line fits before it, m; a choice, less than two lanes.
+# How far a crossing on a short road may be moved so that a stop line fits before it, m; a choice.
 CROSSING_REACH_FOR_LINE: Final = 3.5
 
 # How far from the edge of the carriageway a thing beside a road still belongs to the road, m; a choice.

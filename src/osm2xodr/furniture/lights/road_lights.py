@@ -15,7 +15,7 @@ _GROUP_REACH: Final = 25.0
 # Half of the extent of a crossing of which only the node is known, m; a choice.
 _HALF_CROSSING: Final = 2.0
 # Least distance of lights from the road's ends, m; a choice.
-_FROM_END: Final = 1.0
+_FROM_END: Final = 0.5
 # Half of the distance between the stop lines of both directions at a node that names no direction, and least distance
 # of lights from a cut of lane sections, m: readers that cut roads there can then tell them apart; a choice.
 _HALF_GAP: Final = 1.0

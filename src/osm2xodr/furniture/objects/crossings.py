@@ -87,9 +87,11 @@ def _placed(world: World, paths: JunctionPaths, mapped: MappedCrossing, way: _Wa
     usual = defaults.CROSSING_WIDTH_SIGNALS if mapped.lights else defaults.CROSSING_WIDTH
     width = usual if mapped.width is None else max(mapped.width, defaults.CROSSING_WIDTH_MIN)
     back = 0.0
-    if way is not None and (at := with_room_for_line(world, way.road, way.s, width)) != way.s:
-        placed = _on_arm(world, mapped, replace(way, s=at), width, back)
-        return replace(placed, moved=abs(at - way.s)) if isinstance(placed, _Placed) else placed
+    if way is not None:
+        at, own_width = with_room_for_line(world, way.road, way.s, width)
+        if at != way.s:
+            placed = _on_arm(world, mapped, replace(way, s=at), own_width, back)
+            return replace(placed, moved=abs(at - way.s)) if isinstance(placed, _Placed) else placed
     if way is not None and (junction := _junction_beyond(world, way)) is not None:
         course, back = _course(world, paths, junction, mapped, way, width)
         span = paths.span(junction, course) if back < way.beyond(world) else None
@@ -199,7 +201,7 @@ def _candidates(world: World, place: NodePlace) -> list[tuple[int, float]]:
 
 
 def _at_junction(world: World, crossing: Crossing) -> Crossing:
-    """Mark at which junction a crossing lies, if no car fits between: that to which traffic comes, else the nearer."""
+    """Mark the junction at which a crossing lies if no car fits between, rather one to which traffic comes."""
     most = defaults.AT_JUNCTION_WITH_LIGHTS if crossing.signals else defaults.ROOM_FOR_CAR
     road, to_end = world.lanes.road(crossing.road), world.lanes.length(crossing.road) - crossing.s
     ends = []
@@ -207,8 +209,8 @@ def _at_junction(world: World, crossing: Crossing) -> Crossing:
         if link is not None and link.to_junction and distance - 0.5 * crossing.width <= most:
             comes = bool(car_lanes(world, crossing.road, crossing.s, along=at_end))
             ends.append((distance + (0.0 if comes else defaults.ROOM_FOR_CAR), at_end))
-    at_end = min(ends)[1] if ends else None
-    return replace(crossing, at_start=at_end is False, at_end=at_end is True)
+    nearest = min(ends)[1] if ends else None
+    return replace(crossing, at_start=nearest is False, at_end=nearest is True)
 
 
 def _merged(world: World, found: list[_Placed]) -> list[_Placed]:

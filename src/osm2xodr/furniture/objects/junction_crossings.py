@@ -14,10 +14,10 @@ from osm2xodr.curves import lengths, places_along, pose, wrapped
 from osm2xodr.furniture.world import World
 from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray
 
-# Distance of the samples of connecting roads, m; a choice.
+# Distance of the samples of roads, m; a choice.
 _SPACING: Final = 1.0
-# A path belongs to the traffic that a crossing leads over if it runs within 35 degrees of it, and crosses that traffic
-# if it runs at more than 50 degrees to it, by their cosines; a crossing leads over traffic at such angles. Choices.
+# A path belongs to the traffic that a crossing leads over if it runs within 35 degrees of it, by their cosine, and
+# crosses that traffic if it runs at over 50 degrees to it; a crossing leads over traffic at such angles. Choices.
 _ALONG_COSINE: Final = 0.82
 _ACROSS_COSINE: Final = 0.64
 # Paths that turn by less run straight through a junction (34 degrees), by more back (150 degrees), rad; choices.
@@ -28,7 +28,9 @@ _FROM_CROSSED: Final = 2.0
 # Steps in which a crossing is moved off such lanes, m; a choice.
 _STEP: Final = 0.5
 # A gap between lanes that a crossing leads over like a lane, m: kerbs and medians on which nobody can wait; a choice.
-_GAP: Final = 0.6
+_GAP: Final = 1.5
+# How much of the arms of a junction belongs to it for crossings, m: they end at different distances; a choice.
+_OF_ARMS: Final = 12.0
 # How far from the lanes a node lies that is still one of a crossing of them, m; a choice.
 _BESIDE: Final = 2.5
 # Nodes of crossings that lie this near to a crossing's line, m, share it with that crossing; a choice.
@@ -60,7 +62,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Samples:
-    """Points along connecting roads, (n,), in the order of roads."""
+    """Points along the connecting roads and arms of a junction, (n,), road by road."""
 
     curve: IntArray
     s: FloatArray
@@ -68,6 +70,12 @@ class _Samples:
     y: FloatArray
     hdg: FloatArray
     turn: FloatArray  # Change of heading along the road, rad
+    on_arm: BoolArray  # Whether the road is an arm
+
+    def part(self, rows: slice) -> _Samples:
+        """Return some of the samples."""
+        places = self.curve[rows], self.s[rows], self.x[rows], self.y[rows], self.hdg[rows]
+        return _Samples(*places, self.turn[rows], self.on_arm[rows])
 
 
 class JunctionPaths:
@@ -76,31 +84,34 @@ class JunctionPaths:
     def __init__(self, world: World, junctions: Collection[int], nodes: FloatArray) -> None:
         """Take the ids of the junctions, and where the nodes of all crossings are, (n, 2), m."""
         self._world = world
-        self._junctions = sorted(junctions)
+        self._junctions = frozenset(junctions)
         self._nodes = nodes
 
     @cached_property
     def _of_junction(self) -> dict[int, _Samples]:
+        """Samples of all junctions by their id."""
         world, plan = self._world, self._world.road_map.plan_view
-        roads: dict[int, list[int]] = {}
-        for junction in world.road_map.junctions:
-            if junction.id in self._junctions:
-                own = {item.connecting_road for item in junction.connections}
-                roads[junction.id] = sorted(world.lanes.index(road) for road in own if self._has_cars(road))
-        curves = np.array([curve for rows in roads.values() for curve in rows], np.int64)
-        curve, s = places_along(plan, _SPACING, curves)
-        x, y, hdg = pose(plan, curve, s)
-        turn = np.zeros(len(plan.start) - 1)
-        turn[curves] = pose(plan, curves, lengths(plan)[curves])[2] - pose(plan, curves, np.zeros(len(curves)))[2]
-        out = {}
-        count = np.bincount(curve, minlength=len(turn))
-        first = 0
-        for junction_id, rows in roads.items():
-            last = first + int(count[rows].sum())
-            part = slice(first, last)
-            out[junction_id] = _Samples(curve[part], s[part], x[part], y[part], hdg[part], turn[curve[part]])
-            first = last
-        return out
+        length = lengths(plan)
+        curve, s, on_arm, count = [np.zeros(0, np.int64)], [np.zeros(0)], [np.zeros(0, np.bool_)], [0]
+        for junction in world.road_map.junctions if self._junctions else ():
+            if junction.id not in self._junctions:
+                continue
+            own = {item.connecting_road for item in junction.connections}
+            curves = np.array(sorted(world.lanes.index(road) for road in own if self._has_cars(road)), np.int64)
+            first = places_along(plan, _SPACING, curves)
+            arms = [(world.lanes.index(item.road), item.at_end) for item in world.nodes.arms.get(junction.id, ())]
+            ends = [_end(k, float(length[k]), at_end=at_end) for k, at_end in arms]
+            parts = [first, *ends]
+            curve += [part[0] for part in parts]
+            s += [part[1] for part in parts]
+            on_arm.append(np.arange(sum(len(part[0]) for part in parts)) >= len(first[0]))
+            count.append(count[-1] + len(on_arm[-1]))
+        every, at = np.concatenate(curve), np.concatenate(s)
+        x, y, hdg = pose(plan, every, at)
+        turn = pose(plan, every, length[every])[2] - pose(plan, every, np.zeros(len(every)))[2]
+        found = _Samples(every, at, x, y, hdg, turn, np.concatenate(on_arm))
+        used = (junction.id for junction in world.road_map.junctions if junction.id in self._junctions)
+        return {junction: found.part(slice(*ends)) for junction, ends in zip(used, pairwise(count), strict=True)}
 
     def _has_cars(self, road: int) -> bool:
         return any(lane.type in VEHICLE_LANES for lane in self._world.lanes.road(road).lane_sections[0].lanes)
@@ -117,7 +128,7 @@ class JunctionPaths:
             return 0.0
         ahead, aside = _in_frame(found, course.x, course.y, course.hdg)
         crossing = np.abs(np.cos(found.hdg - course.hdg)) < _ACROSS_COSINE
-        rows = crossing & (np.abs(found.turn) <= _THROUGH_TURN) & (np.abs(aside) <= half[1])
+        rows = crossing & ~found.on_arm & (np.abs(found.turn) <= _THROUGH_TURN) & (np.abs(aside) <= half[1])
         crossed = ahead[rows]
         back = 0.0
         while back <= most:
@@ -134,9 +145,11 @@ class JunctionPaths:
         ahead, aside = _in_frame(found, course.x, course.y, course.across - 0.5 * np.pi)
         # Where the reference lines of connecting roads cross the line
         meets = (found.curve[1:] == found.curve[:-1]) & ((ahead[1:] >= 0.0) != (ahead[:-1] >= 0.0))
-        meets &= (np.abs(np.cos(found.hdg[1:] - course.hdg)) >= _ALONG_COSINE) & (np.abs(found.turn[1:]) < _BACK_TURN)
+        meets &= (np.abs(np.cos(found.hdg[1:] - course.hdg)) >= _ALONG_COSINE) & (
+            (np.abs(found.turn[1:]) < _BACK_TURN) | found.on_arm[1:]
+        )
         row = np.flatnonzero(meets)
-        if not len(row):
+        if not len(row) or found.on_arm[row].all():
             return None
         share = ahead[row] / (ahead[row] - ahead[row + 1])
         s = found.s[row] + share * (found.s[row + 1] - found.s[row])
@@ -153,9 +166,11 @@ class JunctionPaths:
         if max(low, -high) > _BESIDE:
             return None
         low, high = self._cut_at_others(course, low, high)
-        # The straightest of the roads, the nearest of equals
-        key = np.lexsort((np.abs(along), np.abs(found.turn[row]).round(2), ~inside))
+        # The straightest of the connecting roads, the nearest of equals
+        key = np.lexsort((np.abs(along), np.abs(found.turn[row]).round(2), found.on_arm[row], ~inside))
         best = int(key[0])
+        if found.on_arm[row[best]]:
+            return None
         left, right = sorted(((high - along[best]) / per_t[best], (low - along[best]) / per_t[best]), reverse=True)
         skew = float(np.tan(course.across - 0.5 * np.pi - hdg[best]))
         return Span(roads[int(curve[best])].id, float(s[best]), float(left), float(right), -skew)
@@ -172,6 +187,12 @@ class JunctionPaths:
         if len(behind):
             high = min(high, 0.5 * float(behind.min()))
         return low, high
+
+
+def _end(curve: int, length: float, *, at_end: bool) -> tuple[IntArray, FloatArray]:
+    """Return the samples of a curve near its end (or start): the curve, and s, m."""
+    away = np.arange(0.0, min(_OF_ARMS, length), _SPACING)
+    return np.full(len(away), curve, np.int64), length - away if at_end else away
 
 
 def _in_frame(found: _Samples, x: float, y: float, hdg: float) -> tuple[FloatArray, FloatArray]:

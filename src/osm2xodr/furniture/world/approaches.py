@@ -124,22 +124,24 @@ def before_crossings(stop: float, length: float, crossings: Sequence[Crossing], 
     return stop
 
 
-def with_room_for_line(world: World, road: int, s: float, width: float) -> float:
-    """Return where a crossing goes that is mapped at s of a short road, m, so that traffic can stop before it.
+def with_room_for_line(world: World, road: int, s: float, width: float) -> tuple[float, float]:
+    """Return s and width, m, of a crossing mapped at s of a short road, so that traffic can stop before it.
 
-    s may lie beyond the road's ends; it stays where the crossing would have to be moved too far.
+    s may lie beyond the road's ends; both stay as they are where the crossing would have to be moved too far.
     """
     length = world.lanes.length(road)
-    at, half = min(max(s, 0.0), length), 0.5 * width
-    room = half + defaults.STOP_LINE_SQUEEZED + defaults.STOP_LINE_EXTENT
+    at, half, line = min(max(s, 0.0), length), 0.5 * width, defaults.STOP_LINE_SQUEEZED + defaults.STOP_LINE_EXTENT
     behind = defaults.ROOM_FOR_CAR + defaults.STOP_LINE_EXTENT + half
-    first = room if length - s < behind and car_lanes(world, road, at, along=True) else -inf
-    last = length - room if s < behind and car_lanes(world, road, at, along=False) else inf
+    first = half + line if length - s < behind and car_lanes(world, road, at, along=True) else -inf
+    last = length - half - line if s < behind and car_lanes(world, road, at, along=False) else inf
     moved = min(max(s, first), last)
     if first > last or moved == s:
-        return s
-    moved = min(max(moved, 0.0), length)
-    return moved if abs(moved - s) <= defaults.CROSSING_REACH_FOR_LINE else s
+        return s, width
+    if not 0.0 <= moved <= length:
+        # The crossing becomes narrower rather than that it loses its road.
+        moved = min(max(moved, 0.0), length)
+        width = max(min(width, 2.0 * (length - line)), min(width, defaults.CROSSING_WIDTH_MIN))
+    return (moved, width) if abs(moved - s) <= defaults.CROSSING_REACH_FOR_LINE else (s, 2.0 * half)
 
 
 def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:
