@@ -108,7 +108,7 @@ class JunctionPaths:
             count.append(count[-1] + len(on_arm[-1]))
         every, at = np.concatenate(curve), np.concatenate(s)
         x, y, hdg = pose(plan, every, at)
-        turn = pose(plan, every, length[every])[2] - pose(plan, every, np.zeros(len(every)))[2]
+        turn = wrapped(pose(plan, every, length[every])[2] - pose(plan, every, np.zeros(len(every)))[2])
         found = _Samples(every, at, x, y, hdg, turn, np.concatenate(on_arm))
         used = (junction.id for junction in world.road_map.junctions if junction.id in self._junctions)
         return {junction: found.part(slice(*ends)) for junction, ends in zip(used, pairwise(count), strict=True)}
@@ -154,7 +154,8 @@ class JunctionPaths:
         share = ahead[row] / (ahead[row] - ahead[row + 1])
         s = found.s[row] + share * (found.s[row + 1] - found.s[row])
         along = aside[row] + share * (aside[row + 1] - aside[row])
-        curve, hdg = found.curve[row], found.hdg[row] + share * (found.hdg[row + 1] - found.hdg[row])
+        hdg = found.hdg[row] + share * wrapped(found.hdg[row + 1] - found.hdg[row])
+        curve = found.curve[row]
         # Metres of the line for each metre of t of the roads
         per_t = 1.0 / np.cos(course.across - 0.5 * np.pi - hdg)
         roads = self._world.road_map.roads
