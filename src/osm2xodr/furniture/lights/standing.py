@@ -8,8 +8,7 @@ from typing import Final
 
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.lights.heads import FOR_PEOPLE
-from osm2xodr.furniture.world import World
-from osm2xodr.furniture.world.post_clearance import PostClearance
+from osm2xodr.furniture.world import PostClearance, World
 from osm2xodr.model import Controller, Signal
 
 # How far outwards a head may be moved to where no lane is, m, in the order of trials; choices.

@@ -10,8 +10,7 @@ from typing import Final
 from osm2xodr.conventions import NO_SUBTYPE, SignCode, sign_code
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world import World, car_lanes, lane_ranges
-from osm2xodr.furniture.world.post_clearance import PostClearance
+from osm2xodr.furniture.world import PostClearance, World, car_lanes, lane_ranges
 from osm2xodr.model import LaneType, Rule, Signal, SignFace
 
 # Signs for one direction that are nearer to each other share a post, m; a choice.

@@ -11,6 +11,7 @@ from osm2xodr.furniture.world.approaches import (
 )
 from osm2xodr.furniture.world.lane_table import LaneAt, LaneTable, lane_ranges
 from osm2xodr.furniture.world.node_places import NodePlace, NodePlaces
+from osm2xodr.furniture.world.post_clearance import PostClearance, curves_near
 from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
 from osm2xodr.furniture.world.world import (
     Approach,
@@ -33,6 +34,7 @@ __all__ = [
     "Movement",
     "NodePlace",
     "NodePlaces",
+    "PostClearance",
     "RoadsideFinder",
     "RoadsidePlaces",
     "Stop",
@@ -40,6 +42,7 @@ __all__ = [
     "before_crossings",
     "car_lanes",
     "crossings_on_course",
+    "curves_near",
     "find_approaches",
     "lane_ranges",
     "nearest_segment",
