@@ -71,11 +71,12 @@ class _Samples:
     hdg: FloatArray
     turn: FloatArray  # Change of heading along the road, rad
     on_arm: BoolArray  # Whether the road is an arm
+    through: BoolArray  # Whether it is a connecting road that leads straight on
 
     def part(self, rows: slice) -> _Samples:
         """Return some of the samples."""
         places = self.curve[rows], self.s[rows], self.x[rows], self.y[rows], self.hdg[rows]
-        return _Samples(*places, self.turn[rows], self.on_arm[rows])
+        return _Samples(*places, self.turn[rows], self.on_arm[rows], self.through[rows])
 
 
 class JunctionPaths:
@@ -109,7 +110,8 @@ class JunctionPaths:
         every, at = np.concatenate(curve), np.concatenate(s)
         x, y, hdg = pose(plan, every, at)
         turn = wrapped(pose(plan, every, length[every])[2] - pose(plan, every, np.zeros(len(every)))[2])
-        found = _Samples(every, at, x, y, hdg, turn, np.concatenate(on_arm))
+        arm = np.concatenate(on_arm)
+        found = _Samples(every, at, x, y, hdg, turn, arm, ~arm & (np.abs(turn) <= _THROUGH_TURN))
         used = (junction.id for junction in world.road_map.junctions if junction.id in self._junctions)
         return {junction: found.part(slice(*ends)) for junction, ends in zip(used, pairwise(count), strict=True)}
 
@@ -126,23 +128,21 @@ class JunctionPaths:
         found = self._of_junction.get(junction)
         if found is None or not len(found.s):
             return 0.0
-        ahead, aside = _in_frame(found, course.x, course.y, course.hdg)
-        crossing = np.abs(np.cos(found.hdg - course.hdg)) < _ACROSS_COSINE
-        rows = crossing & ~found.on_arm & (np.abs(found.turn) <= _THROUGH_TURN) & (np.abs(aside) <= half[1])
-        crossed = ahead[rows]
-        back = 0.0
-        while back <= most:
-            if not (np.abs(crossed + back) < half[0] + _FROM_CROSSED).any():
-                return back
-            back += _STEP
-        return None
+        rows = np.flatnonzero(found.through & (np.abs(np.cos(found.hdg - course.hdg)) < _ACROSS_COSINE))
+        if not len(rows):
+            return 0.0
+        ahead, aside = _in_frame(found, rows, course.x, course.y, course.hdg)
+        crossed = ahead[np.abs(aside) <= half[1]]
+        back = np.arange(0.0, most + _STEP, _STEP)
+        clear = np.flatnonzero((np.abs(crossed[:, None] + back) >= half[0] + _FROM_CROSSED).all(axis=0))
+        return float(back[clear[0]]) if len(clear) else None
 
     def span(self, junction: int, course: Course) -> Span | None:
         """Return the crossing on a line over the traffic of a junction; None where there are no lanes."""
         found = self._of_junction.get(junction)
         if found is None or len(found.s) < 2:
             return None
-        ahead, aside = _in_frame(found, course.x, course.y, course.across - 0.5 * np.pi)
+        ahead, aside = _in_frame(found, slice(None), course.x, course.y, course.across - 0.5 * np.pi)
         # Where the reference lines of connecting roads cross the line
         meets = (found.curve[1:] == found.curve[:-1]) & ((ahead[1:] >= 0.0) != (ahead[:-1] >= 0.0))
         meets &= (np.abs(np.cos(found.hdg[1:] - course.hdg)) >= _ALONG_COSINE) & (
@@ -196,10 +196,12 @@ def _end(curve: int, length: float, *, at_end: bool) -> tuple[IntArray, FloatArr
     return np.full(len(away), curve, np.int64), length - away if at_end else away
 
 
-def _in_frame(found: _Samples, x: float, y: float, hdg: float) -> tuple[FloatArray, FloatArray]:
-    """Return how far samples lie ahead and to the left of a place that looks in a direction, m."""
+def _in_frame(
+    found: _Samples, rows: IntArray | slice, x: float, y: float, hdg: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far some samples lie ahead and to the left of a place that looks in a direction, m."""
     cos, sin = np.cos(hdg), np.sin(hdg)
-    dx, dy = found.x - x, found.y - y
+    dx, dy = found.x[rows] - x, found.y[rows] - y
     return dx * cos + dy * sin, dy * cos - dx * sin
 
 

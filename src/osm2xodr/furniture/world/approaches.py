@@ -132,6 +132,9 @@ def with_room_for_line(world: World, road: int, s: float, width: float) -> tuple
     length = world.lanes.length(road)
     at, half, line = min(max(s, 0.0), length), 0.5 * width, defaults.STOP_LINE_SQUEEZED + defaults.STOP_LINE_EXTENT
     behind = defaults.ROOM_FOR_CAR + defaults.STOP_LINE_EXTENT + half
+    if min(s, length - s) >= half + line or length >= behind + half + line:
+        # There is room for lines on both sides, or for a car behind every crossing that leaves none for a line.
+        return s, width
     first = half + line if length - s < behind and car_lanes(world, road, at, along=True) else -inf
     last = length - half - line if s < behind and car_lanes(world, road, at, along=False) else inf
     moved = min(max(s, first), last)
