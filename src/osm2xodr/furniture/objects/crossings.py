@@ -47,8 +47,6 @@ class _Placed:
     crossing: Crossing
     moved: float  # How far it was moved along the road, m
     width_tagged: bool  # Whether OSM gives a width
-    own_arm: bool = True  # Whether its street is that of the road on whose course it lies
-    course: Course | None = None  # Where it leads over a junction
 
 
 def find_crossings(world: World) -> tuple[Crossing, ...]:
@@ -96,7 +94,7 @@ def _placed(world: World, paths: JunctionPaths, mapped: MappedCrossing, way: _Wa
         course, back = _course(world, paths, junction, mapped, way, width)
         span = paths.span(junction, course) if back < way.beyond(world) else None
         if span is not None and span.left - span.right >= _NARROWEST_CARRIAGEWAY:
-            return _in_junction(world, mapped, way, (course, span, back, width), junction)
+            return _in_junction(mapped, way, (span, back, width), junction)
     if way is None or way.beyond(world) > defaults.CROSSING_REACH:
         return f"it lies in a junction, more than {defaults.CROSSING_REACH:g} m from every road that it could cross"
     return _on_arm(world, mapped, way, width, back)
@@ -127,15 +125,9 @@ def _on_arm(world: World, mapped: MappedCrossing, way: _Way, width: float, back:
     return _Placed(_at_junction(world, crossing), abs(at - way.s), mapped.width_tagged)
 
 
-def _in_junction(
-    world: World,
-    mapped: MappedCrossing,
-    way: _Way,
-    found: tuple[Course, Span, float, float],
-    junction: int,
-) -> _Placed:
-    """Put a crossing on a connecting road, with what is known about it there: course, span, way back and width."""
-    course, span, back, width = found
+def _in_junction(mapped: MappedCrossing, way: _Way, found: tuple[Span, float, float], junction: int) -> _Placed:
+    """Put a crossing on a connecting road: on its span, so far back towards its arm, of a width, m."""
+    span, back, width = found
     at_end = way.s > 0.0
     crossing = Crossing(
         *(span.road, span.s, width, span.left, span.right, f"node/{mapped.node}", mapped.lights),
@@ -147,7 +139,7 @@ def _in_junction(
         junction=junction,
         arm=(way.road, way.s - back if at_end else way.s + back),
     )
-    return _Placed(crossing, back, mapped.width_tagged, way.place.road >= 0, course)
+    return _Placed(crossing, back, mapped.width_tagged)
 
 
 def _course(
@@ -214,20 +206,21 @@ def _at_junction(world: World, crossing: Crossing) -> Crossing:
 
 
 def _merged(world: World, found: list[_Placed]) -> list[_Placed]:
-    """Return the crossings on the course of one road in ascending s, overlapping ones merged."""
+    """Return the crossings on the course of one road in ascending s, those that overlap on the road itself merged."""
     out: list[_Placed] = []
     for item in sorted(found, key=lambda item: (item.crossing.on_course[1], item.crossing.osm_id)):
-        last = next((k for k in reversed(range(len(out))) if out[k].own_arm), -1) if item.own_arm else -1
-        if last >= 0 and _overlap_along(out[last].crossing, item.crossing):
-            out[last] = _one(world, out[last], item)
+        last = out[-1] if out else None
+        on_road = last is not None and last.crossing.junction < 0 and item.crossing.junction < 0
+        if last is not None and on_road and _overlap_along(last.crossing, item.crossing):
+            out[-1] = _one(world, last, item)
         else:
             out.append(item)
     return out
 
 
 def _overlap_along(one: Crossing, other: Crossing) -> bool:
-    """Return whether two crossings on the course of one road overlap along it."""
-    return abs(one.on_course[1] - other.on_course[1]) < 0.5 * (one.width + other.width)
+    """Return whether two crossings of one road overlap along it."""
+    return abs(one.s - other.s) < 0.5 * (one.width + other.width)
 
 
 def _one(world: World, one: _Placed, other: _Placed) -> _Placed:
@@ -239,12 +232,19 @@ def _one(world: World, one: _Placed, other: _Placed) -> _Placed:
 
 
 def _joined(world: World, found: list[_Placed]) -> list[_Placed]:
-    """Merge crossings in one junction that lie upon each other, whatever roads they are on the course of."""
+    """Merge crossings in or at one junction that lie upon each other, whatever roads they are on the course of."""
     out: list[_Placed] = []
     here: dict[int, list[int]] = defaultdict(list)
-    for item in found:
-        rows = here[item.crossing.junction] if item.course is not None else []
-        same = next((k for k in rows if _overlap(world, out[k], item)), None)
+    for item in sorted(found, key=lambda item: item.crossing.junction >= 0):
+        crossing, junction = item.crossing, item.crossing.junction
+        road = world.lanes.road(crossing.on_course[0])
+        link = road.successor if crossing.at_end else road.predecessor if crossing.at_start else None
+        if junction < 0 and link is not None and link.to_junction:
+            junction = link.id
+        rows = here[junction] if junction >= 0 else []
+        # On roads they have been compared.
+        inside = (k for k in rows if crossing.junction >= 0 and _overlap(world, out[k].crossing, crossing))
+        same = next(inside, None)
         if same is None:
             rows.append(len(out))
             out.append(item)
@@ -253,19 +253,16 @@ def _joined(world: World, found: list[_Placed]) -> list[_Placed]:
     return out
 
 
-def _overlap(world: World, one: _Placed, other: _Placed) -> bool:
-    """Return whether two crossings in a junction lie upon each other."""
-    assert one.course is not None
-    assert other.course is not None
-    if abs(sin(one.course.across - other.course.across)) > _ARM_SINE:
+def _overlap(world: World, one: Crossing, other: Crossing) -> bool:
+    """Return whether two crossings lie upon each other."""
+    ends = _ends(world, one), _ends(world, other)
+    axis, others_axis = ((left - right) / max(abs(left - right), 1e-9) for left, right in ends)
+    if abs((axis * others_axis.conjugate()).imag) > _ARM_SINE:
         return False
-    ends = [_ends(world, item.crossing) for item in (one, other)]
-    axis = complex(cos(one.course.across), sin(one.course.across))
     seen = [[(end - ends[0][0]) * axis.conjugate() for end in pair] for pair in ends]
     off = abs(sum(z.imag for z in seen[0]) - sum(z.imag for z in seen[1])) * 0.5
     (a, b), (c, d) = (sorted(z.real for z in pair) for pair in seen)
-    shared = min(b, d) - max(a, c)
-    return off < 0.5 * (one.crossing.width + other.crossing.width) and shared > _SHARED * min(b - a, d - c)
+    return off < 0.5 * (one.width + other.width) and min(b, d) - max(a, c) > _SHARED * min(b - a, d - c)
 
 
 def _ends(world: World, crossing: Crossing) -> tuple[complex, complex]:
