@@ -13,6 +13,17 @@ STOP_LINE_BEFORE_CROSSING: Final = 1.0
 # choice.
 STOP_NODE_REACH: Final = 20.0
 
+# Room that a car needs between a crossing and the line at which it stops, m: a design car of 4.74 m (RASt 06), and a
+# gap behind and before it.
+ROOM_FOR_CAR: Final = 8.0
+# A crossing with lights belongs to a junction if less is left between the two, m: they are mostly those of the
+# junction, whose signs reach as far; a choice.
+AT_JUNCTION_WITH_LIGHTS: Final = 20.0
+# Extent of stop and give-way lines along the road, m: RMS-1, Zeichen 294 (0.50 m) and 341; MUTCD 2009, 3B.16: 12 to
+# 24 in. Least distance of a line from a crossing where the road is too short for more, m; a choice.
+STOP_LINE_EXTENT: Final = 0.5
+STOP_LINE_SQUEEZED: Final = 0.2
+
 # Extent of crossings along the road, m: R-FGÜ 2001 wants zebra crossings of 4 m as a rule, of 3 m at least, RiLSA 4 m
 # with lights; not below 6 ft (MUTCD 2009, 3B.18).
 CROSSING_WIDTH: Final = 3.0
@@ -20,6 +31,8 @@ CROSSING_WIDTH_SIGNALS: Final = 4.0
 CROSSING_WIDTH_MIN: Final = 1.83
 # How far a crossing or bus stop in a junction may be moved to a road, m; a choice.
 CROSSING_REACH: Final = 15.0
+# How far a crossing on a short road may be moved so that a stop line fits before it, m; a choice.
+CROSSING_REACH_FOR_LINE: Final = 3.5
 
 # How far from the edge of the carriageway a thing beside a road still belongs to the road, m; a choice.
 OBJECT_REACH: Final = 10.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from junction_cases import CASES
 from light_cases import point, with_tags
-from object_cases import footway, has_corners, node_at, road_of_way, said, with_footways, world_of
+from object_cases import footway, has_corners, node_at, road_of_way, said, side, with_footways, world_of
 from street_cases import Case
 
 from osm2xodr.furniture.objects.crossings import find_crossings
@@ -20,11 +20,16 @@ EITHER = pytest.mark.parametrize("rule", list(Rule))
 STREET = {"w": (0.0, 0.0), "a": (50.0, 0.0), "b": (51.0, 0.0), "e": (100.0, 0.0)}
 ROAD = Case(STREET, {1: ("w a b e", "lanes=2 width=7")})
 X = CASES["x"].case
-# 12 m before the junction on every arm, and 2 m from its middle on one.
+# 12 m before the middle of the junction on both sides, and 7 m and 2 m from it on one.
 ARMS = Case(
-    {**X.nodes, "wi": (-12.0, 0.0), "near": (-2.0, 0.0), "ei": (12.0, 0.0)},
-    {1: ("w wi near o", ""), 2: ("o ei e", ""), 3: ("s o", ""), 4: ("o n", "")},
+    {**X.nodes, "wi": (-12.0, 0.0), "inner": (-7.0, 0.0), "near": (-2.0, 0.0), "ei": (12.0, 0.0)},
+    {1: ("w wi inner near o", ""), 2: ("o ei e", ""), 3: ("s o", ""), 4: ("o n", "")},
 )
+
+
+def number(name: str) -> int:
+    """Return the OSM id of a node of `ARMS`."""
+    return 1001 + list(ARMS.nodes).index(name)
 
 
 def found_at(world: World, crossing: Crossing) -> complex:
@@ -88,20 +93,37 @@ def test_a_way_that_crosses_makes_a_crossing_of_a_node_without_tags(rule: Rule) 
 
 
 @EITHER
-def test_a_crossing_in_a_junction_goes_to_its_arm(rule: Rule) -> None:
+def test_a_crossing_in_a_junction_lies_where_it_is_mapped(rule: Rule) -> None:
+    world = world_of(with_tags(ARMS, inner="highway=crossing"), rule)
+    (crossing,) = find_crossings(world)
+    road = world.lanes.road(crossing.road)
+    assert road.junction == crossing.junction
+    # The way through the junction on which its traffic drives straight on.
+    assert {road.predecessor.id, road.successor.id} == {road_of_way(world, 1), road_of_way(world, 2)}  # type: ignore[union-attr]
+    assert found_at(world, crossing).real == pytest.approx(node_at(world, number("inner")).real, abs=0.01)
+    assert crossing.on_course[0] == road_of_way(world, 1)
+    assert crossing.on_course[1] > world.lanes.length(road_of_way(world, 1))
+    assert crossing.at_end
+    assert "crossing-moved" not in said(world)
+    (item,) = crossing_objects(world, [crossing])
+    # From kerb to kerb over both directions, and not farther.
+    assert 6.0 <= item.width <= 8.0
+
+
+@EITHER
+def test_a_crossing_keeps_off_traffic_that_runs_straight_along_it(rule: Rule) -> None:
+    """The node lies 2 m from the middle of the junction, on the lanes of the street across."""
     world = world_of(with_tags(ARMS, near="highway=crossing"), rule)
     (crossing,) = find_crossings(world)
-    road = road_of_way(world, 1)
-    length = world.lanes.length(road)
-    assert crossing.road == road
-    assert crossing.at_end
-    assert not crossing.at_start
-    assert crossing.s + 0.5 * crossing.width == pytest.approx(length - 0.05)
-    near = 1001 + list(ARMS.nodes).index("near")
-    moved = abs(found_at(world, crossing) - node_at(world, near))
-    (message,) = said(world)["crossing-moved"]
-    assert message.startswith("the crossing lies in a junction and was moved onto the road, by ")
-    assert float(message.split()[-2]) == pytest.approx(moved, abs=0.06)
+    off = abs(found_at(world, crossing).real - node_at(world, number("o")).real)
+    # Half a carriageway of 6 m and half of the crossing, and no farther than needed.
+    assert 3.0 + 1.5 <= off <= 3.0 + 1.5 + 1.1
+    middle = world_of(with_tags(ARMS, o="highway=crossing"), rule)
+    (other,) = find_crossings(middle)
+    (message,) = said(middle)["crossing-moved"]
+    moved = abs(found_at(middle, other) - node_at(middle, number("o")))
+    assert 4.5 <= moved <= 5.6
+    assert float(message.split()[-2]) == pytest.approx(moved, abs=0.15)
 
 
 @EITHER
@@ -109,12 +131,26 @@ def test_a_way_shows_which_arm_is_crossed_at_a_junction_node(rule: Rule) -> None
     """Its middle node is the junction; it runs across the street from west to east."""
 
     def crossed(network: StreetNetwork) -> StreetNetwork:
-        node = next(k for k, name in enumerate(ARMS.nodes) if name == "o") + 1001
-        return with_footways(network, footway([(-9.0, 0.0), (0.0, 0.0), (9.0, 0.0)], [501, node, 502], rule))
+        return with_footways(network, footway([(-9.0, 0.0), (0.0, 0.0), (9.0, 0.0)], [501, number("o"), 502], rule))
 
     world = world_of(ARMS, rule, network=crossed)
     (crossing,) = find_crossings(world)
-    assert crossing.road in (road_of_way(world, 3), road_of_way(world, 4))
+    assert crossing.on_course[0] in (road_of_way(world, 3), road_of_way(world, 4))
+    off = abs(found_at(world, crossing).imag - node_at(world, number("o")).imag)
+    assert 4.5 <= off <= 5.6
+
+
+@EITHER
+def test_a_crosswalk_in_a_junction_runs_like_the_way_across(rule: Rule) -> None:
+    def crossed(network: StreetNetwork) -> StreetNetwork:
+        way = footway([(-10.0, -6.0), (-7.0, 0.0), (-4.0, 6.0)], [501, number("inner"), 502], rule)
+        return with_footways(network, way)
+
+    world = world_of(ARMS, rule, network=crossed)
+    (crossing,) = find_crossings(world)
+    assert crossing.junction >= 0
+    # 3 m on for 6 m aside, for traffic in either direction.
+    assert crossing.skew == pytest.approx(0.5 * side(rule), abs=0.01)
 
 
 @EITHER

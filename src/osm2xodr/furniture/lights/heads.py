@@ -19,7 +19,7 @@ from osm2xodr.furniture.world import Approach, Crossing, Movement, World, car_la
 from osm2xodr.model import VEHICLE_LANES, LaneType, Rule, Signal, SignalReference
 
 _FOR_CARS: Final = "1000001"
-_FOR_PEOPLE: Final = "1000002"
+FOR_PEOPLE: Final = "1000002"
 _LEFT, THROUGH, _RIGHT = "left", "through", "right"
 # Movements that turn by less go straight on, rad (34 degrees); a choice.
 _THROUGH_TURN: Final = 0.6
@@ -154,9 +154,9 @@ def people_heads(world: World, crossing: Crossing, along: bool) -> list[Signal]:
     """Make the two heads that people on a crossing see on its far sides.
 
     `along` is the direction of the traffic that the crossing's other lights stop: SUMO gives the heads for people to
-    the same end of the road.
+    the same end of the road. Connecting roads have one direction.
     """
-    road, s = crossing.road, crossing.s
+    road, s, along = crossing.road, crossing.s, along or crossing.junction >= 0
     # Sidewalks that begin elsewhere are lanes of width 0 here.
     wide = [lane for lane in world.lanes.at(road, s) if lane.left > lane.right]
     out = []
@@ -167,5 +167,5 @@ def people_heads(world: World, crossing: Crossing, along: bool) -> list[Signal]:
         # The head at the left end faces people who walk to the left.
         turned = replace(head, h_offset=0.5 * math.pi * side * (1.0 if along else -1.0))
         height = defaults.LIGHT_HEIGHT_PEOPLE
-        out.append(replace(turned, name="pedestrian light", type=_FOR_PEOPLE, height=height))
+        out.append(replace(turned, name="pedestrian light", type=FOR_PEOPLE, height=height))
     return out

@@ -63,8 +63,8 @@ def find_sites(world: World, approaches: Sequence[Approach], crossings: Sequence
     candidates = _not_at_junctions(world, lights, signs, {approaches[k].street_end for k in lit}, junctions, covered)
     named = {item.osm_id for item in candidates}
     others = (item for item in apart if item.osm_id not in named)
-    candidates += [Candidate(item.road, item.s, None, item.osm_id, True) for item in others]
-    found = place_on_roads(world, candidates, apart)
+    candidates += [Candidate(*item.on_course, None, item.osm_id, True) for item in others]
+    found = place_on_roads(world, candidates, apart, crossings)
     placed = {osm_id for item in found for osm_id in item.osm_ids}
     for osm_id in sorted({item.osm_id for item in candidates} - placed):
         _leave_out(world, osm_id, "no cars drive on the road there")
@@ -170,8 +170,9 @@ def _crossing_lit_traffic(
 
 def _junction_at(world: World, crossing: Crossing, junctions: frozenset[int]) -> int | None:
     """Return the id of the signalled junction on whose arm a crossing lies."""
-    road, to_end = world.lanes.road(crossing.road), world.lanes.length(crossing.road) - crossing.s
-    ends = ((road.predecessor, crossing.at_start, crossing.s), (road.successor, crossing.at_end, to_end))
+    course, s = crossing.on_course
+    road, to_end = world.lanes.road(course), world.lanes.length(course) - s
+    ends = ((road.predecessor, crossing.at_start, s), (road.successor, crossing.at_end, to_end))
     found = [
         (away, link.id)
         for link, there, away in ends

@@ -11,6 +11,7 @@ from osm2xodr.furniture.lights.heads import Head, approach_heads, lanes_at_stop,
 from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of
 from osm2xodr.furniture.lights.road_lights import RoadLight
+from osm2xodr.furniture.lights.standing import off_lanes, switching
 from osm2xodr.furniture.world import Approach, Crossing, Stop, World
 from osm2xodr.model import Controller, Sign, Signal, SignalReference
 
@@ -39,6 +40,8 @@ def place_lights(world: World, approaches: Sequence[Approach], crossings: Sequen
     _at_junctions(world, approaches, sites, placed)
     for light in sites.on_roads:
         _on_road(world, light, placed)
+    placed.signals = off_lanes(world, placed.signals)
+    placed.controllers = switching(placed.controllers, placed.signals)
     _report_joined(world, placed)
     return placed
 
@@ -75,12 +78,13 @@ def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, pl
 
 def _towards(world: World, crossing: Crossing, junction: int) -> bool:
     """Return whether traffic along s comes over a crossing to a junction; at both ends the nearer one counts."""
-    road = world.lanes.road(crossing.road)
+    course, s = crossing.on_course
+    road = world.lanes.road(course)
     ahead, behind = (
         link is not None and link.to_junction and link.id == junction for link in (road.successor, road.predecessor)
     )
     if ahead and behind:
-        return crossing.s > 0.5 * world.lanes.length(crossing.road)
+        return s > 0.5 * world.lanes.length(course)
     return ahead
 
 

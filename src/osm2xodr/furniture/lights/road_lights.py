@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import Final
 
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world import Crossing, World, car_lanes
+from osm2xodr.furniture.world import Crossing, World, before_crossings, car_lanes, crossings_on_course
 
 # Nodes with lights within this distance along the road are one installation, m; a choice.
 _GROUP_REACH: Final = 25.0
 # Half of the extent of a crossing of which only the node is known, m; a choice.
 _HALF_CROSSING: Final = 2.0
 # Least distance of lights from the road's ends, m; a choice.
-_FROM_END: Final = 1.0
+_FROM_END: Final = 0.5
 # Half of the distance between the stop lines of both directions at a node that names no direction, and least distance
 # of lights from a cut of lane sections, m: readers that cut roads there can then tell them apart; a choice.
 _HALF_GAP: Final = 1.0
@@ -47,32 +47,37 @@ class RoadLight:
 
         Lights for people count as those of the first stop's direction.
         """
+        at = [item for item in self.crossings if item.junction < 0]
         along, against = ([s for forward, s in self.stops if forward == way] for way in (True, False))
         if not along:
-            return min((against[0] - _HALF_GAP, *(item.s - 0.5 * item.width for item in self.crossings)))
+            return min((against[0] - _HALF_GAP, *(item.s - 0.5 * item.width for item in at)))
         behind = 0.5 * (max(along) + min(against)) if against else along[0] + _HALF_GAP
-        return max((behind, *along, *(item.s for item in self.crossings)))
+        return max((behind, *along, *(item.s for item in at)))
 
 
 def place_on_roads(
-    world: World, candidates: Sequence[Candidate], crossings: Sequence[Crossing]
+    world: World, candidates: Sequence[Candidate], crossings: Sequence[Crossing], every: Sequence[Crossing]
 ) -> tuple[RoadLight, ...]:
-    """Join nodes with lights that are near each other on a road, and crossings with lights, to installations."""
+    """Join nodes with lights that are near each other on a road, and crossings with lights, to installations.
+
+    `crossings` are those with lights apart from junctions, `every` all of the map.
+    """
     on_road: dict[int, list[Candidate]] = defaultdict(list)
     for item in candidates:
         on_road[item.road].append(item)
-    at_road: dict[int, list[Crossing]] = defaultdict(list)
-    for crossing in crossings:
-        at_road[crossing.road].append(crossing)
+    at_road = crossings_on_course(crossings)
+    all_at_road = crossings_on_course(every)
     out: list[RoadLight] = []
     for road, items in sorted(on_road.items()):
         named = {item.osm_id for item in items}
         for group in _groups(sorted(items, key=lambda item: (item.s, item.osm_id))):
             first, last = group[0].s - _GROUP_REACH, group[-1].s + _GROUP_REACH
             own = {item.osm_id for item in group}
-            near = (item for item in at_road.get(road, ()) if item.osm_id in own or first <= item.s <= last)
+            near = (
+                item for item in at_road.get(road, ()) if item.osm_id in own or first <= item.on_course[1] <= last
+            )
             there = tuple(item for item in near if item.osm_id in own or item.osm_id not in named)
-            stops = _stops(world, road, group, there)
+            stops = _stops(world, road, group, there, all_at_road.get(road, ()))
             if stops:
                 out.append(RoadLight(road, stops, tuple(dict.fromkeys(item.osm_id for item in group)), there))
     return tuple(out)
@@ -89,10 +94,11 @@ def _groups(candidates: Sequence[Candidate]) -> list[list[Candidate]]:
 
 
 def _stops(
-    world: World, road: int, group: Sequence[Candidate], crossings: Sequence[Crossing]
+    world: World, road: int, group: Sequence[Candidate], crossings: Sequence[Crossing], every: Sequence[Crossing]
 ) -> tuple[tuple[bool, float], ...]:
     """Return where traffic stops, for each direction that the lights are for.
 
+    They also stop before other crossings, of `every` on the road, where no car fits between those and the line.
     Traffic that comes out of a junction is not stopped inside it: a direction whose stop line would lie before the
     road's start or beyond its end has none. Where that leaves no direction, lights stand at the road's end.
     """
@@ -104,13 +110,31 @@ def _stops(
         at = [sign * item.s - _before(item, known) for item in group if item.along in (None, along)]
         if not at:
             continue
-        at += [sign * item.s - 0.5 * item.width - defaults.STOP_LINE_BEFORE_CROSSING for item in crossings]
-        s = sign * min(at)
+        before = defaults.STOP_LINE_BEFORE_CROSSING
+        at += [sign * item.on_course[1] - 0.5 * item.width - before for item in crossings]
+        s = _clear_of_crossings(sign * min(at), length, every, along=along)
         inside = min(max(s, margin), length - margin)
         if car_lanes(world, road, inside, along):
             wanted.append((along, inside, sign * (inside - s) > 0.0))
     kept = [item for item in wanted if not item[2]] or wanted
     return tuple((along, s) for along, s, _ in kept)
+
+
+def _clear_of_crossings(s: float, length: float, crossings: Sequence[Crossing], *, along: bool) -> float:
+    """Return where traffic that would stop at s of a road stops for its crossings, m.
+
+    Where there is no room before a crossing it stops so far behind it that a car fits between.
+    """
+    stop = length - s if along else s
+    if not 0.0 <= stop <= length:
+        return s
+    behind = [item for item in crossings if (item.on_course[1] < s) == along]
+    moved = before_crossings(stop, length, crossings, at_end=along)
+    if moved == stop and behind:
+        nearest = min(abs(item.on_course[1] - s) - 0.5 * item.width for item in behind)
+        ahead = max(defaults.ROOM_FOR_CAR + defaults.STOP_LINE_EXTENT - nearest, 0.0)
+        moved = max(stop - ahead, 0.0)
+    return length - moved if along else moved
 
 
 def _before(item: Candidate, known: Collection[str]) -> float:

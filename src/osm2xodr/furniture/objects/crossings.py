@@ -5,24 +5,39 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import cos, hypot, sin
+from math import cos, hypot, pi, sin
 from typing import Final
 
+import numpy as np
+
+from osm2xodr.curves import pose
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world import Crossing, NodePlace, World
+from osm2xodr.furniture.objects.junction_crossings import Course, JunctionPaths, Span, across_of
+from osm2xodr.furniture.world import Crossing, NodePlace, World, car_lanes, with_room_for_line
 from osm2xodr.model import MappedCrossing
 
-# Crossings end at least this far before a road does, m; a choice.
+# Crossings end at least this far before a road that leads nowhere, m; a choice.
 _FROM_END: Final = 0.05
 # A crossing in a junction may go to arms within 30 degrees, by their sine, of the street that it crosses; a choice.
 _ARM_SINE: Final = 0.5
-# A crossing belongs to a junction if less is left between the two, m: with lights, which are mostly those of the
-# junction, than the reach of its signs; without, than a car that waits between (RASt 06: 5 m). Choices.
-_AT_JUNCTION_WITH_LIGHTS: Final = 20.0
-_AT_JUNCTION: Final = 5.0
 # Nothing crosses narrower carriageways, m; a choice.
 _NARROWEST_CARRIAGEWAY: Final = 0.5
+# Crossings one behind the other that share more of the shorter are one; a choice.
+_SHARED: Final = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """A road on whose course a crossing lies."""
+
+    road: int  # Id
+    s: float  # m; beyond the road's ends in a junction
+    place: NodePlace
+
+    def beyond(self, world: World) -> float:
+        """How far beyond the road's ends it lies, m."""
+        return max(-self.s, self.s - world.lanes.length(self.road), 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,57 +52,134 @@ class _Placed:
 def find_crossings(world: World) -> tuple[Crossing, ...]:
     """Place the crossings of streets on roads, in the order of roads and s.
 
-    Crossings in a junction go to the arm that they cross, if it is near.
+    Crossings in a junction go to the straightest connecting road there; to the arm that they cross if there is none.
     """
     crossings = world.network.node_facts.crossings
-    found: dict[int, list[_Placed]] = defaultdict(list)
     on_streets = world.nodes.on_streets(mapped.node for mapped in crossings)
+    ways = {item.node: _nearest(world, item, here) for item in crossings if (here := on_streets.get(item.node))}
+    inside = {
+        junction
+        for way in ways.values()
+        if way is not None and (junction := _junction_beyond(world, way)) is not None
+    }
+    nodes = np.array([(here[0].x, here[0].y) for here in on_streets.values()]).reshape(-1, 2)
+    paths = JunctionPaths(world, inside, nodes)
+    found: dict[int, list[_Placed]] = defaultdict(list)
     for mapped in crossings:
-        here = on_streets.get(mapped.node)
-        if not here:
+        if mapped.node not in ways:
             continue
-        placed = _placed(world, mapped, here)
+        placed = _placed(world, paths, mapped, ways[mapped.node])
         if isinstance(placed, str):
             words = f"the crossing is left out: {placed}"
             world.diagnostics.dropped("crossing-left-out", f"node/{mapped.node}", words)
         else:
-            found[placed.crossing.road].append(placed)
-    out = [item for road in sorted(found) for item in _merged(world, found[road])]
+            found[placed.crossing.on_course[0]].append(placed)
+    out = _joined(world, [item for road in sorted(found) for item in _merged(world, found[road])])
     _report(world, out)
-    return tuple(item.crossing for item in out)
+    return tuple(sorted((item.crossing for item in out), key=lambda item: (item.road, item.s)))
 
 
-def _placed(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> _Placed | str:
+def _placed(world: World, paths: JunctionPaths, mapped: MappedCrossing, way: _Way | None) -> _Placed | str:
     """Put a crossing on a road, or return why it is on none."""
-    road, s = _nearest(world, mapped, here)
-    if road < 0:
-        return f"it lies in a junction, more than {defaults.CROSSING_REACH:g} m from every road that it could cross"
-    length = world.lanes.length(road)
     # As tagged, else usual
     usual = defaults.CROSSING_WIDTH_SIGNALS if mapped.lights else defaults.CROSSING_WIDTH
     width = usual if mapped.width is None else max(mapped.width, defaults.CROSSING_WIDTH_MIN)
-    width = min(width, length - 2 * _FROM_END)
-    if width < defaults.CROSSING_WIDTH_MIN:
-        return f"the road there, {length:.1f} m, is too short for it"
+    back = 0.0
+    if way is not None:
+        at, own_width = with_room_for_line(world, way.road, way.s, width)
+        if at != way.s:
+            placed = _on_arm(world, mapped, replace(way, s=at), own_width, back)
+            return replace(placed, moved=abs(at - way.s)) if isinstance(placed, _Placed) else placed
+    if way is not None and (junction := _junction_beyond(world, way)) is not None:
+        course, back = _course(world, paths, junction, mapped, way, width)
+        span = paths.span(junction, course) if back < way.beyond(world) else None
+        if span is not None and span.left - span.right >= _NARROWEST_CARRIAGEWAY:
+            return _in_junction(mapped, way, (span, back, width), junction)
+    if way is None or way.beyond(world) > defaults.CROSSING_REACH:
+        return f"it lies in a junction, more than {defaults.CROSSING_REACH:g} m from every road that it could cross"
+    return _on_arm(world, mapped, way, width, back)
+
+
+def _on_arm(world: World, mapped: MappedCrossing, way: _Way, width: float, back: float) -> _Placed | str:
+    """Put a crossing on a road outside junctions, or return why it cannot be."""
+    road, s, length = world.lanes.road(way.road), way.s, world.lanes.length(way.road)
     room = 0.5 * width + _FROM_END
-    at = min(max(s, room), length - room)
-    left, right = world.lanes.carriageway(road, at)
+    # Before a junction it may lie partly in it.
+    first, last = (
+        0.0 if link is not None and link.to_junction else min(room, 0.5 * length)
+        for link in (road.predecessor, road.successor)
+    )
+    if back < way.beyond(world):
+        # Nothing crosses the junction where it lies.
+        first = last = min(room, 0.5 * length)
+    else:
+        s += back if s < 0.0 else -back
+    at = min(max(s, first), length - last)
+    left, right = world.lanes.carriageway(way.road, at)
     if left - right < _NARROWEST_CARRIAGEWAY:
         return "the road there has no carriageway"
     osm_id, marking = f"node/{mapped.node}", mapped.marking
-    crossing = Crossing(road, at, width, left, right, osm_id, mapped.lights, marking=marking, island=mapped.island)
-    return _Placed(_at_junction(world, crossing), abs(at - s), mapped.width_tagged)
+    crossing = Crossing(
+        way.road, at, width, left, right, osm_id, mapped.lights, marking=marking, island=mapped.island
+    )
+    return _Placed(_at_junction(world, crossing), abs(at - way.s), mapped.width_tagged)
 
 
-def _nearest(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> tuple[int, float]:
-    """Return road and s of the place to which a crossing goes; -1 where there is none within reach."""
-    keys: list[tuple[float, float, int, float]] = []
+def _in_junction(mapped: MappedCrossing, way: _Way, found: tuple[Span, float, float], junction: int) -> _Placed:
+    """Put a crossing on a connecting road: on its span, so far back towards its arm, of a width, m."""
+    span, back, width = found
+    at_end = way.s > 0.0
+    crossing = Crossing(
+        *(span.road, span.s, width, span.left, span.right, f"node/{mapped.node}", mapped.lights),
+        at_start=not at_end,
+        at_end=at_end,
+        marking=mapped.marking,
+        island=mapped.island,
+        skew=span.skew,
+        junction=junction,
+        arm=(way.road, way.s - back if at_end else way.s + back),
+    )
+    return _Placed(crossing, back, mapped.width_tagged)
+
+
+def _course(
+    world: World, paths: JunctionPaths, junction: int, mapped: MappedCrossing, way: _Way, width: float
+) -> tuple[Course, float]:
+    """Return where a crossing leads over a junction, and how far it was moved back towards its arm for that, m."""
+    place = way.place
+    arms = world.nodes.arms.get(junction, ())
+    arm = next((item for item in arms if item.road == way.road and item.at_end == (way.s > 0.0)), None)
+    hdg = place.hdg
+    if arm is not None:
+        away = arm.hdg if arm.at_end else arm.hdg + pi
+        hdg = hdg if cos(hdg - away) > 0.0 else hdg + pi
+    course = Course(place.x, place.y, hdg, across_of(hdg, mapped.heading))
+    length = world.lanes.length(way.road)
+    left, right = world.lanes.carriageway(way.road, min(max(way.s, 0.0), length))
+    beyond = way.beyond(world)
+    back = paths.clear_of_through_traffic(junction, course, (0.5 * width, 0.5 * (left - right)), beyond)
+    if back is None:
+        back = beyond + 0.5 * width
+    return replace(course, x=place.x - back * cos(hdg), y=place.y - back * sin(hdg)), back
+
+
+def _junction_beyond(world: World, way: _Way) -> int | None:
+    """Return the id of the junction in which a place beyond a road's end lies; None for places on the road."""
+    road = world.lanes.road(way.road)
+    link = road.predecessor if way.s < 0.0 else road.successor if way.s > world.lanes.length(way.road) else None
+    return link.id if link is not None and link.to_junction else None
+
+
+def _nearest(world: World, mapped: MappedCrossing, here: Sequence[NodePlace]) -> _Way | None:
+    """Return the road on whose course a crossing lies; None where there is none."""
+    keys: list[tuple[float, float, int, float, NodePlace]] = []
     for place in here:
         # Where streets meet, the direction of the way that crosses shows which one it crosses.
         along = 0.0 if mapped.heading is None or len(here) == 1 else abs(cos(mapped.heading - place.hdg))
         for road, s in _candidates(world, place):
-            keys.append((along, max(-s, s - world.lanes.length(road), 0.0), road, s))
-    return min((key for key in keys if key[1] <= defaults.CROSSING_REACH), default=(0.0, 0.0, -1, 0.0))[2:]
+            keys.append((along, max(-s, s - world.lanes.length(road), 0.0), road, s, place))
+    best = min(keys, key=lambda key: key[:4], default=None)
+    return None if best is None else _Way(best[2], best[3], best[4])
 
 
 def _candidates(world: World, place: NodePlace) -> list[tuple[int, float]]:
@@ -101,39 +193,92 @@ def _candidates(world: World, place: NodePlace) -> list[tuple[int, float]]:
 
 
 def _at_junction(world: World, crossing: Crossing) -> Crossing:
-    """Mark at which junction a crossing lies: the nearer, if no car fits between."""
-    most = _AT_JUNCTION_WITH_LIGHTS if crossing.signals else _AT_JUNCTION
+    """Mark the junction at which a crossing lies if no car fits between, rather one to which traffic comes."""
+    most = defaults.AT_JUNCTION_WITH_LIGHTS if crossing.signals else defaults.ROOM_FOR_CAR
     road, to_end = world.lanes.road(crossing.road), world.lanes.length(crossing.road) - crossing.s
-    ends = [
-        (distance, at_end)
-        for at_end, link, distance in ((False, road.predecessor, crossing.s), (True, road.successor, to_end))
-        if link is not None and link.to_junction and distance - 0.5 * crossing.width <= most
-    ]
-    at_end = min(ends)[1] if ends else None
-    return replace(crossing, at_start=at_end is False, at_end=at_end is True)
+    ends = []
+    for at_end, link, distance in ((False, road.predecessor, crossing.s), (True, road.successor, to_end)):
+        if link is not None and link.to_junction and distance - 0.5 * crossing.width <= most:
+            comes = bool(car_lanes(world, crossing.road, crossing.s, along=at_end))
+            ends.append((distance + (0.0 if comes else defaults.ROOM_FOR_CAR), at_end))
+    nearest = min(ends)[1] if ends else None
+    return replace(crossing, at_start=nearest is False, at_end=nearest is True)
 
 
 def _merged(world: World, found: list[_Placed]) -> list[_Placed]:
-    """Return the crossings of one road in ascending s, overlapping ones merged."""
+    """Return the crossings on the course of one road in ascending s, those that overlap on the road itself merged."""
     out: list[_Placed] = []
-    for item in sorted(found, key=lambda item: (item.crossing.s, item.crossing.osm_id)):
+    for item in sorted(found, key=lambda item: (item.crossing.on_course[1], item.crossing.osm_id)):
         last = out[-1] if out else None
-        if last is None or item.crossing.s - last.crossing.s >= 0.5 * (item.crossing.width + last.crossing.width):
+        on_road = last is not None and last.crossing.junction < 0 and item.crossing.junction < 0
+        if last is not None and on_road and _overlap_along(last.crossing, item.crossing):
+            out[-1] = _one(world, last, item)
+        else:
             out.append(item)
-            continue
-        # The one with lights is kept, else the one that was moved less.
-        kept, gone = sorted((last, item), key=lambda item: (not item.crossing.signals, item.moved))
-        words = f"the crossing overlaps that of {kept.crossing.osm_id}: both become one"
-        world.diagnostics.note("crossing-merged", gone.crossing.osm_id, words)
-        out[-1] = replace(kept, crossing=replace(kept.crossing, island=last.crossing.island or item.crossing.island))
     return out
+
+
+def _overlap_along(one: Crossing, other: Crossing) -> bool:
+    """Return whether two crossings of one road overlap along it."""
+    return abs(one.s - other.s) < 0.5 * (one.width + other.width)
+
+
+def _one(world: World, one: _Placed, other: _Placed) -> _Placed:
+    """Merge two crossings: the one with lights is kept, else the one that was moved less."""
+    kept, gone = sorted((one, other), key=lambda item: (not item.crossing.signals, item.moved))
+    words = f"the crossing overlaps that of {kept.crossing.osm_id}: both become one"
+    world.diagnostics.note("crossing-merged", gone.crossing.osm_id, words)
+    return replace(kept, crossing=replace(kept.crossing, island=one.crossing.island or other.crossing.island))
+
+
+def _joined(world: World, found: list[_Placed]) -> list[_Placed]:
+    """Merge crossings in or at one junction that lie upon each other, whatever roads they are on the course of."""
+    out: list[_Placed] = []
+    here: dict[int, list[int]] = defaultdict(list)
+    for item in sorted(found, key=lambda item: item.crossing.junction >= 0):
+        crossing, junction = item.crossing, item.crossing.junction
+        road = world.lanes.road(crossing.on_course[0])
+        link = road.successor if crossing.at_end else road.predecessor if crossing.at_start else None
+        if junction < 0 and link is not None and link.to_junction:
+            junction = link.id
+        rows = here[junction] if junction >= 0 else []
+        # On roads they have been compared.
+        inside = (k for k in rows if crossing.junction >= 0 and _overlap(world, out[k].crossing, crossing))
+        same = next(inside, None)
+        if same is None:
+            rows.append(len(out))
+            out.append(item)
+        else:
+            out[same] = _one(world, out[same], item)
+    return out
+
+
+def _overlap(world: World, one: Crossing, other: Crossing) -> bool:
+    """Return whether two crossings lie upon each other."""
+    ends = _ends(world, one), _ends(world, other)
+    axis, others_axis = ((left - right) / max(abs(left - right), 1e-9) for left, right in ends)
+    if abs((axis * others_axis.conjugate()).imag) > _ARM_SINE:
+        return False
+    seen = [[(end - ends[0][0]) * axis.conjugate() for end in pair] for pair in ends]
+    off = abs(sum(z.imag for z in seen[0]) - sum(z.imag for z in seen[1])) * 0.5
+    (a, b), (c, d) = (sorted(z.real for z in pair) for pair in seen)
+    return off < 0.5 * (one.width + other.width) and min(b, d) - max(a, c) > _SHARED * min(b - a, d - c)
+
+
+def _ends(world: World, crossing: Crossing) -> tuple[complex, complex]:
+    """Return the ends of a crossing's middle line, x + iy, m."""
+    curve = np.array([world.lanes.index(crossing.road)])
+    (x,), (y,), (hdg,) = pose(world.road_map.plan_view, curve, np.array([crossing.s]))
+    along, middle = complex(cos(hdg), sin(hdg)), 0.5 * (crossing.left + crossing.right)
+    left, right = (complex(crossing.skew * (t - middle), t) for t in (crossing.left, crossing.right))
+    return complex(x, y) + along * left, complex(x, y) + along * right
 
 
 def _report(world: World, placed: Sequence[_Placed]) -> None:
     """Report what was moved and what was guessed."""
     for item in placed:
         if item.moved > defaults.CROSSING_WIDTH:
-            words = f"the crossing lies in a junction and was moved onto the road, by {item.moved:.1f} m"
+            words = f"the crossing lies in a junction and was moved towards the road, by {item.moved:.1f} m"
             world.diagnostics.repaired("crossing-moved", item.crossing.osm_id, words)
     usual, with_lights = defaults.CROSSING_WIDTH, defaults.CROSSING_WIDTH_SIGNALS
     finding = f"without a width: {with_lights:g} m assumed with lights, {usual:g} m otherwise"

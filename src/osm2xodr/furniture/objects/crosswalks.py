@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import hypot
 from typing import Final
 
 from osm2xodr.furniture.world import Crossing, LaneAt, World, outline
@@ -30,6 +31,10 @@ def crossing_objects(world: World, crossings: Sequence[Crossing]) -> list[RoadOb
 def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
     if not crossing.island:
         return [_crosswalk(world, crossing, None, None)]
+    if crossing.junction >= 0:
+        words = "the island of the crossing is left out: it lies in a junction"
+        world.diagnostics.note("crossing-island", crossing.osm_id, words)
+        return [_crosswalk(world, crossing, None, None)]
     edges = island_edges(world, crossing.road, crossing.s)
     if edges is None:
         words = "the island of the crossing is left out: all lanes run the same way and do not show where it lies"
@@ -49,19 +54,34 @@ def _objects(world: World, crossing: Crossing) -> list[RoadObject]:
 def _crosswalk(world: World, crossing: Crossing, left: float | None, right: float | None) -> RoadObject:
     """Make one crosswalk, up to t = left and right or the carriageway's edges, m."""
     road, s, width = crossing.road, crossing.s, crossing.width
-    begin, end = s - 0.5 * width, s + 0.5 * width
-    at_begin, at_end = (
-        (edges[0] if left is None else left, edges[1] if right is None else right)
-        for edges in (world.lanes.carriageway(road, begin), world.lanes.carriageway(road, end))
-    )
     outer = crossing.left if left is None else left, crossing.right if right is None else right
     t = 0.5 * (outer[0] + outer[1])
     kind = crossing.marking.partition(":")[0].partition(";")[0]
     name = f"{'marked' if kind == 'yes' else kind} crossing"
-    corners = ((begin, at_begin[1]), (end, at_end[1]), (end, at_end[0]), (begin, at_begin[0]))
     words = ("crosswalk", _SUBTYPES.get(crossing.marking, kind), name)
     found = world.object_at(road, words, s, t, crossing.osm_id)
-    return replace(found, length=width, width=outer[0] - outer[1], outline=outline(world, road, s, t, corners))
+    if crossing.junction >= 0:
+        corners = _slanting(crossing)
+    else:
+        ends = s - 0.5 * width, s + 0.5 * width
+        (begin, end), length = ends, world.lanes.length(road)
+        # Before a junction it may lie partly in it, and is as wide there as where the road ends.
+        at_begin, at_end = (
+            (edges[0] if left is None else left, edges[1] if right is None else right)
+            for edges in (world.lanes.carriageway(road, min(max(at, 0.0), length)) for at in ends)
+        )
+        around = ((begin, at_begin[1]), (end, at_end[1]), (end, at_end[0]), (begin, at_begin[0]))
+        corners = outline(world, road, s, t, around)
+    return replace(found, length=width, width=outer[0] - outer[1], outline=corners)
+
+
+def _slanting(crossing: Crossing) -> tuple[tuple[float, float, float, float], ...]:
+    """Return the corners of a crosswalk that leads straight over connecting roads, in its own frame, as `outline`."""
+    reach, half = 0.5 * (crossing.left - crossing.right), 0.5 * crossing.width * hypot(1.0, crossing.skew)
+    return tuple(
+        (crossing.skew * v + along, v, 0.0, 0.0)
+        for v, along in ((-reach, -half), (-reach, half), (reach, half), (reach, -half))
+    )
 
 
 def island_edges(world: World, road: int, s: float) -> tuple[float, float] | None:

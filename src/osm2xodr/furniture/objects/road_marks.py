@@ -13,8 +13,6 @@ from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world import Approach, LaneAt, Stop, World, lane_ranges, pieces_on_road
 from osm2xodr.model import Direction, LaneSpec, RoadObject, Rule, StreetAttributes
 
-# Extent along the road, m: RMS-1, Zeichen 294 (0.50 m) and 341; MUTCD 2009, 3B.16: 12 to 24 in.
-_EXTENT: Final = 0.5
 # Lines on the same lanes that are nearer to each other are one, m; a choice.
 _APART: Final = 2.0
 # Subtype and name of lines by the kind of stop, the strictest first.
@@ -33,7 +31,7 @@ def stop_lines(world: World, stops: Sequence[Stop]) -> list[RoadObject]:
     out: list[RoadObject] = []
     for stop in _distinct(stops):
         length = world.lanes.length(stop.road)
-        extent = min(_EXTENT, length)
+        extent = min(defaults.STOP_LINE_EXTENT, length)
         # The line lies on the side from which traffic comes.
         begin = stop.s - extent if stop.orientation == "+" else stop.s
         begin = min(max(begin, 0.0), length - extent)

@@ -10,14 +10,13 @@ from typing import Final
 from osm2xodr.conventions import NO_SUBTYPE, SignCode, sign_code
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.signs.post_clearance import PostClearance
-from osm2xodr.furniture.world import World, car_lanes, lane_ranges
+from osm2xodr.furniture.world import PostClearance, World, car_lanes, lane_ranges
 from osm2xodr.model import LaneType, Rule, Signal, SignFace
 
 # Signs for one direction that are nearer to each other share a post, m; a choice.
 _SHARED_POST: Final = 4.0
-# How far back a sign may go that would stand on the lanes of another road, m, in the order of trials; choices.
-_STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0)
+# How far back, or on, a sign goes that would stand on the lanes of another road, m, in the order of trials; choices.
+_STEPS_BACK: Final = (3.0, 6.0, 10.0, 15.0, -3.0, -6.0, -10.0, -15.0)
 
 # Shapes of the Vienna Convention on Road Signs; all others are round.
 _SHAPES: Final = {
@@ -154,7 +153,7 @@ def _places(world: World, posts: Sequence[Post]) -> list[tuple[float, float]]:
 
 
 def _elsewhere(world: World, others: PostClearance, post: Post) -> tuple[float, float]:
-    """Return another place (s, t) for a post whose usual one is not free: nearer to the road, or farther back."""
+    """Return another place (s, t) for a post whose usual one is not free: nearer to the road, farther back, or on."""
     length = world.lanes.length(post.road)
     back = -1.0 if post.along else 1.0
     tried = [(post.s, defaults.SIGN_CLEARANCE_LEAST)]

@@ -14,8 +14,7 @@ import numpy as np
 from osm2xodr.curves import CurveFinder, pose
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.directions import LimitsAround, faced_along, seen_heading
-from osm2xodr.furniture.signs.post_clearance import curves_near
-from osm2xodr.furniture.world import World, way_at
+from osm2xodr.furniture.world import World, curves_near, way_at
 from osm2xodr.model import Facing, RoadsideThing, Rule, SignPost, StreetAttributes, Structure
 
 # How far beside its road a sign may be mapped, m; a choice: MUTCD 2A.19 has overhead ones 12 ft and more beside.

@@ -14,7 +14,16 @@ from osm2xodr.furniture import defaults
 from osm2xodr.furniture.signs.directions import cars_at_end
 from osm2xodr.furniture.signs.posts import Post
 from osm2xodr.furniture.signs.sign_roads import Spot
-from osm2xodr.furniture.world import Approach, Crossing, NodePlace, Stop, World, car_lanes
+from osm2xodr.furniture.world import (
+    Approach,
+    Crossing,
+    NodePlace,
+    Stop,
+    World,
+    before_crossings,
+    car_lanes,
+    crossings_on_course,
+)
 from osm2xodr.model import Intersection, NodeControl, Sign, SignFace
 
 KINDS: Final = (Sign.STOP.value, Sign.GIVE_WAY.value)
@@ -39,6 +48,7 @@ class YieldSigns:
     def __init__(self, world: World, approaches: Sequence[Approach], crossings: Sequence[Crossing] = ()) -> None:
         self._world = world
         self._crossings = crossings
+        self._on_course = crossings_on_course(crossings)
         self._by_end = {item.street_end: item for item in approaches}
         self._at = {(item.road, item.at_end): item for item in approaches}
         self._found: dict[tuple[int, bool, float | None], YieldSign] = {}
@@ -86,7 +96,9 @@ class YieldSigns:
         if approach is not None and (length - s if along else s) <= SIGN_REACH:
             return YieldSign(kind, road, approach.stop_s, along, osm_id, approach)
         margin = min(0.5 * length, defaults.STOP_LINE_SETBACK)
-        return YieldSign(kind, road, min(max(s, margin), length - margin), along, osm_id)
+        at = min(max(s, margin), length - margin)
+        stop = before_crossings(length - at if along else at, length, self._on_course.get(road, ()), at_end=along)
+        return YieldSign(kind, road, length - stop if along else stop, along, osm_id)
 
     def ahead(self, spot: Spot, along: bool) -> float | None:
         """Return the distance from a sign beside a road to the junction, crossing or railway ahead of it, m.
@@ -105,7 +117,8 @@ class YieldSigns:
         """Where people and railways cross roads: s by road, m."""
         out: dict[int, list[float]] = defaultdict(list)
         for crossing in self._crossings:
-            out[crossing.road].append(crossing.s)
+            road, s = crossing.on_course
+            out[road].append(s)
         places, tracks = self._world.places, self._world.network.node_facts.track_crossings
         for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
             if road >= 0 and node in tracks:

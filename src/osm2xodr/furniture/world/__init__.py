@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from osm2xodr.furniture.world.approaches import car_lanes, find_approaches
+from osm2xodr.furniture.world.approaches import (
+    before_crossings,
+    car_lanes,
+    crossings_on_course,
+    find_approaches,
+    with_room_for_line,
+)
 from osm2xodr.furniture.world.lane_table import LaneAt, LaneTable, lane_ranges
 from osm2xodr.furniture.world.node_places import NodePlace, NodePlaces
+from osm2xodr.furniture.world.post_clearance import PostClearance, curves_near
 from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
 from osm2xodr.furniture.world.world import (
     Approach,
@@ -27,11 +34,15 @@ __all__ = [
     "Movement",
     "NodePlace",
     "NodePlaces",
+    "PostClearance",
     "RoadsideFinder",
     "RoadsidePlaces",
     "Stop",
     "World",
+    "before_crossings",
     "car_lanes",
+    "crossings_on_course",
+    "curves_near",
     "find_approaches",
     "lane_ranges",
     "nearest_segment",
@@ -39,4 +50,5 @@ __all__ = [
     "pieces_on_road",
     "points_beside",
     "way_at",
+    "with_room_for_line",
 ]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from math import inf
 
 import numpy as np
 
+from osm2xodr.conventions import meant_ends
 from osm2xodr.curves import lengths, pose, wrapped
 from osm2xodr.furniture import defaults
 from osm2xodr.furniture.world.world import Approach, Crossing, Movement, World
@@ -16,13 +18,9 @@ from osm2xodr.model import VEHICLE_LANES, LaneType
 def find_approaches(world: World, crossings: Sequence[Crossing]) -> tuple[Approach, ...]:
     """Find all road ends at which cars come to a junction, in the order of junctions and roads.
 
-    Traffic stops before the crossings at the junction.
+    Traffic stops before the crossings at the junction, see `before_crossings`.
     """
-    at_ends: dict[tuple[int, bool], list[Crossing]] = defaultdict(list)
-    for crossing in crossings:
-        for at_end, there in ((False, crossing.at_start), (True, crossing.at_end)):
-            if there:
-                at_ends[crossing.road, at_end].append(crossing)
+    on_course = crossings_on_course(crossings)
     nodes = _control_nodes(world)
     street_end = {}
     for end, road in enumerate(world.places.end_road.tolist()):
@@ -33,7 +31,7 @@ def find_approaches(world: World, crossings: Sequence[Crossing]) -> tuple[Approa
         if (road, at_end) not in street_end:
             continue
         lanes = sorted({item.entry_lane for item in movements}, reverse=at_end)
-        stop = _stop(world, road, at_end, at_ends.get((road, at_end), ()), nodes.get((road, at_end), ()))
+        stop = _stop(world, road, at_end, on_course.get(road, ()), nodes.get((road, at_end), ()))
         out.append(Approach(road, at_end, junction, street_end[road, at_end], tuple(lanes), tuple(movements), stop))
     return tuple(out)
 
@@ -64,29 +62,89 @@ def _movements(world: World) -> dict[tuple[int, int, bool], list[Movement]]:
 
 
 def _control_nodes(world: World) -> Mapping[tuple[int, bool], list[float]]:
-    """Return s of the nodes with signs or lights near a road's start or end, by road and whether it is its end, m."""
+    """Return s of the nodes with signs or lights near a road's start or end, by road and whether it is its end, m.
+
+    They count for the traffic that they are meant for: one behind a junction is not for the next one.
+    """
     places = world.places
     out: dict[tuple[int, bool], list[float]] = defaultdict(list)
-    for node, road, s in zip(places.node.tolist(), places.road.tolist(), places.s.tolist(), strict=True):
+    columns = (column.tolist() for column in (places.node, places.street, places.road, places.s))
+    for node, street_id, road, s in zip(*columns, strict=True):
         control = world.network.node_facts.controls.get(node)
         if road < 0 or control is None or control.tagged is None:
             continue
-        for at_end, distance in ((False, s), (True, world.lanes.length(road) - s)):
-            if 0.0 < s < world.lanes.length(road) and distance <= defaults.STOP_NODE_REACH:
-                out[road, at_end].append(s)
+        length, street = world.lanes.length(road), world.network.streets[street_id]
+        for end in meant_ends(street, street.place_of(node), control.facing) if 0.0 < s < length else ():
+            if (length - s if end else s) <= defaults.STOP_NODE_REACH:
+                out[road, bool(end)].append(s)
     return out
 
 
 def _stop(world: World, road: int, at_end: bool, crossings: Sequence[Crossing], nodes: Sequence[float]) -> float:
     """Return s where traffic stops: at the farthest sign, but before crossings and outside the junction, m."""
     length = world.lanes.length(road)
-    # s, and how far before it traffic stops
-    before = [(s, 0.0) for s in nodes]
-    before += [(item.s, 0.5 * item.width + defaults.STOP_LINE_BEFORE_CROSSING) for item in crossings]
-    # Distances from the junction
-    away = [(length - s if at_end else s) + more for s, more in before]
+    away = [length - s if at_end else s for s in nodes]
     farthest = min(max([defaults.STOP_LINE_SETBACK, *away]), 0.5 * length)
+    farthest = before_crossings(farthest, length, crossings, at_end=at_end)
     return length - farthest if at_end else farthest
+
+
+def crossings_on_course(crossings: Iterable[Crossing]) -> Mapping[int, list[Crossing]]:
+    """Return crossings by the road outside junctions on whose course they lie."""
+    out: dict[int, list[Crossing]] = defaultdict(list)
+    for crossing in crossings:
+        out[crossing.on_course[0]].append(crossing)
+    return out
+
+
+def before_crossings(stop: float, length: float, crossings: Sequence[Crossing], *, at_end: bool) -> float:
+    """Return where traffic that would stop at a place stops for crossings, as a distance from the road's end, m.
+
+    It stops before a crossing if no car fits between this and the line, and at a junction before all of its crossings
+    with lights; a line right at a junction comes nearer to it where that makes room for a car. Traffic runs to the
+    road's end, else (not `at_end`) to its start; `crossings` are those on the road's course, `length` is its length.
+    """
+    room = defaults.ROOM_FOR_CAR + defaults.STOP_LINE_EXTENT
+    # Where each ends and begins as traffic leaves and meets it, as distances from the road's end
+    found = []
+    for item in crossings:
+        away = length - item.on_course[1] if at_end else item.on_course[1]
+        together = item.signals and (item.at_end if at_end else item.at_start)
+        found.append((away - 0.5 * item.width, away + 0.5 * item.width, together))
+    for near, far, together in sorted(found):
+        if far + defaults.STOP_LINE_BEFORE_CROSSING <= stop or (near >= stop + room and not together):
+            continue
+        if room <= near < room + defaults.STOP_LINE_SETBACK >= room + stop and not together:
+            stop = near - room
+            continue
+        # On a short road the line lies at its beginning, but not on the crossing.
+        least, most = far + defaults.STOP_LINE_SQUEEZED, length - defaults.STOP_LINE_EXTENT
+        if least <= length:
+            stop = max(stop, min(far + defaults.STOP_LINE_BEFORE_CROSSING, most), least)
+    return stop
+
+
+def with_room_for_line(world: World, road: int, s: float, width: float) -> tuple[float, float]:
+    """Return s and width, m, of a crossing mapped at s of a short road, so that traffic can stop before it.
+
+    s may lie beyond the road's ends; both stay as they are where the crossing would have to be moved too far.
+    """
+    length = world.lanes.length(road)
+    at, half, line = min(max(s, 0.0), length), 0.5 * width, defaults.STOP_LINE_SQUEEZED + defaults.STOP_LINE_EXTENT
+    behind = defaults.ROOM_FOR_CAR + defaults.STOP_LINE_EXTENT + half
+    if min(s, length - s) >= half + line or length >= behind + half + line:
+        # There is room for lines on both sides, or for a car behind every crossing that leaves none for a line.
+        return s, width
+    first = half + line if length - s < behind and car_lanes(world, road, at, along=True) else -inf
+    last = length - half - line if s < behind and car_lanes(world, road, at, along=False) else inf
+    moved = min(max(s, first), last)
+    if first > last or moved == s:
+        return s, width
+    if not 0.0 <= moved <= length:
+        # The crossing becomes narrower rather than that it loses its road.
+        moved = min(max(moved, 0.0), length)
+        width = max(min(width, 2.0 * (length - line)), min(width, defaults.CROSSING_WIDTH_MIN))
+    return (moved, width) if abs(moved - s) <= defaults.CROSSING_REACH_FOR_LINE else (s, 2.0 * half)
 
 
 def car_lanes(world: World, road: int, s: float, along: bool) -> tuple[int, ...]:

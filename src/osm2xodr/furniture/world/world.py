@@ -70,7 +70,7 @@ class World:
 class Crossing:
     """A crossing for people on foot, placed on a road."""
 
-    road: int  # Id of the road
+    road: int  # Id of the road, a connecting road in a junction
     s: float  # Of its middle, m
     width: float  # Extent along the road, m
     left: float  # t of its left end, m
@@ -82,6 +82,16 @@ class Crossing:
     # What is painted: OSM's value of ``crossing:markings``, ``unmarked`` where there is nothing
     marking: str = "unmarked"
     island: bool = False  # Whether people can wait in its middle
+    skew: float = 0.0  # How far it leads on along the road for each metre to the left
+    junction: int = -1  # Id of the junction in which it lies, -1 for none
+    # Id of the road outside junctions on whose course it lies, and s there, m, beyond the road's ends; None where
+    # that is the road on which it lies
+    arm: tuple[int, float] | None = None
+
+    @property
+    def on_course(self) -> tuple[int, float]:
+        """The road outside junctions on whose course it lies, by id, and s there, m."""
+        return (self.road, self.s) if self.arm is None else self.arm
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import CurveFinder, cubic_value, lengths, pose, ranks
-from osm2xodr.furniture.world import World, points_beside, way_at
+from osm2xodr.furniture.world.world import World, points_beside, way_at
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Roads whose heights differ by more are on different levels, m: half of the headroom below bridges.

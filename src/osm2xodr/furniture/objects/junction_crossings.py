@@ -1,0 +1,230 @@
+"""Crossings inside junctions: on which connecting road each lies, and from where to where it leads."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import lengths, places_along, pose, wrapped
+from osm2xodr.furniture.world import World
+from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray
+
+# Distance of the samples of roads, m; a choice.
+_SPACING: Final = 1.0
+# A path belongs to the traffic that a crossing leads over if it runs within 35 degrees of it, by their cosine, and
+# crosses that traffic if it runs at over 50 degrees to it; a crossing leads over traffic at such angles. Choices.
+_ALONG_COSINE: Final = 0.82
+_ACROSS_COSINE: Final = 0.64
+# Paths that turn by less run straight through a junction (34 degrees), by more back (150 degrees), rad; choices.
+_THROUGH_TURN: Final = 0.6
+_BACK_TURN: Final = 2.6
+# How far a crossing keeps from the middle of lanes that run straight along it, m: half a lane, and a bit; a choice.
+_FROM_CROSSED: Final = 2.0
+# Steps in which a crossing is moved off such lanes, m; a choice.
+_STEP: Final = 0.5
+# A gap between lanes that a crossing leads over like a lane, m: kerbs and medians on which nobody can wait; a choice.
+_GAP: Final = 1.5
+# How much of the arms of a junction belongs to it for crossings, m: they end at different distances; a choice.
+_OF_ARMS: Final = 12.0
+# How far from the lanes a node lies that is still one of a crossing of them, m; a choice.
+_BESIDE: Final = 2.5
+# Nodes of crossings that lie this near to a crossing's line, m, share it with that crossing; a choice.
+_ON_LINE: Final = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """The line on which people cross a junction's traffic."""
+
+    # Local place, m, and the heading of the traffic there, away from the arm, rad
+    x: float
+    y: float
+    hdg: float
+    across: float  # Heading in which people cross, rad
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A crossing on a connecting road."""
+
+    road: int  # Id
+    s: float  # m
+    # t of its left and right end, m
+    left: float
+    right: float
+    skew: float  # How far it leads on along the road for each metre to the left
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Samples:
+    """Points along the connecting roads and arms of a junction, (n,), road by road."""
+
+    curve: IntArray
+    s: FloatArray
+    x: FloatArray
+    y: FloatArray
+    hdg: FloatArray
+    turn: FloatArray  # Change of heading along the road, rad
+    on_arm: BoolArray  # Whether the road is an arm
+    through: BoolArray  # Whether it is a connecting road that leads straight on
+
+    def part(self, rows: slice) -> _Samples:
+        """Return some of the samples."""
+        places = self.curve[rows], self.s[rows], self.x[rows], self.y[rows], self.hdg[rows]
+        return _Samples(*places, self.turn[rows], self.on_arm[rows], self.through[rows])
+
+
+class JunctionPaths:
+    """Finds where lines lead over the connecting roads of some junctions that cars drive on."""
+
+    def __init__(self, world: World, junctions: Collection[int], nodes: FloatArray) -> None:
+        """Take the ids of the junctions, and where the nodes of all crossings are, (n, 2), m."""
+        self._world = world
+        self._junctions = frozenset(junctions)
+        self._nodes = nodes
+
+    @cached_property
+    def _of_junction(self) -> dict[int, _Samples]:
+        """Samples of all junctions by their id."""
+        world, plan = self._world, self._world.road_map.plan_view
+        length = lengths(plan)
+        curve, s, on_arm, count = [np.zeros(0, np.int64)], [np.zeros(0)], [np.zeros(0, np.bool_)], [0]
+        for junction in world.road_map.junctions if self._junctions else ():
+            if junction.id not in self._junctions:
+                continue
+            own = {item.connecting_road for item in junction.connections}
+            curves = np.array(sorted(world.lanes.index(road) for road in own if self._has_cars(road)), np.int64)
+            first = places_along(plan, _SPACING, curves)
+            arms = [(world.lanes.index(item.road), item.at_end) for item in world.nodes.arms.get(junction.id, ())]
+            ends = [_end(k, float(length[k]), at_end=at_end) for k, at_end in arms]
+            parts = [first, *ends]
+            curve += [part[0] for part in parts]
+            s += [part[1] for part in parts]
+            on_arm.append(np.arange(sum(len(part[0]) for part in parts)) >= len(first[0]))
+            count.append(count[-1] + len(on_arm[-1]))
+        every, at = np.concatenate(curve), np.concatenate(s)
+        x, y, hdg = pose(plan, every, at)
+        turn = wrapped(pose(plan, every, length[every])[2] - pose(plan, every, np.zeros(len(every)))[2])
+        arm = np.concatenate(on_arm)
+        found = _Samples(every, at, x, y, hdg, turn, arm, ~arm & (np.abs(turn) <= _THROUGH_TURN))
+        used = (junction.id for junction in world.road_map.junctions if junction.id in self._junctions)
+        return {junction: found.part(slice(*ends)) for junction, ends in zip(used, pairwise(count), strict=True)}
+
+    def _has_cars(self, road: int) -> bool:
+        return any(lane.type in VEHICLE_LANES for lane in self._world.lanes.road(road).lane_sections[0].lanes)
+
+    def clear_of_through_traffic(
+        self, junction: int, course: Course, half: tuple[float, float], most: float
+    ) -> float | None:
+        """Return how far back towards its arm a crossing goes so that no lane runs straight along it, m.
+
+        `half` is half of its extent along and across the traffic, m; None where more than `most` would be needed.
+        """
+        found = self._of_junction.get(junction)
+        if found is None or not len(found.s):
+            return 0.0
+        rows = np.flatnonzero(found.through & (np.abs(np.cos(found.hdg - course.hdg)) < _ACROSS_COSINE))
+        if not len(rows):
+            return 0.0
+        ahead, aside = _in_frame(found, rows, course.x, course.y, course.hdg)
+        crossed = ahead[np.abs(aside) <= half[1]]
+        back = np.arange(0.0, most + _STEP, _STEP)
+        clear = np.flatnonzero((np.abs(crossed[:, None] + back) >= half[0] + _FROM_CROSSED).all(axis=0))
+        return float(back[clear[0]]) if len(clear) else None
+
+    def span(self, junction: int, course: Course) -> Span | None:
+        """Return the crossing on a line over the traffic of a junction; None where there are no lanes."""
+        found = self._of_junction.get(junction)
+        if found is None or len(found.s) < 2:
+            return None
+        ahead, aside = _in_frame(found, slice(None), course.x, course.y, course.across - 0.5 * np.pi)
+        # Where the reference lines of connecting roads cross the line
+        meets = (found.curve[1:] == found.curve[:-1]) & ((ahead[1:] >= 0.0) != (ahead[:-1] >= 0.0))
+        meets &= (np.abs(np.cos(found.hdg[1:] - course.hdg)) >= _ALONG_COSINE) & (
+            (np.abs(found.turn[1:]) < _BACK_TURN) | found.on_arm[1:]
+        )
+        row = np.flatnonzero(meets)
+        if not len(row) or found.on_arm[row].all():
+            return None
+        share = ahead[row] / (ahead[row] - ahead[row + 1])
+        s = found.s[row] + share * (found.s[row + 1] - found.s[row])
+        along = aside[row] + share * (aside[row + 1] - aside[row])
+        hdg = found.hdg[row] + share * wrapped(found.hdg[row + 1] - found.hdg[row])
+        curve = found.curve[row]
+        # Metres of the line for each metre of t of the roads
+        per_t = 1.0 / np.cos(course.across - 0.5 * np.pi - hdg)
+        roads = self._world.road_map.roads
+        edges = np.array(
+            [self._world.lanes.carriageway(roads[k].id, at) for k, at in zip(curve.tolist(), s.tolist(), strict=True)]
+        )
+        ends = np.sort(along[:, None] + edges * per_t[:, None], axis=1)
+        low, high, inside = _widest(ends)
+        if max(low, -high) > _BESIDE:
+            return None
+        low, high = self._cut_at_others(course, low, high)
+        # The straightest of the connecting roads, the nearest of equals
+        key = np.lexsort((np.abs(along), np.abs(found.turn[row]).round(2), found.on_arm[row], ~inside))
+        best = int(key[0])
+        if found.on_arm[row[best]]:
+            return None
+        left, right = sorted(((high - along[best]) / per_t[best], (low - along[best]) / per_t[best]), reverse=True)
+        skew = float(np.tan(course.across - 0.5 * np.pi - hdg[best]))
+        return Span(roads[int(curve[best])].id, float(s[best]), float(left), float(right), -skew)
+
+    def _cut_at_others(self, course: Course, low: float, high: float) -> tuple[float, float]:
+        """Cut a line from `low` to `high` half way to the nodes of other crossings on it, m."""
+        x, y = self._nodes[:, 0] - course.x, self._nodes[:, 1] - course.y
+        cos, sin = np.cos(course.across), np.sin(course.across)
+        along, off = x * cos + y * sin, y * cos - x * sin
+        others = along[(np.abs(off) <= _ON_LINE) & (np.abs(along) > _BESIDE)]
+        before, behind = others[others < 0.0], others[others > 0.0]
+        if len(before):
+            low = max(low, 0.5 * float(before.max()))
+        if len(behind):
+            high = min(high, 0.5 * float(behind.min()))
+        return low, high
+
+
+def _end(curve: int, length: float, *, at_end: bool) -> tuple[IntArray, FloatArray]:
+    """Return the samples of a curve near its end (or start): the curve, and s, m."""
+    away = np.arange(0.0, min(_OF_ARMS, length), _SPACING)
+    return np.full(len(away), curve, np.int64), length - away if at_end else away
+
+
+def _in_frame(
+    found: _Samples, rows: IntArray | slice, x: float, y: float, hdg: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far some samples lie ahead and to the left of a place that looks in a direction, m."""
+    cos, sin = np.cos(hdg), np.sin(hdg)
+    dx, dy = found.x[rows] - x, found.y[rows] - y
+    return dx * cos + dy * sin, dy * cos - dx * sin
+
+
+def _widest(ends: FloatArray) -> tuple[float, float, BoolArray]:
+    """Join intervals (n, 2), m, that touch; return the one nearest to 0, and which intervals are parts of it."""
+    order = np.argsort(ends[:, 0], kind="stable")
+    reach = np.maximum.accumulate(ends[order, 1])
+    begins = np.concatenate([[True], ends[order[1:], 0] > reach[:-1] + _GAP])
+    group = np.cumsum(begins) - 1
+    bounds = [*np.flatnonzero(begins).tolist(), len(order)]
+    joined = [(float(ends[order[a], 0]), float(reach[b - 1])) for a, b in pairwise(bounds)]
+    best = min(range(len(joined)), key=lambda k: max(joined[k][0], -joined[k][1], 0.0))
+    inside = np.zeros(len(ends), np.bool_)
+    inside[order[group == best]] = True
+    return *joined[best], inside
+
+
+def across_of(hdg: float, heading: float | None) -> float:
+    """Return the heading in which people cross traffic, rad: that of their way, if it leads across, else square."""
+    square = hdg + 0.5 * np.pi
+    if heading is None:
+        return float(square)
+    off = float(wrapped(np.array([heading - square]))[0])
+    if abs(off) > 0.5 * np.pi:
+        off -= np.copysign(np.pi, off)
+    return float(square + off) if abs(off) <= np.arccos(_ACROSS_COSINE) else float(square)
