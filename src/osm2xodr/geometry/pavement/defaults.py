@@ -6,8 +6,8 @@ from typing import Final
 
 # Size of the cells in which gaps between lanes are looked for, m. A choice of speed; their edges are found exactly.
 GAP_CELL: Final = 0.3
-# Gaps of less area stay open, m²: below what a wheel notices. A choice.
-GAP_LEAST_AREA: Final = 0.2
+# Gaps with less area that is clear of all edges by a cell or so stay open, m²: one cell. A choice.
+GAP_LEAST_AREA: Final = 0.08
 # Gaps of more area are blocks between roads, not parts of a junction, m². A choice.
 GAP_LARGEST_AREA: Final = 65.0
 # How far a strip of pavement reaches from a lane's edge at most, m. A choice.

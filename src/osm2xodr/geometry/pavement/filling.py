@@ -21,7 +21,7 @@ _MOST_STRIPS: Final = 5
 # is narrower there than this, m.
 _GOES_ON: Final = 2
 _GOES_ON_NARROW: Final = 14
-_NARROW: Final = 0.75
+_NARROW: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +59,10 @@ def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
 
 
 def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
-    """Say which rays belong to the edge from which most of their gap is seen, (n,); none where that is too little."""
+    """Say which rays belong to the edge from which their gap is seen best, (n,); none where too little is seen.
+
+    Of edges that see as much, the longest one is best: rays from there end at the gap's tips, not before them.
+    """
     k = rays.section
     edge = np.where(rays.side > 0, sections.left[k], sections.right[k])
     middle = edge + rays.side * (rays.first + end) * (RAY_STEP / 2)
@@ -67,7 +70,7 @@ def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
     key = (rays.gap.astype(np.int64) * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
     kinds, first, kind = np.unique(key, return_index=True, return_inverse=True)
     total = np.bincount(kind, size, len(kinds))
-    order = np.lexsort((kinds, -total, rays.gap[first]))
+    order = np.lexsort((kinds, -(total**2) * np.bincount(kind), rays.gap[first]))
     largest = order[np.unique(rays.gap[first][order], return_index=True)[1]]
     good = np.zeros(len(kinds), bool)
     good[largest] = total[largest] >= defaults.GAP_LEAST_AREA
@@ -120,6 +123,7 @@ def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads,
         sides, reach, other = flat
         reach = meet(ahead.ravel(), sides, reach, other, sections, roads, edges).reshape(ahead.shape)
         good = same & (reach > 0.0) & ((reach < _NARROW) | (steps <= _GOES_ON))
+        good[:, 1:] &= reach[:, 1:] <= np.maximum(reach[:, :-1], _NARROW / 4)
         good = np.logical_and.accumulate(good, axis=1)
         keep = good.ravel()
         found.append(_Strips(ahead.ravel()[keep], sides[keep], other[keep], reach.ravel()[keep]))
@@ -129,6 +133,8 @@ def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads,
 def _records(sections: CrossSections, width: FloatArray) -> dict[int, tuple[Cubic, ...]]:
     """Return the widths of the roads that have a strip, by index of the road; `width` at cross sections, (n,), m."""
     with_strip = np.unique(sections.road[width > 0.0])
+    if not len(with_strip):
+        return {}
     rows = np.flatnonzero(np.isin(sections.road, with_strip))
     strip = np.searchsorted(with_strip, sections.road[rows])
     records = width_records(strip, sections.s[rows], width[rows], len(with_strip), defaults.FLOOR_TOLERANCE)
