@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -61,9 +61,24 @@ class CrossSections:
     nx: FloatArray
     ny: FloatArray
     curvature: FloatArray  # (n,) Of the reference line, 1/m
-    # (n,) t of the edges, m
+    # (n,) t of the edges of the lanes, m
     left: FloatArray
     right: FloatArray
+    # (n,) The width of strips beyond them, m
+    more_left: FloatArray
+    more_right: FloatArray
+
+    def chosen(self, rows: IntArray) -> CrossSections:
+        """Return some of them."""
+        return CrossSections(*(getattr(self, item.name)[rows] for item in fields(self)))
+
+    def widened(self, left: FloatArray, right: FloatArray) -> CrossSections:
+        """Return them with strips of other widths, (n,), m."""
+        return replace(self, more_left=left, more_right=right)
+
+    def edge(self, side: IntArray, k: IntArray) -> FloatArray:
+        """Return t of the outer edges, strips included, at the left (1) or right (-1) of the k-th ones, m."""
+        return np.where(side > 0, (self.left + self.more_left)[k], (self.right - self.more_right)[k])
 
     @classmethod
     def of(cls, roads: ConnectingRoads, edges: LaneEdges, spacing: float) -> CrossSections:
@@ -73,4 +88,6 @@ class CrossSections:
         curvature = curvature_at(roads.plan_view, road, s)
         count = np.bincount(road, minlength=len(edges.length))
         spacing = (edges.length / (count - 1))[road]
-        return cls(road, spacing, s, x, y, -np.sin(hdg), np.cos(hdg), curvature, *edges.at(road, s))
+        lanes = edges.at(road, s)
+        none = np.zeros(len(s))
+        return cls(road, spacing, s, x, y, -np.sin(hdg), np.cos(hdg), curvature, *lanes, none, none)

@@ -15,8 +15,9 @@ from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet
 from osm2xodr.geometry.pavement.widths import width_records
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
 
-# A gap gets at most so many strips.
-_MOST_STRIPS: Final = 5
+# So often gaps are looked for, and each gets at most so many strips.
+_PASSES: Final = 2
+_MOST_STRIPS: Final = 4
 # How many cross sections a strip goes on beyond its gap, where cells do not show how it ends, and how many where it
 # is narrower there than this, m.
 _GOES_ON: Final = 2
@@ -39,10 +40,29 @@ def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
     edges = LaneEdges.of(roads, rule)
     sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL)
     junction = np.unique(roads.junction, return_inverse=True)[1].astype(np.int64)[sections.road]
-    grids, area = find_gaps(sections, junction)
-    if len(area) == 1:
-        return Floor({}, {})
     width = np.zeros((2, len(sections.s)))
+    rows = np.arange(len(sections.s))
+    for _ in range(_PASSES):
+        here = sections.chosen(rows)
+        number = np.unique(junction[rows], return_inverse=True)[1]
+        more, with_gap = _strips(here.widened(*width[:, rows]), number, roads, edges)
+        width[:, rows] += more
+        # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
+        rows = rows[with_gap[number]]
+        if not len(rows):
+            break
+    return Floor(*(_records(sections, each) for each in width))
+
+
+def _strips(
+    sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
+) -> tuple[FloatArray, BoolArray]:
+    """Return the widths of strips at cross sections, left and right (2, n), m, and which junctions have any (J,)."""
+    width = np.zeros((2, len(sections.s)))
+    grids = find_gaps(sections, junction)
+    with_gap = np.zeros(len(grids.wide), bool)
+    if not grids.gap.any():
+        return width, with_gap
     rays = cast_rays(grids, sections, junction)
     for _ in range(_MOST_STRIPS):
         end = rays.ends(grids)
@@ -52,10 +72,10 @@ def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
         strip = _Strips.along(rays.chosen(best), end[best], grids, sections, roads, edges)
         for part in (strip, _continued(strip, sections, roads, edges)):
             np.maximum.at(width, (part.row, part.section), part.reach + defaults.FLOOR_OVERLAP)
+        with_gap[junction[strip.section]] = True
         _close(rays.chosen(best), end[best], grids)
-        left = ~best & (end > rays.first)
-        rays = rays.chosen(left)
-    return Floor(*(_records(sections, each) for each in width))
+        rays = rays.chosen(~best & (end > rays.first))
+    return width, with_gap
 
 
 def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
@@ -64,8 +84,7 @@ def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
     Of edges that see as much, the longest one is best: rays from there end at the gap's tips, not before them.
     """
     k = rays.section
-    edge = np.where(rays.side > 0, sections.left[k], sections.right[k])
-    middle = edge + rays.side * (rays.first + end) * (RAY_STEP / 2)
+    middle = sections.edge(rays.side, k) + rays.side * (rays.first + end) * (RAY_STEP / 2)
     size = (end - rays.first) * RAY_STEP * sections.spacing[k] * (1.0 - sections.curvature[k] * middle)
     key = (rays.gap.astype(np.int64) * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
     kinds, first, kind = np.unique(key, return_index=True, return_inverse=True)

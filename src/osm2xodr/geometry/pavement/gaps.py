@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from osm2xodr.curves import starts
@@ -18,6 +19,9 @@ from osm2xodr.model import FloatArray, IntArray
 
 # Distance of points within lanes and of cross sections, as a share of a cell's size: none is missed (below 1 / √2).
 POINTS_PER_CELL: Final = 0.7
+# What cells hold that no lane covers: nothing, or a strip of pavement.
+FREE: Final = -1
+STRIP: Final = -2
 # Cells around the lanes of a junction: outside.
 _BORDER: Final = 2
 
@@ -31,7 +35,8 @@ class Grids:
     west: FloatArray
     south: FloatArray
     wide: IntArray
-    # (cells,) The connecting road whose lanes cover each, one of them where there are several; -1 for none
+    # (cells,) The connecting road whose lanes cover each, one of them where there are several, or `FREE` or
+    # `STRIP`
     road: IntArray
     # (cells,) The number of the gap that it belongs to, from 1; 0 where it is covered or outside
     gap: IntArray
@@ -46,29 +51,27 @@ class Grids:
         return np.where(within, cell, first)
 
 
-def find_gaps(sections: CrossSections, junction: IntArray) -> tuple[Grids, FloatArray]:
-    """Return the junctions' grids and the area of each gap, m² (0 for number 0, which is none).
-
-    `junction` is that of each cross section, 0 … J - 1, (n,).
-    """
+def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
+    """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,)."""
     grids = _empty_grids(sections, junction)
-    _draw_lanes(grids, sections, junction)
-    area = [0.0]
+    _draw(grids, sections, junction)
+    last = 0
+    least = defaults.GAP_LEAST_AREA / defaults.GAP_CELL**2
+    most = defaults.GAP_LARGEST_AREA / defaults.GAP_CELL**2
     for k in range(len(grids.wide)):
         cells = slice(int(grids.start[k]), int(grids.start[k + 1]))
-        shape = -1, int(grids.wide[k])
-        label, found = ndimage.label(grids.road[cells].reshape(shape) < 0)
+        label, found = ndimage.label(grids.road[cells].reshape(-1, int(grids.wide[k])) == FREE)
         if found < 2:
             continue
         # The first label is that of the corner, which is outside.
-        size = np.bincount(label.ravel(), minlength=found + 1) * defaults.GAP_CELL**2
-        size[:2] = 0.0
-        good = np.flatnonzero((size >= defaults.GAP_LEAST_AREA) & (size <= defaults.GAP_LARGEST_AREA))
+        size = np.bincount(label.ravel(), minlength=found + 1)
+        good = np.flatnonzero((size >= least) & (size <= most))
+        good = good[good > 1]
         number = np.zeros(found + 1, np.int32)
-        number[good] = len(area) + np.arange(len(good))
+        number[good] = last + 1 + np.arange(len(good))
         grids.gap[cells] = number[label].ravel()
-        area += size[good].tolist()
-    return grids, np.array(area)
+        last += len(good)
+    return grids
 
 
 def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
@@ -76,7 +79,9 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
     count = int(junction.max()) + 1
     low, high = np.full((2, count), np.inf), np.full((2, count), -np.inf)
     first = np.flatnonzero(np.diff(junction, prepend=-1))
-    for t in (sections.left, sections.right):
+    every = np.arange(len(junction))
+    for side in (1, -1):
+        t = sections.edge(np.array(side), every)
         for k, (v, n) in enumerate(((sections.x, sections.nx), (sections.y, sections.ny))):
             edge = (v + t * n) / defaults.GAP_CELL
             np.minimum.at(low[k], junction[first], np.minimum.reduceat(edge, first))
@@ -84,24 +89,48 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
     low = np.floor(low) - _BORDER
     wide, deep = (np.ceil(high - low) + _BORDER).astype(np.int64)
     start = starts(wide * deep)
-    road = np.full(int(start[-1]), -1, np.int32)
+    road = np.full(int(start[-1]), FREE, np.int32)
     return Grids(start, low[0], low[1], wide, road, np.zeros(len(road), np.int32))
 
 
-def _draw_lanes(grids: Grids, sections: CrossSections, junction: IntArray) -> None:
-    """Write the connecting roads into the cells that their lanes cover."""
-    step = POINTS_PER_CELL * defaults.GAP_CELL
-    count = np.ceil((sections.left - sections.right) / step).astype(np.int64)
-    # Cross sections of equal width at once. In cells, from the grid's corner.
+def _draw(grids: Grids, sections: CrossSections, junction: IntArray) -> None:
+    """Draw strips, then lanes into the grids."""
+    # In cells, from the grid's corner.
     x = (sections.x / defaults.GAP_CELL - grids.west[junction]).astype(np.float32)
     y = (sections.y / defaults.GAP_CELL - grids.south[junction]).astype(np.float32)
     nx, ny = ((n / defaults.GAP_CELL).astype(np.float32) for n in (sections.nx, sections.ny))
     first, wide = grids.start[junction].astype(np.int32), grids.wide[junction].astype(np.int32)
-    road = sections.road.astype(np.int32)
-    order = np.argsort(count, kind="stable")
-    for k in np.split(order, np.flatnonzero(np.diff(count[order])) + 1):
-        share = np.linspace(0.0, 1.0, int(count[k[0]]) + 1, dtype=np.float32)
-        right, left = sections.right[k, None].astype(np.float32), sections.left[k, None].astype(np.float32)
-        t = right + (left - right) * share
-        column, row = (x[k, None] + t * nx[k, None]).astype(np.int32), (y[k, None] + t * ny[k, None]).astype(np.int32)
-        grids.road[first[k, None] + row * wide[k, None] + column] = road[k, None]
+    spread = _Spread(x, y, nx, ny, first, wide)
+    strip = np.full(len(x), STRIP, np.int32)
+    spread.draw(grids.road, sections.left, sections.left + sections.more_left, strip)
+    spread.draw(grids.road, sections.right - sections.more_right, sections.right, strip)
+    inset = defaults.GAP_INSET
+    spread.draw(grids.road, sections.right + inset, sections.left - inset, sections.road.astype(np.int32))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spread:
+    """Cross sections in cells."""
+
+    # (n,) Where they are in their grid, and the direction of t, for one metre
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    nx: NDArray[np.float32]
+    ny: NDArray[np.float32]
+    # (n,) The grid's first cell and how many cells it is wide
+    first: NDArray[np.int32]
+    wide: NDArray[np.int32]
+
+    def draw(self, cells: IntArray, low: FloatArray, high: FloatArray, value: NDArray[np.int32]) -> None:
+        """Write values into the cells from t = low to t = high, m, all (n,); nothing where these are one."""
+        count = np.ceil((high - low) / (POINTS_PER_CELL * defaults.GAP_CELL)).astype(np.int64)
+        order = np.argsort(count, kind="stable")
+        order = order[count[order] > 0]
+        # Cross sections of equal width at once.
+        for k in np.split(order, np.flatnonzero(np.diff(count[order])) + 1) if len(order) else ():
+            share = np.linspace(0.0, 1.0, int(count[k[0]]) + 1, dtype=np.float32)
+            begin, end = low[k, None].astype(np.float32), high[k, None].astype(np.float32)
+            t = begin + (end - begin) * share
+            column = (self.x[k, None] + t * self.nx[k, None]).astype(np.int32)
+            row = (self.y[k, None] + t * self.ny[k, None]).astype(np.int32)
+            cells[self.first[k, None] + row * self.wide[k, None] + column] = value[k, None]

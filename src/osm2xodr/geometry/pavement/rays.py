@@ -65,7 +65,8 @@ def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays
     near = np.flatnonzero(holed[junction])
     steps = np.arange(1, int(defaults.FLOOR_REACH / step) + 1) * step
     found: list[tuple[IntArray, ...]] = []
-    for side, edge in ((1, sections.left), (-1, sections.right)):
+    for side in (1, -1):
+        edge = sections.edge(np.array(side), np.arange(len(sections.s)))
         begin = _cells(grids, sections, junction, near, edge[near, None] + side * steps[:_FIRST])
         inside = grids.gap[begin] > 0
         meets = inside.any(axis=1)
@@ -102,7 +103,7 @@ def meet(
     out = reach.copy()
     rows = np.flatnonzero(other >= 0)
     k, road, sign = section[rows], other[rows], side[rows]
-    edge = np.where(sign > 0, sections.left[k], sections.right[k])
+    edge = sections.edge(sign, k)
     for _ in range(_ROUNDS):
         t = edge + sign * out[rows]
         x, y = sections.x[k] + t * sections.nx[k], sections.y[k] + t * sections.ny[k]
