@@ -15,6 +15,8 @@ GAP_LEAST_AREA: Final = 0.08
 GAP_LARGEST_AREA: Final = 65.0
 # How far a strip of pavement reaches from a lane's edge at most, m. A choice.
 FLOOR_REACH: Final = 9.0
+# Strips of less area are left out, m²: below what a wheel notices. A choice.
+FLOOR_LEAST_AREA: Final = 0.15
 # How far a strip goes under the lanes beyond it, m: so that rounding leaves no slit. A choice.
 FLOOR_OVERLAP: Final = 0.05
 # How far the edge of a strip may be off what is left open, m. A choice: few records.

@@ -18,11 +18,13 @@ from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
 # So often gaps are looked for, and each gets at most so many strips.
 _PASSES: Final = 2
 _MOST_STRIPS: Final = 4
-# How many cross sections a strip goes on beyond its gap, where cells do not show how it ends, and how many where it
-# is narrower there than this, m.
-_GOES_ON: Final = 2
-_GOES_ON_NARROW: Final = 14
+# How many cross sections a strip goes on at most where its gap becomes narrower than this, m: cells do not show its tip.
+_GOES_ON: Final = 14
 _NARROW: Final = 1.5
+# Where a strip becomes narrower by more than this at once, m, it does so this many cross sections later: cells do not
+# show how far a lane beside it is.
+_STEP: Final = 0.3
+_LATER: Final = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +77,17 @@ def _strips(
         with_gap[junction[strip.section]] = True
         _close(rays.chosen(best), end[best], grids)
         rays = rays.chosen(~best & (end > rays.first))
-    return width, with_gap
+    return _with_late_steps(width, sections.road), with_gap
+
+
+def _with_late_steps(width: FloatArray, road: IntArray) -> FloatArray:
+    """Return widths (2, n), m, of strips that go on at full width where they would step down."""
+    out = width.copy()
+    for far in range(1, _LATER + 1):
+        for here, there in ((slice(far, None), slice(None, -far)), (slice(None, -far), slice(far, None))):
+            steps = (road[here] == road[there]) & (width[:, there] > width[:, here] + _STEP)
+            out[:, here] = np.where(steps, np.maximum(out[:, here], width[:, there]), out[:, here])
+    return out
 
 
 def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
@@ -132,7 +144,7 @@ def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads,
     """Return how strips go on beyond both of their ends, where cells of lanes hide how narrow gaps end."""
     section, side, last = strips.section, strips.side, len(sections.road) - 1
     apart = (np.diff(section) != 1) | (np.diff(side) != 0) | (np.diff(sections.road[section]) != 0)
-    steps = np.arange(1, _GOES_ON_NARROW + 1)
+    steps = np.arange(1, _GOES_ON + 1)
     found: list[_Strips] = []
     for sense, ends in ((-1, np.append(True, apart)), (1, np.append(apart, True))):
         k = np.flatnonzero(ends & (strips.other >= 0))
@@ -141,7 +153,7 @@ def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads,
         flat = (np.repeat(column[k], len(steps)) for column in (side, strips.reach, strips.other))
         sides, reach, other = flat
         reach = meet(ahead.ravel(), sides, reach, other, sections, roads, edges).reshape(ahead.shape)
-        good = same & (reach > 0.0) & ((reach < _NARROW) | (steps <= _GOES_ON))
+        good = same & (reach > 0.0) & (reach < _NARROW)
         good[:, 1:] &= reach[:, 1:] <= np.maximum(reach[:, :-1], _NARROW / 4)
         good = np.logical_and.accumulate(good, axis=1)
         keep = good.ravel()
@@ -151,7 +163,8 @@ def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads,
 
 def _records(sections: CrossSections, width: FloatArray) -> dict[int, tuple[Cubic, ...]]:
     """Return the widths of the roads that have a strip, by index of the road; `width` at cross sections, (n,), m."""
-    with_strip = np.unique(sections.road[width > 0.0])
+    area = np.bincount(sections.road, width * sections.spacing)
+    with_strip = np.flatnonzero(area >= defaults.FLOOR_LEAST_AREA)
     if not len(with_strip):
         return {}
     rows = np.flatnonzero(np.isin(sections.road, with_strip))
