@@ -85,9 +85,10 @@ class CrossSections:
         """Return cross sections of all roads, at most `spacing` apart, m, the first and the last at their ends."""
         road, s = places_along(roads.plan_view, spacing)
         x, y, hdg = pose(roads.plan_view, road, s)
+        nx, ny = -np.sin(hdg), np.cos(hdg)
         curvature = curvature_at(roads.plan_view, road, s)
         count = np.bincount(road, minlength=len(edges.length))
-        spacing = (edges.length / (count - 1))[road]
-        lanes = edges.at(road, s)
+        apart = (edges.length / (count - 1))[road]
+        left, right = edges.at(road, s)
         none = np.zeros(len(s))
-        return cls(road, spacing, s, x, y, -np.sin(hdg), np.cos(hdg), curvature, *lanes, none, none)
+        return cls(road, apart, s, x, y, nx, ny, curvature, left, right, none, none)

@@ -6,8 +6,8 @@ from typing import Final
 
 # Size of the cells in which gaps between lanes are looked for, m. A choice of speed; their edges are found exactly.
 GAP_CELL: Final = 0.3
-# How much narrower lanes are drawn than they are, on both sides, m: shows slits of this width. Slits of no width do not
-# show up to 0.7 / 2 / √2 of a cell.
+# How much narrower lanes are drawn than they are, on both sides, m, to show narrow slits. A choice: a third of a cell
+# leaves lanes that touch closed.
 GAP_INSET: Final = 0.1
 # Gaps with less area that is clear of all edges by a cell or so stay open, m²: one cell. A choice.
 GAP_LEAST_AREA: Final = 0.08

@@ -18,7 +18,10 @@ from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
 # So often gaps are looked for, and each gets at most so many strips.
 _PASSES: Final = 2
 _MOST_STRIPS: Final = 4
-# How many cross sections a strip goes on at most where its gap becomes narrower than this, m: cells do not show its tip.
+# Gaps are looked for again beside strips of more area in a junction, m².
+_LARGE_STRIPS: Final = 0.5
+# How many cross sections a strip goes on at most where its gap becomes narrower than this, m: cells do not show the
+# gap's tip.
 _GOES_ON: Final = 14
 _NARROW: Final = 1.5
 # Where a strip becomes narrower by more than this at once, m, it does so this many cross sections later: cells do not
@@ -47,7 +50,7 @@ def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
     for _ in range(_PASSES):
         here = sections.chosen(rows)
         number = np.unique(junction[rows], return_inverse=True)[1]
-        more, with_gap = _strips(here.widened(*width[:, rows]), number, roads, edges)
+        more, with_gap = _strips(here.widened(width[0, rows], width[1, rows]), number, roads, edges)
         width[:, rows] += more
         # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
         rows = rows[with_gap[number]]
@@ -59,12 +62,11 @@ def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
 def _strips(
     sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
 ) -> tuple[FloatArray, BoolArray]:
-    """Return the widths of strips at cross sections, left and right (2, n), m, and which junctions have any (J,)."""
+    """Return the widths of strips, left and right (2, n), m, and which junctions have large ones, (J,)."""
     width = np.zeros((2, len(sections.s)))
     grids = find_gaps(sections, junction)
-    with_gap = np.zeros(len(grids.wide), bool)
     if not grids.gap.any():
-        return width, with_gap
+        return width, np.zeros(len(grids.wide), bool)
     rays = cast_rays(grids, sections, junction)
     for _ in range(_MOST_STRIPS):
         end = rays.ends(grids)
@@ -74,10 +76,10 @@ def _strips(
         strip = _Strips.along(rays.chosen(best), end[best], grids, sections, roads, edges)
         for part in (strip, _continued(strip, sections, roads, edges)):
             np.maximum.at(width, (part.row, part.section), part.reach + defaults.FLOOR_OVERLAP)
-        with_gap[junction[strip.section]] = True
         _close(rays.chosen(best), end[best], grids)
         rays = rays.chosen(~best & (end > rays.first))
-    return _with_late_steps(width, sections.road), with_gap
+    area = np.bincount(junction, width.sum(axis=0) * sections.spacing)
+    return _with_late_steps(width, sections.road), area >= _LARGE_STRIPS
 
 
 def _with_late_steps(width: FloatArray, road: IntArray) -> FloatArray:
@@ -98,7 +100,7 @@ def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
     k = rays.section
     middle = sections.edge(rays.side, k) + rays.side * (rays.first + end) * (RAY_STEP / 2)
     size = (end - rays.first) * RAY_STEP * sections.spacing[k] * (1.0 - sections.curvature[k] * middle)
-    key = (rays.gap.astype(np.int64) * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
+    key = (rays.gap * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
     kinds, first, kind = np.unique(key, return_index=True, return_inverse=True)
     total = np.bincount(kind, size, len(kinds))
     order = np.lexsort((kinds, -(total**2) * np.bincount(kind), rays.gap[first]))
@@ -126,7 +128,13 @@ class _Strips:
 
     @classmethod
     def along(
-        cls, rays: Rays, end: IntArray, grids: Grids, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges
+        cls,
+        rays: Rays,
+        end: IntArray,
+        grids: Grids,
+        sections: CrossSections,
+        roads: ConnectingRoads,
+        edges: LaneEdges,
     ) -> _Strips:
         """Return strips along rays as far as the lanes behind the gap."""
         other = rays.roads_at(end, grids)

@@ -23,38 +23,62 @@ POINTS_PER_CELL: Final = 0.7
 FREE: Final = -1
 STRIP: Final = -2
 # Cells around the lanes of a junction: outside.
-_BORDER: Final = 2
+_BORDER: Final = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grids:
-    """A grid of cells for each of J junctions, one behind the other."""
+    """A grid of cells for each of J junctions, one behind the other, and cross sections in them."""
 
     start: IntArray  # (J + 1,) Index of each junction's first cell
-    # (J,) Its west and south corner, in cells, and how many cells it has from west to east
-    west: FloatArray
-    south: FloatArray
-    wide: IntArray
-    # (cells,) The connecting road whose lanes cover each, one of them where there are several, or `FREE` or
-    # `STRIP`
-    road: IntArray
+    wide: IntArray  # (J,) How many cells it has from west to east
+    # (cells,) The connecting road whose lanes cover each, one of them where there are several, or `FREE` or `STRIP`
+    road: NDArray[np.int32]
     # (cells,) The number of the gap that it belongs to, from 1; 0 where it is covered or outside
-    gap: IntArray
+    gap: NDArray[np.int32]
+    # (n,) Cross sections in cells from the corner of their grid: where they are, and the direction of t for one metre
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    nx: NDArray[np.float32]
+    ny: NDArray[np.float32]
+    # (n,) Their grid: its first cell, that behind its last, and how many cells it is wide
+    first: NDArray[np.int32]
+    end: NDArray[np.int32]
+    across: NDArray[np.int32]
 
-    def cell(self, junction: IntArray, x: FloatArray, y: FloatArray) -> IntArray:
-        """Return the cell at x, y, m, of junctions, their first one, which is outside, where a place is beyond all."""
-        column = (x / defaults.GAP_CELL - self.west[junction]).astype(np.int64)
-        row = (y / defaults.GAP_CELL - self.south[junction]).astype(np.int64)
-        wide, first = self.wide[junction], self.start[junction]
-        cell = first + row * wide + column
-        within = (column >= 0) & (column < wide) & (row >= 0) & (cell < self.start[junction + 1])
+    def cells(self, k: IntArray, t: FloatArray) -> NDArray[np.int32]:
+        """Return the cells at t, m, (n, steps), of the k-th cross sections, (n,); t is at most a cell off lanes."""
+        near = t.astype(np.float32)
+        column = (self.x[k, None] + near * self.nx[k, None]).astype(np.int32)
+        row = (self.y[k, None] + near * self.ny[k, None]).astype(np.int32)
+        return np.asarray(self.first[k, None] + row * self.across[k, None] + column, np.int32)
+
+    def cells_far(self, k: IntArray, t: FloatArray) -> NDArray[np.int32]:
+        """Return the cells at any t; where that is beyond the grid, its first cell, which is outside of all lanes."""
+        far = t.astype(np.float32)
+        column = (self.x[k, None] + far * self.nx[k, None]).astype(np.int32)
+        row = (self.y[k, None] + far * self.ny[k, None]).astype(np.int32)
+        first, across = self.first[k, None], self.across[k, None]
+        cell = first + row * across + column
+        within = (column >= 0) & (column < across) & (row >= 0) & (cell < self.end[k, None])
         return np.where(within, cell, first)
+
+    def draw(self, low: FloatArray, high: FloatArray, value: NDArray[np.int32]) -> None:
+        """Write values into the cells of cross sections from t = low to t = high, m, all (n,)."""
+        count = np.ceil((high - low) / (POINTS_PER_CELL * defaults.GAP_CELL)).astype(np.int64)
+        order = np.argsort(count, kind="stable")
+        order = order[count[order] > 0]
+        # Cross sections of equal width at once.
+        for k in np.split(order, np.flatnonzero(np.diff(count[order])) + 1) if len(order) else ():
+            share = np.linspace(0.0, 1.0, int(count[k[0]]) + 1, dtype=np.float32)
+            begin, end = low[k, None].astype(np.float32), high[k, None].astype(np.float32)
+            self.road[self.cells(k, begin + (end - begin) * share)] = value[k, None]
 
 
 def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
     """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,)."""
     grids = _empty_grids(sections, junction)
-    _draw(grids, sections, junction)
+    _draw(grids, sections)
     last = 0
     least = defaults.GAP_LEAST_AREA / defaults.GAP_CELL**2
     most = defaults.GAP_LARGEST_AREA / defaults.GAP_CELL**2
@@ -90,47 +114,20 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
     wide, deep = (np.ceil(high - low) + _BORDER).astype(np.int64)
     start = starts(wide * deep)
     road = np.full(int(start[-1]), FREE, np.int32)
-    return Grids(start, low[0], low[1], wide, road, np.zeros(len(road), np.int32))
+    places = (
+        (sections.x / defaults.GAP_CELL - low[0, junction]).astype(np.float32),
+        (sections.y / defaults.GAP_CELL - low[1, junction]).astype(np.float32),
+        (sections.nx / defaults.GAP_CELL).astype(np.float32),
+        (sections.ny / defaults.GAP_CELL).astype(np.float32),
+        *(column[junction].astype(np.int32) for column in (start[:-1], start[1:], wide)),
+    )
+    return Grids(start, wide, road, np.zeros(len(road), np.int32), *places)
 
 
-def _draw(grids: Grids, sections: CrossSections, junction: IntArray) -> None:
+def _draw(grids: Grids, sections: CrossSections) -> None:
     """Draw strips, then lanes into the grids."""
-    # In cells, from the grid's corner.
-    x = (sections.x / defaults.GAP_CELL - grids.west[junction]).astype(np.float32)
-    y = (sections.y / defaults.GAP_CELL - grids.south[junction]).astype(np.float32)
-    nx, ny = ((n / defaults.GAP_CELL).astype(np.float32) for n in (sections.nx, sections.ny))
-    first, wide = grids.start[junction].astype(np.int32), grids.wide[junction].astype(np.int32)
-    spread = _Spread(x, y, nx, ny, first, wide)
-    strip = np.full(len(x), STRIP, np.int32)
-    spread.draw(grids.road, sections.left, sections.left + sections.more_left, strip)
-    spread.draw(grids.road, sections.right - sections.more_right, sections.right, strip)
+    strip = np.full(len(sections.s), STRIP, np.int32)
+    grids.draw(sections.left, sections.left + sections.more_left, strip)
+    grids.draw(sections.right - sections.more_right, sections.right, strip)
     inset = defaults.GAP_INSET
-    spread.draw(grids.road, sections.right + inset, sections.left - inset, sections.road.astype(np.int32))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Spread:
-    """Cross sections in cells."""
-
-    # (n,) Where they are in their grid, and the direction of t, for one metre
-    x: NDArray[np.float32]
-    y: NDArray[np.float32]
-    nx: NDArray[np.float32]
-    ny: NDArray[np.float32]
-    # (n,) The grid's first cell and how many cells it is wide
-    first: NDArray[np.int32]
-    wide: NDArray[np.int32]
-
-    def draw(self, cells: IntArray, low: FloatArray, high: FloatArray, value: NDArray[np.int32]) -> None:
-        """Write values into the cells from t = low to t = high, m, all (n,); nothing where these are one."""
-        count = np.ceil((high - low) / (POINTS_PER_CELL * defaults.GAP_CELL)).astype(np.int64)
-        order = np.argsort(count, kind="stable")
-        order = order[count[order] > 0]
-        # Cross sections of equal width at once.
-        for k in np.split(order, np.flatnonzero(np.diff(count[order])) + 1) if len(order) else ():
-            share = np.linspace(0.0, 1.0, int(count[k[0]]) + 1, dtype=np.float32)
-            begin, end = low[k, None].astype(np.float32), high[k, None].astype(np.float32)
-            t = begin + (end - begin) * share
-            column = (self.x[k, None] + t * self.nx[k, None]).astype(np.int32)
-            row = (self.y[k, None] + t * self.ny[k, None]).astype(np.int32)
-            cells[self.first[k, None] + row * self.wide[k, None] + column] = value[k, None]
+    grids.draw(sections.right + inset, sections.left - inset, sections.road.astype(np.int32))

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from osm2xodr.curves import pose, project
 from osm2xodr.geometry.connections import ConnectingRoads
@@ -35,14 +36,14 @@ class Rays:
     section: IntArray
     side: IntArray
     gap: IntArray  # (n,) Number of the gap
-    cells: IntArray  # (n, steps) Cells on the way
+    cells: NDArray[np.int32]  # (n, steps) Cells on the way
     first: IntArray  # (n,) Index of the first place within the gap
     room: IntArray  # (n,) Index of the first place that is too far away
 
     def chosen(self, keep: BoolArray) -> Rays:
         """Return some of them."""
-        rows = (self.section, self.side, self.gap, self.cells, self.first, self.room)
-        return Rays(*(row[keep] for row in rows))
+        section, side, gap = self.section[keep], self.side[keep], self.gap[keep]
+        return Rays(section, side, gap, self.cells[keep], self.first[keep], self.room[keep])
 
     def ends(self, grids: Grids) -> IntArray:
         """Return the index of the first place behind each gap (of the first one within, where it is closed), (n,)."""
@@ -50,11 +51,13 @@ class Rays:
         left = (grids.gap[self.cells] != self.gap[:, None]) & (steps >= self.first[:, None])
         left |= steps >= self.room[:, None]
         left[:, -1] = True
-        return np.asarray(left.argmax(axis=1), np.int64)
+        end: IntArray = left.argmax(axis=1)
+        return end
 
     def roads_at(self, end: IntArray, grids: Grids) -> IntArray:
         """Return the connecting road whose lanes each ray comes to at its `end`; -1 for none, (n,)."""
-        return grids.road[self.cells[np.arange(len(end)), end]].astype(np.int64)
+        out: IntArray = grids.road[self.cells[np.arange(len(end)), end]].astype(np.int64)
+        return out
 
 
 def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays:
@@ -64,30 +67,21 @@ def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays
     holed[np.searchsorted(grids.start, np.flatnonzero(grids.gap), side="right") - 1] = True
     near = np.flatnonzero(holed[junction])
     steps = np.arange(1, int(defaults.FLOOR_REACH / step) + 1) * step
-    found: list[tuple[IntArray, ...]] = []
+    found: list[tuple[Any, ...]] = []
     for side in (1, -1):
         edge = sections.edge(np.array(side), np.arange(len(sections.s)))
-        begin = _cells(grids, sections, junction, near, edge[near, None] + side * steps[:_FIRST])
+        begin = grids.cells(near, edge[near, None] + side * steps[:_FIRST])
         inside = grids.gap[begin] > 0
         meets = inside.any(axis=1)
         k, first = near[meets], inside[meets].argmax(axis=1)
-        gap = grids.gap[begin[meets, first]]
+        gap = grids.gap[begin[meets, first]].astype(np.int64)
         # Inside of a bend, no farther than near its centre.
         bend = np.maximum(side * sections.curvature[k], 1e-9)
         room = ((1.0 - _LEAST_SHARE) / bend - side * edge[k]) / step - 1.0
-        cells = _cells(grids, sections, junction, k, edge[k, None] + side * steps)
+        cells = grids.cells_far(k, edge[k, None] + side * steps)
         found.append((k, np.full(len(k), side), gap, cells, first, np.clip(room, 0, len(steps) - 1).astype(np.int64)))
     rows = Rays(*(np.concatenate(column) for column in zip(*found, strict=True)))
     return rows.chosen(rows.room > rows.first)
-
-
-def _cells(
-    grids: Grids, sections: CrossSections, junction: IntArray, k: IntArray, t: FloatArray
-) -> IntArray:
-    """Return the cells at t (n, steps) of the k-th cross sections."""
-    x = sections.x[k, None] + t * sections.nx[k, None]
-    y = sections.y[k, None] + t * sections.ny[k, None]
-    return grids.cell(junction[k, None], x, y)
 
 
 def meet(
