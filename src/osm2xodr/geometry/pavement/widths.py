@@ -21,7 +21,10 @@ def width_records(
 
     `strip` (n,), ascending, is the strip, 0 … count - 1, that a width, m, at s belongs to; s ascends from 0.
     """
-    s, width = np.round(s, _DECIMALS), np.round(width, _DECIMALS)
+    last = np.append(np.diff(strip) > 0, True)
+    # At the end of a road up, so that no width falls below 0 before it.
+    s = np.where(last, np.ceil(s * 10**_DECIMALS) / 10**_DECIMALS, np.round(s, _DECIMALS))
+    width = np.round(width, _DECIMALS)
     keep = _needed(strip, s, width, tolerance)
     strip, s, width = strip[keep], s[keep], width[keep]
     begins = np.flatnonzero(np.diff(strip) == 0)
