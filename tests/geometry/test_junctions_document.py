@@ -18,21 +18,23 @@ from osm2xodr.geometry.plan_view import defaults as plan_view
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "method" / "junctions.md").read_text(encoding="utf-8")
 ROW = re.compile(r"^\| `(\w+)` \| ([\d.]+)(°?) \|[^|]*\| ([\w/]+) \| .+ \|$", re.MULTILINE)
+FOLDERS = ("junctions", "connections", "pavement")
 # Numbers that only keep arithmetic apart from zero, or the work at once in the processor's cache.
 TECHNICAL = {
     *("_NO_LINE_BELOW", "_NO_ANGLE", "_LONGEST_TANGENT", "_SHORTEST_RECORD", "_SAME_POSE", "_CLOSED", "_WITHIN"),
     *("_TOO_LONG", "_SHIFT_DECIMALS", "_SAME_RATIO", "_ROWS_AT_ONCE", "_PAIRS_AT_ONCE", "_DISTANCES_AT_ONCE"),
-    *("_PIECE_LENGTH", "_MOST_LANES", "_WIDTH_DECIMALS", "_SAME_WIDTH"),
+    *("_PIECE_LENGTH", "_MOST_LANES", "_WIDTH_DECIMALS", "_SAME_WIDTH", "FREE", "STRIP", "_APART"),
 }
 
 
 def module_of(where: str) -> str:
-    for folder in ("junctions", "connections"):
+    for folder in FOLDERS:
         if (ROOT / "src" / "osm2xodr" / "geometry" / folder / f"{where}.py").exists():
             return f"osm2xodr.geometry.{folder}.{where}"
     return {
         "junctions/defaults": "osm2xodr.geometry.junctions.defaults",
         "connections/defaults": "osm2xodr.geometry.connections.defaults",
+        "pavement/defaults": "osm2xodr.geometry.pavement.defaults",
         "geometry/defaults": "osm2xodr.geometry.defaults",
         "plan_view/defaults": "osm2xodr.geometry.plan_view.defaults",
         "osm2xodr/defaults": "osm2xodr.defaults",
@@ -57,7 +59,7 @@ def numbers(module: str) -> dict[str, float]:
 
 
 def modules() -> list[str]:
-    folders = [ROOT / "src" / "osm2xodr" / "geometry" / folder for folder in ("junctions", "connections")]
+    folders = [ROOT / "src" / "osm2xodr" / "geometry" / folder for folder in FOLDERS]
     paths = [path for folder in folders for path in sorted(folder.glob("*.py")) if path.name != "__init__.py"]
     return [".".join(path.relative_to(ROOT / "src").with_suffix("").parts) for path in paths]
 

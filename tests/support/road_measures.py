@@ -219,12 +219,12 @@ def _edges_before(measures: RoadMeasures, road: Road, k: int, s: float) -> dict[
 
 
 def _assert_contact(measures: RoadMeasures, path: Road) -> None:
-    """Check that a connecting road starts and ends in the lanes that it joins; borders may fill corners."""
+    """Check that a connecting road starts and ends in the lanes that it joins; borders may fill corners and gaps."""
     by_id = {road.id: road for road in measures.map.roads}
     lanes = [lane for lane in path.lane_sections[0].lanes if lane.id]
     corner = any(lane.type is LaneType.SIDEWALK for lane in lanes)
     linked = [lane for lane in lanes if (lane.predecessor, lane.successor) != (None, None)]
-    assert corner or len(lanes) == 1
+    assert corner or len(linked) == 1
     assert all(lane.type is LaneType.BORDER for lane in lanes if lane not in linked)
     for own in linked:
         for_both = corner or own.type is LaneType.BIDIRECTIONAL

@@ -12,6 +12,7 @@ from osm2xodr.geometry.connections import ConnectingRoads, InnerLane, Priorities
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.lanes import NO_MARK, LaneLayout, smooth_step
 from osm2xodr.geometry.margins import inner_width
+from osm2xodr.geometry.pavement import Floor
 from osm2xodr.model import (
     VEHICLE_LANES,
     Access,
@@ -141,7 +142,7 @@ def _linked(
 
 
 def connecting_road_records(
-    connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout], ids: RoadIds, rule: Rule
+    connecting: ConnectingRoads, parts: RoadParts, lanes: Sequence[LaneLayout], ids: RoadIds, rule: Rule, floor: Floor
 ) -> list[Road]:
     """Return the roads through junctions; those with equal lanes share their lane sections."""
     links = {end: ids.link(end) for end in np.unique([connecting.entry, connecting.exit]).tolist()}
@@ -176,7 +177,7 @@ def connecting_road_records(
                 predecessor=links[entry],
                 successor=links[exit_],
                 types=types[entry],
-                lane_sections=known[key],
+                lane_sections=_with_floor(known[key], floor.left.get(k), floor.right.get(k)),
                 osm_way_ids=(),
             )
         )
@@ -225,6 +226,21 @@ def _lanes_through(
         for number, item in enumerate(across, start=1)
     ]
     return (LaneSection(0.0, (_CENTRE_LANE, *lanes) if own < 0 else (*reversed(lanes), _CENTRE_LANE)),)
+
+
+def _with_floor(
+    sections: tuple[LaneSection, ...], left: tuple[Cubic, ...] | None, right: tuple[Cubic, ...] | None
+) -> tuple[LaneSection, ...]:
+    """Return the lane section of a connecting road with the junction's floor beside its lanes."""
+    if left is None and right is None:
+        return sections
+    lanes = sections[0].lanes
+    # A border is as high as the lanes for cars beside it (ASAM OpenDRIVE 1.8, 11.7.1).
+    outer = [
+        (Lane(lane, LaneType.BORDER, widths, road_mark=NO_MARK),) if widths is not None else ()
+        for lane, widths in ((lanes[0].id + 1, left), (lanes[-1].id - 1, right))
+    ]
+    return (LaneSection(sections[0].s, (*outer[0], *lanes, *outer[1])),)
 
 
 def _blend(length: float, start: float, end: float) -> Cubic:

@@ -24,6 +24,7 @@ from osm2xodr.geometry.heights import (
 from osm2xodr.geometry.junctions import RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all
 from osm2xodr.geometry.margins import add_margins
+from osm2xodr.geometry.pavement import lay_floor
 from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import build_connector_problem, build_profile_problem, too_steep_corners
 from osm2xodr.geometry.road_plan import RoadPlan, plan_roads
@@ -118,7 +119,7 @@ def _road_map(
         rule=network.rule,
         roads=(
             *roads,
-            *connecting_road_records(through, parts, lanes, ids, network.rule),
+            *connecting_road_records(through, parts, lanes, ids, network.rule, lay_floor(through, network.rule)),
         ),
         junctions=junction_records(network, layout, through, priorities, ids),
         plan_view=stack_plan_views(parts.plan_view, through.plan_view),

@@ -42,6 +42,10 @@ def corners(roads: RoadMap) -> list[Road]:
     ]
 
 
+def driven(road: Road) -> list[Lane]:
+    return [lane for lane in road.lane_sections[0].lanes if lane.type is LaneType.DRIVING]
+
+
 def sidewalk_of(road: Road) -> Lane:
     (lane,) = (lane for lane in road.lane_sections[0].lanes if lane.type is LaneType.SIDEWALK)
     return lane
@@ -258,7 +262,7 @@ def test_no_sidewalk_lies_on_a_lane_for_cars(rule: Rule) -> None:
                     continue
                 length = measures.length(road)
                 for s in np.linspace(0.0, length, 25).tolist():
-                    (edges,) = (edges for lane, edges in measures.edges(road, 0, s).items() if lane)
+                    (edges,) = (measures.edges(road, 0, s)[lane.id] for lane in driven(road))
                     here = measures.pose(road, s).beside(sum(edges) / 2)
                     nearest = min(math.hypot(x - here.x, y - here.y) for x, y in places)
                     assert nearest > abs(edges[0] - edges[1]) / 2 - 0.01, (name, walk.id, road.id)

@@ -85,8 +85,8 @@ def kept_statistics(road_map: RoadMap, whole: Mapping[str, float]) -> dict[str, 
 
 
 def _is_for_people(road: Road) -> bool:
-    """Say whether a connecting road is for people on foot: whether its outermost lane is a sidewalk."""
-    return max(road.lane_sections[0].lanes, key=lambda lane: abs(lane.id)).type is LaneType.SIDEWALK
+    """Say whether a connecting road is for people on foot: whether one of its lanes is a sidewalk."""
+    return any(lane.type is LaneType.SIDEWALK for lane in road.lane_sections[0].lanes)
 
 
 def _steepest(profile: CubicProfile, length: FloatArray, wanted: BoolArray) -> float:

@@ -1,0 +1,94 @@
+"""Cross sections of connecting roads: where the outer edges of their lanes are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from osm2xodr.curves import curvature_at, places_along, pose
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.margins import inner_width
+from osm2xodr.model import FloatArray, IntArray, Rule
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaneEdges:
+    """The edges of all lanes of connecting roads together at their starts and ends: t, (roads,), m."""
+
+    length: FloatArray
+    left_start: FloatArray
+    left_end: FloatArray
+    right_start: FloatArray
+    right_end: FloatArray
+
+    @classmethod
+    def of(cls, roads: ConnectingRoads, rule: Rule) -> LaneEdges:
+        """Return the edges of connecting roads: lanes lie at one side of the centre lane."""
+        inner = inner_width(roads)
+        # The side of the carriageway where the lanes' traffic drives, seen from the centre lane.
+        side = np.where(roads.against, 1.0, -1.0) * (1.0 if rule is Rule.RIGHT_HAND else -1.0)
+        out: list[FloatArray] = []
+        for width, within, aside in (
+            (roads.entry_width, inner[0], roads.entry_aside),
+            (roads.exit_width, inner[1], roads.exit_aside),
+        ):
+            centre = aside - side * (width / 2 + within)
+            outermost = aside + side * width / 2
+            out += [np.maximum(centre, outermost), np.minimum(centre, outermost)]
+        return cls(np.maximum(roads.length, 1e-6), out[0], out[2], out[1], out[3])
+
+    def at(self, road: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return t of the left and the right edge at s of roads, all (n,), m."""
+        u = s / self.length[road]
+        blend = u * u * (3.0 - 2.0 * u)
+        left = self.left_start[road] + blend * (self.left_end - self.left_start)[road]
+        right = self.right_start[road] + blend * (self.right_end - self.right_start)[road]
+        return left, right
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CrossSections:
+    """Cross sections at equal intervals along connecting roads, road after road."""
+
+    road: IntArray  # (n,) Index of the connecting road
+    spacing: FloatArray  # (n,) How far they are apart along it, m
+    # (n,) Where on it, m, and its reference line there
+    s: FloatArray
+    x: FloatArray
+    y: FloatArray
+    # (n,) The direction of t
+    nx: FloatArray
+    ny: FloatArray
+    curvature: FloatArray  # (n,) Of the reference line, 1/m
+    # (n,) t of the edges of the lanes, m
+    left: FloatArray
+    right: FloatArray
+    # (n,) The width of strips beyond them, m
+    more_left: FloatArray
+    more_right: FloatArray
+
+    def chosen(self, rows: IntArray) -> CrossSections:
+        """Return some of them."""
+        return CrossSections(*(getattr(self, item.name)[rows] for item in fields(self)))
+
+    def widened(self, left: FloatArray, right: FloatArray) -> CrossSections:
+        """Return them with strips of other widths, (n,), m."""
+        return replace(self, more_left=left, more_right=right)
+
+    def edge(self, side: IntArray, k: IntArray) -> FloatArray:
+        """Return t of the outer edges, strips included, at the left (1) or right (-1) of the k-th ones, m."""
+        return np.where(side > 0, (self.left + self.more_left)[k], (self.right - self.more_right)[k])
+
+    @classmethod
+    def of(cls, roads: ConnectingRoads, edges: LaneEdges, spacing: float) -> CrossSections:
+        """Return cross sections of all roads, at most `spacing` apart, m, the first and the last at their ends."""
+        road, s = places_along(roads.plan_view, spacing)
+        x, y, hdg = pose(roads.plan_view, road, s)
+        nx, ny = -np.sin(hdg), np.cos(hdg)
+        curvature = curvature_at(roads.plan_view, road, s)
+        count = np.bincount(road, minlength=len(edges.length))
+        apart = (edges.length / (count - 1))[road]
+        left, right = edges.at(road, s)
+        none = np.zeros(len(s))
+        return cls(road, apart, s, x, y, nx, ny, curvature, left, right, none, none)

@@ -1,0 +1,182 @@
+"""Which edges of lanes the strips begin at that close the gaps of junctions, and how wide they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.pavement import defaults
+from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
+from osm2xodr.geometry.pavement.gaps import POINTS_PER_CELL, Grids, find_gaps
+from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet
+from osm2xodr.geometry.pavement.widths import width_records
+from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
+
+# So often gaps are looked for, and each gets at most so many strips.
+_PASSES: Final = 2
+_MOST_STRIPS: Final = 4
+# Gaps are looked for again beside strips of more area in a junction, m².
+_LARGE_STRIPS: Final = 0.5
+# How many cross sections a strip goes on at most where its gap becomes narrower than this, m: cells do not show the
+# gap's tip.
+_GOES_ON: Final = 12
+_NARROW: Final = 1.5
+# Where a strip becomes narrower by more than this at once, m, it does so this many cross sections later: cells do not
+# show how far a lane beside it is.
+_STEP: Final = 0.3
+_LATER: Final = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Floor:
+    """Strips of pavement beside the lanes of connecting roads, by index of the road: their widths along it."""
+
+    left: dict[int, tuple[Cubic, ...]]
+    right: dict[int, tuple[Cubic, ...]]
+
+
+def lay_floor(roads: ConnectingRoads, rule: Rule) -> Floor:
+    """Return the strips beside connecting roads that close the gaps which these enclose."""
+    if not len(roads.length):
+        return Floor({}, {})
+    edges = LaneEdges.of(roads, rule)
+    sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL)
+    junction = np.unique(roads.junction, return_inverse=True)[1].astype(np.int64)[sections.road]
+    width = np.zeros((2, len(sections.s)))
+    rows = np.arange(len(sections.s))
+    for _ in range(_PASSES):
+        here = sections.chosen(rows)
+        number = np.unique(junction[rows], return_inverse=True)[1]
+        more, with_gap = _strips(here.widened(width[0, rows], width[1, rows]), number, roads, edges)
+        width[:, rows] += more
+        # What strips do not cover in spite of the cells, because they end, begin or bend, is found the next time.
+        rows = rows[with_gap[number]]
+        if not len(rows):
+            break
+    return Floor(*(_records(sections, each) for each in width))
+
+
+def _strips(
+    sections: CrossSections, junction: IntArray, roads: ConnectingRoads, edges: LaneEdges
+) -> tuple[FloatArray, BoolArray]:
+    """Return the widths of strips, left and right (2, n), m, and which junctions have large ones, (J,)."""
+    width = np.zeros((2, len(sections.s)))
+    grids = find_gaps(sections, junction)
+    if not grids.gap.any():
+        return width, np.zeros(len(grids.wide), bool)
+    rays = cast_rays(grids, sections, junction)
+    for _ in range(_MOST_STRIPS):
+        end = rays.ends(grids)
+        best = _largest(rays, end, sections)
+        if not best.any():
+            break
+        strip = _Strips.along(rays.chosen(best), end[best], grids, sections, roads, edges)
+        for part in (strip, _continued(strip, sections, roads, edges)):
+            np.maximum.at(width, (part.row, part.section), part.reach + defaults.FLOOR_OVERLAP)
+        _close(rays.chosen(best), end[best], grids)
+        rays = rays.chosen(~best & (end > rays.first))
+    area = np.bincount(junction, width.sum(axis=0) * sections.spacing)
+    return _with_late_steps(width, sections.road), area >= _LARGE_STRIPS
+
+
+def _with_late_steps(width: FloatArray, road: IntArray) -> FloatArray:
+    """Return widths (2, n), m, of strips that go on at full width where they would step down."""
+    out = width.copy()
+    for far in range(1, _LATER + 1):
+        for here, there in ((slice(far, None), slice(None, -far)), (slice(None, -far), slice(far, None))):
+            steps = (road[here] == road[there]) & (width[:, there] > width[:, here] + _STEP)
+            out[:, here] = np.where(steps, np.maximum(out[:, here], width[:, there]), out[:, here])
+    return out
+
+
+def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:
+    """Say which rays belong to the edge from which their gap is seen best, (n,); none where too little is seen.
+
+    Of edges that see as much, the longest one is best: rays from there end at the gap's tips, not before them.
+    """
+    k = rays.section
+    middle = sections.edge(rays.side, k) + rays.side * (rays.first + end) * (RAY_STEP / 2)
+    size = (end - rays.first) * RAY_STEP * sections.spacing[k] * (1.0 - sections.curvature[k] * middle)
+    key = (rays.gap * (int(sections.road[-1]) + 1) + sections.road[k]) * 2 + (rays.side < 0)
+    kinds, first, kind = np.unique(key, return_index=True, return_inverse=True)
+    total = np.bincount(kind, size, len(kinds))
+    order = np.lexsort((kinds, -(total**2) * np.bincount(kind), rays.gap[first]))
+    largest = order[np.unique(rays.gap[first][order], return_index=True)[1]]
+    good = np.zeros(len(kinds), bool)
+    good[largest] = total[largest] >= defaults.GAP_LEAST_AREA
+    return np.asarray(good[kind])
+
+
+def _close(rays: Rays, end: IntArray, grids: Grids) -> None:
+    """Mark the cells on rays within their gaps as covered, by no lane."""
+    steps = np.arange(rays.cells.shape[1])
+    cells = rays.cells[(steps >= rays.first[:, None]) & (steps < end[:, None])]
+    grids.gap[cells] = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Strips:
+    """Widths of strips at cross sections."""
+
+    section: IntArray  # (n,) Index of the cross section
+    side: IntArray  # (n,) Left 1, right -1
+    other: IntArray  # (n,) The connecting road at whose lanes the strip ends there; -1 for none
+    reach: FloatArray  # (n,) Its width, m
+
+    @classmethod
+    def along(
+        cls,
+        rays: Rays,
+        end: IntArray,
+        grids: Grids,
+        sections: CrossSections,
+        roads: ConnectingRoads,
+        edges: LaneEdges,
+    ) -> _Strips:
+        """Return strips along rays as far as the lanes behind the gap."""
+        other = rays.roads_at(end, grids)
+        reach = meet(rays.section, rays.side, (end + 1.0) * RAY_STEP, other, sections, roads, edges)
+        order = np.lexsort((rays.section, rays.side))
+        return cls(rays.section[order], rays.side[order], other[order], reach[order])
+
+    @property
+    def row(self) -> IntArray:
+        """0 for left, 1 for right, (n,)."""
+        return (self.side < 0).astype(np.int64)
+
+
+def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads, edges: LaneEdges) -> _Strips:
+    """Return how strips go on beyond both of their ends, where cells of lanes hide how narrow gaps end."""
+    section, side, last = strips.section, strips.side, len(sections.road) - 1
+    apart = (np.diff(section) != 1) | (np.diff(side) != 0) | (np.diff(sections.road[section]) != 0)
+    steps = np.arange(1, _GOES_ON + 1)
+    found: list[_Strips] = []
+    for sense, ends in ((-1, np.append(True, apart)), (1, np.append(apart, True))):
+        k = np.flatnonzero(ends & (strips.other >= 0))
+        ahead = np.clip(section[k, None] + sense * steps, 0, last)
+        same = sections.road[ahead] == sections.road[section[k], None]
+        flat = (np.repeat(column[k], len(steps)) for column in (side, strips.reach, strips.other))
+        sides, reach, other = flat
+        reach = meet(ahead.ravel(), sides, reach, other, sections, roads, edges).reshape(ahead.shape)
+        good = same & (reach > 0.0) & (reach < _NARROW)
+        good[:, 1:] &= reach[:, 1:] <= np.maximum(reach[:, :-1], _NARROW / 4)
+        good = np.logical_and.accumulate(good, axis=1)
+        keep = good.ravel()
+        found.append(_Strips(ahead.ravel()[keep], sides[keep], other[keep], reach.ravel()[keep]))
+    return _Strips(*(np.concatenate([getattr(item, name) for item in found]) for name in _Strips.__slots__))
+
+
+def _records(sections: CrossSections, width: FloatArray) -> dict[int, tuple[Cubic, ...]]:
+    """Return the widths of the roads that have a strip, by index of the road; `width` at cross sections, (n,), m."""
+    open_ = np.maximum(width - defaults.FLOOR_OVERLAP, 0.0)
+    area = np.bincount(sections.road, open_ * sections.spacing)
+    with_strip = np.flatnonzero(area >= defaults.FLOOR_LEAST_AREA)
+    if not len(with_strip):
+        return {}
+    rows = np.flatnonzero(np.isin(sections.road, with_strip))
+    strip = np.searchsorted(with_strip, sections.road[rows])
+    records = width_records(strip, sections.s[rows], width[rows], len(with_strip), defaults.FLOOR_TOLERANCE)
+    return dict(zip(with_strip.tolist(), records, strict=True))

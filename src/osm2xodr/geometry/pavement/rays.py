@@ -1,0 +1,115 @@
+"""Rays from the edges of lanes across gaps: how far each gap reaches from there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from osm2xodr.curves import pose, project
+from osm2xodr.geometry.connections import ConnectingRoads
+from osm2xodr.geometry.pavement import defaults
+from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
+from osm2xodr.geometry.pavement.gaps import Grids
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Distance of places on a ray, m, and how many of them a gap may begin behind: cells that an edge runs through are
+# covered.
+RAY_STEP: Final = 0.5 * defaults.GAP_CELL
+_FIRST: Final = 4
+# Least share of its length that is left of a strip at the inside of a bend, where cross sections come closer.
+_LEAST_SHARE: Final = 0.15
+# A place lies abreast of a road, not beyond its ends, if its distance is |t| up to this, m.
+_ABREAST: Final = 0.01
+# Least sine of the angle between a ray and the edge that it meets, and how often the meeting is improved.
+_LEAST_SINE: Final = 0.3
+_ROUNDS: Final = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rays:
+    """Rays across gaps, in the order of edges and along each of them."""
+
+    # (n,) Index of the cross section that each begins at, and the side: left 1, right -1
+    section: IntArray
+    side: IntArray
+    gap: IntArray  # (n,) Number of the gap
+    cells: NDArray[np.int32]  # (n, steps) Cells on the way
+    first: IntArray  # (n,) Index of the first place within the gap
+    room: IntArray  # (n,) Index of the first place that is too far away
+
+    def chosen(self, keep: BoolArray) -> Rays:
+        """Return some of them."""
+        section, side, gap = self.section[keep], self.side[keep], self.gap[keep]
+        return Rays(section, side, gap, self.cells[keep], self.first[keep], self.room[keep])
+
+    def ends(self, grids: Grids) -> IntArray:
+        """Return the index of the first place behind each gap (of the first one within, where it is closed), (n,)."""
+        steps = np.arange(self.cells.shape[1])
+        left = (grids.gap[self.cells] != self.gap[:, None]) & (steps >= self.first[:, None])
+        left |= steps >= self.room[:, None]
+        left[:, -1] = True
+        end: IntArray = left.argmax(axis=1)
+        return end
+
+    def roads_at(self, end: IntArray, grids: Grids) -> IntArray:
+        """Return the connecting road whose lanes each ray comes to at its `end`; -1 for none, (n,)."""
+        out: IntArray = grids.road[self.cells[np.arange(len(end)), end]].astype(np.int64)
+        return out
+
+
+def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays:
+    """Return the rays that meet a gap next to the edge where they begin; `junction` is that of each section, (n,)."""
+    step = RAY_STEP
+    holed = np.zeros(len(grids.wide), bool)
+    holed[np.searchsorted(grids.start, np.flatnonzero(grids.gap), side="right") - 1] = True
+    near = np.flatnonzero(holed[junction])
+    steps = np.arange(1, int(defaults.FLOOR_REACH / step) + 1) * step
+    found: list[tuple[Any, ...]] = []
+    for side in (1, -1):
+        edge = sections.edge(np.array(side), np.arange(len(sections.s)))
+        begin = grids.cells(near, edge[near, None] + side * steps[:_FIRST])
+        inside = grids.gap[begin] > 0
+        meets = inside.any(axis=1)
+        k, first = near[meets], inside[meets].argmax(axis=1)
+        gap = grids.gap[begin[meets, first]].astype(np.int64)
+        # Inside of a bend, no farther than near its centre.
+        bend = np.maximum(side * sections.curvature[k], 1e-9)
+        room = ((1.0 - _LEAST_SHARE) / bend - side * edge[k]) / step - 1.0
+        cells = grids.cells_far(k, edge[k, None] + side * steps)
+        found.append((k, np.full(len(k), side), gap, cells, first, np.clip(room, 0, len(steps) - 1).astype(np.int64)))
+    rows = Rays(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    return rows.chosen(rows.room > rows.first)
+
+
+def meet(
+    section: IntArray,
+    side: IntArray,
+    reach: FloatArray,
+    other: IntArray,
+    sections: CrossSections,
+    roads: ConnectingRoads,
+    edges: LaneEdges,
+) -> FloatArray:
+    """Return where rays meet the lanes of the `other` roads (-1: none), beyond their edge, near `reach`, (n,), m."""
+    out = reach.copy()
+    rows = np.flatnonzero(other >= 0)
+    k, road, sign = section[rows], other[rows], side[rows]
+    edge = sections.edge(sign, k)
+    for _ in range(_ROUNDS):
+        t = edge + sign * out[rows]
+        x, y = sections.x[k] + t * sections.nx[k], sections.y[k] + t * sections.ny[k]
+        s, aside, distance = project(roads.plan_view, road, x, y)
+        left, right = edges.at(road, s)
+        beyond_left = aside > (left + right) / 2
+        outside = np.where(beyond_left, aside - left, right - aside)
+        hdg = pose(roads.plan_view, road, s)[2]
+        # How much nearer to that edge a step along the ray gets.
+        nearer = sign * (sections.ny[k] * np.cos(hdg) - sections.nx[k] * np.sin(hdg))
+        nearer = np.where(beyond_left, -nearer, nearer)
+        good = (np.abs(distance - np.abs(aside)) < _ABREAST) & (nearer > _LEAST_SINE)
+        out[rows[good]] += (outside / np.where(good, nearer, 1.0))[good]
+    low, high = reach - 3 * defaults.GAP_CELL, reach + 2 * defaults.GAP_CELL
+    return np.asarray(np.clip(out, np.maximum(low, 0.0), high))
