@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Final
 
 # Size of the cells in which gaps between lanes are looked for, m. A choice of speed; their edges are found exactly.
-GAP_CELL: Final = 0.36
-# How much narrower lanes are drawn than they are, on both sides, m, to show narrow slits. A choice: a third of a cell
-# leaves lanes that touch closed.
-GAP_INSET: Final = 0.15
-# Gaps with less area that is clear of all edges by a cell or so stay open, m²: one cell. A choice.
-GAP_LEAST_AREA: Final = 0.1
+GAP_CELL: Final = 0.4
+# How much narrower lanes are drawn than they are, on both sides, m, to show narrow slits. A choice: with less than
+# half a cell, lanes that touch stay closed nearly everywhere.
+GAP_INSET: Final = 0.18
+# Gaps stay open that have less area clear of the edges, m²: a cell or none. A choice.
+GAP_LEAST_AREA: Final = 0.15
 # Gaps of more area are blocks between roads, not parts of a junction, m². A choice.
 GAP_LARGEST_AREA: Final = 65.0
 # How far a strip of pavement reaches from a lane's edge at most, m. A choice.

@@ -22,7 +22,7 @@ _MOST_STRIPS: Final = 4
 _LARGE_STRIPS: Final = 0.5
 # How many cross sections a strip goes on at most where its gap becomes narrower than this, m: cells do not show the
 # gap's tip.
-_GOES_ON: Final = 12
+_GOES_ON: Final = 11
 _NARROW: Final = 1.5
 # Where a strip becomes narrower by more than this at once, m, it does so this many cross sections later: cells do not
 # show how far a lane beside it is.
@@ -171,8 +171,8 @@ def _continued(strips: _Strips, sections: CrossSections, roads: ConnectingRoads,
 
 def _records(sections: CrossSections, width: FloatArray) -> dict[int, tuple[Cubic, ...]]:
     """Return the widths of the roads that have a strip, by index of the road; `width` at cross sections, (n,), m."""
-    open_ = np.maximum(width - defaults.FLOOR_OVERLAP, 0.0)
-    area = np.bincount(sections.road, open_ * sections.spacing)
+    beyond = np.maximum(width - defaults.FLOOR_OVERLAP, 0.0)
+    area = np.bincount(sections.road, beyond * sections.spacing)
     with_strip = np.flatnonzero(area >= defaults.FLOOR_LEAST_AREA)
     if not len(with_strip):
         return {}

@@ -32,8 +32,8 @@ def width_records(
     out: list[list[Cubic]] = [[] for _ in range(count)]
     rows = zip(strip[begins].tolist(), s[begins].tolist(), width[begins].tolist(), slope.tolist(), strict=True)
     for k, at, value, rise in rows:
-        last = out[k][-1] if out[k] else None
-        if last is None or not (value == rise == last.a == last.b == 0.0):
+        before = out[k][-1] if out[k] else None
+        if before is None or not (value == rise == before.a == before.b == 0.0):
             out[k].append(Cubic(at, value, rise))
     return [tuple(item) for item in out]
 
