@@ -62,3 +62,15 @@ def test_lanes_are_the_innermost_and_the_innermost_that_a_car_reaches(rule: Rule
     # Innermost lanes: 13 m between the lines, less 3 m to either side: 7 m; the next one is 10 m away.
     assert [(one, to) for way, one, out, to in built_links(roads) if (way, out) == (2, 1)] == [(-side * 1, -side * 2)]
     assert len(turns_back(roads)) == 1
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+@pytest.mark.parametrize("shift", [-12.0, 12.0])
+@pytest.mark.parametrize("apart", [5.0, 7.0, 14.0])
+def test_arms_that_end_apart_are_joined_without_a_gap(apart: float, shift: float, rule: Rule) -> None:
+    """The street across runs askew, so that one carriageway ends before the other."""
+    case = dual(apart, "lanes=1 width=3")
+    x, y = case.nodes["o1"]
+    roads = built(replace(case, nodes={**case.nodes, "o1": (x + shift, y)}), rule, u_turns="all")
+    assert_sound(roads)
+    assert min(smallest_radius_of(roads.plan_view, k) for k in turns_back(roads)) >= U_TURN_RADIUS - 1e-6

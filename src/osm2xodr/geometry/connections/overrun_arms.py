@@ -21,12 +21,12 @@ _SPACING: Final = 1.0
 # They run over an arm where their lane reaches farther into its carriageway than this, m, farther out than the first
 # and not as far as the second of these, m. Choices.
 _OVERLAP: Final = 0.3
-_FIRST: Final = 1.0
+_FIRST: Final = 2.0
 _FARTHEST: Final = 40.0
 # Arms may bend aside by this much up to there, m.
 _BEND: Final = 10.0
 # What is left between an arm and the ways that ran over it, m. A choice.
-_CLEARANCE: Final = 1.0
+_CLEARANCE: Final = 0.5
 
 
 def clear_overrun_arms(

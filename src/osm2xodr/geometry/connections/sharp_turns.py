@@ -52,8 +52,12 @@ def set_back_arms(
     t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
     trim = layout.trim.copy()
     # Loops that turn back on their arm have their own room; bicycles need less than cars.
-    lacking = _lack_room(connecting.plan_view) | swings_back(connecting.plan_view)
-    rows = np.flatnonzero(lacking & (connecting.entry != connecting.exit) & connecting.for_vehicles())
+    plain = (connecting.entry != connecting.exit) & connecting.for_vehicles()
+    lacking = _lack_room(connecting.plan_view) & plain
+    # Those that turn back swing out, and would not if there were more room between their lanes.
+    rows = np.flatnonzero(swings_back(connecting.plan_view) & plain)
+    lacking[rows] |= _lack_room(_curves(ends, trim, entry[rows], exit_[rows], t_in[rows], t_out[rows]))
+    rows = np.flatnonzero(lacking)
     for _ in range(_ARM_SETBACK_STEPS):
         arms = np.union1d(entry[rows], exit_[rows])
         arms = arms[trim[arms] + ARM_SETBACK_STEP <= layout.most[arms]]
