@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from object_cases import ROAD, STREET, placed, road_of_way, s_of, said, side, thing, with_things, world_of
@@ -11,6 +13,9 @@ from osm2xodr.model import RoadsideKind, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule))
 NEAR = 0.02
+# A track from the west to the south.
+_ARC = [(-9.6 + 8.0 * math.sin(angle), -9.6 + 8.0 * math.cos(angle)) for angle in np.linspace(0.0, math.pi / 2, 12)]
+ROUND_THE_CORNER = [(-50.0, -1.6), *_ARC, (-1.6, -50.0)]
 
 
 @EITHER
@@ -125,6 +130,25 @@ def test_tram_tracks_lie_where_their_way_runs(rule: Rule) -> None:
     assert [(item.type, item.subtype, item.name) for item in found] == [("patch", "tramTrack", "tram track")] * 2
     assert sorted(round(item.t * side(rule), 1) for item in found) == [1.0, 2.0]
     assert all(item.repeat is not None and item.repeat.length == pytest.approx(100.0, abs=NEAR) for item in found)
+
+
+@EITHER
+@pytest.mark.parametrize("points", [[(-50.0, 1.5), (50.0, 1.5)], ROUND_THE_CORNER])
+def test_tram_tracks_run_on_through_junctions(points: list[tuple[float, float]], rule: Rule) -> None:
+    nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -80.0), "n": (0.0, 80.0)}
+    ways = {k: (f"{name} o", "lanes=2 width=7") for k, name in enumerate("wesn", start=1)}
+    track = thing(RoadsideKind.TRAM_TRACK, points, rule)
+    world = world_of(Case(nodes, ways), rule, network=with_things(track))
+    found = placed(world)
+    length = float(np.hypot(*np.diff(np.array(points), axis=0).T).sum())
+    by_place: dict[bool, float] = {True: 0.0, False: 0.0}
+    inside = {road.id for road in world.road_map.roads if road.junction is not None}
+    for item in found:
+        assert item.repeat is not None
+        by_place[item.road in inside] += item.repeat.length / 2
+    assert by_place[True] > 9.0
+    # Half a metre is missing at each end of a road.
+    assert sum(by_place.values()) == pytest.approx(length, abs=3.0)
 
 
 @EITHER

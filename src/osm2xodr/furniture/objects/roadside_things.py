@@ -138,8 +138,8 @@ _RAIL_WIDTH: Final = 0.07
 def tram_objects(world: World, finder: RoadsideFinder) -> list[RoadObject]:
     """Make the rails of tram tracks on carriageways.
 
-    Tracks that are mapped as ways of their own lie where they are mapped; those that only the street's tags name lie
-    in the lanes for cars next to the centre.
+    Tracks that are mapped as ways of their own lie where they are mapped, also through junctions; those that only the
+    street's tags name lie in the lanes for cars next to the centre.
     """
     tracks = [thing for thing in world.network.roadside if thing.kind is RoadsideKind.TRAM_TRACK]
     lines = [thing for thing in tracks if len(thing.points) > 1]

@@ -15,6 +15,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, ObjectRepeat, RoadOb
 
 # Distance of the points of a line that are placed beside roads, m; a choice.
 POINT_SPACING: Final = 3.0
+# Distance of those of lines on carriageways, m, so that they run on through junctions without gaps; a choice.
+_SPACING_ON_ROADS: Final = 0.5
 # Shorter parts of lines are left out, m; a choice.
 SHORTEST_RUN: Final = 1.0
 # How far lines are moved at most to have fewer points, m; a choice.
@@ -52,7 +54,8 @@ def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_wid
 
     Lines are local x, y of their points, (n, 2), m; half widths are those of what is built along each, m.
     """
-    line, places = _sampled(finder, lines)
+    line, x, y = _points_along(lines, POINT_SPACING)
+    places = finder.places(x, y)
     half = np.array(half_widths)[line]
     off = defaults.OBJECT_GAP + half
     kept = (places.road >= 0) & (places.beyond >= -defaults.OBJECT_INSIDE)
@@ -67,24 +70,56 @@ def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_wid
 
 
 def strips_on(finder: RoadsideFinder, lines: Sequence[FloatArray], half_width: float) -> list[Strip]:
-    """Cut lines (n, 2) to the carriageways on which they run with their half width, m."""
-    line, places = _sampled(finder, lines)
-    kept = (places.road >= 0) & (places.beyond <= -half_width)
+    """Cut lines (n, 2) to the carriageways on which they run with their half width, m, and on through junctions."""
+    line, x, y = _points_along(lines, _SPACING_ON_ROADS)
+    places = finder.places(x, y)
+    on = (places.road >= 0) & (places.beyond <= -half_width)
+    places = _through_junctions(finder, line, x, y, places)
+    on |= np.isnan(places.left) & (places.road >= 0)
     one_side = np.zeros(len(line), np.bool_)
-    return [strip for run in _runs(line, places, places.t, kept, one_side) for strip in simplified(run)]
+    return [strip for run in _runs(line, places, places.t, on, one_side) for strip in simplified(run)]
 
 
-def _sampled(finder: RoadsideFinder, lines: Sequence[FloatArray]) -> tuple[IntArray, RoadsidePlaces]:
-    """Return the places of points along lines, vertices included, and the index of each one's line."""
+def _through_junctions(
+    finder: RoadsideFinder, line: IntArray, x: FloatArray, y: FloatArray, places: RoadsidePlaces
+) -> RoadsidePlaces:
+    """Give points that have no place outside of junctions one on a connecting road that runs along their line.
+
+    Of several roads that one is taken which the line follows farthest without a break.
+    """
+    inside = np.flatnonzero(places.road < 0)
+    point, road, s, t = finder.on_connecting_roads(x[inside], y[inside])
+    point = inside[point]
+    order = np.lexsort((point, road))
+    point, road, s, t = point[order], road[order], s[order], t[order]
+    if not len(point):
+        return places
+    along = np.abs(np.diff(t)) <= _SLOPE_MAX * np.abs(np.diff(s))
+    linked = (np.diff(point) == 1) & (np.diff(road) == 0) & (line[point[1:]] == line[point[:-1]]) & along
+    begins = np.flatnonzero(np.concatenate([[True], ~linked]))
+    groups = sorted(np.split(np.arange(len(point)), begins[1:]), key=len, reverse=True)
+    columns = {name: np.array(getattr(places, name)) for name in ("road", "s", "t")}
+    for rows in groups:
+        free = rows[columns["road"][point[rows]] < 0]
+        columns["road"][point[free]], columns["s"][point[free]], columns["t"][point[free]] = (
+            road[free],
+            s[free],
+            t[free],
+        )
+    return replace(places, **columns)
+
+
+def _points_along(lines: Sequence[FloatArray], spacing: float) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return points along lines, vertices included: the index of each one's line, x and y, (n,), m."""
     xs, ys, owner = [np.zeros(0)], [np.zeros(0)], [np.zeros(0, np.int64)]
     for k, points in enumerate(lines):
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-        count = max(int(np.ceil(along[-1] / POINT_SPACING)), 1) + 1
+        count = max(int(np.ceil(along[-1] / spacing)), 1) + 1
         at = np.unique(np.concatenate([np.linspace(0.0, along[-1], count), along]))
         xs.append(np.interp(at, along, points[:, 0]))
         ys.append(np.interp(at, along, points[:, 1]))
         owner.append(np.full(len(at), k, np.int64))
-    return np.concatenate(owner), finder.places(np.concatenate(xs), np.concatenate(ys))
+    return np.concatenate(owner), np.concatenate(xs), np.concatenate(ys)
 
 
 def _runs(line: IntArray, places: RoadsidePlaces, t: FloatArray, kept: BoolArray, side: BoolArray) -> Iterator[Run]:

@@ -89,6 +89,15 @@ class RoadsideFinder:
         out.left[at], out.right[at] = left[order], right[order]
         return out
 
+    def on_connecting_roads(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """Return the points (n,) that lie on lanes through junctions: point, index of the road, s and t, all (m,).
+
+        A point may lie on several roads.
+        """
+        point, curve, s, t, left, right = self._beside(self._connecting, x, y, _HALF_WIDTH_MAX_CONNECTING)
+        on = (t < left) & (t > right)
+        return point[on], curve[on], s[on], t[on]
+
     def _covered(self, curve: IntArray, s: FloatArray) -> BoolArray:
         """Return which places on roads lie in tunnels: what OSM has there is above them."""
         out = np.zeros(len(curve), np.bool_)
