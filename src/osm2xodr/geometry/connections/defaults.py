@@ -7,3 +7,10 @@ from typing import Final
 # A street runs smoothly on through a junction where no corner on its way is sharper than this, rad (30 degrees): its
 # drivers do not turn. A choice.
 SMOOTH_CORNER: Final = 0.52
+# Smallest radius of the middle of a turning lane wherever the arms have room, m: cars turn at 5 to 6 m (RASt 06, as
+# `CORNER_RADIUS_OTHER`).
+TURNING_RADIUS: Final = 6.0
+# An arm is set back for its turns by at most this, m, and no farther than leaves this length of a street between two
+# junctions, m: a car and a bit. Choices.
+ARM_SETBACK_MAX: Final = 12.0
+LEAST_STREET_BETWEEN_SETBACKS: Final = 6.0

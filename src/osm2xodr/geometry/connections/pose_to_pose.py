@@ -132,6 +132,18 @@ def _turns(plan: PlanView) -> tuple[FloatArray, FloatArray]:
     return np.abs(np.bincount(owner, turn, n)), np.bincount(owner, np.abs(turn), n).astype(np.float64)
 
 
+def tangents(
+    x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far ahead of poses 0 and behind poses 1 their tangents meet, (n,), m; negative: on the other side."""
+    vx, vy = x1 - x0, y1 - y0
+    sin = np.sin(wrapped(hdg1 - hdg0))
+    safe = np.where(np.abs(sin) < _NO_ANGLE, 1.0, sin)
+    before = (vx * np.sin(hdg1) - vy * np.cos(hdg1)) / safe
+    after = (np.cos(hdg0) * vy - np.sin(hdg0) * vx) / safe
+    return before, after
+
+
 def _line_and_arc(
     x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
 ) -> tuple[BoolArray, FloatArray, FloatArray]:
@@ -141,11 +153,7 @@ def _line_and_arc(
     is the line.
     """
     turn = wrapped(hdg1 - hdg0)
-    vx, vy = x1 - x0, y1 - y0
-    sin = np.sin(turn)
-    safe = np.where(np.abs(sin) < _NO_ANGLE, 1.0, sin)
-    before = (vx * np.sin(hdg1) - vy * np.cos(hdg1)) / safe
-    after = (np.cos(hdg0) * vy - np.sin(hdg0) * vx) / safe
+    before, after = tangents(x0, y0, hdg0, x1, y1, hdg1)
     shorter = np.minimum(before, after)
     size = np.abs(turn)
     unequal = np.abs(before - after)

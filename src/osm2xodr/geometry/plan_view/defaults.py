@@ -54,6 +54,6 @@ BEND_IN_JUNCTION: Final = 10.0
 # Radius of the kerb at a corner between two streets, m, by the lesser street's highway value: RASt 06 section 6.3.5
 # recommends 5 to 8 m for minor roads; private access is tighter.
 KERB_RADIUS: Final = MappingProxyType(
-    {"residential": 4.0, "living_street": 3.0, "unclassified": 4.0, "road": 4.0, "service": 2.0, "track": 2.0}
+    {"residential": 5.0, "living_street": 4.0, "unclassified": 5.0, "road": 5.0, "service": 4.0, "track": 4.0}
 )
-KERB_RADIUS_OTHER: Final = 5.0
+KERB_RADIUS_OTHER: Final = 6.0
