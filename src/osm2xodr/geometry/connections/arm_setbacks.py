@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.curves import smallest_radius, wrapped
 from osm2xodr.geometry.connections import defaults
-from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads, turning_radii
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out, tangents
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, SHORTEST_STREET_BETWEEN_JUNCTIONS
@@ -77,9 +77,8 @@ def _without_room(parts: RoadParts, connecting: ConnectingRoads, ends: StreetEnd
     used = np.flatnonzero(parts.road_end >= 0)
     street_end[parts.road_end[used]] = used
     entry, exit_ = street_end[connecting.entry], street_end[connecting.exit]
-    # The lane beside the kerb has half its width on the outside of it.
-    lane = np.minimum(connecting.entry_width, connecting.exit_width) / 2
-    radius = np.maximum(np.minimum(ends.kerb[entry], ends.kerb[exit_]) + lane, defaults.TURNING_RADIUS)
+    width = np.minimum(connecting.entry_width, connecting.exit_width)
+    radius = turning_radii(ends, entry, exit_, width)
     every = _Turns(
         entry,
         exit_,

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, lengths, stack_plan_views
+from osm2xodr.curves import cut_curves, lengths, stack_plan_views, wrapped
+from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.lane_links import LaneLinks
 from osm2xodr.geometry.connections.pose_to_pose import connect
@@ -85,6 +86,40 @@ _TUPLES = ("lane_type", "inner")
 _ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_TUPLES))
 
 
+def turning_radii(ends: StreetEnds, entry: IntArray, exit_: IntArray, width: FloatArray) -> FloatArray:
+    """Return the radii that turns of lanes of these widths from street ends to others should have, (n,), m.
+
+    The lane beside the kerb has half of its width between its middle and the kerb.
+    """
+    kerb = np.minimum(ends.kerb[entry], ends.kerb[exit_])
+    return np.asarray(np.maximum(kerb + width / 2, defaults.TURNING_RADIUS))
+
+
+def _largest_radii(links: LaneLinks, movements: list[Movement], ends: StreetEnds) -> FloatArray:
+    """Return how large the arc of each lane link may be at most, (n,), m.
+
+    Larger ones would cut the corner: they leave the carriageway, as it goes on straight, by more than `CORNER_CUT`.
+    """
+    rows = links.rows
+    entry = np.array([movements[row.movement].entry for row in rows], np.int64)
+    exit_ = np.array([movements[row.movement].exit for row in rows], np.int64)
+    road_in = np.array([row.entry for row in rows], np.int64)
+    road_out = np.array([row.exit for row in rows], np.int64)
+    # Left of the outward direction of their arms, m.
+    t_in = np.array([row.lane_in.t for row in rows]) * np.where(road_in % 2, -1.0, 1.0)
+    t_out = np.array([row.lane_out.t for row in rows]) * np.where(road_out % 2, -1.0, 1.0)
+    turn = wrapped(
+        links.hdg[road_out] - links.hdg[road_in] + np.where(road_in % 2 == 1, 0.0, np.pi)
+        + np.where(road_out % 2 == 0, 0.0, np.pi)
+    )
+    right = np.maximum(ends.left[entry] - t_in, t_out - ends.right[exit_])
+    left = np.maximum(t_in - ends.right[entry], ends.left[exit_] - t_out)
+    aside = np.maximum(np.where(turn < 0, right, left), 0.0) + defaults.CORNER_CUT
+    width = np.array([min(row.lane_in.spec.width, row.lane_out.spec.width) for row in rows])
+    cut = aside / np.maximum(1 - np.cos(turn / 2), 1e-6)
+    return np.asarray(np.maximum(cut, turning_radii(ends, entry, exit_, width)))
+
+
 def build_connecting_roads(
     links: LaneLinks,
     movements: list[Movement],
@@ -105,6 +140,7 @@ def build_connecting_roads(
     entry_t = np.array([row.lane_in.t for row in rows])
     exit_t = np.array([row.lane_out.t for row in rows])
     hdg0, hdg1 = links.hdg[entry], links.hdg[exit_]
+    movement = np.array([row.movement for row in rows], np.int64)
     plan = connect(
         links.x[entry] - entry_t * np.sin(hdg0),
         links.y[entry] + entry_t * np.cos(hdg0),
@@ -112,8 +148,8 @@ def build_connecting_roads(
         links.x[exit_] - exit_t * np.sin(hdg1),
         links.y[exit_] + exit_t * np.cos(hdg1),
         hdg1 + np.where(exit_ % 2 == 0, 0.0, np.pi),
+        radius=_largest_radii(links, movements, ends),
     )
-    movement = np.array([row.movement for row in rows], np.int64)
     lanes = lane_paths(
         lay_out_paths(movements, ends, trim, outer_lanes),
         ends.plan_view,

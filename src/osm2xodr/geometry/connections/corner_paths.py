@@ -20,8 +20,8 @@ from osm2xodr.curves import (
     starts,
     wrapped,
 )
-from osm2xodr.defaults import CONNECTING_RADIUS
-from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
+
+from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER, TURNING_RADIUS
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
 from osm2xodr.geometry.connections.street_paths import LanePaths, StreetPaths, poses_on
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -61,7 +61,7 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
     if not len(rows):
         return plan
     gaps = _corner_gaps(paths, lanes.streets, np.unique(lanes.path))
-    least = np.minimum(smallest_radius(plan)[rows], CONNECTING_RADIUS) - 1e-9
+    least = np.minimum(smallest_radius(plan)[rows], TURNING_RADIUS) - 1e-9
     for single in (False, True):
         if not len(rows):
             break
@@ -216,9 +216,9 @@ def _turned_at_corners(
     leave = np.delete(np.arange(start[-1]), start[1:] - 1)
     poses = [column[leave] for column in columns] + [column[leave + 1] for column in columns]
     pieces = connect(*poses)
-    sharp = np.flatnonzero(smallest_radius(pieces) < CONNECTING_RADIUS)
+    sharp = np.flatnonzero(smallest_radius(pieces) < TURNING_RADIUS)
     if len(sharp):
-        radius = np.full(len(sharp), CONNECTING_RADIUS)
+        radius = np.full(len(sharp), TURNING_RADIUS)
         wide = dubins_without_slivers(*(column[sharp] for column in poses), radius=radius)
         found = np.flatnonzero(lengths(wide) > 0)
         pieces = replace_curves(pieces, sharp[found], wide, found)

@@ -14,3 +14,6 @@ TURNING_RADIUS: Final = 6.0
 # junctions, m: a car and a bit. Choices.
 ARM_SETBACK_MAX: Final = 12.0
 LEAST_STREET_BETWEEN_SETBACKS: Final = 6.0
+# How far beyond the edge of its carriageway the middle of a lane may cut a corner, m. A choice: about what the kerb of
+# a corner leaves free.
+CORNER_CUT: Final = 1.25

@@ -14,7 +14,7 @@ import numpy as np
 
 from osm2xodr.curves import find_record, lengths, pose, ranks, replace_curves, smallest_radius, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS
-from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
+from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER, TURNING_RADIUS
 from osm2xodr.geometry.defaults import CORNER_RADIUS_OTHER
 from osm2xodr.geometry.junctions import Movement
 from osm2xodr.geometry.plan_view import StreetEnds, fit_polylines
@@ -183,7 +183,7 @@ def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:
     if not len(wanted):
         return direct
     followed = _followed(direct, wanted, lanes.chosen(wanted))
-    better = smallest_radius(followed) >= np.minimum(smallest_radius(direct)[wanted], CONNECTING_RADIUS)
+    better = smallest_radius(followed) >= np.minimum(smallest_radius(direct)[wanted], TURNING_RADIUS)
     return replace_curves(direct, wanted[better], followed, np.flatnonzero(better))
 
 
