@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import smallest_radius, wrapped
 from osm2xodr.geometry.connections import defaults
-from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads, turning_radii
+from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out, tangents
 from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, SHORTEST_STREET_BETWEEN_JUNCTIONS
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
@@ -58,7 +59,7 @@ def set_back_arms(
     Both arms of a turn that is sharper than its corner, too long, or swings out are set back as far as it needs and
     as their streets have room.
     """
-    turns = _without_room(parts, connecting, ends)
+    turns = _without_room(ends, layout, parts, connecting)
     trim = layout.trim.copy()
     for _ in range(_ROUNDS):
         if not len(turns.entry):
@@ -71,21 +72,21 @@ def set_back_arms(
     return trim
 
 
-def _without_room(parts: RoadParts, connecting: ConnectingRoads, ends: StreetEnds) -> _Turns:
+def _without_room(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
+) -> _Turns:
     """Return the turns that lack room."""
     street_end = np.full(2 * len(parts.length), -1, np.int64)
     used = np.flatnonzero(parts.road_end >= 0)
     street_end[parts.road_end[used]] = used
     entry, exit_ = street_end[connecting.entry], street_end[connecting.exit]
+    t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
+    t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
     width = np.minimum(connecting.entry_width, connecting.exit_width)
-    radius = turning_radii(ends, entry, exit_, width)
-    every = _Turns(
-        entry,
-        exit_,
-        np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t),
-        np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t),
-        radius,
-    )
+    every = _Turns(entry, exit_, t_in, t_out, width)
+    (_, _, h0), (_, _, h1) = every.poses(ends, layout.trim)
+    radius = turning_radii(ends, entry, exit_, t_in, t_out, width, wrapped(h1 - h0))[0]
+    every = replace(every, radius=radius)
     # Loops that turn back on their arm have their own room.
     return every.chosen(_lack_room(connecting.plan_view, radius) & (connecting.entry != connecting.exit))
 

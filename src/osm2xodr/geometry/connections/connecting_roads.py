@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from osm2xodr.curves import cut_curves, lengths, stack_plan_views, wrapped
-from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.lane_links import LaneLinks
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
+from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
@@ -86,38 +86,23 @@ _TUPLES = ("lane_type", "inner")
 _ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_TUPLES))
 
 
-def turning_radii(ends: StreetEnds, entry: IntArray, exit_: IntArray, width: FloatArray) -> FloatArray:
-    """Return the radii that turns of lanes of these widths from street ends to others should have, (n,), m.
-
-    The lane beside the kerb has half of its width between its middle and the kerb.
-    """
-    kerb = np.minimum(ends.kerb[entry], ends.kerb[exit_])
-    return np.asarray(np.maximum(kerb + width / 2, defaults.TURNING_RADIUS))
-
-
 def _largest_radii(links: LaneLinks, movements: list[Movement], ends: StreetEnds) -> FloatArray:
-    """Return how large the arc of each lane link may be at most, (n,), m.
-
-    Larger ones would cut the corner: they leave the carriageway, as it goes on straight, by more than `CORNER_CUT`.
-    """
+    """Return how large the arc of each lane link may be at most so that it does not cut its corner, (n,), m."""
     rows = links.rows
-    entry = np.array([movements[row.movement].entry for row in rows], np.int64)
-    exit_ = np.array([movements[row.movement].exit for row in rows], np.int64)
     road_in = np.array([row.entry for row in rows], np.int64)
     road_out = np.array([row.exit for row in rows], np.int64)
-    # Left of the outward direction of their arms, m.
-    t_in = np.array([row.lane_in.t for row in rows]) * np.where(road_in % 2, -1.0, 1.0)
-    t_out = np.array([row.lane_out.t for row in rows]) * np.where(road_out % 2, -1.0, 1.0)
-    turn = wrapped(
-        links.hdg[road_out] - links.hdg[road_in] + np.where(road_in % 2 == 1, 0.0, np.pi)
-        + np.where(road_out % 2 == 0, 0.0, np.pi)
-    )
-    right = np.maximum(ends.left[entry] - t_in, t_out - ends.right[exit_])
-    left = np.maximum(t_in - ends.right[entry], ends.left[exit_] - t_out)
-    aside = np.maximum(np.where(turn < 0, right, left), 0.0) + defaults.CORNER_CUT
-    width = np.array([min(row.lane_in.spec.width, row.lane_out.spec.width) for row in rows])
-    cut = aside / np.maximum(1 - np.cos(turn / 2), 1e-6)
-    return np.asarray(np.maximum(cut, turning_radii(ends, entry, exit_, width)))
+    out_of, into = np.where(road_in % 2, 1.0, -1.0), np.where(road_out % 2, -1.0, 1.0)
+    hdg_in = links.hdg[road_in] + np.where(out_of < 0, np.pi, 0.0)
+    hdg_out = links.hdg[road_out] + np.where(into < 0, np.pi, 0.0)
+    return turning_radii(
+        ends,
+        np.array([movements[row.movement].entry for row in rows], np.int64),
+        np.array([movements[row.movement].exit for row in rows], np.int64),
+        -out_of * [row.lane_in.t for row in rows],
+        into * [row.lane_out.t for row in rows],
+        np.array([min(row.lane_in.spec.width, row.lane_out.spec.width) for row in rows]),
+        wrapped(hdg_out - hdg_in),
+    )[1]
 
 
 def build_connecting_roads(

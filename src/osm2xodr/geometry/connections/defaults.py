@@ -10,6 +10,9 @@ SMOOTH_CORNER: Final = 0.52
 # Smallest radius of the middle of a turning lane wherever the arms have room, m: cars turn at 5 to 6 m (RASt 06, as
 # `CORNER_RADIUS_OTHER`).
 TURNING_RADIUS: Final = 6.0
+# Smallest radius at corners so acute that a larger one would leave both streets, m: what most cars just manage (turning
+# circles of 11 m and less, DIN 70020, less half of the car).
+TURNING_RADIUS_ACUTE: Final = 4.2
 # An arm is set back for its turns by at most this, m, and no farther than leaves this length of a street between two
 # junctions, m: a car and a bit. Choices.
 ARM_SETBACK_MAX: Final = 12.0

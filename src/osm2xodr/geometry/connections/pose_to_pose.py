@@ -19,6 +19,8 @@ _SHORTEST_LINE_BEFORE_ARC: Final = 0.01
 _NO_LINE_BELOW: Final = 1e-9
 # An arc is not made smaller where that would leave lines no longer than this, m.
 _SHORTEST_LINE_BESIDE_ARC: Final = 0.5
+# Nor where the curve would be longer by more than this share.
+_LONGER_THAN_AN_ARC: Final = 0.07
 # An arc that turns less than this, rad, is written as its chord: readers with single precision cannot place its far
 # centre.
 _STRAIGHT_BELOW: Final = 1e-4
@@ -56,7 +58,7 @@ def connect(
 ) -> PlanView:
     """Return a curve from each pose 0 to pose 1, (n,), m and rad, that starts and ends in their headings.
 
-    Lines and an arc, of `radius` at most, m, where the tangents meet ahead of the first and behind the second pose and
+    Lines and an arc, of `radius` at most (save that no curve becomes much longer for it), m, where the tangents meet ahead of the first and behind the second pose and
     leave room for a turn that cars drive; else two arcs with tangents of equal length (biarc, Bolton 1975,
     doi:10.1016/0010-4485(75)90086-X), if their radius is larger; Dubins' shortest curve where two arcs do not reach
     the second pose, because it looks back from straight ahead.
@@ -175,7 +177,9 @@ def _line_and_arc(
     found = (shorter > _SHORTEST_TANGENT) & (size > _LEAST_TURN) & (size < _MOST_TURN)
     found &= (unequal > _SHORTEST_LINE_BEFORE_ARC) | (unequal < _NO_LINE_BELOW)
     half = np.tan(np.clip(size, 1e-6, 3.1) / 2)
-    touch = most * half
+    # The detour by the tangents, as a share of the largest arc.
+    detour = np.maximum(2 * half / np.maximum(size, 1e-6) - 1, 1e-6)
+    touch = np.maximum(most * half, shorter * (1 - _LONGER_THAN_AN_ARC / detour))
     touch = np.maximum(np.where(shorter - touch > _SHORTEST_LINE_BESIDE_ARC, touch, shorter), 1e-9)
     radius = touch / half
     length = np.stack([np.maximum(before - touch, 0), radius * size, np.maximum(after - touch, 0)], axis=1)
