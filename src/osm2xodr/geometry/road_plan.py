@@ -128,7 +128,7 @@ def _connect(
 def _with_room_to_turn(network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads) -> CutStreets:
     """Set back arms whose turns are too sharp, and those that end in tight bends."""
     trim = set_back_arms(cut.ends, cut.layout, cut.parts, connecting)
-    trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim)
+    trim = trims_clear_of_bends(cut.ends, cut.layout.junction, trim, cut.layout.trim, cut.layout.most)
     if (trim == cut.layout.trim).all():
         return cut
     layout = replace(cut.layout, trim=trim)

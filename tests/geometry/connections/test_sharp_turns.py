@@ -94,11 +94,11 @@ def test_arms_of_a_sharp_turn_are_set_back(width: float, set_back: float, rule: 
 
 
 def test_arms_are_set_back_while_their_streets_have_room() -> None:
-    """Of 12 m, 7.1 m are needed; one step leaves 4.1 m, and two would need 4.5 m before."""
+    """Of 12 m, 7.1 m are needed; two steps leave 3.4 m, and 3 m must stay."""
     angle = math.radians(24.0)
     x, y = -12 * math.cos(angle), 12 * math.sin(angle)
     nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0), "x": (x, y)}
     tags = "oneway=yes lanes=1 width=2.5"
     roads = Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o x", tags)}).build()
     (short,) = (road for road in roads.roads if road.osm_way_ids == (3,))
-    assert RoadMeasures(roads).length(short) == pytest.approx(12.0 - 7.12 - 0.75, abs=0.05)
+    assert RoadMeasures(roads).length(short) == pytest.approx(12.0 - 7.12 - 1.5, abs=0.05)

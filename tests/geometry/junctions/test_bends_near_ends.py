@@ -77,6 +77,7 @@ def _moved_line(
         junction=np.full(4, -1),
         inner=np.zeros(2, bool),
         trim=np.array([1.0, 2.0, begin, around - end]),
+        most=np.array([1.0, 2.0, begin, around - end]),
         squeezed=np.zeros(2, bool),
     )
     return shift_lines_out_of_bends(fitted, layout, parts)

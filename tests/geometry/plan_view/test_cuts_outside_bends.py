@@ -26,7 +26,7 @@ def bend(stages: Stages, end: int) -> tuple[float, float]:
     return float(plan.s[arc]), float(plan.s[arc] + plan.length[arc])
 
 
-def ended(trim: float, least: float) -> tuple[float, float, float]:
+def ended(trim: float, least: float, can_give: float = 80.0) -> tuple[float, float, float]:
     """Return where the road ends, and where the bend begins and ends, for a trim of the stem."""
     stages = BENT.stages()
     ends = stages.ends
@@ -35,14 +35,22 @@ def ended(trim: float, least: float) -> tuple[float, float, float]:
     trims[end] = trim
     at_least = np.zeros(len(trims))
     at_least[end] = least
+    most = np.full(len(trims), can_give)
     junction = np.where(np.arange(len(trims)) == end, 0, -1)
-    found = trims_clear_of_bends(replace(ends), junction, trims, at_least)
+    found = trims_clear_of_bends(replace(ends), junction, trims, at_least, most)
     return float(found[end]), *bend(stages, end)
 
 
 def test_an_end_in_a_bend_moves_beyond_it() -> None:
     begin, over = ended(0.0, 0.0)[1:]
     assert ended((begin + over) / 2, (begin + over) / 2)[0] == pytest.approx(over)
+
+
+def test_an_end_stays_in_a_bend_where_its_street_cannot_give_that_much() -> None:
+    begin, over = ended(0.0, 0.0)[1:]
+    middle = (begin + over) / 2
+    assert ended(middle, middle, over - 0.01)[0] == middle
+    assert ended(middle, middle, over + 0.01)[0] == pytest.approx(over)
 
 
 def test_an_end_moves_back_before_a_bend_where_its_junction_needs_no_more() -> None:

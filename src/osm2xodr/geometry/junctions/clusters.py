@@ -46,6 +46,7 @@ class JunctionLayout:
     # (streets,) Whether a street lies wholly inside a junction, or is a dead end or ring too short to be a road
     inner: BoolArray
     trim: FloatArray  # (ends,) How much of its street each end gives to its junction, m
+    most: FloatArray  # (ends,) How much it may give at most, so that both ends together leave a street, m
     squeezed: BoolArray  # (streets,) Whether a street is too short for what its junctions need
 
 
@@ -211,8 +212,17 @@ def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: Flo
         junction=junction,
         inner=clusters.inner,
         trim=trim.ravel(),
+        most=_most(ends.length[0::2], trim, junction.reshape(-1, 2)).ravel(),
         squeezed=squeezed & ~clusters.inner,
     )
+
+
+def _most(length: FloatArray, trim: FloatArray, junction: IntArray) -> FloatArray:
+    """Return what both ends of each street may give at most, (streets, 2), m: they share what is spare."""
+    spare = np.maximum(length - trim.sum(1) - SHORTEST_STREET_BETWEEN_JUNCTIONS, 0.0)
+    share = np.where((junction >= 0).all(1), 0.5, 1.0)
+    most: FloatArray = trim + (spare * share)[:, None]
+    return most
 
 
 def _share_streets(

@@ -78,10 +78,11 @@ def add_turnarounds(
             placed[end] = found
     if not placed:
         return layout, []
-    junction, trim = layout.junction.copy(), layout.trim.copy()
+    junction, trim, most = layout.junction.copy(), layout.trim.copy(), layout.most.copy()
     movements = []
     for number, (end, item) in enumerate(placed.items(), start=len(layout.arms)):
-        junction[end], trim[end] = number, item.length
+        junction[end], trim[end], most[end] = number, item.length, item.length
+        most[end ^ 1] = min(most[end ^ 1], ends.length[end] - item.length - SHORTEST_STREET_BETWEEN_JUNCTIONS)
         movements.append(Movement(number, end, end, (), loop=item.loop))
     layout = replace(
         layout,
@@ -89,6 +90,7 @@ def add_turnarounds(
         nodes=(*layout.nodes, *((int(ends.node[end]),) for end in placed)),
         junction=junction,
         trim=trim,
+        most=most,
     )
     return layout, movements
 

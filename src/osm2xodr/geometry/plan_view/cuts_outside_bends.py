@@ -12,12 +12,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import find_record, owners
-from osm2xodr.geometry.defaults import (
-    ARM_SETBACK_STEP,
-    HALF_NARROW_LANE,
-    SHORTEST_STREET_BETWEEN_JUNCTIONS,
-    TIGHT_BEND,
-)
+from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, HALF_NARROW_LANE, TIGHT_BEND
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.ends import StreetEnds
@@ -35,12 +30,14 @@ _SHIFTS: Final = (0.0, *(sign * step for step in np.arange(2.0, 20.1, 2.0) for s
 _ROUNDS: Final = 3
 
 
-def trims_clear_of_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray, least: FloatArray) -> FloatArray:
+def trims_clear_of_bends(
+    ends: StreetEnds, junction: IntArray, trim: FloatArray, least: FloatArray, most: FloatArray
+) -> FloatArray:
     """Return trims moved out of bends in which lanes are much longer than the reference line, (ends,), m.
 
     Inside a junction a bend does no harm: connecting roads run along the middle of their lane. Ends in no junction
     (-1) stay. `least` (ends,), m, is what junctions need: an end moves back before a bend where that is nearer and
-    enough.
+    enough. `most` (ends,), m, is what streets can give.
     """
     trim = trim.copy()
     candidates = np.flatnonzero(junction >= 0)
@@ -49,16 +46,12 @@ def trims_clear_of_bends(ends: StreetEnds, junction: IntArray, trim: FloatArray,
         back = bent & (before >= least[candidates]) & (trim[candidates] - before <= 2 * ARM_SETBACK_STEP)
         trim[candidates[back]] = before[back]
         candidates, bent, beyond = candidates[~back], bent[~back], beyond[~back]
-        left = ends.length[candidates] - beyond - trim[candidates ^ 1]
         near = beyond - trim[candidates] < defaults.BEND_IN_JUNCTION
-        move = bent & near & (left > SHORTEST_STREET_BETWEEN_JUNCTIONS)
+        move = bent & near & (beyond <= most[candidates])
         if not move.any():
             break
-        # If both ends of a street moved at once, they might meet: the second waits for the next round.
-        waits = np.isin(candidates ^ 1, candidates[move]) & (candidates % 2 == 1)
-        move &= ~waits
         trim[candidates[move]] = beyond[move]
-        candidates = candidates[move | waits]
+        candidates = candidates[move]
     return trim
 
 
