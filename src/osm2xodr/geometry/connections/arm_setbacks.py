@@ -13,7 +13,7 @@ from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out, tangents
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turning_radii import turning_radii
-from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, SHORTEST_STREET_BETWEEN_JUNCTIONS
+from osm2xodr.geometry.defaults import ARM_SETBACK_STEP
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -61,10 +61,11 @@ def set_back_arms(
     """
     turns = _without_room(ends, layout, parts, connecting)
     trim = layout.trim.copy()
+    most = np.clip(trim + defaults.ARM_SETBACK_MAX, trim, np.maximum(layout.most, trim))
     for _ in range(_ROUNDS):
         if not len(turns.entry):
             break
-        give = _shared(ends, layout, trim, _lacking(ends, layout, trim, turns))
+        give = np.minimum(_lacking(ends, trim, most, turns), most - trim)
         if give.max() < _LEAST_SETBACK:
             break
         trim += give
@@ -101,12 +102,12 @@ def _curves(start: Poses, end: Poses) -> PlanView:
     return connect(*start, *end)
 
 
-def _lacking(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray, turns: _Turns) -> FloatArray:
+def _lacking(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns) -> FloatArray:
     """Return how far each arm would have to be set back for its turns, as far as that helps, (ends,), m."""
     (x0, y0, h0), (x1, y1, h1) = turns.poses(ends, trim)
     before, after = tangents(x0, y0, h0, x1, y1, h1)
     angle = np.abs(wrapped(h1 - h0))
-    room = _room(ends, layout, trim)
+    room = most - trim
     # The arc is no larger than the shorter tangent allows: neither arm gives what is of no use without the other.
     wanted = turns.radius * np.tan(np.minimum(angle, _MOST_TURN) / 2)
     wanted = np.minimum(wanted, np.minimum(before + room[turns.entry], after + room[turns.exit]))
@@ -115,22 +116,4 @@ def _lacking(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray, turns: 
     out = np.zeros(len(trim))
     for end, tangent in ((turns.entry, before), (turns.exit, after)):
         np.maximum.at(out, end, np.where(one_arc, wanted - tangent, ARM_SETBACK_STEP))
-    return np.minimum(out, room)
-
-
-def _room(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray) -> FloatArray:
-    """Return how much farther each end may be set back, if the other one is not, (ends,), m."""
-    other = np.arange(len(trim)) ^ 1
-    least = np.where(
-        layout.junction[other] >= 0, defaults.LEAST_STREET_BETWEEN_SETBACKS, SHORTEST_STREET_BETWEEN_JUNCTIONS
-    )
-    room = np.minimum(ends.length - trim - trim[other] - least, layout.trim + defaults.ARM_SETBACK_MAX - trim)
-    return np.asarray(np.maximum(room, 0.0))
-
-
-def _shared(ends: StreetEnds, layout: JunctionLayout, trim: FloatArray, give: FloatArray) -> FloatArray:
-    """Return what both ends of each street give so that together they leave enough of it, (ends,), m."""
-    room = _room(ends, layout, trim)
-    both = np.repeat(give.reshape(-1, 2).sum(axis=1), 2)
-    most = np.maximum(room, room[np.arange(len(trim)) ^ 1])
-    return np.asarray(give * np.minimum(1.0, most / np.maximum(both, 1e-9)))
+    return out

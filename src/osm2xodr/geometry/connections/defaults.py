@@ -13,10 +13,8 @@ TURNING_RADIUS: Final = 6.0
 # Smallest radius at corners so acute that a larger one would leave both streets, m: what most cars just manage (turning
 # circles of 11 m and less, DIN 70020, less half of the car).
 TURNING_RADIUS_ACUTE: Final = 4.2
-# An arm is set back for its turns by at most this, m, and no farther than leaves this length of a street between two
-# junctions, m: a car and a bit. Choices.
+# An arm is set back for its turns by at most this, m. A choice.
 ARM_SETBACK_MAX: Final = 12.0
-LEAST_STREET_BETWEEN_SETBACKS: Final = 6.0
 # How far beyond the edge of its carriageway the middle of a lane may cut a corner, m. A choice: about what the kerb of
 # a corner leaves free.
 CORNER_CUT: Final = 1.25
