@@ -115,5 +115,5 @@ def _lacking(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns
     one_arc &= np.maximum(wanted - before, wanted - after) < defaults.ARM_SETBACK_MAX
     out = np.zeros(len(trim))
     for end, tangent in ((turns.entry, before), (turns.exit, after)):
-        np.maximum.at(out, end, np.where(one_arc, wanted - tangent, ARM_SETBACK_STEP))
+        np.maximum.at(out, end, np.where(one_arc, wanted - tangent, 2 * ARM_SETBACK_STEP))
     return out

@@ -15,6 +15,5 @@ TURNING_RADIUS: Final = 6.0
 TURNING_RADIUS_ACUTE: Final = 4.2
 # An arm is set back for its turns by at most this, m. A choice.
 ARM_SETBACK_MAX: Final = 12.0
-# How far beyond the edge of its carriageway the middle of a lane may cut a corner, m. A choice: about what the kerb of
-# a corner leaves free.
-CORNER_CUT: Final = 1.25
+# How much larger than its kerb's the radius of a corner may be where its arms end far away. A choice.
+LARGEST_KERB: Final = 1.4

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import FloatArray, IntArray
+
+# How far an arc stays away from where the tangents of a square corner meet's nearer side, in radii.
+_SQUARE: Final = 1 - np.cos(np.pi / 4)
 
 
 def turning_radii(
@@ -23,14 +28,15 @@ def turning_radii(
     The turns lead from lanes t_in left of street ends `entry` to lanes t_out left of street ends `exit_`, seen from
     the junction, m, which are `width` wide, m; `turn` is their change of heading, left positive, rad.
 
-    The lane beside the kerb has half its width between its middle and the kerb. No larger arc leaves the
-    carriageway, as it goes on straight, by more than `CORNER_CUT`: at an acute corner that leaves less than the kerb.
+    Lanes beside each other turn about one centre: to the radius of their inner edge comes what lies between it and
+    the lane. A kerb of that radius would cut off as much of an acute corner as one of `KERB_RADIUS` does of a square
+    one, or up to `LARGEST_KERB` times as much.
     """
     kerb = np.minimum(ends.kerb[entry], ends.kerb[exit_])
     right = np.maximum(ends.left[entry] - t_in, t_out - ends.right[exit_])
     left = np.maximum(t_in - ends.right[entry], ends.left[exit_] - t_out)
-    beside = np.maximum(np.where(turn < 0, right, left), 0.0) + defaults.CORNER_CUT
-    largest = beside / np.maximum(1 - np.cos(turn / 2), 1e-6)
-    largest = np.maximum(largest, defaults.TURNING_RADIUS_ACUTE)
-    wanted = np.maximum(kerb + width / 2, defaults.TURNING_RADIUS)
-    return np.minimum(wanted, largest), largest
+    beside = np.maximum(np.where(turn < 0, right, left), width / 2)
+    edge = kerb * _SQUARE / np.maximum(1 - np.cos(turn / 2), 1e-6)
+    wanted = np.maximum(np.minimum(kerb, edge) + width / 2, np.where(edge < kerb, 0.0, defaults.TURNING_RADIUS))
+    least = defaults.TURNING_RADIUS_ACUTE
+    return np.maximum(wanted, least), np.maximum(defaults.LARGEST_KERB * edge + beside, least)
