@@ -11,12 +11,13 @@ import numpy as np
 from osm2xodr.curves import cut_curves, lengths, stack_plan_views, wrapped
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.lane_links import LaneLinks
+from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
 from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
+from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, PlanView, Rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +144,9 @@ def build_connecting_roads(
         np.where(exit_ % 2 == 0, exit_t, -exit_t),
     )
     plan = follow_corners(follow_streets(plan, lanes), lanes)
+    width = np.array([(row.lane_in.spec.width + row.lane_out.spec.width) / 2 for row in rows])
+    shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in rows], bool)
+    plan = draw_side_by_side(plan, entry, exit_, width, shared)
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
     turning = np.array([k for k, _ in looped], np.int64)
     half = np.abs(entry_t - exit_t)[turning] / 2

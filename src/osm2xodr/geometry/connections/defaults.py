@@ -17,3 +17,6 @@ TURNING_RADIUS_ACUTE: Final = 4.2
 ARM_SETBACK_MAX: Final = 12.0
 # How much larger than its kerb's the radius of a corner may be where its arms end far away. A choice.
 LARGEST_KERB: Final = 1.4
+# Ways from arm to arm and back are drawn beside a common axis where the middles of their lanes come nearer than this
+# share of their widths. A choice: lanes of 2.75 m then stay 2.3 m apart.
+OPPOSING_CLEARANCE: Final = 0.85
