@@ -73,9 +73,7 @@ def set_back_arms(
     return trim
 
 
-def _without_room(
-    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
-) -> _Turns:
+def _without_room(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> _Turns:
     """Return the turns that lack room."""
     street_end = np.full(2 * len(parts.length), -1, np.int64)
     used = np.flatnonzero(parts.road_end >= 0)

@@ -20,7 +20,6 @@ from osm2xodr.curves import (
     starts,
     wrapped,
 )
-
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER, TURNING_RADIUS
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
 from osm2xodr.geometry.connections.street_paths import LanePaths, StreetPaths, poses_on

@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import chain_curves, lengths, pose, replace_curves, smallest_radius, starts, wrapped
+from osm2xodr.curves import (
+    chain_curves,
+    cut_curves,
+    lengths,
+    pose,
+    replace_curves,
+    reverse_curves,
+    smallest_radius,
+    starts,
+    wrapped,
+)
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
 from osm2xodr.geometry.connections.street_paths import Poses
@@ -109,11 +120,14 @@ def _axis_ends(plan: PlanView, pairs: _Pairs) -> tuple[Poses, Poses]:
 
 def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> PlanView:
     """Return curves with the ends of those in the rows that run beside the axes, or beside these the other way."""
-    n, whole = len(row), lengths(plan)[row]
-    ends = pose(plan, row, np.zeros(n)), pose(plan, row, whole)
+    n = len(row)
+    first_s, last_s = np.zeros(n), lengths(plan)[row]
     if back:
-        ends = tuple((x, y, hdg + np.pi) for x, y, hdg in reversed(ends))
-    (x0, y0, h0), (x1, y1, h1) = ends
+        first_s, last_s = last_s, first_s
+    turned = np.pi if back else 0.0
+    x0, y0, h0 = pose(plan, row, first_s)
+    x1, y1, h1 = pose(plan, row, last_s)
+    h0, h1 = h0 + turned, h1 + turned
     total = lengths(axis)
     ax, ay, _ = pose(axis, np.arange(n), np.zeros(n))
     bx, by, _ = pose(axis, np.arange(n), total)
@@ -139,9 +153,10 @@ def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> Pla
         columns.append(column)
     leave = np.delete(np.arange(first[-1]), first[1:] - 1)
     here, there = [column[leave] for column in columns], [column[leave + 1] for column in columns]
+    pieces = connect(*here, *there)
+    first = first - np.arange(len(first))
     if back:
-        here, there = [*there[:2], there[2] + np.pi], [*here[:2], here[2] + np.pi]
-        # Pieces of the same curve, the last of which is now its first.
-        order = np.concatenate([np.arange(hi, lo, -1) for lo, hi in zip(first[:-1] - np.arange(n) - 1, first[1:] - np.arange(n) - 2)])
-        here, there = [c[order] for c in here], [c[order] for c in there]
-    return chain_curves(connect(*here, *there), first - np.arange(len(first)))
+        pieces = reverse_curves(pieces, np.ones(len(here[0]), bool))
+        order = np.concatenate([np.arange(hi - 1, lo - 1, -1) for lo, hi in pairwise(first.tolist())])
+        pieces = cut_curves(pieces, np.zeros(len(order)), lengths(pieces)[order], order)
+    return chain_curves(pieces, first)

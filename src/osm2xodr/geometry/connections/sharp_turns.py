@@ -23,6 +23,7 @@ _PLACE_SPACING: Final = 1.0
 # Where the inner edge of a lane has no room for its full radius, one of these shares of it does.
 _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
 
+
 def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
     """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way."""
     plan = connecting.plan_view
