@@ -10,8 +10,8 @@ SMOOTH_CORNER: Final = 0.52
 # Smallest radius of the middle of a turning lane wherever the arms have room, m: cars turn at 5 to 6 m (RASt 06, as
 # `CORNER_RADIUS_OTHER`).
 TURNING_RADIUS: Final = 6.0
-# Smallest radius at corners so acute that a larger one would leave both streets, m: what most cars just manage (turning
-# circles of 11 m and less, DIN 70020, less half of the car).
+# Smallest radius at corners so acute that a larger one would leave both streets, m: what most cars just manage
+# (turning circles of 11 m and less, DIN 70020, less half of the car).
 TURNING_RADIUS_ACUTE: Final = 4.2
 # An arm is set back for its turns by at most this, m. A choice.
 ARM_SETBACK_MAX: Final = 12.0

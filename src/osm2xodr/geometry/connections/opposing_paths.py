@@ -90,7 +90,7 @@ def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
 
 
 def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> FloatArray:
-    """Return how near the ways there, of one table, and the ways back, of another, come to each other, (pairs,), m."""
+    """Return how near the ways there, of one table, come to the ways back, of another one, (pairs,), m."""
     (ax, ay), (bx, by) = _places(one, rows.there), _places(other, other_rows.back)
     square = (ax[:, :, None] - bx[:, None]) ** 2 + (ay[:, :, None] - by[:, None]) ** 2
     return np.asarray(np.sqrt(square.min(axis=(1, 2))))
@@ -106,7 +106,7 @@ def _places(plan: PlanView, curve: IntArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _axis_ends(plan: PlanView, pairs: _Pairs) -> tuple[Poses, Poses]:
-    """Return the poses in the middle between the curves of each pair, on the arm of the way there and on the other."""
+    """Return the poses in the middle between the curves of each pair, on the first arm and on the second."""
     length = lengths(plan)
     here, there = pairs.there, pairs.back
     zero = np.zeros(len(here))

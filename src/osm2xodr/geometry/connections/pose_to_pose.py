@@ -58,10 +58,11 @@ def connect(
 ) -> PlanView:
     """Return a curve from each pose 0 to pose 1, (n,), m and rad, that starts and ends in their headings.
 
-    Lines and an arc, of `radius` at most (save that no curve becomes much longer for it), m, where the tangents meet ahead of the first and behind the second pose and
-    leave room for a turn that cars drive; else two arcs with tangents of equal length (biarc, Bolton 1975,
-    doi:10.1016/0010-4485(75)90086-X), if their radius is larger; Dubins' shortest curve where two arcs do not reach
-    the second pose, because it looks back from straight ahead.
+    Lines and an arc where the tangents meet ahead of the first and behind the second pose and leave room for a turn
+    that cars drive, the arc no larger than `radius`, m, unless the curve would become much longer by that; else two
+    arcs with tangents of equal length (biarc, Bolton 1975, doi:10.1016/0010-4485(75)90086-X), if their radius is
+    larger; Dubins' shortest curve where two arcs do not reach the second pose, because it looks back from straight
+    ahead.
     """
     length, curvature = _biarc(x0, y0, hdg0, x1, y1, hdg1)
     simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1, radius)
@@ -146,7 +147,7 @@ def _turns(plan: PlanView) -> tuple[FloatArray, FloatArray]:
 def tangents(
     x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return how far ahead of poses 0 and behind poses 1 their tangents meet, (n,), m; negative: on the other side."""
+    """Return how far ahead of poses 0, and behind poses 1, their tangents meet, (n,), m; negative: beyond."""
     vx, vy = x1 - x0, y1 - y0
     sin = np.sin(wrapped(hdg1 - hdg0))
     safe = np.where(np.abs(sin) < _NO_ANGLE, 1.0, sin)

@@ -1,4 +1,4 @@
-"""Turns that are still sharper than a car drives when their arms have been set back: they swing out where there is room."""
+"""Turns that are sharper than a car drives even when arms have been set back swing out where there is room."""
 
 from __future__ import annotations
 
