@@ -31,7 +31,9 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 _TURN_OF_SEVERAL_CORNERS: Final = 2.44
 _STRAY_FROM_CORNERS: Final = 3.0
 _STRAY_LESS: Final = 0.8
-_CORNER_LEAD: Final = 4.0
+_CORNER_LEAD: Final = 7.5
+# A curve with turns at corners may have this radius, m, or that of the curve it replaces: cars turn at 5 to 6 m.
+_LEAST_RADIUS: Final = 5.0
 
 # Corners are looked for at stations this far apart, m, by how far the way turns from this many stations before one to
 # as many behind.
@@ -60,7 +62,7 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
     if not len(rows):
         return plan
     gaps = _corner_gaps(paths, lanes.streets, np.unique(lanes.path))
-    least = np.minimum(smallest_radius(plan)[rows], TURNING_RADIUS) - 1e-9
+    least = np.minimum(smallest_radius(plan)[rows], _LEAST_RADIUS) - 1e-9
     for single in (False, True):
         if not len(rows):
             break
@@ -214,8 +216,8 @@ def _turned_at_corners(
         columns.append(column)
     leave = np.delete(np.arange(start[-1]), start[1:] - 1)
     poses = [column[leave] for column in columns] + [column[leave + 1] for column in columns]
-    pieces = connect(*poses)
-    sharp = np.flatnonzero(smallest_radius(pieces) < TURNING_RADIUS)
+    pieces = connect(*poses, radius=TURNING_RADIUS)
+    sharp = np.flatnonzero(smallest_radius(pieces) < _LEAST_RADIUS)
     if len(sharp):
         radius = np.full(len(sharp), TURNING_RADIUS)
         wide = dubins_without_slivers(*(column[sharp] for column in poses), radius=radius)

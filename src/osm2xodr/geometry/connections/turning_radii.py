@@ -10,8 +10,8 @@ from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import FloatArray, IntArray
 
-# How far an arc stays away from where the tangents of a square corner meet's nearer side, in radii.
-_SQUARE: Final = 1 - np.cos(np.pi / 4)
+# What an arc cuts off a square corner, measured from either side, in radii.
+_SQUARE_CUT: Final = 0.2929
 
 
 def turning_radii(
@@ -36,7 +36,7 @@ def turning_radii(
     right = np.maximum(ends.left[entry] - t_in, t_out - ends.right[exit_])
     left = np.maximum(t_in - ends.right[entry], ends.left[exit_] - t_out)
     beside = np.maximum(np.where(turn < 0, right, left), width / 2)
-    edge = kerb * _SQUARE / np.maximum(1 - np.cos(turn / 2), 1e-6)
+    edge = kerb * _SQUARE_CUT / np.maximum(1 - np.cos(turn / 2), 1e-6)
     wanted = np.maximum(np.minimum(kerb, edge) + width / 2, np.where(edge < kerb, 0.0, defaults.TURNING_RADIUS))
     least = defaults.TURNING_RADIUS_ACUTE
     return np.maximum(wanted, least), np.maximum(defaults.LARGEST_KERB * edge + beside, least)
