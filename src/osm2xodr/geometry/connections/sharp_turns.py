@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius
-from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius, wrapped
+from osm2xodr.defaults import CONNECTING_RADIUS, SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import HALF_NARROW_LANE, INNER_EDGE_RADIUS
@@ -20,6 +20,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 # are compared at this spacing, m.
 _CLEAR_ARM: Final = 25.0
 _PLACE_SPACING: Final = 1.0
+# They may be longer than the sharp turn by this factor, unless they turn back.
+_LONGEST_SWING: Final = 1.8
 # Where the inner edge of a lane has no room for its full radius, one of these shares of it does.
 _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
 
@@ -33,6 +35,10 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
     if not len(row):
         return connecting
     wide, found = _wide_curves(plan, row, np.full(len(row), CONNECTING_RADIUS))
+    # A turn that a car just misses is better than a balloon; turns back have no other way.
+    heading = np.abs(wrapped(pose(plan, row, lengths(plan)[row])[2] - pose(plan, row, np.zeros(len(row)))[2]))
+    short = (lengths(wide) < _LONGEST_SWING * lengths(plan)[row]) | (heading > SWING_BACK)
+    found = found[short[found]]
     free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
     plan = replace_curves(plan, row[found[free]], wide, found[free])
     plan = _without_folds(plan, connecting)
