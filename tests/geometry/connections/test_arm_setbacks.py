@@ -49,10 +49,10 @@ def left_of(roads: RoadMap) -> dict[int, float]:
 @pytest.mark.parametrize(
     ("degrees", "highway", "radius"),
     [
-        # A turn of 120 degrees at a kerb of 5 m: one that cuts off as much has 5 m x 0.293 / 0.5.
-        (60.0, "residential", 5.0 * 0.2929 / 0.5 + 1.25),
-        # One of 105 degrees has 5 m x 0.293 / 0.391.
-        (75.0, "residential", 5.0 * 0.2929 / 0.3912 + 1.25),
+        # A turn of 120 degrees at a kerb of 5 m: one that cuts off as much has 5 m x 0.293 / 0.5; 1.4 times that.
+        (60.0, "residential", 1.4 * 5.0 * 0.2929 / 0.5 + 1.25),
+        # One of 100 degrees, as at square corners.
+        (80.0, "residential", 6.0),
         # One of 140 degrees would have less than cars manage.
         (40.0, "service", 4.2),
     ],

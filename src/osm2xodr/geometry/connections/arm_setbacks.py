@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -61,7 +61,7 @@ def set_back_arms(
     """
     turns = _without_room(ends, layout, parts, connecting)
     trim = layout.trim.copy()
-    most = np.clip(trim + defaults.ARM_SETBACK_MAX, trim, np.maximum(layout.most, trim))
+    most = np.maximum(np.minimum(layout.most, trim + defaults.ARM_SETBACK_MAX), trim)
     for _ in range(_ROUNDS):
         if not len(turns.entry):
             break
@@ -82,10 +82,9 @@ def _without_room(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, co
     t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
     t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
     width = np.minimum(connecting.entry_width, connecting.exit_width)
-    every = _Turns(entry, exit_, t_in, t_out, width)
-    (_, _, h0), (_, _, h1) = every.poses(ends, layout.trim)
-    radius = turning_radii(ends, entry, exit_, t_in, t_out, width, wrapped(h1 - h0))[0]
-    every = replace(every, radius=radius)
+    hdg_in, hdg_out = (outward_pose(ends, end, layout.trim[end])[2] for end in (entry, exit_))
+    radius = turning_radii(ends, entry, exit_, t_in, t_out, width, wrapped(hdg_out - hdg_in - np.pi))[0]
+    every = _Turns(entry, exit_, t_in, t_out, radius)
     # Loops that turn back on their arm have their own room.
     return every.chosen(_lack_room(connecting.plan_view, radius) & (connecting.entry != connecting.exit))
 

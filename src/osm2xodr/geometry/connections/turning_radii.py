@@ -37,6 +37,9 @@ def turning_radii(
     left = np.maximum(t_in - ends.right[entry], ends.left[exit_] - t_out)
     beside = np.maximum(np.where(turn < 0, right, left), width / 2)
     edge = kerb * _SQUARE_CUT / np.maximum(1 - np.cos(turn / 2), 1e-6)
-    wanted = np.maximum(np.minimum(kerb, edge) + width / 2, np.where(edge < kerb, 0.0, defaults.TURNING_RADIUS))
+    stretched = defaults.LARGEST_KERB * edge
+    wanted = (
+        np.maximum(np.minimum(kerb, edge), np.minimum(defaults.TURNING_RADIUS - width / 2, stretched)) + width / 2
+    )
     least = defaults.TURNING_RADIUS_ACUTE
-    return np.maximum(wanted, least), np.maximum(defaults.LARGEST_KERB * edge + beside, least)
+    return np.maximum(wanted, least), np.maximum(stretched + beside, least)
