@@ -12,7 +12,7 @@ from road_measures import width_at
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import lay_floor
 from osm2xodr.geometry.pavement.widths import width_records
-from osm2xodr.model import FloatArray, LaneType, PlanView, Rule
+from osm2xodr.model import Access, FloatArray, LaneType, PlanView, Rule
 
 EITHER = pytest.mark.parametrize("rule", list(Rule), ids=lambda rule: rule.value)
 Line = tuple[float, float, float, float]
@@ -46,6 +46,7 @@ def connecting(lines: Sequence[Line], junctions: Sequence[int] | None = None) ->
         exit_aside=zero,
         height=zero,
         lane_type=(LaneType.DRIVING,) * n,
+        access=(Access.ALL,) * n,
         inner=((),) * n,
     )
 
