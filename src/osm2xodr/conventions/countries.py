@@ -21,9 +21,11 @@ from osm2xodr.conventions.defaults import (
     EDGE_MARK_WIDTH,
     EDGE_MARK_WIDTH_FAST,
     LANE_WIDTH,
+    LANE_WIDTH_BESIDE_IN_TOWN,
     LANE_WIDTH_OTHER,
     MARK_WIDTH,
     MARK_WIDTH_WIDE,
+    ONE_LANE_WIDTH,
     SPECIAL_MARK_WIDTH,
     SPECIAL_MARK_WIDTH_FAST,
 )
@@ -78,15 +80,20 @@ class Country:
     # they differ, also ``residential`` streets and ``service`` roads, and outside of built-up areas ``dual``
     # carriageways and roads for motor vehicles only (``motorroad``). Infinity where there is none.
     default_speeds: Mapping[str, float] = field(default_factory=lambda: _default_speeds("", {}), hash=False)
-    # Width of a lane, m, by highway value, where it differs from `LANE_WIDTH`
+    # Width of one of several lanes, m, by highway value, where it differs from `LANE_WIDTH`
     lane_widths: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     marks: MarkStyle = MarkStyle()
     sources: tuple[str, ...] = ()  # Titles of the laws and guides
 
-    def lane_width(self, highway: str) -> float:
-        """Return the usual width of a lane by highway value, m."""
-        width = self.lane_widths.get(highway)
-        return LANE_WIDTH.get(highway, LANE_WIDTH_OTHER) if width is None else width
+    def lane_width(self, highway: str, *, alone: bool = False, beside_in_town: bool = False) -> float:
+        """Return the usual width of a lane for cars, m, by highway value.
+
+        It may be `alone` on the carriageway, or lie `beside` others of its direction in a built-up area.
+        """
+        width = self.lane_widths.get(highway, LANE_WIDTH.get(highway, LANE_WIDTH_OTHER))
+        if alone:
+            return max(width, ONE_LANE_WIDTH.get(highway, width))
+        return min(width, LANE_WIDTH_BESIDE_IN_TOWN) if beside_in_town else width
 
 
 def find_country(code: str) -> Country:

@@ -5,22 +5,39 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-# Width of one lane by OSM's highway value, m: RAA 2008 (motorways 3.75), RAL 2012 (rural roads 3.50 and 3.25) and
-# RASt 06 (6.50 m of carriageway for main streets with buses, 5.50 m for residential ones, 4.75 m where a car passes a
-# lorry slowly); within 0.2 m of the 12, 11 and 9 feet of AASHTO's Green Book for the same uses.
+# Width of one of several lanes by OSM's highway value, m: RAA 2008 (motorways 3.75), RAL 2012 (rural roads 3.50 and
+# 3.25) and RASt 06 (6.50 m of carriageway for main streets with buses, 4.75 m where a car passes a lorry slowly);
+# within 0.2 m of the 12, 11 and 10 feet of AASHTO's Green Book for the same uses. Motorways were surveyed with 3.6 to
+# 3.7, residential and unclassified streets of two lanes with 3.2 and 3.7; ``width`` of 56 residential ones says 3.0.
 LANE_WIDTH: Final = MappingProxyType(
     {
         "motorway": 3.75,
         **dict.fromkeys(("motorway_link", "trunk", "trunk_link", "primary", "primary_link"), 3.5),
-        **dict.fromkeys(("secondary", "secondary_link", "busway"), 3.25),
-        **dict.fromkeys(("tertiary", "tertiary_link"), 3.0),
-        **dict.fromkeys(("unclassified", "residential", "road"), 2.75),
+        **dict.fromkeys(("secondary", "secondary_link", "tertiary", "tertiary_link", "busway"), 3.25),
+        **dict.fromkeys(("unclassified", "road"), 3.25),
+        "residential": 3.0,
         **dict.fromkeys(("living_street", "service", "pedestrian"), 2.5),
         "track": 2.0,
         "raceway": 5.0,
     }
 )
-LANE_WIDTH_OTHER: Final = 2.75
+LANE_WIDTH_OTHER: Final = 3.0
+# The same in built-up areas where lanes of one direction lie beside each other, m: RASt 06, 3.00 to 3.25; streets of
+# two to four lanes one way were surveyed with 2.8 to 3.4.
+LANE_WIDTH_BESIDE_IN_TOWN: Final = 3.0
+# Width of a carriageway of one lane for one direction, m: it has room to pass a vehicle that stands. Ramps surveyed
+# with 5.0; medians of ``width``: secondary 4.7 (33 ways), tertiary 5.0 (17), residential 4.0 (79), where surveys say
+# 4.1; RASt 06 has 4.75 on main streets and 3.00 to 3.50 where only cars pass.
+ONE_LANE_WIDTH: Final = MappingProxyType(
+    {
+        **dict.fromkeys(("motorway_link", "trunk_link"), 5.0),
+        **dict.fromkeys(("primary", "secondary", "tertiary"), 4.75),
+        **dict.fromkeys(("trunk", "primary_link", "secondary_link", "tertiary_link"), 4.5),
+        **dict.fromkeys(("unclassified", "residential", "road"), 4.0),
+        "living_street": 3.5,
+        "service": 3.0,
+    }
+)
 
 # Usual limits where those of the country are not known, km/h: the medians over all countries of legal_speeds.json
 # (urban 50, rural 90, motorways 120, living streets 20).

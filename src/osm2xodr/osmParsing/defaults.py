@@ -61,6 +61,9 @@ FOOTWAY_BESIDE: Final = 8.0
 # Least density of residential streets around a street in a built-up area, m per hectare. Of 39 km of streets around
 # Heidelberg whose tags say where they lie, 87 % are told right with it, more than with 5 or 15.
 BUILT_UP_DENSITY: Final = 10.0
+# Streets with a higher limit have lanes as outside of towns, km/h: RASt 06 holds up to 50, signs in towns add 10; the
+# Green Book's streets of low speed end at 45 mph. A choice between.
+TOWN_SPEED_MAX_KMH: Final = 60.0
 # Usual speed on service roads and tracks where a country has no limit of its own for them, km/h: what routers assume
 # lies between 15 (OSRM, profile car) and 20 (SUMO, osmNetconvert.typ.xml). A limit by law says little there.
 SERVICE_SPEED_KMH: Final = 20.0

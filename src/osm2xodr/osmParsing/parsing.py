@@ -12,10 +12,12 @@ import numpy as np
 
 from osm2xodr import projection
 from osm2xodr.conventions import find_country
+from osm2xodr.curves import runs
 from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
+from osm2xodr.osmParsing.defaults import BUILT_UP_DENSITY
 from osm2xodr.osmParsing.file import OsmFile, RawNodes, RawWay, open_osm_file, read_nodes
 from osm2xodr.osmParsing.network import (
     Pieces,
@@ -92,8 +94,10 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
     code, rule = _country_and_rule(frame, carried, options, diagnostics)
     country = find_country(code)
+    dense = _among_dwellings(ways, pieces, points)
+    width, speeds = options.default_lane_width, options.default_speeds
     attributes, directions = way_attributes(
-        ways, rule, options.default_lane_width, diagnostics, country, default_speeds=options.default_speeds
+        ways, rule, width, diagnostics, country, default_speeds=speeds, dense=dense
     )
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]
@@ -114,7 +118,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         streets = attach_footways(streets, samples, footways, tags, diagnostics)
     if options.default_speeds:
         streets = with_urban_speeds(streets, tags, country, diagnostics)
-        streets = with_default_speeds(streets, tags, residential_density(streets), country, diagnostics)
+        streets = with_default_speeds(streets, tags, dense, country, diagnostics)
     return StreetNetwork(
         frame=frame,
         rule=rule,
@@ -131,6 +135,14 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         node_heights=node_heights(node_tags, diagnostics),
         turning_circles=turning_circles(node_tags),
     )
+
+
+def _among_dwellings(ways: Sequence[RawWay], pieces: Pieces, points: FloatArray) -> set[int]:
+    """Return the ids of the ways among residential streets; `points` (n, 2) are the nodes, m."""
+    counts = pieces.last - pieces.first + 1
+    nodes = pieces.node[runs(pieces.first, counts)]
+    density = residential_density(points[nodes], counts, pieces.way, [way.tags["highway"] for way in ways])
+    return {ways[index].id for index in np.flatnonzero(density >= BUILT_UP_DENSITY).tolist()}
 
 
 def _read_nodes(file: OsmFile, ways: Sequence[RawWay], furniture: bool, extra: frozenset[str]) -> RawNodes:

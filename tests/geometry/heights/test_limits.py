@@ -168,7 +168,7 @@ def test_class_limit_yields_beyond_its_cap_and_the_firm_one_does_not() -> None:
     grade = 1.25 * 0.15 + np.array([0.0, 0.01])
     assert by_class.force(grade) == pytest.approx([0.0, 0.6 * TURN], abs=1e-9)
     assert by_class.force(np.array([-0.5, 0.5])) == pytest.approx([-1.5 * TURN, 1.5 * TURN])
-    assert firm.force(np.full(5, 0.5)) == pytest.approx(np.full(5, 60.0 * 0.19 * TURN))
+    assert firm.force(np.full(5, 0.5)) == pytest.approx(np.full(5, 240.0 * 0.19 * TURN))
 
 
 def test_step_becomes_a_ramp_within_the_limit_of_the_class() -> None:

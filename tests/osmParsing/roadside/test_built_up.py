@@ -1,32 +1,42 @@
-"""How densely residential streets lie around a street."""
+"""How densely residential streets lie around a way."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
+import numpy as np
 import pytest
-from osm_builder import Area
 
+from osm2xodr.model import FloatArray
 from osm2xodr.osmParsing.roadside.built_up import residential_density
 
 
-def density(folder: Path, dwellings: str, distance: float) -> dict[int, float]:
-    """Return the density around a road of 200 m and a street of 200 m beside it, by the id of the way."""
-    nodes = {1: (-100.0, 0.0), 2: (100.0, 0.0), 3: (-100.0, distance), 4: (100.0, distance)}
-    area = Area(nodes, {20: ([1, 2], "highway=tertiary"), 21: ([3, 4], f"highway={dwellings}")})
-    network, _ = area.parse(folder)
-    found = residential_density(network.streets).tolist()
-    return {street.pieces[0][1].osm_way_id: value for street, value in zip(network.streets, found, strict=True)}
+def density(dwellings: str, distance: float) -> list[float]:
+    """Return the density around a road of 200 m and around a street of 200 m beside it."""
+    points = np.array([(-100.0, 0.0), (100.0, 0.0), (-100.0, distance), (100.0, distance)])
+    found = residential_density(points, np.array([2, 2]), np.array([0, 1]), ["tertiary", dwellings])
+    return [float(value) for value in found]
+
+
+def density_of(nodes: list[int], points: FloatArray) -> float:
+    """Return the density around one road beside the residential street of nodes 3 and 4."""
+    lines = points[[*nodes, 3, 4]]
+    return float(residential_density(lines, np.array([2, 2]), np.array([0, 1]), ["tertiary", "residential"])[0])
 
 
 @pytest.mark.parametrize("dwellings", ["residential", "living_street"])
-def test_streets_with_houses_nearby_count(tmp_path: Path, dwellings: str) -> None:
-    found = density(tmp_path, dwellings, 80.0)
+def test_streets_with_houses_nearby_count(dwellings: str) -> None:
     # Windows of 300 m hold all of a street that is at most 100 m away and 200 m long.
-    assert found[20] == pytest.approx(200.0 / 9.0, abs=0.1)
-    assert found[21] == pytest.approx(200.0 / 9.0, abs=0.1)
+    assert density(dwellings, 80.0) == pytest.approx([200.0 / 9.0] * 2, abs=0.1)
 
 
-def test_those_farther_away_and_other_roads_do_not_count(tmp_path: Path) -> None:
-    assert density(tmp_path, "residential", 320.0)[20] == 0.0
-    assert density(tmp_path, "unclassified", 80.0) == {20: 0.0, 21: 0.0}
+def test_those_farther_away_and_other_roads_do_not_count() -> None:
+    assert density("residential", 320.0)[0] == 0.0
+    assert density("unclassified", 80.0) == [0.0, 0.0]
+
+
+def test_a_way_of_two_pieces_has_their_mean() -> None:
+    points = np.array([(0.0, 0.0), (100.0, 0.0), (1100.0, 0.0), (0.0, 50.0), (100.0, 50.0)])
+    near, far = density_of([0, 1], points), density_of([1, 2], points)
+    assert near > 2.0 * far > 0.0
+    lines, counts, ways = points[[0, 1, 1, 2, 3, 4]], np.array([2, 2, 2]), np.array([0, 0, 1])
+    both = residential_density(lines, counts, ways, ["tertiary", "residential"])[0]
+    assert both == pytest.approx((100.0 * near + 1000.0 * far) / 1100.0)

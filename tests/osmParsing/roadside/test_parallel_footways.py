@@ -11,7 +11,7 @@ from osm_builder import Area, about
 from osm2xodr.model import Direction, LaneType, MarginSpec, Rule, StreetNetwork
 from osm2xodr.osmParsing import ParseOptions
 
-# A residential street without further tags is 5.5 m wide. Its edges are 2.75 m from its middle.
+# The streets are 5.5 m wide. Its edges are 2.75 m from its middle.
 STREET = {1: (0.0, 0.0), 2: (60.0, 0.0), 3: (120.0, 0.0), 4: (200.0, 0.0)}
 BOTH = Direction.BOTH
 
@@ -52,7 +52,7 @@ def beside(
 ) -> list[tuple[list[MarginSpec], list[MarginSpec]]]:
     """Return the margins of a straight street with ways beside it, (y, tags) each."""
     nodes = dict(STREET)
-    street_tags = street if "highway=" in street else f"highway=residential {street}"
+    street_tags = street if "highway=" in street else f"highway=residential width=5.5 {street}"
     ways = {20: (list(STREET)[:: -1 if turn[0] else 1], street_tags)}
     for number, (y, tags) in enumerate(footways):
         a, b = 100 + 2 * number, 101 + 2 * number
@@ -98,9 +98,9 @@ def test_both_sides(tmp_path: Path, turn: tuple[bool, bool], rule: Rule) -> None
         (6.05, SIDEWALK, "sidewalk:right=no", [verge(2.3), walk()]),
         (5.05, SIDEWALK, "sidewalk=no", [verge(1.3), walk()]),
         (6.05, "highway=footway", "highway=motorway", []),
-        (6.05, "highway=footway", "highway=service oneway=yes", []),
-        (6.05, SIDEWALK, "highway=service oneway=yes", [verge(3.8), walk()]),
-        (4.55, "highway=footway", "highway=service oneway=yes", [verge(2.3), walk()]),
+        (6.05, "highway=footway", "highway=service oneway=yes width=2.5", []),
+        (6.05, SIDEWALK, "highway=service oneway=yes width=2.5", [verge(3.8), walk()]),
+        (4.55, "highway=footway", "highway=service oneway=yes width=2.5", [verge(2.3), walk()]),
     ],
 )
 def test_distances_widths_and_tags(
@@ -158,8 +158,8 @@ def test_levels(tmp_path: Path, street: str, footway: str, attached: bool) -> No
 def test_a_footway_below_a_bridge_goes_to_the_street_beside_it(tmp_path: Path) -> None:
     nodes = {**STREET, 5: (0.0, 5.0), 6: (200.0, 5.0), 7: (0.0, 6.05), 8: (200.0, 6.05)}
     ways = {
-        20: (list(STREET), "highway=residential"),
-        21: ([5, 6], "highway=residential bridge=yes"),
+        20: (list(STREET), "highway=residential width=5.5"),
+        21: ([5, 6], "highway=residential width=5.5 bridge=yes"),
         30: ([7, 8], "highway=footway"),
     }
     network, _ = Area(nodes, ways).parse(tmp_path)
@@ -170,8 +170,8 @@ def test_a_footway_below_a_bridge_goes_to_the_street_beside_it(tmp_path: Path) -
 def test_the_nearest_of_two_carriageways_takes_it(tmp_path: Path, y: float, expected: tuple[bool, bool]) -> None:
     nodes = {**STREET, 5: (0.0, 12.0), 6: (200.0, 12.0), 7: (0.0, y), 8: (200.0, y)}
     ways = {
-        20: (list(STREET), "highway=residential"),
-        21: ([5, 6], "highway=residential"),
+        20: (list(STREET), "highway=residential width=5.5"),
+        21: ([5, 6], "highway=residential width=5.5"),
         30: ([7, 8], "highway=footway"),
     }
     network, _ = Area(nodes, ways).parse(tmp_path)
@@ -181,11 +181,11 @@ def test_the_nearest_of_two_carriageways_takes_it(tmp_path: Path, y: float, expe
 
 
 def test_the_nearest_edge_counts_not_the_nearest_line(tmp_path: Path) -> None:
-    # Four lanes are 13 m wide: 2 m from their edge, and 3.7 m from that of a street whose line is nearer.
+    # 2 m from their edge, and 3.7 m from that of a street whose line is nearer.
     nodes = {**STREET, 5: (0.0, 15.0), 6: (200.0, 15.0), 7: (0.0, 8.55), 8: (200.0, 8.55)}
     ways = {
-        20: (list(STREET), "highway=secondary lanes=4"),
-        21: ([5, 6], "highway=residential"),
+        20: (list(STREET), "highway=secondary lanes=4 width=13"),
+        21: ([5, 6], "highway=residential width=5.5"),
         30: ([7, 8], "highway=footway"),
     }
     network, _ = Area(nodes, ways).parse(tmp_path)
@@ -194,7 +194,11 @@ def test_the_nearest_edge_counts_not_the_nearest_line(tmp_path: Path) -> None:
 
 def test_ways_that_do_not_run_along(tmp_path: Path) -> None:
     nodes = {**STREET, 7: (100.0, 3.0), 8: (100.0, 50.0), 9: (0.0, 3.0), 10: (40.0, 19.5)}
-    ways = {20: (list(STREET), "highway=residential"), 30: ([7, 8], "highway=footway"), 31: ([9, 10], SIDEWALK)}
+    ways = {
+        20: (list(STREET), "highway=residential width=5.5"),
+        30: ([7, 8], "highway=footway"),
+        31: ([9, 10], SIDEWALK),
+    }
     network, _ = Area(nodes, ways).parse(tmp_path)
     assert margins(network) == [([], [])]
 
@@ -211,7 +215,7 @@ def test_streets_are_cut_where_footways_end(tmp_path: Path) -> None:
 
 def test_cut_pieces_keep_their_ways_attributes(tmp_path: Path) -> None:
     nodes = {**STREET, 7: (0.0, 6.05), 8: (120.0, 6.05)}
-    ways = {20: (list(STREET), "highway=residential name=A"), 30: ([7, 8], SIDEWALK)}
+    ways = {20: (list(STREET), "highway=residential width=5.5 name=A"), 30: ([7, 8], SIDEWALK)}
     network, _ = Area(nodes, ways).parse(tmp_path)
     (street,) = network.streets
     assert [(at, piece.osm_way_id, piece.name) for at, piece in street.pieces] == [(0, 20, "A"), (2, 20, "A")]
@@ -220,7 +224,7 @@ def test_cut_pieces_keep_their_ways_attributes(tmp_path: Path) -> None:
 def chain(folder: Path, tags: Sequence[str], parts: Sequence[tuple[float, float, float]]) -> list[list[MarginSpec]]:
     """Return what is left of a street of ways of 40 m each, with footways (x from, x to, y)."""
     nodes = {number: (40.0 * number, 0.0) for number in range(1, len(tags) + 2)}
-    ways = {20 + k: ([k + 1, k + 2], f"highway=residential {words}") for k, words in enumerate(tags)}
+    ways = {20 + k: ([k + 1, k + 2], f"highway=residential width=5.5 {words}") for k, words in enumerate(tags)}
     for number, (start, end, y) in enumerate(parts):
         nodes[100 + 2 * number], nodes[101 + 2 * number] = (40.0 + start, y), (40.0 + end, y)
         ways[50 + number] = ([100 + 2 * number, 101 + 2 * number], SIDEWALK)
@@ -238,32 +242,36 @@ def test_short_gaps_are_closed(tmp_path: Path) -> None:
     for number, x in enumerate((0.0, 79.0, 96.0, 200.0)):
         nodes[10 + number] = (x, 6.05)
     ways = {
-        20: ([1, 2], "highway=residential name=A"),
-        21: ([2, 3], "highway=residential name=B"),
-        22: ([3, 4], "highway=residential name=C"),
+        20: ([1, 2], "highway=residential width=5.5 name=A"),
+        21: ([2, 3], "highway=residential width=5.5 name=B"),
+        22: ([3, 4], "highway=residential width=5.5 name=C"),
         30: ([10, 11], SIDEWALK),
         31: ([12, 13], SIDEWALK),
     }
     network, _ = Area(nodes, ways).parse(tmp_path)
     assert margins(network) == [([verge(2.3), walk()], [])] * 3
-    ways[21] = ([2, 3], "highway=residential name=B sidewalk=no")
+    ways[21] = ([2, 3], "highway=residential width=5.5 name=B sidewalk=no")
     network, _ = Area(nodes, ways).parse(tmp_path)
     assert [bool(left) for left, _ in margins(network)] == [True, False, True]
-    ways[21] = ([2, 3], "highway=residential name=B bridge=yes")
+    ways[21] = ([2, 3], "highway=residential width=5.5 name=B bridge=yes")
     network, _ = Area(nodes, ways).parse(tmp_path)
     assert [bool(left) for left, _ in margins(network)] == [True, True, True]
 
 
 def test_a_few_metres_are_no_sidewalk(tmp_path: Path) -> None:
     nodes = {1: (0.0, 0.0), 2: (9.0, 0.0), 5: (0.0, 6.05), 6: (9.0, 6.05)}
-    ways = {20: ([1, 2], "highway=residential"), 30: ([5, 6], SIDEWALK)}
+    ways = {20: ([1, 2], "highway=residential width=5.5"), 30: ([5, 6], SIDEWALK)}
     network, _ = Area(nodes, ways).parse(tmp_path)
     assert margins(network) == [([], [])]
 
 
 def test_what_was_done_is_said_once(tmp_path: Path) -> None:
     nodes = {**STREET, 5: (0.0, 6.05), 6: (200.0, 6.05), 7: (50.0, 12.0), 8: (50.0, 112.0)}
-    ways = {20: (list(STREET), "highway=residential"), 30: ([5, 6], SIDEWALK), 31: ([7, 8], "highway=footway")}
+    ways = {
+        20: (list(STREET), "highway=residential width=5.5"),
+        30: ([5, 6], SIDEWALK),
+        31: ([7, 8], "highway=footway"),
+    }
     _, diagnostics = Area(nodes, ways).parse(tmp_path)
     (note,) = about(diagnostics, "separate-sidewalk")
     assert note.message == (
@@ -300,7 +308,7 @@ def test_turning_ways_round_changes_nothing(
     nodes = {number + 1: place for number, place in enumerate(places)}
     ways: dict[int, tuple[list[int], str]] = {}
     for number in range(len(places) - 1):
-        ways[20 + number] = ([number + 1, number + 2], f"highway=residential name=N{number // 2}")
+        ways[20 + number] = ([number + 1, number + 2], f"highway=residential width=5.5 name=N{number // 2}")
     for number, (distance, first, last, tags) in enumerate(footways):
         ids = []
         for index in range(first, last + 1):

@@ -15,7 +15,7 @@ from lane_notation import (
 )
 from osm_builder import tags_of
 
-from osm2xodr.conventions.defaults import LANE_WIDTH
+from osm2xodr.conventions.defaults import LANE_WIDTH, ONE_LANE_WIDTH
 from osm2xodr.diagnostics import Kind
 from osm2xodr.model import Direction, LaneType, Rule
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_MAX, LANE_WIDTH_MIN
@@ -156,7 +156,7 @@ def test_what_is_said(tags: str, expected: list[tuple[Kind, str]]) -> None:
         ("lanes=2 width=3", [LANE_WIDTH_MIN] * 2),
         ("lanes=2 width=15", [LANE_WIDTH_MAX] * 2),
         # One lane's width for both directions.
-        ("lanes=1", [LANE_WIDTH_MIN] * 2),
+        ("lanes=1", [ONE_LANE_WIDTH["secondary"] / 2] * 2),
         ("lanes=1 width=5", [2.5, 2.5]),
         ("lanes=1 width=2.5", [LANE_WIDTH_MIN] * 2),
         ("oneway=yes lanes=3 width:lanes=3.5|3|2.75", [3.5, 3.0, 2.75]),
@@ -190,9 +190,36 @@ def test_default_lane_width() -> None:
 
 @pytest.mark.parametrize("highway", sorted(LANE_WIDTH))
 def test_every_class_has_a_sensible_width(highway: str) -> None:
-    (lane,) = cross_section({"highway": highway, "lanes": "1"}, 1, RIGHT).lanes_ltr
-    assert lane.width == LANE_WIDTH[highway]
-    assert LANE_WIDTH_MIN <= lane.width <= LANE_WIDTH_MAX
+    (alone,) = cross_section({"highway": highway, "lanes": "1"}, 1, RIGHT).lanes_ltr
+    assert alone.width == ONE_LANE_WIDTH.get(highway, LANE_WIDTH[highway])
+    one, other = cross_section({"highway": highway, "lanes": "2"}, 0, RIGHT).lanes_ltr
+    assert one.width == other.width == LANE_WIDTH[highway]
+    assert LANE_WIDTH_MIN <= one.width <= alone.width <= LANE_WIDTH_MAX
+
+
+@pytest.mark.parametrize(
+    ("tags", "width"),
+    [
+        ("oneway=yes lanes=1", 4.75),
+        ("oneway=yes lanes=1 cycleway:right=lane", 3.25),
+        ("oneway=yes lanes=1 parking:right=lane", 3.25),
+        ("oneway=yes lanes=1 sidewalk=both cycleway:right=track", 4.75),
+        ("oneway=yes lanes=2", 3.0),
+        ("lanes=2", 3.25),
+        ("lanes=4", 3.0),
+        ("lanes=3 lanes:both_ways=1", 3.25),
+    ],
+)
+def test_lanes_in_town_by_what_lies_beside_them(tags: str, width: float) -> None:
+    direction = int("oneway" in tags)
+    for rule in Rule:
+        section = cross_section(tags_of(f"highway=secondary {tags}"), direction, rule, in_town=True)
+        cars = {lane.width for lane in section.lanes_ltr if lane.type is LaneType.DRIVING}
+        assert cars == {width}
+
+
+def test_lanes_out_of_town_are_as_wide_beside_others() -> None:
+    assert [lane.width for lane in section_of("oneway=yes lanes=2").lanes_ltr] == [3.25, 3.25]
 
 
 # ---------------------------------------------------------------- placement

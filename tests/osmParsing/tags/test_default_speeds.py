@@ -18,17 +18,15 @@ from osm2xodr.osmParsing.file.reader import RawWay
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.ways import way_attributes
 
-SPARSE, DENSE = 9.9, 10.0
 
-
-def guess(code: str, text: str, density: float = SPARSE) -> tuple[StreetAttributes, Diagnostics]:
-    """Return what is found about a street of a single way, in an area with so many dwellings."""
+def guess(code: str, text: str, dense: bool = False) -> tuple[StreetAttributes, Diagnostics]:
+    """Return what is found about a street of a single way, `dense`ly among dwellings or not."""
     tags, diagnostics = tags_of(text), Diagnostics()
     country = find_country(code)
     (attributes,), _ = way_attributes([RawWay(7, [1, 2], tags)], Rule.RIGHT_HAND, None, Diagnostics(), country)
     points = np.array([[0.0, 0.0], [100.0, 0.0]])
     street = Street(0, 0, 1, points, np.array([1, 2]), ((0, attributes),))
-    (found,) = with_default_speeds([street], {7: tags}, np.array([density]), country, diagnostics)
+    (found,) = with_default_speeds([street], {7: tags}, {7} if dense else set(), country, diagnostics)
     return found.pieces[0][1], diagnostics
 
 
@@ -78,17 +76,17 @@ def test_limits_by_country_class_and_place(code: str, tags: str, kmh: float) -> 
     assert [item.osm_id for item in diagnostics] == ["way/7"] * (found.default_speed is not None)
 
 
-@pytest.mark.parametrize(("density", "kmh"), [(SPARSE, 80.0), (DENSE, 50.0)])
-def test_dwellings_show_a_built_up_area(density: float, kmh: float) -> None:
-    found, diagnostics = guess("FR", "highway=tertiary", density)
+@pytest.mark.parametrize(("dense", "kmh"), [(False, 80.0), (True, 50.0)])
+def test_dwellings_show_a_built_up_area(dense: bool, kmh: float) -> None:
+    found, diagnostics = guess("FR", "highway=tertiary", dense)
     assert found.default_speed == pytest.approx(kmh / 3.6)
     where = "in built-up areas" if kmh == 50.0 else "outside built-up areas"
     ((kind, code, message),) = [(item.kind, item.code, item.message) for item in diagnostics]
     assert (kind, code) == (Kind.GUESSED, "speed")
     assert message == f"no limit given, {kmh:.0f} km/h is usual {where} in FR"
     # They say nothing about a road for motor vehicles only, or where a tag says better.
-    assert guess("FR", "highway=primary motorroad=yes", density)[0].default_speed == pytest.approx(110.0 / 3.6)
-    rural, _ = guess("US", "highway=primary source:maxspeed=US:rural", density)
+    assert guess("FR", "highway=primary motorroad=yes", dense)[0].default_speed == pytest.approx(110.0 / 3.6)
+    rural, _ = guess("US", "highway=primary source:maxspeed=US:rural", dense)
     assert rural.default_speed == pytest.approx(55 * 0.44704)
 
 

@@ -344,8 +344,8 @@ def test_what_is_guessed_is_said_in_one_sentence() -> None:
     ("tags", "lanes", "offset"),
     [
         # Without a width nothing tells where the line is: the lanes stay about it.
-        ("lanes=2 parking:right=lane", [2.75, 2.75], 0.0),
-        ("lanes=2 parking:both=lane", [2.75, 2.75], 0.0),
+        ("lanes=2 parking:right=lane", [3.0, 3.0], 0.0),
+        ("lanes=2 parking:both=lane", [3.0, 3.0], 0.0),
         # 8 m: 6 for the lanes, 2 for parking on the right, so their middle is 1 m left of the line.
         ("lanes=2 width=8 parking:right=lane", [3.0, 3.0], 1.0),
         ("lanes=2 width=8 parking:left=lane", [3.0, 3.0], -1.0),

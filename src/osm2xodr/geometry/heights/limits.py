@@ -18,6 +18,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # How much stiffer a limit is than the road it bends. Stiffer ones take more steps to settle.
 _STIFFNESS_RATIO: Final = 60.0
+# The same of the firm limit on grades: it must hold against the largest forces of the others.
+_FIRM_STIFFNESS_RATIO: Final = 240.0
 # Largest forces of the limits by class on grades and tilts, in moments that turn a road by 1: beyond them they yield.
 _GRADE_CAP: Final = 1.5
 _TILT_CAP: Final = 3.0
@@ -61,10 +63,12 @@ class Limits:
         return out
 
 
-def _within(rows: sp.csr_matrix, bound: FloatArray, stiffness: FloatArray, cap: float) -> Limits:
+def _within(
+    rows: sp.csr_matrix, bound: FloatArray, stiffness: FloatArray, cap: float, ratio: float = _STIFFNESS_RATIO
+) -> Limits:
     """Return own bounds on magnitudes; `cap` is the largest force in units of the stiffness (m,)."""
     own = np.ones(len(bound), bool)
-    return Limits(rows, -bound, bound, _STIFFNESS_RATIO * stiffness, cap * stiffness, own)
+    return Limits(rows, -bound, bound, ratio * stiffness, cap * stiffness, own)
 
 
 def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limits]:
@@ -77,7 +81,7 @@ def limit_grades(network: Network, limit: FloatArray, beams: Beams) -> list[Limi
     inner = np.flatnonzero(np.isin(u, _CLASS_LIMIT_AT))
     return [
         _within(rows[inner], defaults.GRADE_SLACK * limit[e[inner]], k[inner], _GRADE_CAP),
-        _within(rows, np.full(len(e), defaults.GRADE_MAX), k, _NO_CAP),
+        _within(rows, np.full(len(e), defaults.GRADE_MAX), k, _NO_CAP, _FIRM_STIFFNESS_RATIO),
     ]
 
 

@@ -19,7 +19,7 @@ from osm2xodr.model import Access, Direction, LaneSpec, LaneType, MarginSpec, Ru
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_BUS, LANE_WIDTH_MAX, LANE_WIDTH_MIN
 from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
-from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, lane_groups
+from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
 from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LANES, TURN_TAGS, Slot
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
@@ -60,12 +60,14 @@ def cross_section(
     default_lane_width: float | None = None,
     closed: int = 0,
     country: Country = GENERIC,
+    *,
+    in_town: bool = False,
 ) -> CrossSection:
     """Make the cross section of a way from its tags (``highway`` and `SECTION_TAGS`).
 
     `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0; `closed` likewise if
     that direction of a two-way road is closed to cars. `default_lane_width` (m) is that of lanes for cars without a
-    tagged width; None takes the country's width for the class of the road.
+    tagged width; None takes the country's width for the class of the road, which differs `in_town`, a built-up area.
     """
     findings: Findings = []
     runs_one_way = direction or -closed
@@ -80,7 +82,8 @@ def cross_section(
     margins = read_margins(tags, runs_one_way, rule, findings)
     slots = [slot for slot, _ in lanes]
     carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, findings)
-    usual = default_lane_width or country.lane_width(tags["highway"])
+    parked = margins.parking_left + margins.parking_right
+    usual = default_lane_width or _usual_width(groups, tags["highway"], country, in_town, parked > 0.0)
     if groups.shared:
         usual = max(usual / 2.0, LANE_WIDTH_MIN)
     chosen = default_lane_width is not None
@@ -102,6 +105,15 @@ def _access(slot: Slot, whole: Access) -> Access:
     if slot.type is not LaneType.DRIVING:
         return Access.ALL
     return whole if slot.access is Access.ALL else slot.access
+
+
+def _usual_width(groups: LaneGroups, highway: str, country: Country, in_town: bool, parked: bool) -> float:
+    """Return the usual width of a way's lanes for cars, m; `parked` says whether cars park beside them."""
+    every = (*groups.forward, *groups.both_ways, *groups.backward)
+    # A lane for bicycles or a row of parked cars gives room to pass, too.
+    alone = groups.shared or (len(every) == 1 and not parked)
+    beside = max(sum(slot.type in MOTOR_LANES for slot in group) for group in (groups.forward, groups.backward)) > 1
+    return country.lane_width(highway, alone=alone, beside_in_town=beside and in_town)
 
 
 def _carriageway(

@@ -6,44 +6,39 @@ Outside and inside built-up areas, and by class, most countries have a limit tha
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 from typing import Final
 
 from osm2xodr.conventions import KMH, SPEED_UNITS, Country
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import FloatArray, Street, StreetAttributes
-from osm2xodr.osmParsing.defaults import BUILT_UP_DENSITY, LINK_SPEED_KMH, SERVICE_SPEED_KMH
-from osm2xodr.osmParsing.tags.legal_speeds import EVIDENCE_TAGS, is_built_up, limit_words
+from osm2xodr.model import Street, StreetAttributes
+from osm2xodr.osmParsing.defaults import LINK_SPEED_KMH, SERVICE_SPEED_KMH
+from osm2xodr.osmParsing.tags.built_up import in_town
+from osm2xodr.osmParsing.tags.legal_speeds import limit_words
 from osm2xodr.osmParsing.tags.values import Tags
 
-# Tags whose values, such as ``DE:urban``, say where a way is, the surest first (OSM wiki, Key:source:maxspeed).
-_PLACE_TAGS: Final = ("zone:traffic", "maxspeed:type", "source:maxspeed", "zone:maxspeed", "maxspeed")
-_URBAN: Final = re.compile(r"[A-Z-]+:\s*(urban|nsl_restricted|(zone:?)?\d+$|living_street)|zone", re.IGNORECASE)
-_RURAL: Final = re.compile(r"[A-Z-]+:\s*(rural|trunk|motorway|motorroad|nsl_single|nsl_dual)", re.IGNORECASE)
 # Classes by what decides about their limit, besides the place.
 _OWN_LIMIT: Final = {"motorway": "motorway", "living_street": "living_street", "pedestrian": "living_street"}
 _SLOW: Final = frozenset({"service", "track"})
 _DUAL: Final = frozenset({"trunk", "primary", "secondary"})
-DEFAULT_SPEED_TAGS: Final = (*_PLACE_TAGS, *EVIDENCE_TAGS, "motorroad")
 
 
 def with_default_speeds(
     streets: Sequence[Street],
     tags: Mapping[int, Tags],
-    density: FloatArray,
+    dense: Set[int],
     country: Country,
     diagnostics: Diagnostics,
 ) -> tuple[Street, ...]:
     """Give a guessed limit to every piece of street without one.
 
-    `tags` are those of ways by id; `density` (streets,) is that of residential streets around each street, m per
-    hectare. The diagnostics get each way that is given a limit.
+    `tags` are those of ways by id; `dense` are the ids of the ways among residential streets. The diagnostics get
+    each way that is given a limit.
     """
     said: dict[int, str] = {}
     out: list[Street] = []
-    for street, dense in zip(streets, (density >= BUILT_UP_DENSITY).tolist(), strict=True):
+    for street in streets:
         known = [_is_known(piece) for _, piece in street.pieces]
         if all(known):
             out.append(street)
@@ -52,7 +47,8 @@ def with_default_speeds(
         for (first, piece), has_limit in zip(street.pieces, known, strict=True):
             guessed = piece
             if not has_limit:
-                speed, said[piece.osm_way_id] = _guess(piece, tags[piece.osm_way_id], dense, country)
+                way = piece.osm_way_id
+                speed, said[way] = _guess(piece, tags[way], way in dense, country)
                 guessed = replace(piece, default_speed=speed)
             pieces.append((first, guessed))
         out.append(replace(street, pieces=tuple(pieces)))
@@ -88,7 +84,7 @@ def _usual(piece: StreetAttributes, tags: Tags, dense: bool, country: Country) -
         return speeds[_OWN_LIMIT[highway]], f"on roads of its class {where}"
     if highway == "motorway_link":
         return min(speeds["motorway"], LINK_SPEED_KMH * SPEED_UNITS[KMH]), "on ramps"
-    if highway == "residential" or _in_town(tags, dense):
+    if highway == "residential" or in_town(tags, dense):
         urban = speeds["urban"]
         speed = speeds.get("residential", urban) if highway == "residential" else urban
         return speed, f"in built-up areas {where}"
@@ -102,13 +98,3 @@ def _usual(piece: StreetAttributes, tags: Tags, dense: bool, country: Country) -
     if highway.endswith("_link"):
         return min(speed, LINK_SPEED_KMH * SPEED_UNITS[KMH]), "on ramps"
     return speed, f"outside built-up areas {where}"
-
-
-def _in_town(tags: Tags, dense: bool) -> bool:
-    """Whether a way lies in a built-up area: as tagged, else where there are lamps, sidewalks or dwellings."""
-    for key in _PLACE_TAGS:
-        if key in tags and (_URBAN.match(tags[key]) or _RURAL.match(tags[key])):
-            return bool(_URBAN.match(tags[key]))
-    if tags.get("motorroad") == "yes":
-        return False
-    return is_built_up(tags) or dense

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 from functools import lru_cache
 from typing import Final
@@ -13,8 +13,8 @@ from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
+from osm2xodr.osmParsing.tags.built_up import BUILT_UP_TAGS, is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import SECTION_TAGS, CrossSection, cross_section
-from osm2xodr.osmParsing.tags.default_speeds import DEFAULT_SPEED_TAGS
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import legal_speed, speed_guess
@@ -49,7 +49,7 @@ _OTHER_TAGS: Final = (
 WAY_TAGS: Final = frozenset(
     (
         *(*ACCESS_TAGS, *_OTHER_TAGS, *_IMPLIED_SPEED, *_CONDITIONAL),
-        *(*SECTION_TAGS, *MARK_TAGS, *DEFAULT_SPEED_TAGS, *STRUCTURE_TAGS),
+        *(*SECTION_TAGS, *MARK_TAGS, *BUILT_UP_TAGS, *STRUCTURE_TAGS),
     )
 )
 
@@ -67,13 +67,15 @@ def way_attributes(
     country: Country = GENERIC,
     *,
     default_speeds: bool = True,
+    dense: Set[int] = frozenset(),
 ) -> tuple[list[StreetAttributes], list[int]]:
     """Read the tags `WAY_TAGS` of ways: the attributes of each, seen along its nodes, and its direction of traffic.
 
     The direction is 1 or -1 where the way is one-way for cars along or against its order of nodes, else 0. `rule` is
     the side that traffic drives on, `default_lane_width` (m) that of lanes without a tagged one (None takes one by
     the class of the road); limits and usual widths are those of `country`, whose law stands in for limits that are
-    not tagged if `default_speeds` says so. What is guessed, repaired or ignored goes to the diagnostics.
+    not tagged if `default_speeds` says so; `dense` are the ids of the ways among residential streets. What is
+    guessed, repaired or ignored goes to the diagnostics.
     """
     # Most ways of a city share a few cross sections.
     known: dict[tuple[object, ...], CrossSection] = {}
@@ -87,10 +89,11 @@ def way_attributes(
         lane_tags = {key: value for key, value in tags.items() if key in _SECTION_TAGS}
         if index in neighbours:
             lane_tags["lanes"] = str(neighbours[index])
-        key = (tags["highway"], direction, closed, *lane_tags.items())
+        town = is_town_street(tags, way.id in dense)
+        key = (tags["highway"], direction, closed, town, *lane_tags.items())
         if key not in known:
             lane_tags["highway"] = tags["highway"]
-            known[key] = cross_section(lane_tags, direction, rule, default_lane_width, closed, country)
+            known[key] = cross_section(lane_tags, direction, rule, default_lane_width, closed, country, in_town=town)
         section = known[key]
         findings = list(section.findings)
         if not certain:

@@ -1,0 +1,48 @@
+"""Count what `width` says in extracts of OSM, by class, direction and number of lanes.
+
+    python tools/lane_widths.py AREA.osm.pbf ...
+
+The second opinion on the tables of `osm2xodr.conventions.defaults`; docs/method/lanes.md says what came out. Parked
+cars are sometimes counted in, so medians of streets with houses are upper bounds.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+
+import numpy as np
+import osmium
+
+from osm2xodr.osmParsing.options import DRIVABLE
+from osm2xodr.osmParsing.tags.access import oneway
+from osm2xodr.osmParsing.tags.values import parse_length
+
+# Fewer ways say nothing.
+_LEAST_WAYS = 5
+
+
+def main(paths: list[str]) -> int:
+    """Print a table of the widths in some files."""
+    if not paths:
+        print(__doc__)
+        return 2
+    found: dict[tuple[str, str, str], list[float]] = defaultdict(list)
+    for path in paths:
+        for way in osmium.FileProcessor(path, osmium.osm.WAY):
+            tags = dict(way.tags)
+            width = parse_length(tags.get("width:carriageway") or tags.get("width") or "")
+            if tags.get("highway") in DRIVABLE.highways and width:
+                direction = "one way" if oneway(tags)[0] else "two ways"
+                found[tags["highway"], direction, tags.get("lanes", "-")].append(width)
+    print("| class | direction | lanes | ways | quartiles, m |")
+    print("| --- | --- | --- | --- | --- |")
+    for (highway, direction, lanes), widths in sorted(found.items()):
+        if len(widths) >= _LEAST_WAYS:
+            quartiles = ", ".join(f"{value:.1f}" for value in np.percentile(widths, (25, 50, 75)))
+            print(f"| {highway} | {direction} | {lanes} | {len(widths)} | {quartiles} |")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
