@@ -100,6 +100,13 @@ def cross_section(
     return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
 
 
+def _access(slot: Slot, whole: Access) -> Access:
+    """Return which cars may use a lane; `whole` is what the tags of the whole way say."""
+    if slot.type is not LaneType.DRIVING:
+        return Access.ALL
+    return whole if slot.access is Access.ALL else slot.access
+
+
 def _usual_width(groups: LaneGroups, highway: str, country: Country, in_town: bool, parked: bool) -> float:
     """Return the usual width of a way's lanes for cars, m; `parked` says whether cars park beside them."""
     every = (*groups.forward, *groups.both_ways, *groups.backward)
@@ -107,13 +114,6 @@ def _usual_width(groups: LaneGroups, highway: str, country: Country, in_town: bo
     alone = groups.shared or (len(every) == 1 and not parked)
     beside = max(sum(slot.type in MOTOR_LANES for slot in group) for group in (groups.forward, groups.backward)) > 1
     return country.lane_width(highway, alone=alone, beside_in_town=beside and in_town)
-
-
-def _access(slot: Slot, whole: Access) -> Access:
-    """Return which cars may use a lane; `whole` is what the tags of the whole way say."""
-    if slot.type is not LaneType.DRIVING:
-        return Access.ALL
-    return whole if slot.access is Access.ALL else slot.access
 
 
 def _carriageway(
