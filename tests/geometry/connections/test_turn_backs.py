@@ -65,8 +65,8 @@ def test_lanes_are_the_innermost_and_the_innermost_that_a_car_reaches(rule: Rule
 
 
 @pytest.mark.parametrize("rule", list(Rule))
-@pytest.mark.parametrize("shift", [-12.0, 12.0])
-@pytest.mark.parametrize("apart", [5.0, 7.0, 14.0])
+@pytest.mark.parametrize("shift", [-6.0, 6.0])
+@pytest.mark.parametrize("apart", [5.0, 7.0, 9.0])
 def test_arms_that_end_apart_are_joined_without_a_gap(apart: float, shift: float, rule: Rule) -> None:
     """The street across runs askew, so that one carriageway ends before the other."""
     case = dual(apart, "lanes=1 width=3")
