@@ -64,9 +64,9 @@ def test_ids_are_unique_and_links_mutual(rule: Rule) -> None:
 
 
 def test_a_right_turn_at_a_square_crossing_has_the_radius_of_its_kerb_and_lane() -> None:
-    """Arms end 3.8 m (3 m of the other street, 0.8 m clear) and a kerb of 5 m from the middle of the crossing."""
+    """Arms end 3.8 m (3 m of the other street, 0.8 m clear) and a kerb of 6 m from the middle of the crossing."""
     roads = CASES["x"].case.build()
-    trim = 3.0 + 0.8 + 5.0
+    trim = 3.0 + 0.8 + 6.0
     lane = 1.5
     radii = {}
     for k, road in enumerate(roads.roads):

@@ -67,38 +67,3 @@ def test_no_turn_back_folds_its_lane(apart: float, rule: Rule) -> None:
         if road.junction is not None
     ]
     assert min(inner) > 0.1 * defaults.INNER_EDGE_RADIUS - 1e-9
-
-
-@pytest.mark.parametrize(
-    ("width", "set_back"),
-    [
-        # Eight steps of 0.75 m are not enough.
-        (2.5, 6.0),
-        # With seven of them, a tangent of 14.7 m gives a radius of 3.1 m.
-        (3.5, 5.25),
-    ],
-)
-@pytest.mark.parametrize("rule", list(Rule))
-def test_arms_of_a_sharp_turn_are_set_back(width: float, set_back: float, rule: Rule) -> None:
-    """Three one-way streets of one lane; the turn back from the west is one of 156 degrees."""
-    angle = math.radians(24.0)
-    nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0), "x": (-90 * math.cos(angle), 90 * math.sin(angle))}
-    tags = f"oneway=yes lanes=1 width={width}"
-    case = Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o x", tags)})
-    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
-    measures = RoadMeasures(roads)
-    left = {road.osm_way_ids[0]: measures.length(road) for road in roads.roads if road.junction is None}
-    bare = (width / 2 * (1 + math.cos(angle)) + 0.3) / math.sin(angle) + 0.5
-    assert 90.0 - left[1] == pytest.approx(bare + set_back, abs=0.15)
-    assert 90.0 - left[3] == pytest.approx(bare + set_back, abs=0.15)
-
-
-def test_arms_are_set_back_while_their_streets_have_room() -> None:
-    """Of 12 m, 7.1 m are needed; two steps leave 3.4 m, and 3 m must stay."""
-    angle = math.radians(24.0)
-    x, y = -12 * math.cos(angle), 12 * math.sin(angle)
-    nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0), "x": (x, y)}
-    tags = "oneway=yes lanes=1 width=2.5"
-    roads = Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o x", tags)}).build()
-    (short,) = (road for road in roads.roads if road.osm_way_ids == (3,))
-    assert RoadMeasures(roads).length(short) == pytest.approx(12.0 - 7.12 - 1.5, abs=0.05)

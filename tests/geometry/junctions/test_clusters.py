@@ -37,7 +37,7 @@ def test_a_crossing_gives_every_arm_half_the_other_street_and_a_kerb() -> None:
     ways = {1: ("w o", "width=7"), 2: ("o e", "width=7"), 3: ("s o", "width=5"), 4: ("o n", "width=5")}
     stages = Case(nodes, ways).stages()
     found = trims(stages)
-    clear = 0.3 + 0.5 + 5.0
+    clear = 0.3 + 0.5 + 6.0
     assert (found[(1, 1)], found[(2, 0)]) == pytest.approx((2.5 + clear, 2.5 + clear), abs=0.05)
     assert (found[(3, 1)], found[(4, 0)]) == pytest.approx((3.5 + clear, 3.5 + clear), abs=0.05)
     assert (found[(1, 0)], found[(2, 1)], found[(3, 0)], found[(4, 1)]) == (0.0, 0.0, 0.0, 0.0)
@@ -76,8 +76,8 @@ def dual_carriageway(apart: float, name: str = "Main") -> Case:
     return Case(nodes, ways | {5: ("s a", ""), 6: ("a b", ""), 7: ("b n", "")})
 
 
-# Each carriageway of 6 m takes 3.8 m of the street across, and its corners 5 m; 3 m would have to be left.
-@pytest.mark.parametrize(("apart", "junctions"), [(10.0, 1), (16.0, 1), (20.0, 1), (21.0, 2), (30.0, 2)])
+# Each carriageway of 6 m takes 3.8 m of the street across, and its corners 6 m; 3 m would have to be left.
+@pytest.mark.parametrize(("apart", "junctions"), [(10.0, 1), (16.0, 1), (22.0, 1), (23.0, 2), (30.0, 2)])
 def test_both_carriageways_make_one_junction_where_corners_fill_the_median(apart: float, junctions: int) -> None:
     layout = dual_carriageway(apart).stages().layout
     assert len(layout.arms) == junctions
@@ -103,7 +103,7 @@ def test_what_is_left_between_two_junctions_is_shared() -> None:
     assert not stages.layout.squeezed.any()
     far = trims(two_ts(60.0).stages())
     assert far[(5, 0)] == pytest.approx(far[(5, 1)], abs=0.02)
-    assert far[(5, 0)] == pytest.approx(8.8, abs=0.05)
+    assert far[(5, 0)] == pytest.approx(9.8, abs=0.05)
 
 
 def test_no_junction_grows_without_end() -> None:
@@ -218,7 +218,7 @@ def test_where_a_street_turns_on_the_spot_its_arms_keep_their_length() -> None:
 
 @pytest.mark.parametrize(
     ("highway", "kerb"),
-    [("secondary", 5.0), ("residential", 4.0), ("living_street", 3.0), ("service", 2.0)],
+    [("secondary", 6.0), ("residential", 5.0), ("living_street", 4.0), ("service", 4.0)],
 )
 def test_kerbs_have_the_radius_of_the_lesser_street(highway: str, kerb: float) -> None:
     nodes = {"w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0), "s": (0.0, -80.0)}

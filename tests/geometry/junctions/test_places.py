@@ -126,13 +126,13 @@ def test_tagged_nodes_are_listed_once_for_each_street_through_them(found: Found)
     ("name", "way", "s", "junction"),
     [
         ("p", 1, 60.0, -1),
-        # The junction takes 8.8 m of each arm; what lies in it is before the road, or beyond its end.
+        # The junction takes 9.8 m of each arm; what lies in it is before the road, or beyond its end.
         ("q", 1, 98.0, 70),
         ("a", 1, 100.0, 70),
         ("a", 3, 90.0, 70),
-        ("u", 2, 3.0 - 8.8, 70),
-        ("b", 2, -8.8, 70),
-        ("b", 4, -8.8, 70),
+        ("u", 2, 3.0 - 9.8, 70),
+        ("b", 2, -9.8, 70),
+        ("b", 4, -9.8, 70),
     ],
 )
 def test_where_on_straight_roads_nodes_are(name: str, way: int, s: float, junction: int, found: Found) -> None:

@@ -194,9 +194,9 @@ def test_a_corner_between_sidewalks_of_different_width_and_place(rule: Rule) -> 
 
 
 def test_corners_without_room_are_left_out_and_told() -> None:
-    """Sidewalks 12 m wide lie across each other long before the junction."""
+    """Sidewalks 14 m wide lie across each other long before the junction."""
     case = wide(X)
-    broad = replace(WALK, width=12.0)
+    broad = replace(WALK, width=14.0)
     diagnostics = Diagnostics()
     roads = built(case, everywhere(case, ((broad,), (broad,))), diagnostics=diagnostics)
     assert corners(roads) == []

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from osm2xodr.geometry.connections.arm_setbacks import set_back_arms
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads, InnerLane, build_connecting_roads
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, turns_on_the_spot
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
-from osm2xodr.geometry.connections.sharp_turns import set_back_arms, swing_out
+from osm2xodr.geometry.connections.sharp_turns import swing_out
 
 __all__ = [
     "ConnectingRoads",

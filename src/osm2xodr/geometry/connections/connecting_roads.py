@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from osm2xodr.curves import cut_curves, lengths, stack_plan_views
+from osm2xodr.curves import cut_curves, lengths, stack_plan_views, wrapped
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.lane_links import LaneLinks
+from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
+from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.junctions import Movement, draw_loops
 from osm2xodr.geometry.plan_view import StreetEnds
-from osm2xodr.model import BoolArray, FloatArray, IntArray, LaneType, PlanView, Rule
+from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, LaneType, PlanView, Rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +87,25 @@ _TUPLES = ("lane_type", "inner")
 _ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_TUPLES))
 
 
+def _largest_radii(links: LaneLinks, movements: list[Movement], ends: StreetEnds) -> FloatArray:
+    """Return how large the arc of each lane link may be at most so that it does not cut its corner, (n,), m."""
+    rows = links.rows
+    road_in = np.array([row.entry for row in rows], np.int64)
+    road_out = np.array([row.exit for row in rows], np.int64)
+    out_of, into = np.where(road_in % 2, 1.0, -1.0), np.where(road_out % 2, -1.0, 1.0)
+    hdg_in = links.hdg[road_in] + np.where(out_of < 0, np.pi, 0.0)
+    hdg_out = links.hdg[road_out] + np.where(into < 0, np.pi, 0.0)
+    return turning_radii(
+        ends,
+        np.array([movements[row.movement].entry for row in rows], np.int64),
+        np.array([movements[row.movement].exit for row in rows], np.int64),
+        -out_of * [row.lane_in.t for row in rows],
+        into * [row.lane_out.t for row in rows],
+        np.array([min(row.lane_in.spec.width, row.lane_out.spec.width) for row in rows]),
+        wrapped(hdg_out - hdg_in),
+    )[1]
+
+
 def build_connecting_roads(
     links: LaneLinks,
     movements: list[Movement],
@@ -105,6 +126,7 @@ def build_connecting_roads(
     entry_t = np.array([row.lane_in.t for row in rows])
     exit_t = np.array([row.lane_out.t for row in rows])
     hdg0, hdg1 = links.hdg[entry], links.hdg[exit_]
+    movement = np.array([row.movement for row in rows], np.int64)
     plan = connect(
         links.x[entry] - entry_t * np.sin(hdg0),
         links.y[entry] + entry_t * np.cos(hdg0),
@@ -112,8 +134,8 @@ def build_connecting_roads(
         links.x[exit_] - exit_t * np.sin(hdg1),
         links.y[exit_] + exit_t * np.cos(hdg1),
         hdg1 + np.where(exit_ % 2 == 0, 0.0, np.pi),
+        radius=_largest_radii(links, movements, ends),
     )
-    movement = np.array([row.movement for row in rows], np.int64)
     lanes = lane_paths(
         lay_out_paths(movements, ends, trim, outer_lanes),
         ends.plan_view,
@@ -122,6 +144,9 @@ def build_connecting_roads(
         np.where(exit_ % 2 == 0, exit_t, -exit_t),
     )
     plan = follow_corners(follow_streets(plan, lanes), lanes)
+    width = np.array([(row.lane_in.spec.width + row.lane_out.spec.width) / 2 for row in rows])
+    shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in rows], bool)
+    plan = draw_side_by_side(plan, entry, exit_, width, shared)
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
     turning = np.array([k for k, _ in looped], np.int64)
     half = np.abs(entry_t - exit_t)[turning] / 2

@@ -17,6 +17,10 @@ _LEAST_TURN: Final = 1e-3
 _MOST_TURN: Final = np.deg2rad(150.0)
 _SHORTEST_LINE_BEFORE_ARC: Final = 0.01
 _NO_LINE_BELOW: Final = 1e-9
+# An arc is not made smaller where that would leave lines no longer than this, m.
+_SHORTEST_LINE_BESIDE_ARC: Final = 0.5
+# Nor where the curve would be longer by more than this share.
+_LONGER_THAN_AN_ARC: Final = 0.07
 # An arc that turns less than this, rad, is written as its chord: readers with single precision cannot place its far
 # centre.
 _STRAIGHT_BELOW: Final = 1e-4
@@ -43,17 +47,25 @@ _NO_ANGLE: Final = 1e-9
 
 
 def connect(
-    x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
+    x0: FloatArray,
+    y0: FloatArray,
+    hdg0: FloatArray,
+    x1: FloatArray,
+    y1: FloatArray,
+    hdg1: FloatArray,
+    *,
+    radius: float | FloatArray = np.inf,
 ) -> PlanView:
     """Return a curve from each pose 0 to pose 1, (n,), m and rad, that starts and ends in their headings.
 
-    A line and an arc where the tangents meet ahead of the first and behind the second pose and leave room for a
-    turn that cars drive; else two arcs with tangents of equal length (biarc, Bolton 1975,
-    doi:10.1016/0010-4485(75)90086-X), if their radius is larger; Dubins' shortest curve where two arcs do not reach
-    the second pose, because it looks back from straight ahead.
+    Lines and an arc where the tangents meet ahead of the first and behind the second pose and leave room for a turn
+    that cars drive, the arc no larger than `radius`, m, unless the curve would become much longer by that; else two
+    arcs with tangents of equal length (biarc, Bolton 1975, doi:10.1016/0010-4485(75)90086-X), if their radius is
+    larger; Dubins' shortest curve where two arcs do not reach the second pose, because it looks back from straight
+    ahead.
     """
     length, curvature = _biarc(x0, y0, hdg0, x1, y1, hdg1)
-    simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1)
+    simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1, radius)
     sharp = np.abs(simple_curvature[:, 1])
     simple &= (sharp * CONNECTING_RADIUS <= 1.0) | (sharp <= np.abs(curvature).max(axis=1))
     length = np.where(simple[:, None], simple_length, length)
@@ -132,27 +144,46 @@ def _turns(plan: PlanView) -> tuple[FloatArray, FloatArray]:
     return np.abs(np.bincount(owner, turn, n)), np.bincount(owner, np.abs(turn), n).astype(np.float64)
 
 
-def _line_and_arc(
+def tangents(
     x0: FloatArray, y0: FloatArray, hdg0: FloatArray, x1: FloatArray, y1: FloatArray, hdg1: FloatArray
-) -> tuple[BoolArray, FloatArray, FloatArray]:
-    """Return where a line and an arc connect the poses, (n,), and lengths and curvatures of line, arc, line, (n, 3).
-
-    The arc touches both tangents at the distance of the shorter one from where they meet; the rest of the longer one
-    is the line.
-    """
-    turn = wrapped(hdg1 - hdg0)
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far ahead of poses 0, and behind poses 1, their tangents meet, (n,), m; negative: beyond."""
     vx, vy = x1 - x0, y1 - y0
-    sin = np.sin(turn)
+    sin = np.sin(wrapped(hdg1 - hdg0))
     safe = np.where(np.abs(sin) < _NO_ANGLE, 1.0, sin)
     before = (vx * np.sin(hdg1) - vy * np.cos(hdg1)) / safe
     after = (np.cos(hdg0) * vy - np.sin(hdg0) * vx) / safe
+    return before, after
+
+
+def _line_and_arc(
+    x0: FloatArray,
+    y0: FloatArray,
+    hdg0: FloatArray,
+    x1: FloatArray,
+    y1: FloatArray,
+    hdg1: FloatArray,
+    most: float | FloatArray,
+) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Return where lines and an arc connect the poses, (n,), and lengths and curvatures of line, arc, line, (n, 3).
+
+    The arc touches both tangents at the distance of the shorter one from where they meet, or nearer if its radius
+    would be above `most`; the rest of both is lines.
+    """
+    turn = wrapped(hdg1 - hdg0)
+    before, after = tangents(x0, y0, hdg0, x1, y1, hdg1)
     shorter = np.minimum(before, after)
     size = np.abs(turn)
     unequal = np.abs(before - after)
     found = (shorter > _SHORTEST_TANGENT) & (size > _LEAST_TURN) & (size < _MOST_TURN)
     found &= (unequal > _SHORTEST_LINE_BEFORE_ARC) | (unequal < _NO_LINE_BELOW)
-    radius = np.maximum(shorter, 1e-9) / np.tan(np.clip(size, 1e-6, 3.1) / 2)
-    length = np.stack([np.maximum(before - shorter, 0), radius * size, np.maximum(after - shorter, 0)], axis=1)
+    half = np.tan(np.clip(size, 1e-6, 3.1) / 2)
+    # The detour by the tangents, as a share of the largest arc.
+    detour = np.maximum(2 * half / np.maximum(size, 1e-6) - 1, 1e-6)
+    touch = np.maximum(most * half, shorter * (1 - _LONGER_THAN_AN_ARC / detour))
+    touch = np.maximum(np.where(shorter - touch > _SHORTEST_LINE_BESIDE_ARC, touch, shorter), 1e-9)
+    radius = touch / half
+    length = np.stack([np.maximum(before - touch, 0), radius * size, np.maximum(after - touch, 0)], axis=1)
     curvature = np.zeros_like(length)
     curvature[:, 1] = np.sign(turn) / radius
     return found, length, curvature

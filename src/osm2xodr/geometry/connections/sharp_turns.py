@@ -1,4 +1,4 @@
-"""Turns that are sharper than a car drives: their arms are set back, and then they swing out where there is room."""
+"""Turns that are sharper than a car drives even when arms have been set back swing out where there is room."""
 
 from __future__ import annotations
 
@@ -7,77 +7,23 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius
-from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius, wrapped
+from osm2xodr.defaults import CONNECTING_RADIUS, SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out
 from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.defaults import (
-    ARM_SETBACK_STEP,
-    HALF_NARROW_LANE,
-    INNER_EDGE_RADIUS,
-)
-from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
+from osm2xodr.geometry.defaults import HALF_NARROW_LANE, INNER_EDGE_RADIUS
+from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import CrossSection
-from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# An arm is set back at most this many times, by 6 m in all. A choice.
-_ARM_SETBACK_STEPS: Final = 8
 # Turns that swing out must not run onto the first stretch of the junction's roads, of this length, m; places on both
 # are compared at this spacing, m.
 _CLEAR_ARM: Final = 25.0
 _PLACE_SPACING: Final = 1.0
+# They may be longer than the sharp turn by this factor, unless they turn back.
+_LONGEST_SWING: Final = 1.8
 # Where the inner edge of a lane has no room for its full radius, one of these shares of it does.
 _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
-
-# ---------------------------------------------------------------- arms are set back
-
-
-def set_back_arms(
-    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
-) -> FloatArray:
-    """Return how much each street end gives to its junction so that its turns have room, (ends,), m.
-
-    Both arms of a turn that is too sharp, too long or swings out are set back step by step, as long as their streets
-    have room.
-    """
-    street_end = np.full(2 * len(parts.length), -1, np.int64)
-    used = np.flatnonzero(parts.road_end >= 0)
-    street_end[parts.road_end[used]] = used
-    entry, exit_ = street_end[connecting.entry], street_end[connecting.exit]
-    # Lanes in the outward frame of their street end: left of it is right of traffic that comes in.
-    t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
-    t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
-    trim = layout.trim.copy()
-    # Loops that turn back on their arm have their own room.
-    rows = np.flatnonzero(_lack_room(connecting.plan_view) & (connecting.entry != connecting.exit))
-    for _ in range(_ARM_SETBACK_STEPS):
-        arms = np.union1d(entry[rows], exit_[rows])
-        arms = arms[trim[arms] + ARM_SETBACK_STEP <= layout.most[arms]]
-        if not len(arms):
-            break
-        trim[arms] += ARM_SETBACK_STEP
-        rows = rows[_lack_room(_curves(ends, trim, entry[rows], exit_[rows], t_in[rows], t_out[rows]))]
-    return trim
-
-
-def _lack_room(plan: PlanView) -> BoolArray:
-    """Say which curves would be better if their arms ended farther away, (curves,)."""
-    return (smallest_radius(plan) < CONNECTING_RADIUS) | detours(plan) | swings_out(plan)
-
-
-def _curves(
-    ends: StreetEnds, trim: FloatArray, entry: IntArray, exit_: IntArray, t_in: FloatArray, t_out: FloatArray
-) -> PlanView:
-    """Return the direct curves between lanes that lie t_in and t_out left of their arms, seen from the junction."""
-    x0, y0, h0 = outward_pose(ends, entry, trim[entry])
-    x1, y1, h1 = outward_pose(ends, exit_, trim[exit_])
-    entries = x0 - t_in * np.sin(h0), y0 + t_in * np.cos(h0), h0 + np.pi
-    return connect(*entries, x1 - t_out * np.sin(h1), y1 + t_out * np.cos(h1), h1)
-
-
-# ---------------------------------------------------------------- turns swing out
 
 
 def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
@@ -89,6 +35,10 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
     if not len(row):
         return connecting
     wide, found = _wide_curves(plan, row, np.full(len(row), CONNECTING_RADIUS))
+    # A turn that a car just misses is better than a balloon; turns back have no other way.
+    heading = np.abs(wrapped(pose(plan, row, lengths(plan)[row])[2] - pose(plan, row, np.zeros(len(row)))[2]))
+    short = (lengths(wide) < _LONGEST_SWING * lengths(plan)[row]) | (heading > SWING_BACK)
+    found = found[short[found]]
     free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
     plan = replace_curves(plan, row[found[free]], wide, found[free])
     plan = _without_folds(plan, connecting)

@@ -13,15 +13,16 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import find_record, lengths, pose, ranks, replace_curves, smallest_radius, wrapped
-from osm2xodr.defaults import CONNECTING_RADIUS
-from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
+from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER, TURNING_RADIUS
 from osm2xodr.geometry.defaults import CORNER_RADIUS_OTHER
 from osm2xodr.geometry.junctions import Movement
 from osm2xodr.geometry.plan_view import StreetEnds, fit_polylines
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
-# A connecting road on a smooth street follows it where it would stray farther from it than this, m.
-_STRAY: Final = 0.25
+# A connecting road on a smooth street follows it where it would stray farther from it than this, m: on a roundabout's
+# ring, and elsewhere, where cars drive straight on through slight bends of OSM's lines.
+_STRAY_ON_RING: Final = 0.25
+_STRAY: Final = 1.2
 # Where that is looked at, as shares of the way.
 _STRAY_SHARES: Final = np.linspace(0.1, 0.9, 9)
 # Points of the street that a curve is fitted to are at most this far apart, m; it starts and ends straight over this
@@ -183,7 +184,7 @@ def follow_streets(direct: PlanView, lanes: LanePaths) -> PlanView:
     if not len(wanted):
         return direct
     followed = _followed(direct, wanted, lanes.chosen(wanted))
-    better = smallest_radius(followed) >= np.minimum(smallest_radius(direct)[wanted], CONNECTING_RADIUS)
+    better = smallest_radius(followed) >= np.minimum(smallest_radius(direct)[wanted], TURNING_RADIUS)
     return replace_curves(direct, wanted[better], followed, np.flatnonzero(better))
 
 
@@ -191,11 +192,12 @@ def _strays(direct: PlanView, row: IntArray, lanes: LanePaths) -> BoolArray:
     """Say which curves lie aside of their lanes' ways over the streets, (n,)."""
     total = lengths(direct)[row]
     out = np.zeros(len(row), bool)
+    most = np.where(lanes.paths.on_ring[lanes.path], _STRAY_ON_RING, _STRAY)
     todo = np.arange(len(row))
     for share in _STRAY_SHARES:
         px, py, _ = lanes.at_share(todo, np.full(len(todo), share))
         x, y, hdg = pose(direct, row[todo], share * total[todo])
-        out[todo] = np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)) > _STRAY
+        out[todo] = np.abs((py - y) * np.cos(hdg) - (px - x) * np.sin(hdg)) > most[todo]
         todo = todo[~out[todo]]
     return out
 

@@ -52,8 +52,8 @@ NARROWEST_LANE: Final = 1.85
 # A junction takes tight bends that end within this distance of its arm's end, m; a choice.
 BEND_IN_JUNCTION: Final = 10.0
 # Radius of the kerb at a corner between two streets, m, by the lesser street's highway value: RASt 06 section 6.3.5
-# recommends 5 to 8 m for minor roads; private access is tighter.
+# recommends 5 to 8 m for minor roads; private access is tighter. With these, cars turn right at 5 to 8 m.
 KERB_RADIUS: Final = MappingProxyType(
-    {"residential": 4.0, "living_street": 3.0, "unclassified": 4.0, "road": 4.0, "service": 2.0, "track": 2.0}
+    {"residential": 5.0, "living_street": 4.0, "unclassified": 5.0, "road": 5.0, "service": 4.0, "track": 4.0}
 )
-KERB_RADIUS_OTHER: Final = 5.0
+KERB_RADIUS_OTHER: Final = 6.0

@@ -1,0 +1,116 @@
+"""Arms are set back from junctions until the turns between them have the radius that their corners are built with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import smallest_radius, wrapped
+from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out, tangents
+from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.geometry.connections.turning_radii import turning_radii
+from osm2xodr.geometry.defaults import ARM_SETBACK_STEP
+from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
+from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+# Arms are set back in at most so many rounds: where they are straight, one is enough.
+_ROUNDS: Final = 8
+# Turns between these angles, rad (12 and 150 degrees), are one arc whose tangents say what they lack; what lies more
+# than this aside, m, is not.
+_LEAST_TURN: Final = 0.2
+_MOST_TURN: Final = np.deg2rad(150.0)
+# Setbacks below this, m, are not worth a cut.
+_LEAST_SETBACK: Final = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Turns:
+    """Turns that lack room, from one street end to another, all (n,)."""
+
+    entry: IntArray  # Street ends
+    exit: IntArray
+    # Lanes in the outward frame of their street end, m: left of it is right of traffic that comes in
+    t_in: FloatArray
+    t_out: FloatArray
+    radius: FloatArray  # What the turn should have, m
+
+    def chosen(self, rows: IntArray | BoolArray) -> _Turns:
+        """Return some of them."""
+        return _Turns(self.entry[rows], self.exit[rows], self.t_in[rows], self.t_out[rows], self.radius[rows])
+
+    def poses(self, ends: StreetEnds, trim: FloatArray) -> tuple[Poses, Poses]:
+        """Return where cars leave their entry lanes and reach their exit lanes if streets are trimmed like this."""
+        x0, y0, h0 = outward_pose(ends, self.entry, trim[self.entry])
+        x1, y1, h1 = outward_pose(ends, self.exit, trim[self.exit])
+        start = x0 - self.t_in * np.sin(h0), y0 + self.t_in * np.cos(h0), h0 + np.pi
+        return start, (x1 - self.t_out * np.sin(h1), y1 + self.t_out * np.cos(h1), h1)
+
+
+def set_back_arms(
+    ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
+) -> FloatArray:
+    """Return how much each street end gives to its junction so that its turns have room, (ends,), m.
+
+    Both arms of a turn that is sharper than its corner, too long, or swings out are set back as far as it needs and
+    as their streets have room.
+    """
+    turns = _without_room(ends, layout, parts, connecting)
+    trim = layout.trim.copy()
+    most = np.maximum(np.minimum(layout.most, trim + defaults.ARM_SETBACK_MAX), trim)
+    for _ in range(_ROUNDS):
+        if not len(turns.entry):
+            break
+        give = np.minimum(_lacking(ends, trim, most, turns), most - trim)
+        if give.max() < _LEAST_SETBACK:
+            break
+        trim += give
+        turns = turns.chosen(_lack_room(_curves(*turns.poses(ends, trim)), turns.radius))
+    return trim
+
+
+def _without_room(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> _Turns:
+    """Return the turns that lack room."""
+    street_end = np.full(2 * len(parts.length), -1, np.int64)
+    used = np.flatnonzero(parts.road_end >= 0)
+    street_end[parts.road_end[used]] = used
+    entry, exit_ = street_end[connecting.entry], street_end[connecting.exit]
+    t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
+    t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)
+    width = np.minimum(connecting.entry_width, connecting.exit_width)
+    hdg_in, hdg_out = (outward_pose(ends, end, layout.trim[end])[2] for end in (entry, exit_))
+    radius = turning_radii(ends, entry, exit_, t_in, t_out, width, wrapped(hdg_out - hdg_in - np.pi))[0]
+    every = _Turns(entry, exit_, t_in, t_out, radius)
+    # Loops that turn back on their arm have their own room.
+    return every.chosen(_lack_room(connecting.plan_view, radius) & (connecting.entry != connecting.exit))
+
+
+def _lack_room(plan: PlanView, radius: FloatArray) -> BoolArray:
+    """Say which curves would be better if their arms ended farther away, (curves,)."""
+    return (smallest_radius(plan) < radius * (1 - 1e-3)) | detours(plan) | swings_out(plan)
+
+
+def _curves(start: Poses, end: Poses) -> PlanView:
+    """Return the direct curves between poses."""
+    return connect(*start, *end)
+
+
+def _lacking(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns) -> FloatArray:
+    """Return how far each arm would have to be set back for its turns, as far as that helps, (ends,), m."""
+    (x0, y0, h0), (x1, y1, h1) = turns.poses(ends, trim)
+    before, after = tangents(x0, y0, h0, x1, y1, h1)
+    angle = np.abs(wrapped(h1 - h0))
+    room = most - trim
+    # The arc is no larger than the shorter tangent allows: neither arm gives what is of no use without the other.
+    wanted = turns.radius * np.tan(np.minimum(angle, _MOST_TURN) / 2)
+    wanted = np.minimum(wanted, np.minimum(before + room[turns.entry], after + room[turns.exit]))
+    one_arc = (angle > _LEAST_TURN) & (angle < _MOST_TURN)
+    one_arc &= np.maximum(wanted - before, wanted - after) < defaults.ARM_SETBACK_MAX
+    out = np.zeros(len(trim))
+    for end, tangent in ((turns.entry, before), (turns.exit, after)):
+        np.maximum.at(out, end, np.where(one_arc, wanted - tangent, 2 * ARM_SETBACK_STEP))
+    return out

@@ -1,0 +1,162 @@
+"""Ways from one arm to another and back again: where they would meet, they are drawn beside one common axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import (
+    chain_curves,
+    cut_curves,
+    lengths,
+    pose,
+    replace_curves,
+    reverse_curves,
+    smallest_radius,
+    starts,
+    wrapped,
+)
+from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
+from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+# Curves are compared at this many places, from this far behind their start to this far before their end, m.
+_PLACES: Final = 32
+_LEAD: Final = 2.0
+# Turns up to this, rad (150 degrees), are drawn beside an axis: those back have shapes of their own.
+_MOST_TURN: Final = np.deg2rad(150.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pairs:
+    """Ways there and back between the same two arms, (pairs,): indices of their curves."""
+
+    there: IntArray
+    back: IntArray
+
+    def chosen(self, rows: IntArray | BoolArray) -> _Pairs:
+        """Return some of them."""
+        return _Pairs(self.there[rows], self.back[rows])
+
+
+def draw_side_by_side(
+    plan: PlanView, entry: IntArray, exit_: IntArray, width: FloatArray, shared: BoolArray
+) -> PlanView:
+    """Redraw curves from arm to arm and back that come too near to each other, if that sets them apart.
+
+    `entry` and `exit_` are the road ends that the curves join, `width` is that of their lanes, m, and `shared` says
+    which have a lane for both directions, all (n,). Both curves of a pair are drawn beside the curve from the middle
+    between their ends on one arm to that on the other.
+    """
+    pairs = _pairs(entry, exit_, shared)
+    room = (width[pairs.there] + width[pairs.back]) / 2
+    apart = _apart(plan, plan, pairs, pairs)
+    start, end = _axis_ends(plan, pairs)
+    turn = np.abs(wrapped(end[2] - start[2]))
+    near = np.flatnonzero((apart < defaults.OPPOSING_CLEARANCE * room) & (turn < _MOST_TURN))
+    if not len(near):
+        return plan
+    pairs, apart = pairs.chosen(near), apart[near]
+    axis = connect(*(column[near] for column in start), *(column[near] for column in end))
+    there = _beside(plan, pairs.there, axis, back=False)
+    back = _beside(plan, pairs.back, axis, back=True)
+    both = np.arange(len(near))
+    better = _apart(there, back, _Pairs(both, both), _Pairs(both, both)) > apart
+    for curves, rows in ((there, pairs.there), (back, pairs.back)):
+        least = np.minimum(smallest_radius(plan)[rows], defaults.TURNING_RADIUS_ACUTE)
+        better &= (smallest_radius(curves) > least - 1e-6) & ~has_kinks(curves)
+    chosen = np.flatnonzero(better)
+    plan = replace_curves(plan, pairs.there[chosen], there, chosen)
+    return replace_curves(plan, pairs.back[chosen], back, chosen)
+
+
+def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
+    """Return the ways there and back between the same two arms that have one lane each."""
+    by_arms: dict[tuple[int, int], list[int]] = {}
+    for row, arms in enumerate(zip(entry.tolist(), exit_.tolist(), strict=True)):
+        if not shared[row]:
+            by_arms.setdefault(arms, []).append(row)
+    found = [
+        (rows[0], other[0])
+        for (one, two), rows in by_arms.items()
+        if one < two and len(rows) == 1 and len(other := by_arms.get((two, one), [])) == 1
+    ]
+    there, back = np.array(found, np.int64).reshape(-1, 2).T
+    return _Pairs(there, back)
+
+
+def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> FloatArray:
+    """Return how near the ways there, of one table, come to the ways back, of another one, (pairs,), m."""
+    (ax, ay), (bx, by) = _places(one, rows.there), _places(other, other_rows.back)
+    square = (ax[:, :, None] - bx[:, None]) ** 2 + (ay[:, :, None] - by[:, None]) ** 2
+    return np.asarray(np.sqrt(square.min(axis=(1, 2))))
+
+
+def _places(plan: PlanView, curve: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return places along curves, all but their ends, (n, places)."""
+    length = lengths(plan)[curve]
+    lead = np.minimum(_LEAD, length / 2)
+    s = lead[:, None] + (length - 2 * lead)[:, None] * np.linspace(0.0, 1.0, _PLACES)
+    x, y, _ = pose(plan, np.repeat(curve, _PLACES), s.ravel())
+    return x.reshape(s.shape), y.reshape(s.shape)
+
+
+def _axis_ends(plan: PlanView, pairs: _Pairs) -> tuple[Poses, Poses]:
+    """Return the poses in the middle between the curves of each pair, on the first arm and on the second."""
+    length = lengths(plan)
+    here, there = pairs.there, pairs.back
+    zero = np.zeros(len(here))
+    begin, end = pose(plan, here, zero), pose(plan, here, length[here])
+    other_end, other_begin = pose(plan, there, length[there]), pose(plan, there, zero)
+    return (
+        ((begin[0] + other_end[0]) / 2, (begin[1] + other_end[1]) / 2, begin[2]),
+        ((end[0] + other_begin[0]) / 2, (end[1] + other_begin[1]) / 2, end[2]),
+    )
+
+
+def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> PlanView:
+    """Return curves with the ends of those in the rows that run beside the axes, or beside these the other way."""
+    n = len(row)
+    first_s, last_s = np.zeros(n), lengths(plan)[row]
+    if back:
+        first_s, last_s = last_s, first_s
+    turned = np.pi if back else 0.0
+    x0, y0, h0 = pose(plan, row, first_s)
+    x1, y1, h1 = pose(plan, row, last_s)
+    h0, h1 = h0 + turned, h1 + turned
+    total = lengths(axis)
+    ax, ay, _ = pose(axis, np.arange(n), np.zeros(n))
+    bx, by, _ = pose(axis, np.arange(n), total)
+    t0 = (y0 - ay) * np.cos(h0) - (x0 - ax) * np.sin(h0)
+    t1 = (y1 - by) * np.cos(h1) - (x1 - bx) * np.sin(h1)
+    # Where one record of an axis meets the next, its curves pass, too.
+    count = np.diff(axis.start) - 1
+    owner = np.repeat(np.arange(n), count)
+    inner = np.ones(len(axis.s), bool)
+    inner[axis.start[:-1]] = False
+    share = axis.s[inner] / total[owner]
+    t = t0[owner] + (t1 - t0)[owner] * (share * share * (3 - 2 * share))
+    slope = (t1 - t0)[owner] * 6 * share * (1 - share) / total[owner]
+    hdg = axis.hdg[inner]
+    middle = axis.x[inner] - t * np.sin(hdg), axis.y[inner] + t * np.cos(hdg), hdg + np.arctan(slope)
+    first = starts(count + 2)
+    between = np.ones(first[-1], bool)
+    between[first[:-1]] = between[first[1:] - 1] = False
+    columns = []
+    for one, passed, other in zip((x0, y0, h0), middle, (x1, y1, h1), strict=True):
+        column = np.zeros(first[-1])
+        column[first[:-1]], column[between], column[first[1:] - 1] = one, passed, other
+        columns.append(column)
+    leave = np.delete(np.arange(first[-1]), first[1:] - 1)
+    here, there = [column[leave] for column in columns], [column[leave + 1] for column in columns]
+    pieces = connect(*here, *there)
+    first = first - np.arange(len(first))
+    if back:
+        pieces = reverse_curves(pieces, np.ones(len(here[0]), bool))
+        order = np.concatenate([np.arange(hi - 1, lo - 1, -1) for lo, hi in pairwise(first.tolist())])
+        pieces = cut_curves(pieces, np.zeros(len(order)), lengths(pieces)[order], order)
+    return chain_curves(pieces, first)

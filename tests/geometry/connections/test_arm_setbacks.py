@@ -1,0 +1,83 @@
+"""Arms are set back until turns have the radius of their corners, as far as streets have room."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from road_measures import RoadMeasures, assert_sound, smallest_radius_of
+from street_cases import Case
+
+from osm2xodr.model import RoadMap, Rule
+
+
+def fork(degrees: float, tags: str, length: float = 90.0) -> Case:
+    """Make a street from west to east and one that leaves it backwards at an acute angle, all one-way."""
+    angle = math.radians(degrees)
+    nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0)}
+    nodes["x"] = (-length * math.cos(angle), length * math.sin(angle))
+    return Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o x", tags)})
+
+
+def built(case: Case, rule: Rule) -> RoadMap:
+    roads = (case if rule is Rule.RIGHT_HAND else case.mirrored()).build(rule)
+    assert_sound(roads)
+    return roads
+
+
+def turn(roads: RoadMap, one: int, other: int) -> float:
+    """Return the smallest radius of the connecting road from way to way, m."""
+    ways = {road.id: road.osm_way_ids for road in roads.roads}
+    (k,) = (
+        k
+        for k, road in enumerate(roads.roads)
+        if road.junction is not None
+        and road.predecessor is not None
+        and road.successor is not None
+        and (ways[road.predecessor.id], ways[road.successor.id]) == ((one,), (other,))
+    )
+    return smallest_radius_of(roads.plan_view, k)
+
+
+def left_of(roads: RoadMap) -> dict[int, float]:
+    """Return the lengths of plain roads by way, m."""
+    measures = RoadMeasures(roads)
+    return {road.osm_way_ids[0]: measures.length(road) for road in roads.roads if road.junction is None}
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+@pytest.mark.parametrize(
+    ("degrees", "highway", "radius"),
+    [
+        # A turn of 120 degrees at a kerb of 5 m: one that cuts off as much has 5 m x 0.293 / 0.5; 1.4 times that.
+        (60.0, "residential", 1.4 * 5.0 * 0.2929 / 0.5 + 1.25),
+        # One of 100 degrees, as at square corners.
+        (80.0, "residential", 6.0),
+        # One of 140 degrees would have less than cars manage.
+        (40.0, "service", 4.2),
+    ],
+)
+def test_turns_get_the_radius_of_their_corner(degrees: float, highway: str, radius: float, rule: Rule) -> None:
+    roads = built(fork(degrees, f"highway={highway} oneway=yes lanes=1 width=2.5"), rule)
+    assert turn(roads, 1, 3) >= radius - 0.01
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+def test_both_arms_give_the_tangent_of_the_turn(rule: Rule) -> None:
+    """At 33 degrees between lanes of 2.5 m, a kerb of 8 m leaves arms that end after 13.3 m."""
+    left = left_of(built(fork(33.0, "highway=service oneway=yes lanes=1 width=2.5"), rule))
+    tangent = 4.2 * math.tan(math.radians(73.5))
+    assert (90.0 - left[1], 90.0 - left[3]) == pytest.approx((tangent, tangent), abs=0.05)
+
+
+def test_arms_are_set_back_while_their_streets_have_room() -> None:
+    """Of 12 m, 7.1 m are needed, and 3 m must stay."""
+    roads = fork(24.0, "oneway=yes lanes=1 width=2.5", 12.0).build()
+    assert left_of(roads)[3] >= 3.0 - 0.01
+
+
+def test_arms_that_cannot_give_more_are_not_answered_by_the_other() -> None:
+    """The street has no room for the turn: the one it is turned from stays as it is, too."""
+    short = left_of(fork(60.0, "highway=service oneway=yes lanes=1 width=2.5", 8.0).build())
+    wide = left_of(fork(60.0, "highway=service oneway=yes lanes=1 width=2.5").build())
+    assert short[1] >= wide[1] - 0.01

@@ -1,0 +1,69 @@
+"""Ways there and back keep beside each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from osm2xodr.curves import lengths, pose, smallest_radius, stack_plan_views
+from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
+from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
+from osm2xodr.model import PlanView
+
+ARMS = np.array([1, 2]), np.array([2, 1])
+WIDTH = np.array([2.75, 2.75])
+
+
+def there_and_back(aside: float, side: float) -> PlanView:
+    """Draw the ways between two parallel arms, 19 m apart and some way aside, by lanes right (left: -1) of them."""
+    lane = -1.375 * side
+    zero, east, west = np.zeros(1), np.zeros(1), np.full(1, np.pi)
+    there = connect(zero, zero + lane, east, zero + 19.0, zero + aside + lane, east)
+    back = connect(zero + 19.0, zero + aside - lane, west, zero, zero - lane, west)
+    return stack_plan_views(there, back)
+
+
+def nearest(plan: PlanView) -> float:
+    """Return how near the two curves come, m."""
+    points = []
+    for k in (0, 1):
+        s = np.linspace(2.0, float(lengths(plan)[k]) - 2.0, 200)
+        points.append(np.column_stack(pose(plan, np.full(len(s), k), s)[:2]))
+    return float(np.hypot(*(points[0][:, None] - points[1][None]).T).min())
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("aside", [8.0, -8.0])
+def test_ways_aside_keep_their_distance(aside: float, side: float) -> None:
+    plan = there_and_back(aside, side)
+    drawn = draw_side_by_side(plan, *ARMS, WIDTH, np.zeros(2, bool))
+    assert nearest(plan) < 2.1
+    assert nearest(drawn) == pytest.approx(2.75, abs=0.02)
+    assert smallest_radius(drawn).min() > 4.2
+    assert not has_kinks(drawn).any()
+
+
+def test_their_ends_stay() -> None:
+    plan = there_and_back(8.0, 1.0)
+    drawn = draw_side_by_side(plan, *ARMS, WIDTH, np.zeros(2, bool))
+    rows = np.arange(2)
+    for share in (0.0, 1.0):
+        before, after = (np.array(pose(item, rows, share * lengths(item))) for item in (plan, drawn))
+        assert after[:2] == pytest.approx(before[:2], abs=1e-6)
+        assert np.cos(after[2] - before[2]) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_ways_that_keep_their_distance_stay_as_they_are() -> None:
+    plan = there_and_back(2.0, 1.0)
+    assert draw_side_by_side(plan, *ARMS, WIDTH, np.zeros(2, bool)) is plan
+
+
+def test_lanes_for_both_directions_stay_as_they_are() -> None:
+    plan = there_and_back(8.0, 1.0)
+    assert draw_side_by_side(plan, *ARMS, WIDTH, np.ones(2, bool)) is plan
+
+
+def test_no_ways_are_no_pairs() -> None:
+    none = np.zeros(0, np.int64)
+    plan = connect(*(np.zeros(0) for _ in range(6)))
+    assert draw_side_by_side(plan, none, none, np.zeros(0), np.zeros(0, bool)) is plan
