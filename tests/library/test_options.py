@@ -75,9 +75,9 @@ def test_reports_say_what_was_asked_for() -> None:
     assert list(inputs) == [
         "osm2xodr", "area", "dem", "name", "ways", "include_private", "left_hand", "default_lane_width",
         "default_speeds", "surface",
-        "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "allow_partial",
-        "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "target", "objects", "furniture",
-        "frame",
+        "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "dem_crs", "dem_unit",
+        "allow_partial", "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "target", "objects",
+        "furniture", "frame",
     ]  # fmt: skip
     assert (inputs["name"], inputs["structures"], inputs["furniture"]) == ("town", False, False)
     assert inputs["default_speeds"] is True
@@ -88,4 +88,5 @@ def test_every_option_says_what_it_is() -> None:
     text = " ".join((ConvertOptions.__doc__ or "").split())
     for name, declared in DECLARATIONS.items():
         assert f" {name} {' '.join(declared.help.split())}" in text
-    assert [name for name, declared in DECLARATIONS.items() if not declared.per_area] == ["name", "frame", "jobs"]
+    own = ["name", "bbox", "polygon", "frame", "jobs"]
+    assert [name for name, declared in DECLARATIONS.items() if not declared.per_area] == own

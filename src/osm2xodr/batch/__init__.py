@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from osm2xodr.batch.index import write_summary as write_summary
     from osm2xodr.batch.manifest import (
         ManifestContext as ManifestContext,
-        expand as expand,
         read_manifest as read_manifest,
     )
     from osm2xodr.batch.model import (
@@ -51,7 +50,7 @@ __getattr__ = lazy_exports(
         "bounds": ("keep_bounds", "recall_bounds"),
         "cutting": ("bounds_of", "cut_areas"),
         "index": ("write_summary",),
-        "manifest": ("ManifestContext", "expand", "read_manifest"),
+        "manifest": ("ManifestContext", "read_manifest"),
         "model": ("Area", "CutRequest", "EMPTY", "Result", "Status"),
         "out_dir": ("open_out_dir",),
         "shared_frame": ("read_partition",),

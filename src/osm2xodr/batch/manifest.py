@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import difflib
-import glob
 import io
 import shlex
 import sys
@@ -17,6 +16,7 @@ from typing import Any, Final
 from osm2xodr.batch.areas import RingDeg, check_names, check_ring, read_file, read_polygons
 from osm2xodr.batch.model import Area
 from osm2xodr.errors import InputError
+from osm2xodr.surface import expand
 
 # Keys of an area beside options of ``convert``, and those that can be the same for all areas.
 _OWN: Final = ("name", "osm", "dem", "bbox", "polygon", "options")
@@ -24,9 +24,6 @@ _COMMON: Final = frozenset({"osm", "dem", "options"})
 _FLAG_WORDS: Final = MappingProxyType(
     {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False, "": False}
 )
-
-# Endings of elevation models in a folder.
-_DEM_ENDINGS: Final = (".tif", ".tiff", ".hgt", ".vrt")
 
 _Keys = Mapping[str, Any]
 
@@ -252,26 +249,3 @@ def _unknown(key: str, known: Sequence[str]) -> str:
     """Say that a key is unknown, and which one may be meant."""
     near = difflib.get_close_matches(key.replace("_", "-").lstrip("-").lower(), known, 1)
     return f"{key!r} is unknown" + (f"; do you mean {near[0]!r}?" if near else f"; known are {', '.join(known)}")
-
-
-def expand(patterns: Sequence[str]) -> tuple[Path, ...]:
-    """Return the files that are meant, each once; those of one pattern in the order of their names.
-
-    `patterns` are paths, which need not exist; patterns with ``*``, ``?``, ``[...]`` and ``**``; folders, which stand
-    for the elevation models in them. Raises `InputError` where a pattern or folder has no file.
-    """
-    found: dict[Path, None] = {}
-    for pattern in patterns:
-        path = Path(pattern)
-        if path.is_dir():
-            files = sorted(item for item in path.iterdir() if item.suffix.lower() in _DEM_ENDINGS)
-            if not files:
-                raise InputError(f"there are no elevation models in the folder {pattern}; name their files")
-        elif path.exists() or not glob.has_magic(pattern):
-            files = [path]
-        else:
-            files = sorted(item for item in map(Path, glob.glob(pattern, recursive=True)) if item.is_file())
-            if not files:
-                raise InputError(f"no file is called like {pattern}; check the pattern")
-        found.update(dict.fromkeys(files))
-    return tuple(found)

@@ -31,6 +31,10 @@ class SurfaceOptions:
     vertical_datum: str | None = None  # Datum to convert heights to (`parse_datum`); None leaves them as they are
     # Datum of the elevation models' heights, likewise; None takes it from their files
     dem_vertical_datum: str | None = None
+    # CRS and unit of heights of elevation models whose files do not say them, in any form that PROJ reads, and as in
+    # ``ft``; None refuses those without a CRS, and takes heights for metres
+    dem_crs: str | None = None
+    dem_unit: str | None = None
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:

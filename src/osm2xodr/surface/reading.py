@@ -15,7 +15,7 @@ from osm2xodr.errors import CoverageError, InputError
 from osm2xodr.model import FloatArray, IntArray, LocalFrame, Street
 from osm2xodr.projection import to_geographic
 from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, qualities_of
-from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum
+from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum, rasters_in, unstated
 from osm2xodr.surface.mosaic import (
     DemWindow,
     bounds_deg,
@@ -71,10 +71,10 @@ def read_surface(
 ) -> DemSurface:
     """Make the surface of the ground from elevation models: local raster files of any CRS, cells and unit.
 
-    Where several overlap, finer cells come first, then the order given; their seams are blended. Neither positions
-    nor cells are resampled: heights are found in each raster's own CRS. x, y (n,), m, are points along all roads in a
-    local frame, evenly spaced: they decide what is read, and the coverage. Diagnostics get what is guessed or
-    repaired, and the share of the roads without a measured height.
+    Zip archives stand for the rasters in them. Where several overlap, finer cells come first, then the order given;
+    their seams are blended. Neither positions nor cells are resampled: heights are found in each raster's own CRS.
+    x, y (n,), m, are points along all roads in a local frame, evenly spaced: they decide what is read, and the
+    coverage. Diagnostics get what is guessed or repaired, and the share of the roads without a measured height.
 
     Raises
     ------
@@ -89,7 +89,9 @@ def read_surface(
     x, y = np.asarray(x, np.float64).reshape(-1), np.asarray(y, np.float64).reshape(-1)
     if not len(x):
         raise InputError("there are no roads to find heights for; choose an area that has some")
-    described = describe_all(paths, frame, diagnostics)
+    paths = [raster for path in paths for raster in rasters_in(path)]
+    known = unstated(options.dem_crs, options.dem_unit)
+    described = describe_all(paths, known, frame, diagnostics)
     bounds = [bounds_deg(cells) for _, cells in described]
     cells_max = _CELLS_MAX_BICUBIC if options.method == "bicubic" else _CELLS_MAX
     windows = read_windows(described, x, y, cells_max, diagnostics)
