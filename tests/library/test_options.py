@@ -73,7 +73,7 @@ def test_reports_say_what_was_asked_for() -> None:
     options = ConvertOptions(no_structures=True, no_furniture=True, frame="frame.json", date="2024-05-01", jobs=3)
     inputs = options.inputs(Path("in/town.osm.pbf"), [Path("dem.tif")])
     assert list(inputs) == [
-        "osm2xodr", "area", "dem", "name", "ways", "include_private", "left_hand", "default_lane_width",
+        "osm2xodr", "area", "dem", "name", "date", "ways", "include_private", "left_hand", "default_lane_width",
         "default_speeds", "surface",
         "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "dem_crs", "dem_unit",
         "allow_partial", "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "target", "objects",

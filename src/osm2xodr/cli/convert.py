@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from osm2xodr.cli.config import check_replay, config_option
 from osm2xodr.cli.options import (
     PATH,
     DemCommand,
@@ -72,6 +73,7 @@ Examples:
   osm2xodr convert area.osm.gz -o flat.xodr --ways major --xodr-version 1.4
   osm2xodr convert area.osm --dem dem.tif -o area.xodr --check --html area.html
   osm2xodr convert - -o area.xodr < area.osm
+  osm2xodr convert --config osm2xodr.toml
   osm2xodr convert area.osm -o - --ways motorway,motorway_link | gzip > area.xodr.gz
 
 Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong usage, 130 interrupted.""",
@@ -95,6 +97,7 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     help="Write a page to explore the road network with, as the command report does.",
 )
 @declared_options(_LAST)
+@config_option
 @click.option(
     "-v",
     "--verbose",
@@ -114,6 +117,8 @@ def convert(
     report_json: Path | None,
     check: bool,
     html: Path | None,
+    config: Path | None,
+    from_report: Path | None,
     verbose: int,
     quiet: bool,
     **values: Any,
@@ -126,10 +131,11 @@ def convert(
             raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
     targets = [("-o", output), ("--report-json", report_json), ("--html", html)]
     dem = expand(dem)
-    inputs = [area, *dem, *(Path(path) for path in (options.frame, options.polygon) if path is not None)]
+    named = (options.frame, options.polygon, config, from_report)
+    inputs = [area, *dem, *(Path(path) for path in named if path is not None)]
     check_targets([(name, path) for name, path in targets if path is not None], inputs, overwrite=overwrite)
     progress = Progress(sys.stderr, live=sys.stderr.isatty() and not quiet, verbose=verbose > 0 and not quiet)
-    asked = _Wanted(area, dem, output, report_json, html, check=check, verbose=verbose, quiet=quiet)
+    asked = _Wanted(area, dem, output, report_json, html, from_report, check=check, verbose=verbose, quiet=quiet)
     began = time.monotonic()
     progress.stage("starting")
     from osm2xodr.library import area_map
@@ -150,6 +156,7 @@ class _Wanted:
     output: Path
     report_json: Path | None
     html: Path | None
+    from_report: Path | None
     check: bool
     verbose: int
     quiet: bool
@@ -188,6 +195,8 @@ def _convert(wanted: _Wanted, options: ConvertOptions, found: AreaMap, progress:
     finally:
         if not quiet:
             _sum_up(about.lines(findings, 1 + wanted.check + (html is not None) + bool(command)), command)
+    if wanted.from_report is not None:
+        check_replay(wanted.from_report, written, click.get_current_context())
     return status
 
 

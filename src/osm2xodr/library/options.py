@@ -76,9 +76,7 @@ class ConvertOptions:
     name: str | None = _option(
         "Name of the road network.  [default: that of AREA]", metavar="TEXT", in_report=False, per_area=False
     )
-    date: str = _option(
-        "Date for the header, such as 2024-05-01.  [default: none]", default="", metavar="TEXT", in_report=False
-    )
+    date: str = _option("Date for the header, such as 2024-05-01.  [default: none]", default="", metavar="TEXT")
     bbox: str | Sequence[float] | None = _option(
         "Convert only this part of AREA: degrees, WGS 84.  [default: everything]",
         metavar="W,S,E,N",
