@@ -185,3 +185,19 @@ def test_wrong_labels_are_refused(
     assert message in capsys.readouterr().err
     assert convert(area, *words, "-o", tmp_path / "out.xodr") == 2
     assert "is about elevation models; give one with --dem, or leave it out" in capsys.readouterr().err
+
+
+def test_too_little_coverage_fails(area: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A model of 27 columns ends at 1.5725 E, a quarter of the street to the west of its end."""
+    out = tmp_path / "out.xodr"
+    part, share = write_dem(tmp_path, "part.tif", columns=27), ["--fail-below-coverage", "0.95"]
+    assert convert(area, "--dem", part, *share, "-o", out) == 1
+    assert "part.tif: only 79 % of the roads have a measured height, and --fail-below" in capsys.readouterr().err
+    assert not out.exists()
+    assert convert(area, "--dem", part, "--fail-below-coverage", "0.5", "-o", out) == 0
+    assert "dem-gap" in capsys.readouterr().err
+    assert convert(area, "--dem", write_dem(tmp_path), *share, "-o", out, "--overwrite", "-q") == 0
+    assert convert(area, *share, "-o", out, "--overwrite") == 2
+    assert "--fail-below-coverage is about elevation models" in capsys.readouterr().err
+    assert convert(area, "--dem", part, "--fail-below-coverage", "95", "-o", out, "--overwrite") == 2
+    assert "--fail-below-coverage: 95.0 cannot be; give 0 to 1" in capsys.readouterr().err

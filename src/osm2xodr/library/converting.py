@@ -26,7 +26,7 @@ from osm2xodr.system import available_jobs
 from osm2xodr.xodrWriter import WriteOptions
 
 # Options that mean nothing without an elevation model.
-_NEED_DEM: Final = ("vertical_datum", "dem_vertical_datum", "dem_sigma", "dem_crs", "dem_unit")
+_NEED_DEM: Final = ("vertical_datum", "dem_vertical_datum", "dem_sigma", "dem_crs", "dem_unit", "fail_below_coverage")
 
 
 def convert(
@@ -143,6 +143,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
         dem_type=options.dem_type,
         dem_crs=options.dem_crs,
         dem_unit=options.dem_unit,
+        coverage_least=options.fail_below_coverage,
     )
     with refused("dem_sigma"):
         surface = dataclasses.replace(surface, sigma=options.dem_sigma)

@@ -142,6 +142,13 @@ class ConvertOptions:
         metavar="UNIT",
     )
     allow_partial: bool = _flag("Accept elevation models that cover less than half of the roads.")
+    fail_below_coverage: float | None = _option(
+        "Fail if elevation models cover less than this share of the roads, 0 to 1.  [default: half of them]",
+        float,
+        metavar="SHARE",
+        least=0,
+        most=1,
+    )
     smoothing: float = _option(
         "Factor on the length over which heights are smoothed.", float, default=1.0, metavar="FACTOR"
     )
@@ -190,6 +197,9 @@ class ConvertOptions:
             )
         if self.right_hand is not None:
             object.__setattr__(self, "left_hand", not self.right_hand)
+        if self.allow_partial and self.fail_below_coverage is not None:
+            names = "allow_partial", "fail_below_coverage"
+            raise OptionError("allow_partial and fail_below_coverage exclude each other; give one of them", *names)
         if not 0.0 < self.smoothing < math.inf:
             raise OptionError(
                 f"smoothing: {self.smoothing:g} is not above 0; 1 is the usual, 2 is smoother", "smoothing"
@@ -277,7 +287,8 @@ def _checked(name: str, value: Any, declaration: Declaration) -> Any:
     else:
         value = kind(value)
         least, most = declaration.least, declaration.most
-        if (least is not None and value < least) or (most is not None and value > most):
+        # Written so that NaN fails.
+        if not ((least is None or value >= least) and (most is None or value <= most)):
             bounds = f"{least} or more" if most is None else f"{least} to {most}"
             raise OptionError(f"{name}: {value} cannot be; give {bounds}", name)
     return value

@@ -23,6 +23,8 @@ class SurfaceOptions:
     method: str = defaults.SURFACE_METHOD
     polynomial_order: int = defaults.POLYNOMIAL_ORDER  # Total degree of the trend, 2 to 5
     allow_partial: bool = False  # Whether elevation models may cover less than half of the roads
+    # Share of the roads that elevation models must cover, 0 to 1, whatever `allow_partial` says; None for the usual
+    coverage_least: float | None = None
     # Standard error of the heights of all elevation models, m; None estimates it from each of them
     sigma: float | None = None
     # One of `DEM_TYPES`: elevation models show the ground (``dtm``), or canopy and roofs (``dsm``); ``auto`` decides
