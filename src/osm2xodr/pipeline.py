@@ -99,8 +99,8 @@ def _read_terrain(options: PipelineOptions, network: StreetNetwork, diagnostics:
     # They load the reader of rasters.
     from osm2xodr.surface import points_along, read_surface
 
-    x, y = points_along(network.streets)
-    surface = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
+    x, y, length = points_along(network.streets)
+    surface = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics, length)
     origin = COMMON_ORIGIN if options.partition else None
     # Beside the plan view, which takes as long and needs no heights.
     ground = Task(partial(ground_around, surface, x, y, options.elevation, origin), apart=options.jobs > 1)
@@ -126,7 +126,7 @@ def _neighbourhood(options: PipelineOptions, network: StreetNetwork) -> Neighbou
     if options.partition is None:
         return None
     # Borders may run where elevation models end.
-    how = replace(options.surface, allow_partial=True)
+    how = replace(options.surface, allow_partial=True, coverage_least=None)
 
     def surface_around(x: FloatArray, y: FloatArray) -> Surface:
         if not options.dems:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
@@ -177,7 +178,8 @@ def test_report(area: Path, dem: Path, out: Path) -> None:
     assert found["input"]["area"] == str(area)
     assert found["input"]["dem"] == [str(dem)]
     assert found["input"]["osm2xodr"] == osm2xodr.__version__
-    assert found["output"] == {"file": str(out), "bytes": out.stat().st_size, "xodr_version": "1.7"}
+    sums = {"bytes": out.stat().st_size, "sha256": hashlib.sha256(out.read_bytes()).hexdigest()}
+    assert found["output"] == {"file": str(out), **sums, "xodr_version": "1.7"}
     assert found["statistics"]["roads"] == 3
     assert found["statistics"]["junctions"] == 1
     assert found["statistics"]["road_length"] == pytest.approx(328.0 + 167.0, abs=40.0)

@@ -52,6 +52,9 @@ def test_both_sides_of_the_road_are_one_option(given: dict[str, Any], left: bool
         ({"xodr_version": "1.5"}, "xodr_version: '1.5' is unknown; choose from 1.4, 1.6, 1.7, 1.8"),
         ({"polynomial_order": 9}, "polynomial_order: 9 cannot be; give 2 to 5"),
         ({"polynomial_order": 3.5}, "polynomial_order: 3.5 is not a whole number"),
+        ({"fail_below_coverage": 95}, "fail_below_coverage: 95.0 cannot be; give 0 to 1"),
+        ({"fail_below_coverage": float("nan")}, "fail_below_coverage: nan cannot be; give 0 to 1"),
+        ({"fail_below_coverage": 0.9, "allow_partial": True}, "allow_partial and fail_below_coverage exclude each"),
         ({"jobs": 0}, "jobs: 0 cannot be; give 1 or more"),
         ({"smoothing": "much"}, "smoothing: 'much' is not a number"),
         ({"smoothing": float("nan")}, "smoothing: nan is not above 0"),
@@ -73,12 +76,12 @@ def test_reports_say_what_was_asked_for() -> None:
     options = ConvertOptions(no_structures=True, no_furniture=True, frame="frame.json", date="2024-05-01", jobs=3)
     inputs = options.inputs(Path("in/town.osm.pbf"), [Path("dem.tif")])
     assert list(inputs) == [
-        "osm2xodr", "area", "dem", "name", "ways", "include_private", "left_hand", "default_lane_width",
+        "osm2xodr", "area", "dem", "name", "date", "ways", "include_private", "left_hand", "default_lane_width",
         "default_speeds", "surface",
-        "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "allow_partial",
+        "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "dem_crs", "dem_unit",
+        "allow_partial", "fail_below_coverage",
         "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "u_turns", "target", "objects",
-        "furniture",
-        "frame",
+        "furniture", "frame",
     ]  # fmt: skip
     assert (inputs["name"], inputs["structures"], inputs["furniture"]) == ("town", False, False)
     assert inputs["default_speeds"] is True
@@ -89,4 +92,5 @@ def test_every_option_says_what_it_is() -> None:
     text = " ".join((ConvertOptions.__doc__ or "").split())
     for name, declared in DECLARATIONS.items():
         assert f" {name} {' '.join(declared.help.split())}" in text
-    assert [name for name, declared in DECLARATIONS.items() if not declared.per_area] == ["name", "frame", "jobs"]
+    own = ["name", "bbox", "polygon", "frame", "jobs"]
+    assert [name for name, declared in DECLARATIONS.items() if not declared.per_area] == own

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import hashlib
 import re
 from collections import Counter
 from pathlib import Path
@@ -235,4 +236,5 @@ def test_statistics_are_those_of_the_file(conversion: Conversion) -> None:
         "file": str(conversion.path),
         "bytes": conversion.path.stat().st_size,
         "xodr_version": "1.7",
+        "sha256": hashlib.sha256(conversion.path.read_bytes()).hexdigest(),
     }

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         outlined as outlined,
         parse_length as parse_length,
         read_areas as read_areas,
+        read_file as read_file,
         read_polygons as read_polygons,
     )
     from osm2xodr.batch.bounds import keep_bounds as keep_bounds, recall_bounds as recall_bounds
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from osm2xodr.batch.index import write_summary as write_summary
     from osm2xodr.batch.manifest import (
         ManifestContext as ManifestContext,
-        expand as expand,
         read_manifest as read_manifest,
     )
     from osm2xodr.batch.model import (
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     )
     from osm2xodr.batch.out_dir import open_out_dir as open_out_dir
     from osm2xodr.batch.shared_frame import read_partition as read_partition
+    from osm2xodr.batch.toml import decoded as decoded, parse_toml as parse_toml, unknown_key as unknown_key
     from osm2xodr.batch.workers import Workers as Workers
     from osm2xodr.batch.workflow import BatchOptions as BatchOptions, run_batch as run_batch
 
@@ -46,15 +47,17 @@ __getattr__ = lazy_exports(
             "outlined",
             "parse_length",
             "read_areas",
+            "read_file",
             "read_polygons",
         ),
         "bounds": ("keep_bounds", "recall_bounds"),
         "cutting": ("bounds_of", "cut_areas"),
         "index": ("write_summary",),
-        "manifest": ("ManifestContext", "expand", "read_manifest"),
+        "manifest": ("ManifestContext", "read_manifest"),
         "model": ("Area", "CutRequest", "EMPTY", "Result", "Status"),
         "out_dir": ("open_out_dir",),
         "shared_frame": ("read_partition",),
+        "toml": ("decoded", "parse_toml", "unknown_key"),
         "workers": ("Workers",),
         "workflow": ("BatchOptions", "run_batch"),
     },

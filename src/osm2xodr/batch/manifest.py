@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import csv
-import difflib
-import glob
 import io
 import shlex
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -16,7 +13,9 @@ from typing import Any, Final
 
 from osm2xodr.batch.areas import RingDeg, check_names, check_ring, read_file, read_polygons
 from osm2xodr.batch.model import Area
+from osm2xodr.batch.toml import decoded, parse_toml, unknown_key
 from osm2xodr.errors import InputError
+from osm2xodr.surface import expand
 
 # Keys of an area beside options of ``convert``, and those that can be the same for all areas.
 _OWN: Final = ("name", "osm", "dem", "bbox", "polygon", "options")
@@ -24,9 +23,6 @@ _COMMON: Final = frozenset({"osm", "dem", "options"})
 _FLAG_WORDS: Final = MappingProxyType(
     {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False, "": False}
 )
-
-# Endings of elevation models in a folder.
-_DEM_ENDINGS: Final = (".tif", ".tiff", ".hgt", ".vrt")
 
 _Keys = Mapping[str, Any]
 
@@ -51,12 +47,7 @@ def read_manifest(path: Path, context: ManifestContext) -> list[Area]:
     read = {".toml": _read_toml, ".csv": _read_csv}.get(path.suffix.lower())
     if read is None:
         raise InputError(f"{path} is not a manifest; give a file that ends in .toml or .csv")
-    try:
-        text = read_file(path).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path} is not in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8"
-        ) from error
+    text = decoded(path, read_file(path))
     common, tables = read(path, text)
     if not tables:
         raise InputError(f"{path} lists no areas; give at least one, with a name and an osm file")
@@ -68,22 +59,10 @@ def read_manifest(path: Path, context: ManifestContext) -> list[Area]:
 
 def _read_toml(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str, _Keys]]]:
     """Return the defaults and the areas of a TOML file, each with its place."""
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        try:
-            import tomli as tomllib
-        except ImportError:
-            raise InputError(
-                f"{path} needs tomli on this Python: pip install 'osm2xodr[batch]', or give CSV"
-            ) from None
-    try:
-        document = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path} is not TOML: {error}; see https://toml.io") from error
+    document = parse_toml(path, text)
     for key in document:
         if key not in ("defaults", "area"):
-            raise InputError(f"{path}: {_unknown(key, ('defaults', 'area'))}; write [defaults] and [[area]]")
+            raise InputError(f"{path}: {unknown_key(key, ('defaults', 'area'))}; write [defaults] and [[area]]")
     common, tables = document.get("defaults", {}), document.get("area", [])
     if not isinstance(common, dict):
         raise InputError(f"{path}: defaults is not a table; write [defaults]")
@@ -166,7 +145,7 @@ class _Reader:
         known = (*_OWN, *self._context.options)
         for key in keys:
             if key not in known:
-                raise InputError(f"{where}: {_unknown(key, known)}")
+                raise InputError(f"{where}: {unknown_key(key, known)}")
 
     def _osm(self, keys: _Keys, where: str) -> Path:
         osm = keys.get("osm")
@@ -246,32 +225,3 @@ def _box(box: Any, where: str) -> RingDeg:
             f"{words}: {west:g}, {south:g}, {east:g}, {north:g}; put west before east, south before north"
         )
     return (west, south), (east, south), (east, north), (west, north)
-
-
-def _unknown(key: str, known: Sequence[str]) -> str:
-    """Say that a key is unknown, and which one may be meant."""
-    near = difflib.get_close_matches(key.replace("_", "-").lstrip("-").lower(), known, 1)
-    return f"{key!r} is unknown" + (f"; do you mean {near[0]!r}?" if near else f"; known are {', '.join(known)}")
-
-
-def expand(patterns: Sequence[str]) -> tuple[Path, ...]:
-    """Return the files that are meant, each once; those of one pattern in the order of their names.
-
-    `patterns` are paths, which need not exist; patterns with ``*``, ``?``, ``[...]`` and ``**``; folders, which stand
-    for the elevation models in them. Raises `InputError` where a pattern or folder has no file.
-    """
-    found: dict[Path, None] = {}
-    for pattern in patterns:
-        path = Path(pattern)
-        if path.is_dir():
-            files = sorted(item for item in path.iterdir() if item.suffix.lower() in _DEM_ENDINGS)
-            if not files:
-                raise InputError(f"there are no elevation models in the folder {pattern}; name their files")
-        elif path.exists() or not glob.has_magic(pattern):
-            files = [path]
-        else:
-            files = sorted(item for item in map(Path, glob.glob(pattern, recursive=True)) if item.is_file())
-            if not files:
-                raise InputError(f"no file is called like {pattern}; check the pattern")
-        found.update(dict.fromkeys(files))
-    return tuple(found)

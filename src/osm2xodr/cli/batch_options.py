@@ -216,13 +216,13 @@ def plan(arguments: BatchArguments) -> Plan:
         Area,
         ManifestContext,
         bounds_of,
-        expand,
         make_tiles,
         outlined,
         read_areas,
         read_manifest,
         recall_bounds,
     )
+    from osm2xodr.surface import expand
 
     given = parse_options(arguments.options)
     # Workers of a scheduler run in other folders.

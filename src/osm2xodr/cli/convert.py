@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import gc
 import json
 import os
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from osm2xodr.cli.config import check_replay, config_option
 from osm2xodr.cli.options import (
     PATH,
+    DemCommand,
     Session,
     check_targets,
     declared_options,
+    dem_option,
     given_options,
     limit_options,
     output_option,
@@ -30,9 +32,12 @@ from osm2xodr.defaults import CHECK_FINDINGS, REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.library import DECLARATIONS
 from osm2xodr.reporting import Progress, Style, details, kinds_of_findings, summary
+from osm2xodr.surface import expand
 from osm2xodr.system import STANDARD_OUTPUT, label
+from osm2xodr.viewing import ReportOptions
 
 if TYPE_CHECKING:
+    from osm2xodr.library import AreaMap, ConvertOptions
     from osm2xodr.reporting import Conversion, Line, Written
 
 _MEGABYTE = 1e6
@@ -42,7 +47,7 @@ _COLOURS = {Style.HEADING: "yellow", Style.ATTENTION: "yellow"}
 _LAST = ("frame", "jobs")
 
 
-class _Convert(click.Command):
+class _Convert(DemCommand):
     """The command, which says what to do with files that follow the area."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -63,22 +68,18 @@ class _Convert(click.Command):
     epilog="""\b
 Examples:
   osm2xodr convert area.osm --dem dem.tif -o area.xodr
-  osm2xodr convert area.osm.pbf --dem west.tif --dem east.tif -o area.xodr --overwrite
+  osm2xodr convert area.osm.pbf --dem west.tif east.tif -o area.xodr --overwrite
+  osm2xodr convert country.osm.pbf --bbox 1.50,42.50,1.55,42.55 --dem dem -o area.xodr
   osm2xodr convert area.osm.gz -o flat.xodr --ways major --xodr-version 1.4
   osm2xodr convert area.osm --dem dem.tif -o area.xodr --check --html area.html
   osm2xodr convert - -o area.xodr < area.osm
+  osm2xodr convert --config osm2xodr.toml
   osm2xodr convert area.osm -o - --ways motorway,motorway_link | gzip > area.xodr.gz
 
 Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong usage, 130 interrupted.""",
 )
 @click.argument("area", type=PATH)
-@click.option(
-    "--dem",
-    multiple=True,
-    type=PATH,
-    metavar="FILE",
-    help="Elevation model: GeoTIFF, HGT or VRT, any CRS. May be repeated; without it the world is flat at 0.",
-)
+@dem_option("Elevation models, any CRS; without one the world is flat at 0")
 @output_option("OpenDRIVE file")
 @overwrite_option
 @declared_options(name for name in DECLARATIONS if name not in _LAST)
@@ -96,6 +97,7 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     help="Write a page to explore the road network with, as the command report does.",
 )
 @declared_options(_LAST)
+@config_option
 @click.option(
     "-v",
     "--verbose",
@@ -115,68 +117,87 @@ def convert(
     report_json: Path | None,
     check: bool,
     html: Path | None,
+    config: Path | None,
+    from_report: Path | None,
     verbose: int,
     quiet: bool,
     **values: Any,
 ) -> int:
     """Convert AREA, an OpenStreetMap file (.osm, .osm.gz, .osm.bz2, .osm.pbf; - for standard input), to OpenDRIVE."""
     session.verbose = verbose
-    given = area
-    area = click.get_current_context().with_resource(_on_disk(area))
     options = given_options(values)
     for option, wanted in (("--check", check), ("--html", html is not None)):
         if wanted and output == STANDARD_OUTPUT:
             raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
     targets = [("-o", output), ("--report-json", report_json), ("--html", html)]
-    inputs = [area, *dem, *([Path(options.frame)] if options.frame else [])]
+    dem = expand(dem)
+    named = (options.frame, options.polygon, config, from_report)
+    inputs = [area, *dem, *(Path(path) for path in named if path is not None)]
     check_targets([(name, path) for name, path in targets if path is not None], inputs, overwrite=overwrite)
     progress = Progress(sys.stderr, live=sys.stderr.isatty() and not quiet, verbose=verbose > 0 and not quiet)
+    asked = _Wanted(area, dem, output, report_json, html, from_report, check=check, verbose=verbose, quiet=quiet)
     began = time.monotonic()
+    progress.stage("starting")
+    from osm2xodr.library import area_map
+
+    try:
+        with area_map(area, options, progress.stage) as found:
+            return _convert(asked, options, found, progress, began)
+    finally:
+        progress.done()
+
+
+@dataclasses.dataclass(frozen=True)
+class _Wanted:
+    """What the command is to do."""
+
+    area: Path
+    dem: tuple[Path, ...]
+    output: Path
+    report_json: Path | None
+    html: Path | None
+    from_report: Path | None
+    check: bool
+    verbose: int
+    quiet: bool
+
+
+def _convert(wanted: _Wanted, options: ConvertOptions, found: AreaMap, progress: Progress, began: float) -> int:
+    """Convert a map, write what is wanted, say so, and return the exit status."""
+    output, html, quiet = wanted.output, wanted.html, wanted.quiet
     # The data of the stages has no reference cycles; the search for some takes up to a fifth of the time.
     gc.disable()
-    progress.stage("starting")
     try:
         from osm2xodr.library import convert as run
 
-        conversion = run(area, dem, options=options, on_stage=progress.stage)
-        # A file that standard input is kept in has another name each time.
-        conversion = dataclasses.replace(conversion, inputs={**conversion.inputs, "area": str(given)})
+        conversion = run(found.path, wanted.dem, options=found.options, on_stage=found.on_stage)
+        # What was asked for, whatever file is read for it.
+        conversion = dataclasses.replace(conversion, inputs=options.inputs(wanted.area, wanted.dem))
         progress.stage(f"writing {label(output)}")
-        written = conversion.write(output, report_json=report_json)
+        written = conversion.write(output, report_json=wanted.report_json)
     finally:
         progress.done()
         gc.enable()
-    about = summary(conversion, written.diagnostics, has_heights=bool(dem))
+    about = summary(conversion, written.diagnostics, has_heights=bool(wanted.dem))
     command = "" if output == STANDARD_OUTPUT else conversion.load_command(output)
     if not quiet:
-        _report(conversion, written, time.monotonic() - began, verbose)
+        _report(conversion, written, time.monotonic() - began, wanted.verbose)
     log = conversion.report(written) if html is not None else b""
     # The check and the page read the file, and need the memory.
     del conversion
     status = findings = 0
     try:
-        if check or html is not None:
-            status, findings = _check_and_show(output, area, dem, html, log, check=check, quiet=quiet)
+        if wanted.check or html is not None:
+            about_page = ReportOptions(
+                found.path, wanted.dem, json.loads(log or b"null"), dem_crs=options.dem_crs, dem_unit=options.dem_unit
+            )
+            status, findings = _check_and_show(wanted, about_page)
     finally:
         if not quiet:
-            _sum_up(about.lines(findings, 1 + check + (html is not None) + bool(command)), command)
+            _sum_up(about.lines(findings, 1 + wanted.check + (html is not None) + bool(command)), command)
+    if wanted.from_report is not None:
+        check_replay(wanted.from_report, written, click.get_current_context())
     return status
-
-
-@contextlib.contextmanager
-def _on_disk(area: Path) -> Iterator[Path]:
-    """Yield the file of an area, which is read twice: standard input is kept in a temporary one meanwhile."""
-    if area != STANDARD_OUTPUT:
-        yield area
-        return
-    import shutil
-    import tempfile
-
-    with tempfile.TemporaryDirectory(prefix="osm2xodr-") as folder:
-        path = Path(folder) / "standard_input"
-        with path.open("wb") as stream:
-            shutil.copyfileobj(sys.stdin.buffer, stream)
-        yield path
 
 
 def _report(conversion: Conversion, written: Written, seconds: float, verbose: int) -> None:
@@ -204,9 +225,7 @@ def _say(text: str, style: Style = Style.PLAIN) -> None:
     click.echo(text if plain else click.style(text, fg=colour, bold=style is Style.HEADING), err=True)
 
 
-def _check_and_show(
-    output: Path, area: Path, dem: tuple[Path, ...], html: Path | None, log: bytes, *, check: bool, quiet: bool
-) -> tuple[int, int]:
+def _check_and_show(wanted: _Wanted, about: ReportOptions) -> tuple[int, int]:
     """Check the file that was written and make the page about it, as asked for.
 
     Returns the exit status and the number of errors and warnings.
@@ -215,20 +234,19 @@ def _check_and_show(
     from osm2xodr.opendrive import read_xodr
 
     # Both need the file and the findings, which take longest: they share them.
-    file = read_xodr(output)
+    file = read_xodr(wanted.output)
     result = check_drive(file, CheckOptions(most=REPORT_FINDINGS))
     status = findings = 0
-    if check:
+    if wanted.check:
         listed = result.worst(CHECK_FINDINGS)
-        for line in [listed.headline()] if quiet else listed.lines(Severity.WARNING):
+        for line in [listed.headline()] if wanted.quiet else listed.lines(Severity.WARNING):
             click.echo(line, err=True)
         status = int(result.failed())
         findings = result.count(Severity.ERROR) + result.count(Severity.WARNING)
-    if html is not None:
-        from osm2xodr.viewing import ReportOptions, write_report
+    if wanted.html is not None:
+        from osm2xodr.viewing import write_report
 
-        about = ReportOptions(area, dem, json.loads(log))
-        size = write_report(file, html, about, Diagnostics(), result)
-        if not quiet:
-            click.echo(f"osm2xodr: wrote {label(html)} ({size / _MEGABYTE:,.1f} MB)", err=True)
+        size = write_report(file, wanted.html, about, Diagnostics(), result)
+        if not wanted.quiet:
+            click.echo(f"osm2xodr: wrote {label(wanted.html)} ({size / _MEGABYTE:,.1f} MB)", err=True)
     return status, findings

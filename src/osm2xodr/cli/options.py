@@ -33,6 +33,8 @@ class _LocalPath(click.Path):
 
 
 PATH: Final = _LocalPath(path_type=Path)
+# Endings of files that stand for themselves after elevation models, in small letters: maps, road networks, lists.
+_NO_MODELS: Final = frozenset({"", ".osm", ".pbf", ".gz", ".bz2", ".xml", ".xodr", ".toml", ".csv"})
 # Options that have another name on the command line than in Python.
 _SPELLINGS: Final = MappingProxyType({"readers": "for"})
 
@@ -88,6 +90,42 @@ def _click_option(name: str, declared: Declaration) -> Callable[[_Command], _Com
 def given_options(values: Mapping[str, Any]) -> ConvertOptions:
     """Return the options of a conversion as click hands them over; a flag that is not there says nothing."""
     return ConvertOptions(**{name: value for name, value in values.items() if value is not False})
+
+
+class DemCommand(click.Command):
+    """A command whose option --dem takes several files at once: click gives an option one."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments."""
+        return super().parse_args(ctx, _each_its_dem(args))
+
+
+def _each_its_dem(args: Sequence[str]) -> list[str]:
+    """Return arguments with --dem before each of the elevation models that follow it."""
+    out: list[str] = []
+    # Whether the next word is the value of --dem, and whether further ones may be.
+    value = more = False
+    for place, word in enumerate(args):
+        if word == "--":
+            return [*out, *args[place:]]
+        if value:
+            value, more = False, True
+        elif word.startswith("-"):
+            value, more = word == "--dem", word.startswith("--dem=")
+        elif more and (Path(word).suffix.lower() not in _NO_MODELS or Path(word).is_dir()):
+            out.append("--dem")
+        else:
+            more = False
+        out.append(word)
+    return out
+
+
+def dem_option(what: str) -> Callable[[_Command], _Command]:
+    """Return the option --dem, elevation models for some purpose."""
+    text = (
+        f"{what}: files, patterns such as 'dem/*.tif', folders; GeoTIFF, HGT, ASC, IMG, VRT, or these in zip files."
+    )
+    return click.option("--dem", multiple=True, type=PATH, metavar="FILE...", help=text)
 
 
 @contextlib.contextmanager

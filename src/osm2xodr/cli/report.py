@@ -9,7 +9,10 @@ import click
 
 from osm2xodr.cli.options import (
     PATH,
+    DemCommand,
     check_targets,
+    declared_options,
+    dem_option,
     file_argument,
     limit_options,
     output_option,
@@ -17,10 +20,12 @@ from osm2xodr.cli.options import (
     quiet_option,
 )
 from osm2xodr.reporting import details
+from osm2xodr.surface import expand
 from osm2xodr.system import label
 
 
 @click.command(
+    cls=DemCommand,
     short_help="Make a page to explore a road network with.",
     epilog="""\b
 Examples:
@@ -32,13 +37,8 @@ Exit status: 0 written, 1 cannot read or write, 2 wrong usage, 130 interrupted."
 @file_argument
 @output_option("HTML page")
 @click.option("--osm", type=PATH, metavar="AREA", help="OpenStreetMap file to hold the roads against.")
-@click.option(
-    "--dem",
-    multiple=True,
-    type=PATH,
-    metavar="FILE",
-    help="Elevation model to hold the heights against. May be repeated.",
-)
+@dem_option("Elevation models to hold the heights against")
+@declared_options(("dem_crs", "dem_unit"))
 @click.option(
     "--report-json",
     type=PATH,
@@ -55,6 +55,7 @@ def report(file: Path, output: Path, no_check: bool, overwrite: bool, quiet: boo
 
     Map, 3D, profiles, heights against elevation models, coverage of OpenStreetMap, and findings of check.
     """
+    how["dem"] = expand(how["dem"])
     inputs = [file, *how["dem"], *(path for path in (how["osm"], how["report_json"]) if path is not None)]
     check_targets([("-o", output)], inputs, overwrite=overwrite)
     from osm2xodr.library import report as run

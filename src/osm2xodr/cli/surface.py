@@ -6,7 +6,15 @@ from pathlib import Path
 
 import click
 
-from osm2xodr.cli.options import PATH, check_targets, limit_options, output_option, overwrite_option, quiet_option
+from osm2xodr.cli.options import (
+    PATH,
+    check_targets,
+    declared_options,
+    limit_options,
+    output_option,
+    overwrite_option,
+    quiet_option,
+)
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.reporting import details
 from osm2xodr.system import label, stream_to
@@ -24,18 +32,22 @@ Exit status: 0 written, 1 cannot compare, 2 wrong usage, 130 interrupted.""",
 @click.argument("dem", nargs=-1, required=True, type=PATH)
 @output_option("HTML page")
 @click.option("--bbox", metavar="W,S,E,N", help="Look only there, degrees, WGS 84.  [default: all of each model]")
+@declared_options(("dem_crs", "dem_unit"))
 @overwrite_option
 @quiet_option
 @limit_options
-def surface(dem: tuple[Path, ...], output: Path, bbox: str | None, overwrite: bool, quiet: bool) -> None:
+def surface(
+    dem: tuple[Path, ...], output: Path, bbox: str | None, overwrite: bool, quiet: bool, **known: str | None
+) -> None:
     """Compare interpolations and polynomials on elevation models DEM, as one page with tables and pictures."""
-    check_targets([("-o", output)], dem, overwrite=overwrite)
-    box = None if bbox is None else _box(bbox)
-    from osm2xodr.surface import compare_surfaces
+    from osm2xodr.surface import compare_surfaces, expand
     from osm2xodr.viewing import surface_page
 
+    dem = expand(dem)
+    check_targets([("-o", output)], dem, overwrite=overwrite)
+    box = None if bbox is None else _box(bbox)
     diagnostics = Diagnostics()
-    page = surface_page(compare_surfaces(dem, box, diagnostics))
+    page = surface_page(compare_surfaces(dem, box, diagnostics, **known))
     with stream_to(output) as stream:
         stream.write(page)
     if not quiet:

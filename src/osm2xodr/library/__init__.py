@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         render as render,
         report as report,
     )
+    from osm2xodr.library.maps import AreaMap as AreaMap, area_map as area_map
     from osm2xodr.library.options import (
         DECLARATIONS as DECLARATIONS,
         ConvertOptions as ConvertOptions,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "maps": ("AreaMap", "area_map"),
         "converting": ("convert", "pipeline_options"),
         "files": (
             "EXPORT_FORMATS",

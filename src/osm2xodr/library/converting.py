@@ -15,17 +15,18 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OptionError
 from osm2xodr.furniture import FurnitureOptions, parse_objects_option
 from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
+from osm2xodr.library.maps import area_map
 from osm2xodr.library.options import DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused
 from osm2xodr.model import Rule
 from osm2xodr.osmParsing import ParseOptions, parse_ways_option
 from osm2xodr.pipeline import PipelineOptions
 from osm2xodr.reporting import Conversion
-from osm2xodr.surface import SurfaceOptions
+from osm2xodr.surface import SurfaceOptions, expand
 from osm2xodr.system import available_jobs
 from osm2xodr.xodrWriter import WriteOptions
 
 # Options that mean nothing without an elevation model.
-_NEED_DEM: Final = ("vertical_datum", "dem_vertical_datum", "dem_sigma")
+_NEED_DEM: Final = ("vertical_datum", "dem_vertical_datum", "dem_sigma", "dem_crs", "dem_unit", "fail_below_coverage")
 
 
 def convert(
@@ -46,8 +47,8 @@ def convert(
     area
         OpenStreetMap file: ``.osm``, ``.osm.gz``, ``.osm.bz2`` or ``.osm.pbf``.
     dem
-        Elevation model, or several of them: GeoTIFF, HGT or VRT, in any coordinate reference system. Without any the
-        world is flat, at height 0.
+        Elevation model, or several of them: files, patterns such as ``dem/*.tif`` and folders of GeoTIFF, HGT, ASC,
+        IMG, VRT or zip archives, in any coordinate reference system. Without any the world is flat, at height 0.
     output
         File to write; one that exists is replaced. None writes nothing: `Conversion.write` does so later.
     options
@@ -83,12 +84,13 @@ def convert(
     >>> network.write("area.xodr")  # doctest: +SKIP
     """
     options = _changed(options or ConvertOptions(), changes)
-    osm, dems = Path(area), paths(dem)
-    wanted = pipeline_options(osm, dems, options)
+    osm, dems = Path(area), expand(paths(dem))
+    with area_map(osm, options, on_stage or (lambda stage: None)) as found:
+        wanted = pipeline_options(found.path, dems, found.options)
+        made = pipeline.convert(wanted, Diagnostics(), found.on_stage)
     how = WriteOptions(
         options.xodr_version, options.name_for(osm), options.date, __version__, target=wanted.furniture.target
     )
-    made = pipeline.convert(wanted, Diagnostics(), on_stage or (lambda stage: None))
     conversion = dataclasses.replace(made, inputs=options.inputs(osm, dems), options=how, jobs=wanted.jobs)
     if output is None:
         return conversion
@@ -135,7 +137,13 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
             default_speeds=not options.no_default_speeds,
         )
     surface = SurfaceOptions(
-        options.surface, options.polynomial_order, options.allow_partial, dem_type=options.dem_type
+        options.surface,
+        options.polynomial_order,
+        options.allow_partial,
+        dem_type=options.dem_type,
+        dem_crs=options.dem_crs,
+        dem_unit=options.dem_unit,
+        coverage_least=options.fail_below_coverage,
     )
     with refused("dem_sigma"):
         surface = dataclasses.replace(surface, sigma=options.dem_sigma)

@@ -15,6 +15,7 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.library.options import paths, refused
 from osm2xodr.reporting import Written
+from osm2xodr.surface import expand
 from osm2xodr.system import STANDARD_OUTPUT, stream_to
 from osm2xodr.viewing import PICTURE_COLOURS, PictureOptions, ReportOptions
 
@@ -118,6 +119,8 @@ def report(
     *,
     osm: AnyPath | None = None,
     dem: AnyPath | Iterable[AnyPath] = (),
+    dem_crs: str | None = None,
+    dem_unit: str | None = None,
     report_json: AnyPath | Mapping[str, Any] | None = None,
     title: str = "",
     check: bool = True,
@@ -133,7 +136,9 @@ def report(
     osm
         OpenStreetMap file to hold the roads against.
     dem
-        Elevation model, or several of them, to hold the heights against.
+        Elevation model, or several of them, to hold the heights against; patterns and folders as in `convert`.
+    dem_crs, dem_unit
+        CRS and unit of heights of those that do not say theirs, such as ``EPSG:25832`` and ``ft``.
     report_json
         What the conversion reported, as a file or as read from it.
     title
@@ -158,7 +163,9 @@ def report(
     from osm2xodr.viewing import write_report
 
     log = report_json if report_json is None or isinstance(report_json, Mapping) else _read_log(Path(report_json))
-    options = ReportOptions(None if osm is None else Path(osm), paths(dem), log, title, check)
+    options = ReportOptions(
+        None if osm is None else Path(osm), expand(paths(dem)), log, title, check, dem_crs, dem_unit
+    )
     diagnostics = Diagnostics()
     size = write_report(_drive(file), Path(output), options, diagnostics)
     return Written(Path(output), size, diagnostics)

@@ -10,7 +10,7 @@ import contextlib
 import dataclasses
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -21,6 +21,7 @@ from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, U_TURNS
 from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.furniture import EXTRA_OBJECTS
+from osm2xodr.system import STANDARD_OUTPUT
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, check_date
 
 # `osm2xodr.surface.METHODS` and `DEM_TYPES`, which are too slow to load for --help; a test holds them equal.
@@ -75,8 +76,15 @@ class ConvertOptions:
     name: str | None = _option(
         "Name of the road network.  [default: that of AREA]", metavar="TEXT", in_report=False, per_area=False
     )
-    date: str = _option(
-        "Date for the header, such as 2024-05-01.  [default: none]", default="", metavar="TEXT", in_report=False
+    date: str = _option("Date for the header, such as 2024-05-01.  [default: none]", default="", metavar="TEXT")
+    bbox: str | Sequence[float] | None = _option(
+        "Convert only this part of AREA: degrees, WGS 84.  [default: everything]",
+        metavar="W,S,E,N",
+        in_report=False,
+        per_area=False,
+    )
+    polygon: str | None = _option(
+        "Likewise: the polygons of a GeoJSON file.", Path, metavar="FILE", in_report=False, per_area=False
     )
     ways: str | Iterable[str] = _option(
         "Which ways: major, drivable, all, or values of OSM's highway, separated by commas.",
@@ -125,7 +133,22 @@ class ConvertOptions:
     dem_vertical_datum: str | None = _option(
         "Datum of the elevation models' heights, likewise.  [default: as the files say]", metavar="DATUM"
     )
+    dem_crs: str | None = _option(
+        "CRS of elevation models that do not say theirs, such as EPSG:25832.  [default: they are refused]",
+        metavar="CRS",
+    )
+    dem_unit: str | None = _option(
+        "Unit of heights of elevation models that do not say theirs, such as ft or us-ft.  [default: m]",
+        metavar="UNIT",
+    )
     allow_partial: bool = _flag("Accept elevation models that cover less than half of the roads.")
+    fail_below_coverage: float | None = _option(
+        "Fail if elevation models cover less than this share of the roads, 0 to 1.  [default: half of them]",
+        float,
+        metavar="SHARE",
+        least=0,
+        most=1,
+    )
     smoothing: float = _option(
         "Factor on the length over which heights are smoothed.", float, default=1.0, metavar="FACTOR"
     )
@@ -180,6 +203,9 @@ class ConvertOptions:
             )
         if self.right_hand is not None:
             object.__setattr__(self, "left_hand", not self.right_hand)
+        if self.allow_partial and self.fail_below_coverage is not None:
+            names = "allow_partial", "fail_below_coverage"
+            raise OptionError("allow_partial and fail_below_coverage exclude each other; give one of them", *names)
         if not 0.0 < self.smoothing < math.inf:
             raise OptionError(
                 f"smoothing: {self.smoothing:g} is not above 0; 1 is the usual, 2 is smoother", "smoothing"
@@ -202,7 +228,8 @@ class ConvertOptions:
             if declaration.in_report:
                 value = getattr(self, name)
                 out[declaration.negates or name] = not value if declaration.negates else value
-        return out | ({"frame": self.frame} if self.frame is not None else {})
+        where = {name: getattr(self, name) for name in ("frame", "bbox", "polygon")}
+        return out | {name: value for name, value in where.items() if value is not None}
 
     def name_for(self, area: Path) -> str:
         """Return the name of the road network."""
@@ -239,7 +266,7 @@ def refused(option: str) -> Iterator[None]:
 
 def area_name(area: Path) -> str:
     """Return the name of a file without the endings of OSM files."""
-    name = area.name
+    name = "standard_input" if area == STANDARD_OUTPUT else area.name
     for ending in (".gz", ".bz2", ".osm", ".pbf", ".xml", ".osm"):
         name = name.removesuffix(ending)
     return name
@@ -266,7 +293,8 @@ def _checked(name: str, value: Any, declaration: Declaration) -> Any:
     else:
         value = kind(value)
         least, most = declaration.least, declaration.most
-        if (least is not None and value < least) or (most is not None and value > most):
+        # Written so that NaN fails.
+        if not ((least is None or value >= least) and (most is None or value <= most)):
             bounds = f"{least} or more" if most is None else f"{least} to {most}"
             raise OptionError(f"{name}: {value} cannot be; give {bounds}", name)
     return value
@@ -279,6 +307,6 @@ def _text(name: str, value: Any) -> str:
     lists = DECLARATIONS[name].metavar
     if lists == "TABLE" and isinstance(value, Mapping):
         return ",".join(f"{key}={item}" for key, item in value.items())
-    if lists == "LIST" and isinstance(value, Iterable):
+    if lists in ("LIST", "W,S,E,N") and isinstance(value, Iterable):
         return ",".join(str(item) for item in (sorted(value) if isinstance(value, (set, frozenset)) else value))
     raise OptionError(f"{name}: {value!r} is not text", name)

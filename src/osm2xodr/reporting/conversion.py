@@ -6,6 +6,7 @@ Imports nothing heavy: the command line reads it before it knows what to do.
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import os
 import shlex
 from collections.abc import Mapping
@@ -33,6 +34,7 @@ class Written:
     path: Path  # The file; ``-`` is standard output
     size: int  # Bytes
     diagnostics: Diagnostics  # What was guessed, dropped and repaired on the way to it
+    sha256: str = ""  # Of a road network; empty for other files
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -92,7 +94,7 @@ class Conversion:
         with stream_to(Path(path)) as stream:
             counting = _Counting(stream)
             write_xodr(self.road_map, counting, how, diagnostics, self.jobs)
-            written = Written(Path(path), counting.size, diagnostics)
+            written = Written(Path(path), counting.size, diagnostics, counting.sha256())
             if report_json is not None:
                 # Only when the document is safe, but before its file gets its name: both are there in the end, or
                 # none.
@@ -107,7 +109,7 @@ class Conversion:
         `options` say how it was written; by default as was said when the area was converted.
         """
         version = (options or self.options).version
-        output = {"file": str(written.path), "bytes": written.size, "xodr_version": version}
+        output = {"file": str(written.path), "bytes": written.size, "xodr_version": version, "sha256": written.sha256}
         elevation, ends = self.road_map.elevation_report, self.road_map.border_ends
         return report(
             self.inputs, self.elevation_models, self.statistics, elevation, written.diagnostics, output, ends
@@ -167,14 +169,20 @@ def _changed(options: WriteOptions, changes: Mapping[str, Any]) -> WriteOptions:
 
 
 class _Counting:
-    """A binary stream that counts what goes through."""
+    """A binary stream that counts what goes through, and sums it up."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
         self.size = 0
+        self._sum = hashlib.sha256()
 
     def write(self, data: bytes) -> int:
         """Write all of `data`."""
         self._stream.write(data)
         self.size += len(data)
+        self._sum.update(data)
         return len(data)
+
+    def sha256(self) -> str:
+        """Return the SHA-256 of all that was written."""
+        return self._sum.hexdigest()

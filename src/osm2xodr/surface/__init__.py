@@ -1,6 +1,6 @@
 """Stage 2: from elevation models to the height of the ground at local positions.
 
-`read_surface` (in `reading`, with the steps in order) makes a `DemSurface` from any number of GeoTIFF, HGT or VRT
+`read_surface` (in `reading`, with the steps in order) makes a `DemSurface` from any number of raster
 files: `grids` reads and judges one elevation model, `mosaic` joins several into layers, `sampling` finds heights in
 them. `FlatSurface` is the ground without elevation models. `compare_surfaces` (in `survey`) measures how well methods
 of interpolation suit a user's own elevation models.
@@ -15,6 +15,7 @@ from osm2xodr.system import lazy_exports
 if TYPE_CHECKING:
     from osm2xodr.surface.comparison import MethodResult as MethodResult
     from osm2xodr.surface.dem_surface import DemSummary as DemSummary, DemSurface as DemSurface
+    from osm2xodr.surface.files import DEM_ENDINGS as DEM_ENDINGS, expand as expand
     from osm2xodr.surface.grids import is_virtual as is_virtual, virtual_sources as virtual_sources
     from osm2xodr.surface.options import (
         DEM_TYPES as DEM_TYPES,
@@ -35,6 +36,7 @@ __getattr__ = lazy_exports(
     {
         "comparison": ("MethodResult",),
         "dem_surface": ("DemSummary", "DemSurface"),
+        "files": ("DEM_ENDINGS", "expand"),
         "grids": ("is_virtual", "virtual_sources"),
         "options": ("DEM_TYPES", "FlatSurface", "METHODS", "SurfaceOptions"),
         "reading": ("points_along", "read_surface"),

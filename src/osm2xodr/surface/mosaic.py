@@ -18,6 +18,7 @@ from osm2xodr.surface.grids import (
     Cells,
     DemSource,
     GridFrame,
+    Unstated,
     describe_dem,
     empty_cells,
     estimate_sigma,
@@ -72,13 +73,13 @@ class DemWindow:
 
 
 def describe_all(
-    paths: Sequence[Path], frame: LocalFrame, diagnostics: Diagnostics
+    paths: Sequence[Path], known: Unstated, frame: LocalFrame, diagnostics: Diagnostics
 ) -> list[tuple[DemSource, GridFrame]]:
-    """Read the description of each file, and make the frame of its cells."""
+    """Read the description of each file, and make the frame of its cells; `known` is what files need not say."""
     transformers: dict[CRS, Transformer] = {}
     out = []
     for path in paths:
-        source = describe_dem(path, diagnostics)
+        source = describe_dem(path, diagnostics, known)
         if source.crs not in transformers:
             transformers[source.crs] = transformer_to(frame, source.crs)
         out.append((source, source.frame(transformers[source.crs])))

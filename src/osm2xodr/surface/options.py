@@ -23,6 +23,8 @@ class SurfaceOptions:
     method: str = defaults.SURFACE_METHOD
     polynomial_order: int = defaults.POLYNOMIAL_ORDER  # Total degree of the trend, 2 to 5
     allow_partial: bool = False  # Whether elevation models may cover less than half of the roads
+    # Share of the roads that elevation models must cover, 0 to 1, whatever `allow_partial` says; None for the usual
+    coverage_least: float | None = None
     # Standard error of the heights of all elevation models, m; None estimates it from each of them
     sigma: float | None = None
     # One of `DEM_TYPES`: elevation models show the ground (``dtm``), or canopy and roofs (``dsm``); ``auto`` decides
@@ -31,6 +33,10 @@ class SurfaceOptions:
     vertical_datum: str | None = None  # Datum to convert heights to (`parse_datum`); None leaves them as they are
     # Datum of the elevation models' heights, likewise; None takes it from their files
     dem_vertical_datum: str | None = None
+    # CRS and unit of heights of elevation models whose files do not say them, in any form that PROJ reads, and as in
+    # ``ft``; None refuses those without a CRS, and takes heights for metres
+    dem_crs: str | None = None
+    dem_unit: str | None = None
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:

@@ -12,10 +12,10 @@ import numpy as np
 from osm2xodr.curves import ranks
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
-from osm2xodr.model import FloatArray, IntArray, LocalFrame, Street
+from osm2xodr.model import BoolArray, FloatArray, LocalFrame, Street
 from osm2xodr.projection import to_geographic
 from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, qualities_of
-from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum
+from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum, rasters_in, unstated
 from osm2xodr.surface.mosaic import (
     DemWindow,
     bounds_deg,
@@ -45,8 +45,13 @@ _LEVEL_CELLS: Final = 100
 _FILES_NAMED: Final = 3
 
 
-def points_along(streets: Sequence[Street], step: float = _COVERAGE_STEP) -> tuple[FloatArray, FloatArray]:
-    """Return local x, y (n,) of points along streets (one at least), their ends among them, up to `step` apart, m."""
+def points_along(
+    streets: Sequence[Street], step: float = _COVERAGE_STEP
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return local x, y (n,) of points along streets (one at least), their ends among them, up to `step` apart, m.
+
+    The third array has the length of street that each point stands for, m.
+    """
     points = np.concatenate([street.points for street in streets])
     counts = np.array([len(street.points) for street in streets])
     first = np.concatenate([[0], np.cumsum(counts)])
@@ -57,8 +62,12 @@ def points_along(streets: Sequence[Street], step: float = _COVERAGE_STEP) -> tup
     start, end = along[first[:-1]], along[first[1:] - 1]
     steps = np.maximum(np.ceil((end - start) / step).astype(np.int64), 1)
     index = ranks(steps + 1)
-    at = np.repeat(start, steps + 1) + index * np.repeat((end - start) / steps, steps + 1)
-    return np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])
+    spacing = np.repeat((end - start) / steps, steps + 1)
+    at = np.repeat(start, steps + 1) + index * spacing
+    # A point at an end stands for what is before it or behind it.
+    is_end = (index == 0) | (index == np.repeat(steps, steps + 1))
+    length = np.where(is_end, 0.5, 1.0) * spacing
+    return np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1]), length
 
 
 def read_surface(
@@ -68,13 +77,15 @@ def read_surface(
     y: FloatArray,
     options: SurfaceOptions,
     diagnostics: Diagnostics,
+    length: FloatArray | None = None,
 ) -> DemSurface:
     """Make the surface of the ground from elevation models: local raster files of any CRS, cells and unit.
 
-    Where several overlap, finer cells come first, then the order given; their seams are blended. Neither positions
-    nor cells are resampled: heights are found in each raster's own CRS. x, y (n,), m, are points along all roads in a
-    local frame, evenly spaced: they decide what is read, and the coverage. Diagnostics get what is guessed or
-    repaired, and the share of the roads without a measured height.
+    Zip archives stand for the rasters in them. Where several overlap, finer cells come first, then the order given;
+    their seams are blended. Neither positions nor cells are resampled: heights are found in each raster's own CRS.
+    x, y (n,), m, are points along all roads in a local frame: they decide what is read, and the coverage. `length`
+    (n,), m, is what each of them stands for, by default the same. Diagnostics get what is guessed or repaired, and
+    how much of the roads has no measured height, and where.
 
     Raises
     ------
@@ -89,7 +100,9 @@ def read_surface(
     x, y = np.asarray(x, np.float64).reshape(-1), np.asarray(y, np.float64).reshape(-1)
     if not len(x):
         raise InputError("there are no roads to find heights for; choose an area that has some")
-    described = describe_all(paths, frame, diagnostics)
+    paths = [raster for path in paths for raster in rasters_in(path)]
+    known = unstated(options.dem_crs, options.dem_unit)
+    described = describe_all(paths, known, frame, diagnostics)
     bounds = [bounds_deg(cells) for _, cells in described]
     cells_max = _CELLS_MAX_BICUBIC if options.method == "bicubic" else _CELLS_MAX
     windows = read_windows(described, x, y, cells_max, diagnostics)
@@ -102,7 +115,9 @@ def read_surface(
         diagnostics.note("trend-order", "", text)
     layered = LayeredSurface(layers, trend, options.method)
     source = layered.sample(x, y)[1]
-    coverage = _checked_coverage(paths, source, options, diagnostics)
+    coverage = _coverage(source >= 0, length)
+    _check_coverage(paths, coverage, options)
+    _report_gap(paths, coverage, source < 0, length, to_geographic(frame, x, y), diagnostics)
     main = int(np.bincount(source[source >= 0]).argmax())
     sigmas = np.array([layer.sigma if options.sigma is None else options.sigma for layer in layers])
     if options.method == "polynomial":
@@ -192,22 +207,45 @@ def _report_level(window: DemWindow, diagnostics: Diagnostics) -> None:
         diagnostics.note("dem-level", "", f"{text}; look whether they are voids or the file is the wrong one.")
 
 
-def _checked_coverage(
-    paths: Sequence[Path], source: IntArray, options: SurfaceOptions, diagnostics: Diagnostics
-) -> float:
-    """Return the share of measured points; fail if it is too small, report what is filled in."""
-    coverage, names = float(np.mean(source >= 0)), _names(paths)
+def _coverage(measured: BoolArray, length: FloatArray | None) -> float:
+    """Return the share of the roads that is measured, by the length that each point stands for."""
+    if length is None or not length.any():
+        return float(np.mean(measured))
+    # Exactly 1 where all is measured, whatever the order of the sum.
+    return 1.0 if measured.all() else float(length[measured].sum() / length.sum())
+
+
+def _check_coverage(paths: Sequence[Path], coverage: float, options: SurfaceOptions) -> None:
+    """Fail if too small a share of the roads is measured."""
+    names = _names(paths)
     if coverage == 0.0:
         raise CoverageError(f"{names}: no road has a measured height; give an elevation model that covers the roads")
-    if coverage < _COVERAGE_MIN and not options.allow_partial:
-        raise CoverageError(
-            f"{names}: only {_percent(coverage)} of the roads have a measured height; give elevation models that "
-            "cover the roads, or allow the rest to be guessed with --allow-partial"
-        )
-    if coverage < 1.0:
-        gap = f"{_percent(1.0 - coverage)} of the roads have no measured height; it was filled in."
-        diagnostics.guessed("dem-gap", "", f"{names}: {gap}")
-    return coverage
+    only = f"{names}: only {_percent(coverage)} of the roads have a measured height"
+    if options.coverage_least is not None:
+        if coverage < options.coverage_least:
+            wanted = f"and --fail-below-coverage asks for {100.0 * options.coverage_least:g} %"
+            raise CoverageError(f"{only}, {wanted}; give elevation models that cover the roads")
+    elif coverage < _COVERAGE_MIN and not options.allow_partial:
+        remedy = "give elevation models that cover the roads, or allow the rest to be guessed with --allow-partial"
+        raise CoverageError(f"{only}; {remedy}")
+
+
+def _report_gap(
+    paths: Sequence[Path],
+    coverage: float,
+    gap: BoolArray,
+    length: FloatArray | None,
+    places: tuple[FloatArray, FloatArray],
+    diagnostics: Diagnostics,
+) -> None:
+    """Report how much of the roads has no measured height, and where; `places` are longitudes and latitudes."""
+    if not gap.any():
+        return
+    lon, lat = places[0][gap], places[1][gap]
+    far = "" if length is None else f"{length[gap].sum() / 1e3:,.1f} km, "
+    box = _box_text((float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())))
+    said = f"{_percent(1.0 - coverage)} of the roads ({far}{box}) have no measured height; it was filled in."
+    diagnostics.guessed("dem-gap", "", f"{_names(paths)}: {said}")
 
 
 def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, bounds: Bounds) -> DemSummary:

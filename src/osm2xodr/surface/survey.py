@@ -18,11 +18,14 @@ from osm2xodr.surface.comparison import GridComparison, Patch, compare_grid
 from osm2xodr.surface.grids import (
     DemSource,
     GridFrame,
+    Unstated,
     describe_dem,
     estimate_sigma,
     looks_covered,
     quantum_of,
+    rasters_in,
     read_heights,
+    unstated,
 )
 from osm2xodr.surface.mosaic import void_outliers
 
@@ -66,11 +69,19 @@ class SurfaceComparison:
     models: tuple[DemComparison, ...]  # In the order given
 
 
-def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagnostics) -> SurfaceComparison:
+def compare_surfaces(
+    paths: Sequence[Path],
+    bbox: Box | None,
+    diagnostics: Diagnostics,
+    *,
+    dem_crs: str | None = None,
+    dem_unit: str | None = None,
+) -> SurfaceComparison:
     """Compare interpolations and polynomials on elevation models: local raster files, one or more.
 
-    `bbox` is west, south, east, north, degrees, WGS 84; None for the whole of each. Of large parts, evenly spread
-    patches are taken. Diagnostics get what is guessed or repaired.
+    `bbox` is west, south, east, north, degrees, WGS 84; None for the whole of each. `dem_crs` and `dem_unit` hold
+    for models that do not say theirs, as in `SurfaceOptions`. Of large parts, evenly spread patches are taken.
+    Diagnostics get what is guessed or repaired.
 
     Raises
     ------
@@ -86,12 +97,14 @@ def compare_surfaces(paths: Sequence[Path], bbox: Box | None, diagnostics: Diagn
         if not (-360.0 <= west < east <= 360.0 and -90.0 <= south < north <= 90.0 and east - west <= 360.0):
             remedy = "give west, south, east, north in degrees, the smaller ones first"
             raise InputError(f"{west:g},{south:g},{east:g},{north:g} is not a box; {remedy}")
-    return SurfaceComparison(bbox, tuple(_compare(path, bbox, diagnostics) for path in paths))
+    known = unstated(dem_crs, dem_unit)
+    rasters = [raster for path in paths for raster in rasters_in(path)]
+    return SurfaceComparison(bbox, tuple(_compare(path, known, bbox, diagnostics) for path in rasters))
 
 
-def _compare(path: Path, box: Box | None, diagnostics: Diagnostics) -> DemComparison:
+def _compare(path: Path, known: Unstated, box: Box | None, diagnostics: Diagnostics) -> DemComparison:
     """Compare methods on one elevation model."""
-    source = describe_dem(path, diagnostics)
+    source = describe_dem(path, diagnostics, known)
     first_col, first_row, cols, rows = _window(source, box)
     if min(cols, rows) < _CELLS_IN_ROW_MIN:
         remedy = "give a larger elevation model or --bbox"

@@ -22,6 +22,9 @@ class ReportOptions:
     log: Mapping[str, Any] | None = None  # The report that ``convert --report-json`` writes, as read from JSON
     title: str = ""  # Headline; empty: the name of the road network, or of the file
     check: bool = True  # Whether the file is checked
+    # CRS and unit of heights of elevation models that do not say theirs, as in `osm2xodr.surface.SurfaceOptions`
+    dem_crs: str | None = None
+    dem_unit: str | None = None
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,12 @@
 """One elevation model: its file, its cells, and its quality.
 
-`raster_file` reads it (`vrt` and `vertical_crs` help), `grid` and `interpolation` find heights in it, `noise`,
-`outliers` and `surface_type` judge it, `voids` and `trend` fill it.
+`raster_file` reads it (`archive`, `labels`, `vrt` and `vertical_crs` help), `grid` and `interpolation` find heights
+in it, `noise`, `outliers` and `surface_type` judge it, `voids` and `trend` fill it.
 """
 
 from __future__ import annotations
 
+from osm2xodr.surface.grids.archive import rasters_in
 from osm2xodr.surface.grids.grid import GridFrame
 from osm2xodr.surface.grids.interpolation import (
     Cells,
@@ -15,6 +16,7 @@ from osm2xodr.surface.grids.interpolation import (
     make_interpolator,
     nearest_known,
 )
+from osm2xodr.surface.grids.labels import Unstated, unstated
 from osm2xodr.surface.grids.noise import estimate_sigma, quantum_of, usual_sigma
 from osm2xodr.surface.grids.outliers import find_outliers
 from osm2xodr.surface.grids.raster_file import DemSource, describe_dem, read_heights
@@ -30,6 +32,7 @@ __all__ = [
     "GridFrame",
     "Interpolator",
     "PolynomialTrend",
+    "Unstated",
     "all_corners",
     "convert_heights",
     "describe_dem",
@@ -44,9 +47,11 @@ __all__ = [
     "nearest_known",
     "parse_datum",
     "quantum_of",
+    "rasters_in",
     "read_heights",
     "rim_of",
     "term_count",
+    "unstated",
     "usual_sigma",
     "virtual_sources",
 ]

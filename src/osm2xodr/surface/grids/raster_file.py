@@ -14,16 +14,16 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 from pyproj import CRS, Transformer
-from pyproj.exceptions import CRSError, ProjError
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import InputError
 from osm2xodr.model import BoolArray
-from osm2xodr.projection import WGS84
+from osm2xodr.surface.grids.archive import archive_of, gdal_name
 from osm2xodr.surface.grids.grid import Affine, GridFrame
 from osm2xodr.surface.grids.interpolation import Cells, empty_cells
+from osm2xodr.surface.grids.labels import AS_STATED, Unstated, crs_of, unit_of
 from osm2xodr.surface.grids.surface_type import named_cover
-from osm2xodr.surface.grids.vertical_crs import heights_of, horizontal_crs, metres_per, vertical_unit
+from osm2xodr.surface.grids.vertical_crs import heights_of, horizontal_crs
 from osm2xodr.surface.grids.vrt import is_virtual, virtual_sources
 
 # Largest block of cells that is unpacked as a whole, bytes; usual blocks have up to a few MB.
@@ -120,17 +120,19 @@ def _gdal() -> Iterator[Any]:
 
 def _open(rasterio: Any, path: Path) -> Any:
     """Open a raster with the first driver that accepts it."""
+    name = gdal_name(path)
     for driver in _DRIVERS[:-1]:
         try:
-            return rasterio.open(path.absolute(), driver=driver)
+            return rasterio.open(name, driver=driver)
         except rasterio.errors.RasterioIOError:
             continue
-    return rasterio.open(path.absolute(), driver=_DRIVERS[-1])
+    return rasterio.open(name, driver=_DRIVERS[-1])
 
 
-def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
+def describe_dem(path: Path, diagnostics: Diagnostics, known: Unstated = AS_STATED) -> DemSource:
     """Read the description of an elevation model, and check that the file is one.
 
+    `known` is what holds where the file says nothing.
     `InputError` if it is not an existing local file, not a raster, an image, or without CRS or position.
     """
     _check_path(path)
@@ -139,12 +141,12 @@ def describe_dem(path: Path, diagnostics: Diagnostics) -> DemSource:
             with _open(rasterio, path) as dataset:
                 _check_bands(path, dataset, diagnostics)
                 _check_blocks(rasterio, path, dataset)
-                crs = _crs_of(path, dataset)
+                crs = crs_of(path, dataset, known)
                 a, b, c, d, e, f = (float(value) for value in tuple(dataset.transform)[:6])
                 if not _is_placed(dataset, crs):
                     remedy = "georeference it with gdal_translate -a_ullr"
                     raise InputError(f"{path}: the raster does not say where it lies; {remedy}")
-                unit, metres = _unit_of(path, dataset, crs, diagnostics)
+                unit, metres = unit_of(path, dataset, crs, known, diagnostics)
                 scale, offset = float(dataset.scales[0]), float(dataset.offsets[0])
                 if not (np.isfinite([scale, offset]).all() and scale != 0.0):
                     remedy = "correct them with gdal_edit.py"
@@ -235,10 +237,12 @@ def _check_path(path: Path) -> None:
     """Raise an error unless a path is an existing local file that may be opened."""
     if _NETWORK.search(str(path)):
         raise InputError(f"{path}: elevation models are read from local files only; download it first")
+    if archive_of(path) is not None:
+        return
     if not path.exists():
         raise InputError(f"{path}: there is no such elevation model; check the path")
     if not path.is_file():
-        remedy = "give the raster itself, several with several --dem"
+        remedy = "give the raster itself"
         raise InputError(f"{path}: an elevation model is one file; {remedy}")
     try:
         if is_virtual(path):
@@ -253,8 +257,8 @@ def _unreadable(path: Path) -> str:
     name = path.name.lower()
     if name.endswith(".hgt"):
         return "the tile cannot be read; name it after its south-west corner, like N42E001.hgt, or get it whole"
-    if name.endswith((".gz", ".zip", ".bz2", ".xz", ".7z", ".tar", ".tgz", ".rar")):
-        return "elevation models are not read from archives; unpack it first"
+    if name.endswith((".gz", ".bz2", ".xz", ".7z", ".tar", ".tgz", ".rar")):
+        return "elevation models are not read from such archives; unpack it first"
     return "the file is not a raster that can be read, or it is damaged; give a GeoTIFF, HGT or VRT file"
 
 
@@ -307,47 +311,3 @@ def _descriptions(dataset: Any) -> list[str]:
     """Return the descriptions in a raster's metadata."""
     own = [str(dataset.tags().get(key, "")) for key in _DESCRIPTIONS]
     return [text[:_DESCRIPTION_MAX] for text in (*own, dataset.descriptions[0] or "")]
-
-
-def _crs_of(path: Path, dataset: Any) -> CRS:
-    """Return the CRS of a raster, including that of its heights if any."""
-    remedy = "assign the right one, for example with gdal_edit.py -a_srs EPSG:4326"
-    if dataset.crs is None:
-        raise InputError(f"{path}: the raster has no coordinate reference system; {remedy}")
-    try:
-        crs = CRS.from_wkt(dataset.crs.to_wkt())
-        placed = crs.is_geographic or crs.is_projected or crs.is_compound
-        if placed:
-            # Raises an error for other planets and for impossible parameters.
-            Transformer.from_crs(WGS84, horizontal_crs(crs), always_xy=True)
-    except ProjError as error:
-        planet = "celestial body" in str(error)
-        why = "is not one on Earth" if planet else "cannot be converted to longitude and latitude"
-        raise InputError(f"{path}: the raster's coordinate reference system {why}; {remedy}") from None
-    except CRSError:
-        raise InputError(f"{path}: the raster's coordinate reference system is not understood; {remedy}") from None
-    if not placed:
-        why = f"'{crs.name}' is not one on Earth; {remedy}"
-        raise InputError(f"{path}: the raster's coordinate reference system {why}")
-    return crs
-
-
-def _unit_of(path: Path, dataset: Any, crs: CRS, diagnostics: Diagnostics) -> tuple[str, float]:
-    """Return name and metres of the unit of heights: the band's, else the CRS's, else metres."""
-    if named := (dataset.units[0] or "").strip():
-        metres = metres_per(named)
-        if metres is not None:
-            return named, metres
-        text = f"{path}: the unit of heights '{named}' is not known; they were taken as metres."
-        diagnostics.guessed("dem-unit", "", text)
-        return "metre", 1.0
-    if vertical := vertical_unit(crs):
-        return vertical
-    if crs.is_projected and abs(crs.axis_info[0].unit_conversion_factor - 1.0) > 1e-9:
-        diagnostics.guessed(
-            "dem-unit",
-            "",
-            f"{path}: positions are in {crs.axis_info[0].unit_name}, but heights have no unit; they were taken as "
-            "metres. If they are feet, say so in the file with gdal_edit.py -units ft.",
-        )
-    return "metre", 1.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -15,6 +14,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 from osm2xodr.opendrive import Frame
 from osm2xodr.projection import make_frame, to_local
 from osm2xodr.surface import SurfaceOptions
+from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.scene import Scene
 
 # Points of the grid that shows the ground, which make the page 40 kB larger; and how far the grid extends beyond the
@@ -51,7 +51,7 @@ class HeightErrors:
 
 
 def read_ground(
-    paths: Sequence[Path], scene: Scene, frame: Frame, diagnostics: Diagnostics
+    about: ReportOptions, scene: Scene, frame: Frame, diagnostics: Diagnostics
 ) -> tuple[FloatArray, Terrain]:
     """Return the height of the ground at the stations, (stations,), m, NaN where it is not measured, and on a grid.
 
@@ -77,8 +77,8 @@ def read_ground(
     local = make_frame(float(np.mean(lat[roads])), float(np.mean(lon[roads])))
     east, north = to_local(local, lon, lat)
     # Heights are shown as they are, with trees and roofs if the model has them.
-    options = SurfaceOptions(allow_partial=True, dem_type="dtm")
-    surface = read_surface(paths, local, east, north, options, diagnostics)
+    options = SurfaceOptions(allow_partial=True, dem_type="dtm", dem_crs=about.dem_crs, dem_unit=about.dem_unit)
+    surface = read_surface(about.dem, local, east, north, options, diagnostics)
     z, measured = surface.heights(east, north)
     z = np.where(measured, z, np.nan) - frame.offset[2]
     terrain = Terrain(corner[0], corner[1], steps[0], steps[1], z[len(scene.x) :].reshape(rows, columns))

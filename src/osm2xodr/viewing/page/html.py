@@ -125,7 +125,7 @@ def _subject(file: OpenDrive, options: ReportOptions, diagnostics: Diagnostics) 
         if not len(scene.s):
             raise InputError(f"{file.path} has no road that can be drawn; there is nothing to compare")
     if options.dem and frame is not None:
-        ground, terrain = read_ground(options.dem, scene, frame, diagnostics)
+        ground, terrain = read_ground(options, scene, frame, diagnostics)
         scene = dataclasses.replace(scene, ground=ground)
     if options.osm is not None and frame is not None:
         cover = compare_with_osm(options.osm, file, frame)

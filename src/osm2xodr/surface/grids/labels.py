@@ -1,0 +1,94 @@
+"""What a raster's file says about its CRS and its unit of heights, and what users know where it says nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from pyproj import CRS, Transformer
+from pyproj.exceptions import CRSError, ProjError
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
+from osm2xodr.projection import WGS84
+from osm2xodr.surface.grids.vertical_crs import horizontal_crs, metres_per, vertical_unit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unstated:
+    """What users know about elevation models whose files do not say it."""
+
+    crs: CRS | None = None  # CRS, perhaps with one of heights
+    unit: tuple[str, float] | None = None  # Name of the unit of heights, and its length in metres
+
+
+AS_STATED: Final = Unstated()
+
+
+def unstated(crs: str | None, unit: str | None) -> Unstated:
+    """Return what is known of elevation models that do not say it; `InputError` if there is no such CRS or unit."""
+    system = length = None
+    if crs is not None:
+        remedy = "give a code such as EPSG:25832"
+        try:
+            system = CRS.from_user_input(crs.strip())
+        except CRSError:
+            raise InputError(f"--dem-crs {crs}: this coordinate reference system is not known; {remedy}") from None
+        if not (system.is_geographic or system.is_projected or system.is_compound):
+            raise InputError(f"--dem-crs {crs}: {system.name} has no positions on Earth; {remedy}")
+    if unit is not None:
+        metres = metres_per(unit)
+        if metres is None:
+            raise InputError(f"--dem-unit {unit}: this unit is not known; give one such as m, ft or us-ft")
+        length = unit, metres
+    return Unstated(system, length)
+
+
+def crs_of(path: Path, dataset: Any, known: Unstated) -> CRS:
+    """Return the CRS of a raster, including that of its heights if any."""
+    remedy = "assign the right one, for example with gdal_edit.py -a_srs EPSG:4326"
+    if dataset.crs is None and known.crs is None:
+        name = "name it with --dem-crs, such as --dem-crs EPSG:25832"
+        raise InputError(f"{path}: the raster has no coordinate reference system; {name}")
+    try:
+        crs = known.crs if dataset.crs is None and known.crs is not None else CRS.from_wkt(dataset.crs.to_wkt())
+        placed = crs.is_geographic or crs.is_projected or crs.is_compound
+        if placed:
+            # Raises an error for other planets and for impossible parameters.
+            Transformer.from_crs(WGS84, horizontal_crs(crs), always_xy=True)
+    except ProjError as error:
+        planet = "celestial body" in str(error)
+        why = "is not one on Earth" if planet else "cannot be converted to longitude and latitude"
+        raise InputError(f"{path}: the raster's coordinate reference system {why}; {remedy}") from None
+    except CRSError:
+        raise InputError(f"{path}: the raster's coordinate reference system is not understood; {remedy}") from None
+    if not placed:
+        why = f"'{crs.name}' is not one on Earth; {remedy}"
+        raise InputError(f"{path}: the raster's coordinate reference system {why}")
+    return crs
+
+
+def unit_of(path: Path, dataset: Any, crs: CRS, known: Unstated, diagnostics: Diagnostics) -> tuple[str, float]:
+    """Return name and metres of the unit of heights: the band's, else the CRS's, the known one, metres."""
+    if named := (dataset.units[0] or "").strip():
+        metres = metres_per(named)
+        if metres is not None:
+            return named, metres
+        if known.unit is not None:
+            return known.unit
+        text = f"{path}: the unit of heights '{named}' is not known; they were taken as metres."
+        diagnostics.guessed("dem-unit", "", text)
+        return "metre", 1.0
+    if vertical := vertical_unit(crs):
+        return vertical
+    if known.unit is not None:
+        return known.unit
+    if crs.is_projected and abs(crs.axis_info[0].unit_conversion_factor - 1.0) > 1e-9:
+        diagnostics.guessed(
+            "dem-unit",
+            "",
+            f"{path}: positions are in {crs.axis_info[0].unit_name}, but heights have no unit; they were taken as "
+            "metres. If they are feet, say so with --dem-unit ft.",
+        )
+    return "metre", 1.0

@@ -1,0 +1,112 @@
+"""Elevation models in zip archives and in text files."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from dem_factory import around, write_raster
+from pyproj import CRS
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.errors import InputError
+from osm2xodr.projection import make_frame
+from osm2xodr.surface import SurfaceOptions, expand, read_surface
+from osm2xodr.surface.grids import rasters_in
+
+FRAME = make_frame(49.95, 11.58)
+X = np.linspace(-300.0, 300.0, 21)
+
+
+def heights(path: Path, **options: str) -> list[float]:
+    surface = read_surface((path,), FRAME, X, X, SurfaceOptions(**options), Diagnostics())  # type: ignore[arg-type]
+    return [float(z) for z in surface.heights(X, X)[0]]
+
+
+def slope(folder: Path, name: str = "tile.tif", **profile: object) -> Path:
+    transform, rows, cols = around(FRAME, CRS.from_epsg(25832), 10.0)
+    cells = np.add.outer(np.arange(rows), 2.0 * np.arange(cols)).astype(np.float32) / 10.0
+    return write_raster(folder / name, cells, transform, CRS.from_epsg(25832), **profile)
+
+
+def packed(archive: Path, **members: Path) -> Path:
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as stream:
+        for name, path in members.items():
+            stream.write(path, f"a folder/{name}{path.suffix}")
+    return archive
+
+
+@pytest.mark.parametrize("name", ["dem.zip", "a b {c}.ZIP"])
+def test_archives_stand_for_their_rasters(name: str, tmp_path: Path) -> None:
+    tile = slope(tmp_path)
+    readme = tmp_path / "readme.txt"
+    readme.write_text("heights", encoding="utf-8")
+    archive = packed(tmp_path / name, tile=tile, readme=readme)
+    assert rasters_in(archive) == [archive / "a folder/tile.tif"]
+    assert heights(archive) == heights(tile)
+    # One raster of an archive can be named.
+    assert heights(archive / "a folder/tile.tif") == heights(tile)
+
+
+def test_files_that_are_no_archives_stay(tmp_path: Path) -> None:
+    tile = slope(tmp_path)
+    assert rasters_in(tile) == [tile]
+    assert rasters_in(tmp_path / "none.zip") == [tmp_path / "none.zip"]
+
+
+def test_bad_archives_are_refused(tmp_path: Path) -> None:
+    readme = tmp_path / "readme.txt"
+    readme.write_text("heights", encoding="utf-8")
+    damaged = tmp_path / "damaged.zip"
+    damaged.write_bytes(b"PK\3\4 and no more")
+    with pytest.raises(InputError, match=r"damaged\.zip: the archive is damaged or cut short; get it whole"):
+        heights(damaged)
+    with pytest.raises(InputError, match=r"empty\.zip: there is no elevation model in the archive \(\.tif, "):
+        heights(packed(tmp_path / "empty.zip", readme=readme))
+    wrong = tmp_path / "wrong.tif"
+    wrong.write_text("no raster", encoding="utf-8")
+    with pytest.raises(InputError, match=r"wrong\.tif: the file is not a raster that can be read"):
+        heights(packed(tmp_path / "wrong.zip", wrong=wrong))
+    with pytest.raises(InputError, match=r"none\.tif: the file is not a raster that can be read"):
+        heights(packed(tmp_path / "good.zip", tile=slope(tmp_path)) / "none.tif")
+
+
+def test_virtual_rasters_in_archives_are_not_read(tmp_path: Path) -> None:
+    """What they refer to could be anywhere."""
+    virtual = tmp_path / "tile.vrt"
+    virtual.write_text("<VRTDataset rasterXSize='1' rasterYSize='1'/>", encoding="utf-8")
+    with pytest.raises(InputError, match="there is no elevation model in the archive"):
+        heights(packed(tmp_path / "virtual.zip", tile=virtual))
+
+
+def test_text_and_imagine_files_are_read(tmp_path: Path) -> None:
+    tile = slope(tmp_path)
+    image = slope(tmp_path, "tile.img", driver="HFA")
+    assert heights(image) == pytest.approx(heights(tile))
+    text = tmp_path / "text" / "tile.asc"
+    text.parent.mkdir()
+    with rasterio.open(tile) as dataset:
+        cells, corner = dataset.read(1), dataset.transform
+    rows = [" ".join(f"{value:.2f}" for value in row) for row in cells]
+    south = corner.f + corner.e * len(cells)
+    head = [f"ncols {cells.shape[1]}", f"nrows {cells.shape[0]}", f"xllcorner {corner.c}", f"yllcorner {south}"]
+    text.write_text("\n".join([*head, f"cellsize {corner.a}", *rows]) + "\n", encoding="ascii")
+    with pytest.raises(InputError, match=r"no coordinate reference system; name it with --dem-crs"):
+        heights(text)
+    assert heights(text, dem_crs="EPSG:25832") == pytest.approx(heights(tile), abs=0.01)
+    feet = heights(text, dem_crs="EPSG:25832", dem_unit="us-ft")
+    assert feet == pytest.approx([1200.0 / 3937.0 * z for z in heights(tile)], abs=0.01)
+    # What the file says counts.
+    assert heights(tile, dem_crs="EPSG:4326") == heights(tile)
+
+
+def test_folders_and_patterns_are_files(tmp_path: Path) -> None:
+    for name in ("b.tif", "a.ASC", "c.zip", "notes.txt", "d.img", "e.vrt"):
+        (tmp_path / name).touch()
+    assert [path.name for path in expand([tmp_path])] == ["a.ASC", "b.tif", "c.zip", "d.img", "e.vrt"]
+    assert [path.name for path in expand([tmp_path / "*.tif", tmp_path])][:2] == ["b.tif", "a.ASC"]
+    with pytest.raises(InputError, match=r"no file is called like .*\.hgt; check the pattern"):
+        expand([f"{tmp_path}/*.hgt"])
