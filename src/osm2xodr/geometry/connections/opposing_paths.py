@@ -98,7 +98,7 @@ def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> 
     for k in range(_PLACES):
         square = (ax[:, k, None] - bx) ** 2 + (ay[:, k, None] - by) ** 2
         np.minimum(least, square.min(axis=1), out=least)
-    return np.sqrt(least)
+    return np.asarray(np.sqrt(least))
 
 
 def _places(plan: PlanView, curve: IntArray) -> tuple[FloatArray, FloatArray]:

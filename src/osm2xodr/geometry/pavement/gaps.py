@@ -107,9 +107,7 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
     count = int(junction.max()) + 1
     low, high = np.full((2, count), np.inf), np.full((2, count), -np.inf)
     first = np.flatnonzero(np.diff(junction, prepend=-1))
-    every = np.arange(len(junction))
-    for side in (1, -1):
-        t = sections.edge(np.array(side), every)
+    for t in (sections.left + sections.more_left, sections.right - sections.more_right):
         for k, (v, n) in enumerate(((sections.x, sections.nx), (sections.y, sections.ny))):
             edge = (v + t * n) / defaults.GAP_CELL
             np.minimum.at(low[k], junction[first], np.minimum.reduceat(edge, first))
