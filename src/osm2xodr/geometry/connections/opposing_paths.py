@@ -54,10 +54,11 @@ def draw_side_by_side(
     """
     pairs = _pairs(entry, exit_, shared)
     room = (width[pairs.there] + width[pairs.back]) / 2
-    apart = _apart(plan, plan, pairs, pairs)
     start, end = _axis_ends(plan, pairs)
-    turn = np.abs(wrapped(end[2] - start[2]))
-    near = np.flatnonzero((apart < defaults.OPPOSING_CLEARANCE * room) & (turn < _MOST_TURN))
+    turned = np.flatnonzero(np.abs(wrapped(end[2] - start[2])) < _MOST_TURN)
+    apart = np.full(len(room), np.inf)
+    apart[turned] = _apart(plan, plan, pairs.chosen(turned), pairs.chosen(turned))
+    near = np.flatnonzero(apart < defaults.OPPOSING_CLEARANCE * room)
     if not len(near):
         return plan
     pairs, apart = pairs.chosen(near), apart[near]
@@ -92,8 +93,12 @@ def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
 def _apart(one: PlanView, other: PlanView, rows: _Pairs, other_rows: _Pairs) -> FloatArray:
     """Return how near the ways there, of one table, come to the ways back, of another one, (pairs,), m."""
     (ax, ay), (bx, by) = _places(one, rows.there), _places(other, other_rows.back)
-    square = (ax[:, :, None] - bx[:, None]) ** 2 + (ay[:, :, None] - by[:, None]) ** 2
-    return np.asarray(np.sqrt(square.min(axis=(1, 2))))
+    least = np.full(len(ax), np.inf)
+    # One place of the ways there after the other, so that no large table of all places arises.
+    for k in range(_PLACES):
+        square = (ax[:, k, None] - bx) ** 2 + (ay[:, k, None] - by) ** 2
+        np.minimum(least, square.min(axis=1), out=least)
+    return np.asarray(np.sqrt(least))
 
 
 def _places(plan: PlanView, curve: IntArray) -> tuple[FloatArray, FloatArray]:

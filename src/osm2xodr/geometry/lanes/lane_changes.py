@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from math import sqrt
+from typing import Final
 
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, lanes_of
 from osm2xodr.geometry.lanes.lane_connectivity import COUNTED_LANES, StatedLanes
 from osm2xodr.geometry.lanes.lane_matching import match_lanes
 from osm2xodr.model import Direction, LaneSpec, Rule
+
+# So many changes are remembered: the same few occur all over a network, and several times while its roads are cut.
+_REMEMBERED: Final = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +56,20 @@ def lane_change(
     before: CrossSection, after: CrossSection, rule: Rule, stated: Mapping[Direction, StatedLanes] | None = None
 ) -> LaneChange:
     """Return what changes from one cross-section to the next."""
-    pairs = _without_crossings(match_lanes(before, after, rule, stated), before)
+    if stated:
+        return _change(before, after, match_lanes(before, after, rule, stated))
+    return _unstated_change(before, after, rule)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _unstated_change(before: CrossSection, after: CrossSection, rule: Rule) -> LaneChange:
+    """Return what changes where no relation says which lanes continue."""
+    return _change(before, after, match_lanes(before, after, rule))
+
+
+def _change(before: CrossSection, after: CrossSection, matched: Mapping[int, int]) -> LaneChange:
+    """Return what changes where these lanes continue."""
+    pairs = _without_crossings(matched, before)
     old, new = _lanes(before), _lanes(after)
     ending = [lane for lane in old if lane not in pairs]
     opening = [lane for lane in new if lane not in pairs.values()]

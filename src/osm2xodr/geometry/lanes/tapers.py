@@ -45,6 +45,8 @@ def taper_zones(
 
     `room` is the length that they may take together, m; all but the road's ends unless given.
     """
+    if len(road) < 2:
+        return ()
     changes = [
         lane_change(one.section, other.section, rule, known.at_border(one.ways[-1], other.ways[0]) if known else None)
         for one, other in pairwise(road)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from osm2xodr.curves import curvature_at, places_along, pose
+from osm2xodr.curves import advance, find_record, places_along
 from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.model import FloatArray, IntArray, Rule
@@ -78,15 +78,17 @@ class CrossSections:
 
     def edge(self, side: IntArray, k: IntArray) -> FloatArray:
         """Return t of the outer edges, strips included, at the left (1) or right (-1) of the k-th ones, m."""
-        return np.where(side > 0, (self.left + self.more_left)[k], (self.right - self.more_right)[k])
+        return np.where(side > 0, self.left[k] + self.more_left[k], self.right[k] - self.more_right[k])
 
     @classmethod
-    def of(cls, roads: ConnectingRoads, edges: LaneEdges, spacing: float) -> CrossSections:
-        """Return cross sections of all roads, at most `spacing` apart, m, the first and the last at their ends."""
-        road, s = places_along(roads.plan_view, spacing)
-        x, y, hdg = pose(roads.plan_view, road, s)
+    def of(cls, roads: ConnectingRoads, edges: LaneEdges, spacing: float, rows: IntArray) -> CrossSections:
+        """Return cross sections of some roads, at most `spacing` apart, m, the first and the last at their ends."""
+        road, s = places_along(roads.plan_view, spacing, rows)
+        plan = roads.plan_view
+        record = find_record(plan.start, plan.s, road, s)
+        curvature = plan.curvature[record]
+        x, y, hdg = advance(plan.x[record], plan.y[record], plan.hdg[record], curvature, s - plan.s[record])
         nx, ny = -np.sin(hdg), np.cos(hdg)
-        curvature = curvature_at(roads.plan_view, road, s)
         count = np.bincount(road, minlength=len(edges.length))
         apart = (edges.length / (count - 1))[road]
         left, right = edges.at(road, s)

@@ -22,6 +22,8 @@ POINTS_PER_CELL: Final = 0.7
 # What cells hold that no lane covers: nothing, or a strip of pavement.
 FREE: Final = -1
 STRIP: Final = -2
+# Points are drawn so many at a time: few enough for a processor's cache.
+_AT_ONCE: Final = 16384
 # Cells around the lanes of a junction: outside.
 _BORDER: Final = 4
 
@@ -69,10 +71,12 @@ class Grids:
         order = np.argsort(count, kind="stable")
         order = order[count[order] > 0]
         # Cross sections of equal width at once.
-        for k in np.split(order, np.flatnonzero(np.diff(count[order])) + 1) if len(order) else ():
-            share = np.linspace(0.0, 1.0, int(count[k[0]]) + 1, dtype=np.float32)
-            begin, end = low[k, None].astype(np.float32), high[k, None].astype(np.float32)
-            self.road[self.cells(k, begin + (end - begin) * share)] = value[k, None]
+        for equal in np.split(order, np.flatnonzero(np.diff(count[order])) + 1) if len(order) else ():
+            share = np.linspace(0.0, 1.0, int(count[equal[0]]) + 1, dtype=np.float32)
+            some = max(_AT_ONCE // len(share), 1)
+            for k in (equal[at : at + some] for at in range(0, len(equal), some)):
+                begin, end = low[k, None].astype(np.float32), high[k, None].astype(np.float32)
+                self.road[self.cells(k, begin + (end - begin) * share)] = value[k, None]
 
 
 def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
@@ -103,9 +107,7 @@ def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:
     count = int(junction.max()) + 1
     low, high = np.full((2, count), np.inf), np.full((2, count), -np.inf)
     first = np.flatnonzero(np.diff(junction, prepend=-1))
-    every = np.arange(len(junction))
-    for side in (1, -1):
-        t = sections.edge(np.array(side), every)
+    for t in (sections.left + sections.more_left, sections.right - sections.more_right):
         for k, (v, n) in enumerate(((sections.x, sections.nx), (sections.y, sections.ny))):
             edge = (v + t * n) / defaults.GAP_CELL
             np.minimum.at(low[k], junction[first], np.minimum.reduceat(edge, first))

@@ -69,16 +69,16 @@ def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays
     steps = np.arange(1, int(defaults.FLOOR_REACH / step) + 1) * step
     found: list[tuple[Any, ...]] = []
     for side in (1, -1):
-        edge = sections.edge(np.array(side), np.arange(len(sections.s)))
-        begin = grids.cells(near, edge[near, None] + side * steps[:_FIRST])
+        edge = sections.edge(np.array(side), near)
+        begin = grids.cells(near, edge[:, None] + side * steps[:_FIRST])
         inside = grids.gap[begin] > 0
         meets = inside.any(axis=1)
-        k, first = near[meets], inside[meets].argmax(axis=1)
+        k, edge, first = near[meets], edge[meets], inside[meets].argmax(axis=1)
         gap = grids.gap[begin[meets, first]].astype(np.int64)
         # Inside of a bend, no farther than near its centre.
         bend = np.maximum(side * sections.curvature[k], 1e-9)
-        room = ((1.0 - _LEAST_SHARE) / bend - side * edge[k]) / step - 1.0
-        cells = grids.cells_far(k, edge[k, None] + side * steps)
+        room = ((1.0 - _LEAST_SHARE) / bend - side * edge) / step - 1.0
+        cells = grids.cells_far(k, edge[:, None] + side * steps)
         found.append((k, np.full(len(k), side), gap, cells, first, np.clip(room, 0, len(steps) - 1).astype(np.int64)))
     rows = Rays(*(np.concatenate(column) for column in zip(*found, strict=True)))
     return rows.chosen(rows.room > rows.first)
