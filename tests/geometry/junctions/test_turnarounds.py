@@ -42,22 +42,23 @@ def _codes(case: Case, options: RoadOptions | None = None) -> list[tuple[str, st
 
 @EITHER
 @pytest.mark.parametrize(
-    ("tags", "diameter"),
+    ("tags", "radius"),
     [
-        ("highway=turning_circle", 16.0),
-        ("highway=turning_circle diameter=20", 20.0),
-        ("highway=turning_loop diameter=80'", 80 * 0.3048),
-        ("highway=mini_roundabout diameter=wide", 16.0),
-        ("highway=turning_circle diameter=70", 40.0),
+        # Not along the edge of a circle whose size is not known
+        ("highway=turning_circle", 6.0),
+        ("highway=turning_circle diameter=20", 10.0 - 1.5),
+        ("highway=turning_loop diameter=80'", 40 * 0.3048 - 1.5),
+        ("highway=mini_roundabout diameter=wide", 6.0),
+        ("highway=turning_circle diameter=70", 20.0 - 1.5),
     ],
 )
-def test_a_turning_circle_is_driven_round_its_node(tags: str, diameter: float, rule: Rule) -> None:
+def test_a_turning_circle_is_driven_round_its_node(tags: str, radius: float, rule: Rule) -> None:
     roads = _built(Case(_LINE, {1: ("w o", "width=6 lanes=2")}, node_tags={"o": tags}), rule)
     assert_sound(roads)
     ((k, loop),) = _loops(roads)
     assert_smooth(roads.plan_view, k, 1e-6, 1e-6)
-    radius = diameter / 2 - 1.5
     out, round_, back = records(roads.plan_view, k)
+    assert 1 / abs(out[3]) == pytest.approx(4.0)
     assert 1 / abs(round_[3]) == pytest.approx(radius, abs=1e-6)
     # Right-hand traffic goes round counter-clockwise.
     assert (round_[3] > 0) == (rule is Rule.RIGHT_HAND)
@@ -169,21 +170,21 @@ def test_loops_at_other_dead_ends_have_the_circle_of_a_car() -> None:
 
 @pytest.mark.parametrize(("gap", "free"), [(0.6, True), (0.4, False)])
 def test_half_a_metre_stays_free_beside_a_loop(gap: float, free: bool) -> None:
-    """A circle of 16 m and a street of 6 m across the end of its own."""
-    aside = 8.0 + gap + 3.0
+    """A circle of 15 m and a street of 6 m across the end of its own."""
+    aside = 7.5 + gap + 3.0
     nodes = {**_LINE, "a": (aside, -60.0), "b": (aside, 60.0)}
     tags = {"o": "highway=turning_circle"}
     roads = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: ("a b", "width=6")}, node_tags=tags).build()
-    assert (_radius(roads) == pytest.approx(6.5)) == free
+    assert (_radius(roads) == pytest.approx(6.0)) == free
 
 
 @pytest.mark.parametrize("line", ["a b", "b a"])
 def test_a_street_that_points_at_a_loop_is_as_far_away_as_its_end(line: str) -> None:
-    """It is 6 m wide and ends 12 m from the middle: 9 m are free, and 8.5 m needed."""
+    """It is 6 m wide and ends 12 m from the middle: 9 m are free, and 8 m needed."""
     tags = {"o": "highway=turning_circle"}
     nodes = {**_LINE, "a": (3.0, 60.0), "b": (3.0, 12.0)}
     case = Case(nodes, {1: ("w o", "width=6 lanes=2"), 2: (line, "width=6")}, node_tags=tags)
-    assert _radius(case.build()) == pytest.approx(6.5, abs=1e-6)
+    assert _radius(case.build()) == pytest.approx(6.0, abs=1e-6)
 
 
 @pytest.mark.parametrize(("line", "drawn"), [("o p q r", 1), ("r q p o", -1)])
@@ -197,16 +198,16 @@ def test_a_street_is_in_the_way_of_its_own_loop_where_it_comes_back(
     ways = {1: ("x y", ""), 2: (line, "width=6 lanes=2")}
     roads = Case(nodes, ways, node_tags={"o": "highway=turning_circle"}).build()
     ((k, loop),) = _loops(roads)
-    assert (_radius(roads) == pytest.approx(6.5, abs=1e-6)) != near
-    assert 1 / abs(records(roads.plan_view, k)[1][3]) <= 6.5 + 1e-6
+    assert (_radius(roads) == pytest.approx(6.0, abs=1e-6)) != near
+    assert 1 / abs(records(roads.plan_view, k)[1][3]) <= 6.0 + 1e-6
     assert loop.predecessor is not None
     assert loop.predecessor.at_start == (drawn > 0)
 
 
-@pytest.mark.parametrize(("length", "loops"), [(16.6, 1), (16.9, 2)])
+@pytest.mark.parametrize(("length", "loops"), [(15.9, 1), (16.2, 2)])
 def test_two_loops_of_a_street_leave_a_road_of_two_metres(length: float, loops: int) -> None:
-    """Circles of 12 m: their middles lie 7.37 m beyond the ends of the road."""
-    beyond = math.sqrt((1.25 + 3.5 + 4.75) ** 2 - (1.25 + 4.75) ** 2)
+    """Circles of 12 m: their middles lie 7 m beyond the ends of the road."""
+    beyond = math.sqrt((1.25 + 3.5 + 4.0) ** 2 - (1.25 + 4.0) ** 2)
     assert (length - 2 * beyond >= 2.0) == (loops == 2)
     case = Case({"a": (0.0, 0.0), "b": (length, 0.0)}, {1: ("a b", "width=5 lanes=2")})
     roads = case.build(turnarounds=True)

@@ -11,7 +11,7 @@ import numpy as np
 from osm2xodr.curves import cut_curves, lengths, stack_plan_views, wrapped
 from osm2xodr.geometry.connections.corner_paths import follow_corners
 from osm2xodr.geometry.connections.lane_links import LaneLinks
-from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side
+from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, draw_turn_backs_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect
 from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
 from osm2xodr.geometry.connections.turn_backs import draw_turn_backs
@@ -165,6 +165,7 @@ def build_connecting_roads(
     plan = draw_side_by_side(plan, entry, exit_, width, shared)
     street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
     plan = draw_turn_backs(plan, lanes, ends, street_ends[:, 0], street_ends[:, 1])
+    plan = draw_turn_backs_side_by_side(plan, entry, exit_, width, shared)
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]
     turning = np.array([k for k, _ in looped], np.int64)
     half = np.abs(entry_t - exit_t)[turning] / 2

@@ -12,7 +12,9 @@ from osm2xodr.curves import (
     chain_curves,
     cut_curves,
     lengths,
+    owners,
     pose,
+    ranks,
     replace_curves,
     reverse_curves,
     smallest_radius,
@@ -22,6 +24,8 @@ from osm2xodr.curves import (
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
 from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.geometry.connections.turn_backs import turned_back
+from osm2xodr.geometry.defaults import LEAST_TURN_BACK, U_TURN_RADIUS
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Curves are compared at this many places, from this far behind their start to this far before their end, m.
@@ -29,6 +33,10 @@ _PLACES: Final = 32
 _LEAD: Final = 2.0
 # Turns up to this, rad (150 degrees), are drawn beside an axis: those back have shapes of their own.
 _MOST_TURN: Final = np.deg2rad(150.0)
+# Ways that turn back are left as they are where they would become longer than this, m: balloons. A choice.
+_LONGEST_TURN_BACK: Final = 40.0
+# They may turn with this share of their smallest radius: their distance changes from one arm to the other.
+_NEAR_ENOUGH: Final = 0.98
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,13 +71,71 @@ def draw_side_by_side(
         return plan
     pairs, apart = pairs.chosen(near), apart[near]
     axis = connect(*(column[near] for column in start), *(column[near] for column in end))
+    return _redrawn(plan, pairs, apart, axis, defaults.TURNING_RADIUS_ACUTE)
+
+
+def draw_turn_backs_side_by_side(
+    plan: PlanView, entry: IntArray, exit_: IntArray, width: FloatArray, shared: BoolArray
+) -> PlanView:
+    """Redraw curves that turn back from arm to arm and from the other one again, as `draw_side_by_side` does.
+
+    The inner one would swing out across the outer one where the arms are close: both swing out together, and the
+    inner one turns no sharper than a car's turning circle.
+    """
+    pairs = _pairs(entry, exit_, shared)
+    apart = _apart(plan, plan, pairs, pairs)
+    room = (width[pairs.there] + width[pairs.back]) / 2
+    start, end = _axis_ends(plan, pairs)
+    turn = np.abs(wrapped(end[2] - start[2]))
+    near = np.flatnonzero((apart < defaults.OPPOSING_CLEARANCE * room) & (turn >= LEAST_TURN_BACK))
+    if not len(near):
+        return plan
+    pairs, apart = pairs.chosen(near), apart[near]
+    begin, end = ((x[near], y[near], hdg[near]) for x, y, hdg in (start, end))
+    aside = _half_apart(plan, pairs)
+    axis = turned_back(begin, end, np.full(len(near), -np.inf), U_TURN_RADIUS + aside)
+    drawn = np.flatnonzero(lengths(axis) > 0)
+    axis = cut_curves(axis, np.zeros(len(drawn)), lengths(axis)[drawn], drawn)
+    return _redrawn(
+        plan, pairs.chosen(drawn), apart[drawn], _in_quarters(axis), _NEAR_ENOUGH * U_TURN_RADIUS, _LONGEST_TURN_BACK
+    )
+
+
+def _half_apart(plan: PlanView, pairs: _Pairs) -> FloatArray:
+    """Return half of the distance of both curves of each pair at the arm where it is larger, (pairs,)."""
+    length, zero = lengths(plan), np.zeros(len(pairs.there))
+    out = zero
+    for s, other_s in ((zero, length[pairs.back]), (length[pairs.there], zero)):
+        x, y, _ = pose(plan, pairs.there, s)
+        other_x, other_y, _ = pose(plan, pairs.back, other_s)
+        out = np.maximum(out, np.hypot(other_x - x, other_y - y) / 2)
+    return out
+
+
+def _in_quarters(plan: PlanView) -> PlanView:
+    """Return curves whose arcs turn by a quarter at most: what runs beside them is drawn piece by piece."""
+    count = np.maximum(np.ceil(np.abs(plan.curvature * plan.length) / (np.pi / 2) - 1e-9), 1).astype(np.int64)
+    record = np.repeat(np.arange(len(count)), count)
+    step = (plan.length / count)[record]
+    s = plan.s[record] + ranks(count) * step
+    x, y, hdg = pose(plan, owners(plan.start)[record], s)
+    return PlanView(starts(count)[plan.start], s, x, y, hdg, step, plan.curvature[record])
+
+
+def _redrawn(
+    plan: PlanView, pairs: _Pairs, apart: FloatArray, axis: PlanView, radius: float, longest: float = np.inf
+) -> PlanView:
+    """Return the plan with those pairs drawn beside their axes that get farther apart by it than they are, m.
+
+    `radius` is the least that curves get if they had more, `longest` what they get at most, m.
+    """
     there = _beside(plan, pairs.there, axis, back=False)
     back = _beside(plan, pairs.back, axis, back=True)
-    both = np.arange(len(near))
+    both = np.arange(len(apart))
     better = _apart(there, back, _Pairs(both, both), _Pairs(both, both)) > apart
     for curves, rows in ((there, pairs.there), (back, pairs.back)):
-        least = np.minimum(smallest_radius(plan)[rows], defaults.TURNING_RADIUS_ACUTE)
-        better &= (smallest_radius(curves) > least - 1e-6) & ~has_kinks(curves)
+        least = np.minimum(smallest_radius(plan)[rows], radius)
+        better &= (smallest_radius(curves) > least - 1e-6) & (lengths(curves) <= longest) & ~has_kinks(curves)
     chosen = np.flatnonzero(better)
     plan = replace_curves(plan, pairs.there[chosen], there, chosen)
     return replace_curves(plan, pairs.back[chosen], back, chosen)

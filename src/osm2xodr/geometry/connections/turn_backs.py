@@ -65,7 +65,7 @@ def draw_turn_backs(plan: PlanView, lanes: LanePaths, ends: StreetEnds, entry: I
     if not len(row):
         return plan
     begin, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan)[row])
-    turned = _turned(begin, end, _way_across(begin, end, ends, entry[row], exit_[row]))
+    turned = turned_back(begin, end, _way_across(begin, end, ends, entry[row], exit_[row]))
     found = np.flatnonzero((lengths(turned) > 0) & (smallest_radius(turned) >= U_TURN_RADIUS * (1 - 1e-9)))
     return replace_curves(plan, row[found], turned, found)
 
@@ -88,16 +88,20 @@ def _way_across(begin: Poses, end: Poses, ends: StreetEnds, entry: IntArray, exi
     return np.where(ends.node[entry] == ends.node[exit_], -np.inf, ahead)
 
 
-def _turned(begin: Poses, end: Poses, across: FloatArray) -> PlanView:
-    """Return curves that go on to where both poses are abreast, turn there, and go back; none where they cannot."""
+def turned_back(begin: Poses, end: Poses, across: FloatArray, least: float | FloatArray = U_TURN_RADIUS) -> PlanView:
+    """Return curves that go on to where both poses are abreast, turn there, and go back; none where they cannot.
+
+    `across` is how far ahead of the start, m, the way across lies (-inf: there is none), `least` the smallest radius,
+    m, both (n,).
+    """
     (x0, y0, h0), (x1, y1, h1) = begin, end
     axis = _axis(begin, end)
     stagger = (x1 - x0) * np.cos(axis) + (y1 - y0) * np.sin(axis)
     apart = np.abs((y1 - y0) * np.cos(axis) - (x1 - x0) * np.sin(axis))
     abreast = np.maximum(stagger, 0.0)
     room = np.clip(across - abreast, 0.0, U_TURN_RADIUS_MAX + _FARTHEST)
-    radius = np.minimum(_SHARE_OF_HALF * apart / 2, np.maximum(room, U_TURN_RADIUS))
-    radius = np.clip(radius, U_TURN_RADIUS, U_TURN_RADIUS_MAX)
+    radius = np.minimum(_SHARE_OF_HALF * apart / 2, np.maximum(room, least))
+    radius = np.maximum(np.minimum(radius, U_TURN_RADIUS_MAX), least)
     before = abreast + np.clip(room - radius, 0.0, _FARTHEST)
     after = before - stagger
     straight = np.zeros(len(before))

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from osm2xodr.curves import curves_of, ranks, replace_curves
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET
+from osm2xodr.geometry.defaults import SHORTEST_ROAD, SHORTEST_STREET, U_TURN_RADIUS, U_TURN_RADIUS_MAX
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Loop, Movement
@@ -70,8 +70,8 @@ def add_turnarounds(
     wanted = _wanted(network, ends, layout, options)
     free = _free_space(network, list(wanted), ends)
     placed: dict[int, _PlacedLoop] = {}
-    for end, diameter in wanted.items():
-        found = _largest_loop(end, diameter, fitted, network, ends, layout, free[end])
+    for end, (diameter, most_radius) in wanted.items():
+        found = _largest_loop(end, diameter, most_radius, fitted, network, ends, layout, free[end])
         if found is None or _collides(found, placed.get(end ^ 1), placed.values(), float(ends.length[end])):
             osm_id = network.intersections[int(ends.node[end])].osm_node_id
             diagnostics.note("no-room-to-turn", f"node/{osm_id}", "no room for a loop, the dead end is left as it is")
@@ -98,10 +98,13 @@ def add_turnarounds(
 
 def _wanted(
     network: StreetNetwork, ends: StreetEnds, layout: JunctionLayout, options: RoadOptions
-) -> dict[int, float]:
-    """Return the street ends where cars turn round, with the diameter of the carriageway there, m."""
+) -> dict[int, tuple[float, float]]:
+    """Return the street ends where cars turn round, with the diameter and largest radius of loops there, m.
+
+    In a circle whose size nobody mapped, cars turn as they do elsewhere, not along its edge.
+    """
     barred = {(item.from_ways[0], item.via_node) for item in network.restrictions if item.from_ways == item.to_ways}
-    out: dict[int, float] = {}
+    out: dict[int, tuple[float, float]] = {}
     for node in network.intersections:
         if len(node.arms) != 1:
             continue
@@ -113,21 +116,26 @@ def _wanted(
         way = network.streets[street].pieces[0 if at_start else -1][1].osm_way_id
         if ends.enters[end] and ends.leaves[end] and (way, node.osm_node_id) not in barred:
             usual = defaults.TURNING_CIRCLE_DIAMETER if circle else defaults.TURNAROUND_DIAMETER
-            wanted = network.turning_circles.get(node.osm_node_id) or usual
-            out[end] = min(max(wanted, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
+            tagged = network.turning_circles.get(node.osm_node_id)
+            wanted = min(max(tagged or usual, defaults.TURNAROUND_DIAMETER_MIN), defaults.TURNAROUND_DIAMETER_MAX)
+            out[end] = wanted, math.inf if tagged else U_TURN_RADIUS_MAX
     return out
 
 
 def _largest_loop(
     end: int,
     diameter: float,
+    most: float,
     fitted: FittedStreets,
     network: StreetNetwork,
     ends: StreetEnds,
     layout: JunctionLayout,
     free: float,
 ) -> _PlacedLoop | None:
-    """Return the largest loop for which there is room; `free` is the distance to the next carriageway, m."""
+    """Return the largest loop for which there is room; `free` is the distance to the next carriageway, m.
+
+    `most` is its largest radius, m, unless it has several lanes.
+    """
     section = fitted.pieces[end // 2][-1 if end % 2 else 0][2]
     into, out = end_lanes(section, network.rule, end % 2 == 1), end_lanes(section, network.rule, end % 2 == 0)
     if not into or not out:
@@ -137,10 +145,10 @@ def _largest_loop(
     width = max(lane.spec.width for lane in (*into, *out))
     room = float(ends.length[end] - layout.trim[end ^ 1]) - SHORTEST_STREET
     least = CONNECTING_RADIUS
-    wanted = max((diameter - width) / 2 - outer, least - inner, 0.0)
+    wanted = max(min((diameter - width) / 2, most) - outer, least - inner, 0.0)
     for aside in (wanted, max((wanted + least - inner) / 2, 0.0), max(least - inner, 0.0)):
         radius = outer + aside
-        for ease in (radius, least):
+        for ease in (min(radius, U_TURN_RADIUS), least):
             length = _middle_beyond_end(outer, aside, ease)
             size = radius + width / 2
             if length <= room and size + _LOOP_CLEARANCE <= free:
