@@ -40,16 +40,17 @@ def dubins_curves(
     hdg1: FloatArray,
     *,
     radius: float | FloatArray,
+    most_swing: float = defaults.MOST_SWING,
 ) -> PlanView:
     """Return the shortest curves from poses 0 to poses 1, (n,), with arcs of a radius, one for all or (n,), m.
 
-    Curves that turn forth and back by `MOST_SWING` or more in all (`MOST_SWING_BACK` for turns back) do not count: a
-    full circle is no turn. Where none is left, the curve has no records.
+    Curves that turn forth and back by `most_swing` or more in all, rad, (`MOST_SWING_BACK` for turns back) do not
+    count: a full circle is no turn. Where none is left, the curve has no records.
     """
     n = len(x0)
     radius = np.broadcast_to(np.asarray(radius, np.float64), n)
     net = np.abs(wrapped(hdg1 - hdg0))
-    most = np.where(net > defaults.SWING_BACK, defaults.MOST_SWING_BACK, defaults.MOST_SWING)
+    most = np.where(net > defaults.SWING_BACK, defaults.MOST_SWING_BACK, most_swing)
     p0, p1 = (np.asarray(x + 1j * y, np.complex128) / radius for x, y in ((x0, y0), (x1, y1)))
     candidates = list(_candidates(p0, p1, hdg0, hdg1))
     totals = []
@@ -76,15 +77,17 @@ def dubins_without_slivers(
     hdg1: FloatArray,
     *,
     radius: FloatArray,
+    most_swing: float = defaults.MOST_SWING,
 ) -> PlanView:
     """Return what `dubins_curves` does, with radii (n,) a little larger where a record would be tiny."""
-    out = dubins_curves(x0, y0, hdg0, x1, y1, hdg1, radius=radius)
+    out = dubins_curves(x0, y0, hdg0, x1, y1, hdg1, radius=radius, most_swing=most_swing)
     for larger in _LARGER_RADII:
         row = np.unique(owners(out.start)[out.length < _SLIVER])
         if not len(row):
             break
         poses = (column[row] for column in (x0, y0, hdg0, x1, y1, hdg1))
-        out = replace_curves(out, row, dubins_curves(*poses, radius=larger * radius[row]), np.arange(len(row)))
+        wider = dubins_curves(*poses, radius=larger * radius[row], most_swing=most_swing)
+        out = replace_curves(out, row, wider, np.arange(len(row)))
     return out
 
 

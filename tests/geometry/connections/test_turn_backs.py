@@ -74,3 +74,7 @@ def test_arms_that_end_apart_are_joined_without_a_gap(apart: float, shift: float
     roads = built(replace(case, nodes={**case.nodes, "o1": (x + shift, y)}), rule, u_turns="all")
     assert_sound(roads)
     assert min(smallest_radius_of(roads.plan_view, k) for k in turns_back(roads)) >= U_TURN_RADIUS - 1e-6
+    plan = roads.plan_view
+    for k in turns_back(roads):
+        bent = plan.curvature[plan.start[k] : plan.start[k + 1]] != 0
+        assert (bent[1:] | bent[:-1]).all(), "two lines in a row"

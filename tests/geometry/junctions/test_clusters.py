@@ -140,6 +140,27 @@ def test_what_both_ends_of_a_street_may_give_leaves_room_for_a_car() -> None:
     assert float(layout.most[alone]) == pytest.approx(90.0 - 3.0, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("ramp", "trim", "most"),
+    # 3.8 m are needed, 9.8 m with the kerb; 4 m are left before the bridge, except of what is needed.
+    [(30.0, 9.8, 26.0), (12.0, 8.0, 8.0), (6.0, 3.8, 3.8)],
+)
+def test_kerbs_and_setbacks_leave_a_ramp_before_a_bridge(ramp: float, trim: float, most: float) -> None:
+    nodes = {
+        "w": (-90.0, 0.0),
+        "o": (0.0, 0.0),
+        "e": (90.0, 0.0),
+        "n": (0.0, 90.0),
+        "p": (0.0, -ramp),
+        "s": (0.0, -90.0),
+    }
+    ways = {1: ("w o", ""), 2: ("o e", ""), 3: ("o n", ""), 4: ("o p", ""), 5: ("p s", "bridge=yes layer=1")}
+    stages = Case(nodes, ways).stages()
+    (south,) = (end for end in stages.layout.arms[0] if abs(math.sin(stages.ends.hdg[end]) + 1.0) < 1e-6)
+    assert float(stages.layout.trim[south]) == pytest.approx(trim, abs=0.05)
+    assert float(stages.layout.most[south]) == pytest.approx(most, abs=0.05)
+
+
 def test_bridges_shorter_than_a_road_can_be_lie_within_the_junction() -> None:
     layout = two_ts(7.9, "", "bridge=yes layer=1").stages().layout
     assert sorted(len(arms) for arms in layout.arms) == [4]

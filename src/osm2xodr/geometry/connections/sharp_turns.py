@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius, wrapped
-from osm2xodr.defaults import CONNECTING_RADIUS, SWING_BACK
+from osm2xodr.defaults import CONNECTING_RADIUS, MOST_SWING, MOST_SWING_BACK, SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import HALF_NARROW_LANE, INNER_EDGE_RADIUS
@@ -45,11 +45,12 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
     return replace(connecting, plan_view=plan, length=lengths(plan))
 
 
-def _wide_curves(plan: PlanView, row: IntArray, radius: FloatArray) -> tuple[PlanView, IntArray]:
+def _wide_curves(
+    plan: PlanView, row: IntArray, radius: FloatArray, most_swing: float = MOST_SWING
+) -> tuple[PlanView, IntArray]:
     """Return the shortest curves of a radius between the ends of some curves, (rows,), and which of them exist."""
-    wide = dubins_without_slivers(
-        *pose(plan, row, np.zeros(len(row))), *pose(plan, row, lengths(plan)[row]), radius=radius
-    )
+    start, end = pose(plan, row, np.zeros(len(row))), pose(plan, row, lengths(plan)[row])
+    wide = dubins_without_slivers(*start, *end, radius=radius, most_swing=most_swing)
     return wide, np.flatnonzero(lengths(wide) > 0)
 
 
@@ -60,7 +61,8 @@ def _without_folds(plan: PlanView, connecting: ConnectingRoads) -> PlanView:
         row = np.flatnonzero((smallest_radius(plan) < half) & (connecting.entry != connecting.exit))
         if not len(row):
             break
-        wide, found = _wide_curves(plan, row, half[row] + share * INNER_EDGE_RADIUS)
+        # Any way round is better than a fold.
+        wide, found = _wide_curves(plan, row, half[row] + share * INNER_EDGE_RADIUS, MOST_SWING_BACK)
         plan = replace_curves(plan, row[found], wide, found)
     return plan
 

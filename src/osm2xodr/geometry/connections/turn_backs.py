@@ -13,6 +13,7 @@ import numpy as np
 
 from osm2xodr.curves import (
     advance,
+    chain_curves,
     curves_of,
     dubins_without_slivers,
     lengths,
@@ -119,7 +120,9 @@ def turned_back(begin: Poses, end: Poses, across: FloatArray, least: float | Flo
     driven = np.isfinite(arcs).all(axis=1)
     pieces[close[driven], 1:4], curvature[close[driven], 1:4] = arcs[driven], bends[driven]
     pieces[~pieces[:, 1:4].any(axis=1)] = 0.0
-    return curves_of(x0, y0, h0, pieces, curvature)
+    # A turn that ends in a line goes on in that after it: checkers call two records redundant.
+    plan = curves_of(x0, y0, h0, pieces, curvature)
+    return chain_curves(plan, np.arange(len(before) + 1))
 
 
 def _chosen(poses: Poses, row: IntArray) -> Poses:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -31,6 +32,8 @@ _SHORTEST_BRIDGE: Final = 8.0
 _MOST_ROUNDS: Final = 8
 # What both ends of a road may lose together when they are moved onto borders of its lines and arcs, m.
 _SNAPPED: Final = 0.02
+# Corners and setbacks of arms leave at least this much of a street before a bridge or tunnel, m. A choice.
+_RAMP: Final = 4.0
 # A road gets at least this share of a street that is shorter than twice that.
 _LEAST_ROAD_SHARE: Final = 0.5
 
@@ -91,7 +94,7 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
         changed = clusters.join(order, a, b, np.where(tiny, np.inf, extent))
         if not changed:
             break
-    return _settle(ends, clusters, bare, wished)
+    return _settle(ends, clusters, bare, wished, _same_layer(network, ends))
 
 
 class _Clusters:
@@ -161,8 +164,13 @@ def _without_a_turn(ends: StreetEnds) -> BoolArray:
     return out
 
 
-def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: FloatArray) -> JunctionLayout:
-    """Give junctions numbers, and share out the streets that are too short for what is wished."""
+def _settle(
+    ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: FloatArray, same_layer: FloatArray
+) -> JunctionLayout:
+    """Give junctions numbers, and share out the streets that are too short for what is wished.
+
+    Only what is needed reaches farther than `same_layer` (ends,), m.
+    """
     arms = clusters.arms(ends)
     junction = np.full(len(ends.length), -1, np.int64)
     nodes: dict[int, list[int]] = {}
@@ -173,6 +181,7 @@ def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: Flo
     for number, group in enumerate(order):
         junction[arms[group]] = number
     bare, wished = (np.where(junction >= 0, needed, 0.0) for needed in (bare, wished))
+    wished = np.maximum(bare, np.minimum(wished, same_layer))
     between = (junction.reshape(-1, 2) >= 0).all(1)
     # Corners must leave a road that readers with steps of metres do not pass over, and room for a car between
     # junctions. Between the arms of a small roundabout there is room for less.
@@ -182,13 +191,14 @@ def _settle(ends: StreetEnds, clusters: _Clusters, bare: FloatArray, wished: Flo
     length = ends.length[0::2]
     trim, squeezed = _share_streets(length, bare.reshape(-1, 2), wished.reshape(-1, 2), least, shortest)
     squeezed |= between & (length - trim.sum(1) < SHORTEST_STREET_BETWEEN_JUNCTIONS)
+    most = _most(length, trim, junction.reshape(-1, 2))
     return JunctionLayout(
         arms=tuple(tuple(arms[group]) for group in order),
         nodes=tuple(tuple(nodes[group]) for group in order),
         junction=junction,
         inner=clusters.inner,
         trim=trim.ravel(),
-        most=_most(length, trim, junction.reshape(-1, 2)).ravel(),
+        most=np.maximum(trim.ravel(), np.minimum(most.ravel(), same_layer)),
         squeezed=squeezed & ~clusters.inner,
     )
 
@@ -201,6 +211,24 @@ def _most(length: FloatArray, trim: FloatArray, junction: IntArray) -> FloatArra
     share = np.where(between, 0.5, 1.0)
     most: FloatArray = trim + (spare * share)[:, None]
     return most
+
+
+def _same_layer(network: StreetNetwork, ends: StreetEnds) -> FloatArray:
+    """Return how far along each end a junction may reach, so that its street can still change its layer, (ends,), m.
+
+    A junction that took the ramp of a bridge or tunnel would bring that to the height of what lies below or above.
+    """
+    out = np.full(len(ends.length), np.inf)
+    for k, street in enumerate(network.streets):
+        layers = [attributes.layer for _, attributes in street.pieces]
+        changes = [
+            first for (first, _), (one, two) in zip(street.pieces[1:], pairwise(layers), strict=True) if one != two
+        ]
+        if changes:
+            chainage = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(street.points, axis=0).T))])
+            room = np.array([chainage[changes[0]], chainage[-1] - chainage[changes[-1]]])
+            out[2 * k : 2 * k + 2] = np.maximum(room - _RAMP, 0.0)
+    return out
 
 
 def _share_streets(
