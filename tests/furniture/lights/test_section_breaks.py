@@ -52,8 +52,9 @@ def test_no_section_becomes_too_short(roads: RoadMap) -> None:
     length = LaneTable(roads).length(road.id)
     assert cut_sections(roads, []) is roads
     assert cut_sections(roads, [(road.id, 0.3), (road.id, length - 0.3)]).roads == roads.roads
-    # Nor does one begin beyond the end of its road.
+    # Nor does one begin beyond an end of its road.
     assert cut_sections(roads, [(road.id, length + 5.0)]).roads == roads.roads
+    assert cut_sections(roads, [(road.id, -0.5)]).roads == roads.roads
     assert (
         len(cut_sections(roads, [(road.id, 30.0), (road.id, 30.2)]).roads[0].lane_sections)
         == len(road.lane_sections) + 1

@@ -57,8 +57,8 @@ def _cut(road: Road, places: Sequence[float], length: float) -> Road:
     sections = list(road.lane_sections)
     for s in places:
         starts = [section.s for section in sections]
-        # A light at the end of a short road may want a section that begins beyond that end.
-        if s <= length - _APART and min(abs(s - other) for other in starts) >= _APART:
+        # A light near the start or the end of a road may want a section that begins beyond it.
+        if _APART <= s <= length - _APART and min(abs(s - other) for other in starts) >= _APART:
             k = bisect_right(starts, s) - 1
             sections[k : k + 1] = _halves(sections[k], s)
     return replace(road, lane_sections=tuple(sections))

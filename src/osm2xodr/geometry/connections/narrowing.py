@@ -50,7 +50,9 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
         found.setdefault(end, {})[lane - _MOST_LANES] = new
     stretches = list(parts.stretches)
     for road in sorted({end // 2 for end in found}):
-        stretches[road] = with_narrow_ends(stretches[road], found.get(2 * road), found.get(2 * road + 1), rule)
+        # Where roads touch without a junction between them, their widths stay what they are.
+        first, last = (found.get(2 * road + k, {} if parts.end_link[road, k] >= 0 else None) for k in (0, 1))
+        stretches[road] = with_narrow_ends(stretches[road], first, last, rule)
     text = "its lanes narrow towards a junction that leads to narrower ones within a few metres"
     for end in sorted(found):
         diagnostics.repaired("lanes-narrowed", f"way/{parts.at_end(end).attributes.osm_way_id}", text)

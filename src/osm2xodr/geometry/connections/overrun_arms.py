@@ -12,6 +12,7 @@ import numpy as np
 
 from osm2xodr.curves import pose, project, ranks
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.pose_to_pose import detours
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray
@@ -36,6 +37,8 @@ def clear_overrun_arms(
 
     `layout` is that of the parts, `trim` what ends give at least.
     """
+    # Detours, which may be as long as the earth is large, are left out: nobody drives them.
+    connecting = connecting.chosen(~detours(connecting.plan_view) | (connecting.entry == connecting.exit))
     row, arm = _others(ends, layout, parts, connecting)
     far = np.zeros(len(trim))
     if len(row):

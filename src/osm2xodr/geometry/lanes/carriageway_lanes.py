@@ -14,7 +14,7 @@ from osm2xodr.geometry.lanes.tapers import TaperZone
 from osm2xodr.model import Cubic, Direction, LaneSpec
 
 # Values that differ by less are the same: widths, offsets and places along the road, m.
-_SAME_VALUE: Final = 1e-9
+SAME_VALUE: Final = 1e-9
 
 
 @dataclass(slots=True)
@@ -34,7 +34,7 @@ class RoadLane:
     def changes(self, start: float, end: float, width: float) -> None:
         """Let it change its width from one place to another."""
         before = self.widths[-1].a
-        if abs(width - before) > _SAME_VALUE:
+        if abs(width - before) > SAME_VALUE:
             step = [smooth_step(start, end - start, before, width), Cubic(end, width)]
             self.widths = list(without_repeats([*self.widths, *step]))
 
@@ -51,7 +51,7 @@ class Carriageway:
     def between(self, start: float, end: float) -> tuple[tuple[RoadLane, ...], tuple[RoadLane, ...]]:
         """Return the lanes left and right of the centre that are there from one place to another."""
         left, right = (
-            tuple(lane for lane in lanes if lane.begin <= start + _SAME_VALUE and lane.end >= end - _SAME_VALUE)
+            tuple(lane for lane in lanes if lane.begin <= start + SAME_VALUE and lane.end >= end - SAME_VALUE)
             for lanes in (self.left, self.right)
         )
         return left, right
@@ -153,7 +153,7 @@ def _centre(zone: TaperZone, k: int, road: Sequence[Stretch], sides: Mapping[int
 
 def _moved(zone: TaperZone, start: float, end: float) -> list[Cubic]:
     """Return how a value changes evenly in a zone."""
-    if abs(end - start) <= _SAME_VALUE:
+    if abs(end - start) <= SAME_VALUE:
         return []
     return [smooth_step(zone.start, zone.length, start, end), Cubic(zone.end, end)]
 
@@ -187,8 +187,8 @@ def without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:
     out: list[Cubic] = []
     for item in cubics:
         # Of two records at one place the later one holds.
-        if out and item.s - out[-1].s < _SAME_VALUE:
+        if out and item.s - out[-1].s < SAME_VALUE:
             out.pop()
-        if not (out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < _SAME_VALUE):
+        if not (out and item.is_flat and out[-1].is_flat and abs(out[-1].a - item.a) < SAME_VALUE):
             out.append(item)
     return tuple(out)

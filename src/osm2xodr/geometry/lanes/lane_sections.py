@@ -9,7 +9,7 @@ from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
 from osm2xodr.curves import part_of_cubics
-from osm2xodr.geometry.lanes.carriageway_lanes import Carriageway, RoadLane, lay_out_carriageway
+from osm2xodr.geometry.lanes.carriageway_lanes import SAME_VALUE, Carriageway, RoadLane, lay_out_carriageway
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.road_marks import mark_kind, road_marks
@@ -111,7 +111,9 @@ def _section_borders(road: Sequence[Stretch], zones: Sequence[TaperZone], carria
         shared = any(zone.start <= s <= zone.end for s in out)
         if not (shared and kept and same_rules(road[k - 1].attributes, road[k].attributes)):
             out.append(road[k].start)
-    return [s for s in sorted(set(out)) if 0.0 < s < road[-1].end]
+    # Places that are the same but for rounding are one border.
+    inside = [s for s in sorted(out) if SAME_VALUE < s < road[-1].end - SAME_VALUE]
+    return [s for k, s in enumerate(inside) if not k or s - inside[k - 1] > SAME_VALUE]
 
 
 def _ids(left: Sequence[RoadLane], right: Sequence[RoadLane]) -> dict[int, int]:
