@@ -14,7 +14,7 @@ from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import swings_back
 from osm2xodr.geometry.connections.turning_radii import turning_radii
-from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, SHORTEST_STREET
+from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, SHORTEST_STREET, SNAPPED
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -27,8 +27,6 @@ _LEAST_TURN: Final = 0.2
 _MOST_TURN: Final = np.deg2rad(150.0)
 # Setbacks below this, m, are not worth a cut.
 _LEAST_SETBACK: Final = 0.05
-# What both ends of a road may lose together when they are moved onto borders of its lines and arcs, m.
-_SNAPPED: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,8 +70,8 @@ def set_back_arms(
 
 
 def _most_at_last(ends: StreetEnds, layout: JunctionLayout) -> FloatArray:
-    """Return how much street ends may give where turns need it, so that only the shortest streets are left, (ends,)."""
-    spare = ends.length[0::2] - layout.most.reshape(-1, 2).sum(1) - SHORTEST_STREET - _SNAPPED
+    """Return how much street ends may give where turns need it, down to the shortest streets, (ends,), m."""
+    spare = ends.length[0::2] - layout.most.reshape(-1, 2).sum(1) - SHORTEST_STREET - SNAPPED
     between = (layout.junction.reshape(-1, 2) >= 0).all(1)
     most: FloatArray = layout.most + np.repeat(np.where(between, np.maximum(spare, 0.0) / 2, 0.0), 2)
     return most
