@@ -64,9 +64,12 @@ def set_back_arms(
     trim = layout.trim.copy()
     farthest = trim + defaults.ARM_SETBACK_MAX
     trim = _set_back(ends, trim, np.minimum(layout.most, farthest), turns)
+    most = _most_at_last(ends, layout)
+    short = most > layout.most
     least = replace(turns, radius=np.minimum(turns.radius, defaults.TURNING_RADIUS_ACUTE))
-    least = least.chosen(_lack_room(_curves(*least.poses(ends, trim)), least.radius))
-    return _set_back(ends, trim, np.minimum(_most_at_last(ends, layout), farthest), least)
+    sharp = smallest_radius(_curves(*least.poses(ends, trim))) < least.radius * (1 - 1e-3)
+    least = least.chosen(sharp & (short[turns.entry] | short[turns.exit]))
+    return _set_back(ends, trim, np.minimum(most, farthest), least)
 
 
 def _most_at_last(ends: StreetEnds, layout: JunctionLayout) -> FloatArray:
