@@ -46,6 +46,8 @@ SHORTEST_STREET_BETWEEN_JUNCTIONS: Final = 6.0
 SHORTEST_STREET: Final = 3.0
 # Shortest road at a dead end, m (half of its street, where the street is shorter than 2 m). A choice.
 SHORTEST_ROAD: Final = 1.0
+# What both ends of a road may lose together when they are moved onto borders of its lines and arcs, m.
+SNAPPED: Final = 0.02
 
 # ---------------------------------------------------------------- lanes along a road
 

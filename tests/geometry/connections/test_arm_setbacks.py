@@ -81,3 +81,19 @@ def test_arms_that_cannot_give_more_are_not_answered_by_the_other() -> None:
     short = left_of(fork(60.0, "highway=service oneway=yes lanes=1 width=2.5", 8.0).build())
     wide = left_of(fork(60.0, "highway=service oneway=yes lanes=1 width=2.5").build())
     assert short[1] >= wide[1] - 0.01
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+def test_a_short_street_between_junctions_gives_what_most_cars_need(rule: Rule) -> None:
+    """Two streets 12 m apart: of the one between them less than a car is left, for turns of 4.2 m at both ends."""
+    case = Case(
+        {
+            "w": (-80.0, 0.0), "o": (0.0, 0.0), "e": (80.0, 0.0),
+            "u": (-80.0, 12.0), "v": (0.0, 12.0), "x": (80.0, 12.0),
+        },
+        {way: (nodes, "highway=service oneway=yes lanes=1 width=2.5") for way, nodes in
+         enumerate(("w o", "o e", "o v", "u v", "v x"), 1)},
+    )  # fmt: skip
+    roads = built(case, rule)
+    assert (turn(roads, 1, 3), turn(roads, 3, 5)) == pytest.approx((4.2, 4.2), abs=0.01)
+    assert left_of(roads)[3] == pytest.approx(12.0 - 2 * 4.2, abs=0.05)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -14,7 +14,7 @@ from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import swings_back
 from osm2xodr.geometry.connections.turning_radii import turning_radii
-from osm2xodr.geometry.defaults import ARM_SETBACK_STEP
+from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, SHORTEST_STREET, SNAPPED
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -58,11 +58,31 @@ def set_back_arms(
     """Return how much each street end gives to its junction so that its turns have room, (ends,), m.
 
     Both arms of a turn that is sharper than its corner, too long, or swings out are set back as far as it needs and
-    as their streets have room.
+    as their streets have room. Where a car would still hardly manage the turn, less of a short street is kept.
     """
     turns = _without_room(ends, layout, parts, connecting)
     trim = layout.trim.copy()
-    most = np.maximum(np.minimum(layout.most, trim + defaults.ARM_SETBACK_MAX), trim)
+    farthest = trim + defaults.ARM_SETBACK_MAX
+    trim = _set_back(ends, trim, np.minimum(layout.most, farthest), turns)
+    most = _most_at_last(ends, layout)
+    short = most > layout.most
+    least = replace(turns, radius=np.minimum(turns.radius, defaults.TURNING_RADIUS_ACUTE))
+    sharp = smallest_radius(_curves(*least.poses(ends, trim))) < least.radius * (1 - 1e-3)
+    least = least.chosen(sharp & (short[turns.entry] | short[turns.exit]))
+    return _set_back(ends, trim, np.minimum(most, farthest), least)
+
+
+def _most_at_last(ends: StreetEnds, layout: JunctionLayout) -> FloatArray:
+    """Return how much street ends may give where turns need it, down to the shortest streets, (ends,), m."""
+    spare = ends.length[0::2] - layout.most.reshape(-1, 2).sum(1) - SHORTEST_STREET - SNAPPED
+    between = (layout.junction.reshape(-1, 2) >= 0).all(1)
+    most: FloatArray = layout.most + np.repeat(np.where(between, np.maximum(spare, 0.0) / 2, 0.0), 2)
+    return most
+
+
+def _set_back(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns) -> FloatArray:
+    """Return how much each street end gives so that turns have room, at most so much, (ends,), m."""
+    trim, most = trim.copy(), np.maximum(most, trim)
     for _ in range(_ROUNDS):
         if not len(turns.entry):
             break

@@ -10,6 +10,7 @@ import numpy as np
 from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS, MOST_SWING, MOST_SWING_BACK, SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
+from osm2xodr.geometry.connections.defaults import TURNING_RADIUS_ACUTE
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import HALF_NARROW_LANE, INNER_EDGE_RADIUS
 from osm2xodr.geometry.junctions import RoadParts
@@ -20,27 +21,34 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 # are compared at this spacing, m.
 _CLEAR_ARM: Final = 25.0
 _PLACE_SPACING: Final = 1.0
-# They may be longer than the sharp turn by this factor, unless they turn back.
+# They may be longer than the sharp turn by this factor if most cars manage them; by more, unless they turn back, if
+# only a small car does.
+_LONGEST_SWING_ACUTE: Final = 1.3
 _LONGEST_SWING: Final = 1.8
 # Where the inner edge of a lane has no room for its full radius, one of these shares of it does.
 _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
 
 
 def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
-    """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way."""
+    """Replace turns that are too sharp by the shortest curves that are not, where no road is in their way.
+
+    Those that would swing far for the radius that most cars need get the smallest one that a car drives.
+    """
     plan = connecting.plan_view
-    # Loops that turn back on their arm have their own room; bicycles need less than cars.
-    sharp = (smallest_radius(plan) < CONNECTING_RADIUS * (1 - 1e-9)) & connecting.for_vehicles()
-    row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
-    if not len(row):
-        return connecting
-    wide, found = _wide_curves(plan, row, np.full(len(row), CONNECTING_RADIUS))
-    # A turn that a car just misses is better than a balloon; turns back have no other way.
-    heading = np.abs(wrapped(pose(plan, row, lengths(plan)[row])[2] - pose(plan, row, np.zeros(len(row)))[2]))
-    short = (lengths(wide) < _LONGEST_SWING * lengths(plan)[row]) | (heading > SWING_BACK)
-    found = found[short[found]]
-    free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
-    plan = replace_curves(plan, row[found[free]], wide, found[free])
+    for radius, longest in ((TURNING_RADIUS_ACUTE, _LONGEST_SWING_ACUTE), (CONNECTING_RADIUS, _LONGEST_SWING)):
+        # Loops that turn back on their arm have their own room; bicycles need less than cars.
+        sharp = (smallest_radius(plan) < radius * (1 - 1e-9)) & connecting.for_vehicles()
+        row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
+        if not len(row):
+            break
+        wide, found = _wide_curves(plan, row, np.full(len(row), radius))
+        # A turn that a car just misses is better than a balloon; turns back have no other way.
+        heading = np.abs(wrapped(pose(plan, row, lengths(plan)[row])[2] - pose(plan, row, np.zeros(len(row)))[2]))
+        back = heading > SWING_BACK
+        short = np.where(back, radius <= CONNECTING_RADIUS, lengths(wide) < longest * lengths(plan)[row])
+        found = found[short[found]]
+        free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
+        plan = replace_curves(plan, row[found[free]], wide, found[free])
     plan = _without_folds(plan, connecting)
     return replace(connecting, plan_view=plan, length=lengths(plan))
 

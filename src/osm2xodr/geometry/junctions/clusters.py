@@ -13,6 +13,7 @@ from osm2xodr.geometry.defaults import (
     SHORTEST_ROAD,
     SHORTEST_STREET,
     SHORTEST_STREET_BETWEEN_JUNCTIONS,
+    SNAPPED,
 )
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.arm_trims import footprints
@@ -30,8 +31,6 @@ _SHORTEST_RING: Final = 18.0
 _SHORTEST_BRIDGE: Final = 8.0
 # Junctions are measured and joined at most this many times. A choice.
 _MOST_ROUNDS: Final = 8
-# What both ends of a road may lose together when they are moved onto borders of its lines and arcs, m.
-_SNAPPED: Final = 0.02
 # Corners and setbacks of arms leave at least this much of a street before a bridge or tunnel, m. A choice.
 _RAMP: Final = 4.0
 # A road gets at least this share of a street that is shorter than twice that.
@@ -185,8 +184,8 @@ def _settle(
     between = (junction.reshape(-1, 2) >= 0).all(1)
     # Corners must leave a road that readers with steps of metres do not pass over, and room for a car between
     # junctions. Between the arms of a small roundabout there is room for less.
-    least = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS + _SNAPPED, 2 * SHORTEST_ROAD)
-    least[_on_ring(ends)] = SHORTEST_STREET + _SNAPPED
+    least = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS + SNAPPED, 2 * SHORTEST_ROAD)
+    least[_on_ring(ends)] = SHORTEST_STREET + SNAPPED
     shortest = np.where(between, SHORTEST_STREET, SHORTEST_ROAD)
     length = ends.length[0::2]
     trim, squeezed = _share_streets(length, bare.reshape(-1, 2), wished.reshape(-1, 2), least, shortest)
@@ -206,7 +205,7 @@ def _settle(
 def _most(length: FloatArray, trim: FloatArray, junction: IntArray) -> FloatArray:
     """Return what both ends of each street may give at most, (streets, 2), m: they share what is spare."""
     between = (junction >= 0).all(1)
-    kept = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS + _SNAPPED, SHORTEST_STREET)
+    kept = np.where(between, SHORTEST_STREET_BETWEEN_JUNCTIONS + SNAPPED, SHORTEST_STREET)
     spare = np.maximum(length - trim.sum(1) - kept, 0.0)
     share = np.where(between, 0.5, 1.0)
     most: FloatArray = trim + (spare * share)[:, None]
@@ -239,7 +238,7 @@ def _share_streets(
     Of a street that is too short, kerbs are cut first, so that at least `least` of it is left, (streets,), m. Then
     what is needed is cut, so that at least `shortest` is, (streets,), m.
     """
-    room = np.maximum(length - shortest - _SNAPPED, _LEAST_ROAD_SHARE * length)
+    room = np.maximum(length - shortest - SNAPPED, _LEAST_ROAD_SHARE * length)
     need, wish = bare.sum(1), wished.sum(1)
     extra = np.clip((length - least - need) / np.maximum(wish - need, 1e-9), 0.0, 1.0)
     scale = np.minimum(1.0, room / np.maximum(need, 1e-9))
