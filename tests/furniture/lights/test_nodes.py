@@ -36,7 +36,7 @@ def test_a_signal_on_the_junction_is_for_all_approaches(rule: Rule) -> None:
     assert not found.left_out
     # Each beside the carriageway of two lanes of 3 m, on the side where one drives, 1 m before the junction's edge.
     mirror = sides(found)
-    expected = {1: (-9.8, -3.5), 2: (9.8, 3.5), 3: (3.5, -9.8), 4: (-3.5, 9.8)}
+    expected = {1: (-10.8, -3.5), 2: (10.8, 3.5), 3: (3.5, -10.8), 4: (-3.5, 10.8)}
     for way, (x, y) in expected.items():
         assert found.at(heads[way]) == pytest.approx(complex(x, mirror * y), abs=0.01)
         assert heads[way].orientation == ("+" if way in (1, 3) else "-")

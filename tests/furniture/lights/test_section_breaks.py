@@ -25,7 +25,8 @@ def test_lanes_stay_where_they_are(roads: RoadMap) -> None:
     for road, _ in breaks:
         for k in range(101):
             s = 0.01 * k * before.length(road)
-            one, other = before.at(road, s), after.at(road, s)
+            # Strips of the floor that are nowhere wide in a part are no lanes of it.
+            one, other = ([item for item in table.at(road, s) if item.left > item.right] for table in (before, after))
             assert [item.id for item in one] == [item.id for item in other]
             assert [item.left for item in one] == pytest.approx([item.left for item in other], abs=1e-9)
             assert [item.right for item in one] == pytest.approx([item.right for item in other], abs=1e-9)

@@ -153,6 +153,9 @@ def assert_same_carriageways(plain: RoadMap, full: RoadMap) -> None:
             parts = [part for part in same.lane_sections if section.s - 1e-9 <= part.s < end - 1e-6]
             assert parts[0].s == section.s
             for lane in section.lanes:
+                # What closes the floor of junctions depends on the sidewalks round their corners.
+                if road.junction is not None and lane.type is LaneType.BORDER:
+                    continue
                 own = [by_id(part)[lane.id] for part in parts]
                 assert {(item.type, item.speed, item.height) for item in own} == {(lane.type, lane.speed, 0.0)}
                 assert (own[0].predecessor, own[-1].successor) == (lane.predecessor, lane.successor)

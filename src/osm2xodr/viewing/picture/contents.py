@@ -30,6 +30,8 @@ _MOST_PIXELS: Final = 100_000_000
 _SHADES: Final = 64
 # Width of the scale bar at most, as a share of the picture's.
 _BAR_SHARE: Final = 0.16
+# Type of the lanes that close the floor of junctions.
+_FLOOR: Final = "border"
 # Pixels per metre from which carriageways have edges.
 _EDGES_FROM: Final = 1.5
 _LATITUDE_MOST: Final = 90.0
@@ -141,10 +143,14 @@ def _strip_boxes(scene: Scene, x: FloatArray, y: FloatArray) -> list[FloatArray]
 
 
 def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale: float) -> list[list[Shape]]:
-    """Return the shapes of each strip: areas of one colour each, edges and marks."""
+    """Return the shapes of each strip: areas of one colour each, edges and marks.
+
+    What only closes the floor of a junction lies under all lanes of it.
+    """
     lane_colour, station_colour = _colours(file, scene, mode)
     kinds, kind_of = border_marks(file, scene) if scale >= MARKS_FROM else ([], np.zeros(0, np.int64))
     layers: list[list[Shape]] = []
+    lowest: dict[int, list[Shape]] = {}
     begin = scene.border_start
     for strip in range(len(scene.strip_road)):
         grid = places[begin[strip] : begin[strip + 1]].reshape(int(scene.strip_stations[strip]), -1, 2)
@@ -153,15 +159,21 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
         grid = grid[rows]
         shapes: list[Shape] = []
         layers.append(shapes)
+        junction = int(file.roads.junction[scene.strip_road[strip]])
+        floor = lowest.setdefault(junction, shapes) if junction >= 0 else shapes
         if lane_colour is not None:
             shades = lane_colour[lane : int(scene.lane_start[strip + 1])]
             for a, b in _runs(shades):
-                shapes.append(Polygon(_band(grid, 0, len(grid) - 1, a, b), shades[a]))
+                area = Polygon(_band(grid, 0, len(grid) - 1, a, b), shades[a])
+                if file.lanes.type[int(scene.lane[lane + a])] == _FLOOR:
+                    floor.insert(0, area)
+                else:
+                    shapes.append(area)
         elif station_colour is not None:
             shades = [station_colour[first + row] for row in rows[:-1]]
             for a, b in _runs(shades):
                 shapes.append(Polygon(_band(grid, a, b, 0, grid.shape[1] - 1), shades[a]))
-        if scale >= _EDGES_FROM and file.roads.junction[scene.strip_road[strip]] == -1:
+        if scale >= _EDGES_FROM and junction == -1:
             shapes += [Line(grid[:, 0]), Line(grid[:, -1])]
         if kinds:
             borders = lane + strip
