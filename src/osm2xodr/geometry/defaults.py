@@ -51,15 +51,26 @@ SNAPPED: Final = 0.02
 
 # ---------------------------------------------------------------- lanes along a road
 
-# Length over which a lane opens or ends, in multiples of its width, at the speeds of towns (up to 50 km/h) and on
-# fast roads (from 80 km/h), between them in proportion; lanes that shift to the side take twice that of their shift.
+# Length over which a lane opens or ends, in multiples of its width, where limits are low (up to 45 km/h), at speeds
+# of towns (up to 50 km/h) and on fast roads (from 80 km/h), from towns on in proportion; lanes that shift to the side
+# take twice that of their shift. The first is a choice: the shortest smooth step that is nowhere steeper than 1 in 5.
 # AASHTO, A Policy on Geometric Design of Highways and Streets 2018, 9.7: 8 to 15.
+SLOW_TAPER_RATIO: Final = 7.6
 TAPER_RATIO: Final = 8.5
 TAPER_RATIO_FAST: Final = 15.0
+SLOW_SPEED: Final = 45.0 / 3.6
 TOWN_SPEED: Final = 50.0 / 3.6
 FAST_SPEED: Final = 80.0 / 3.6
-# The least such multiple, also where there is little room. AASHTO's 8, and a little for the round ends of a taper.
+# The least such multiple above `SLOW_SPEED`, also where there is little room. AASHTO's 8, and a little for the round
+# ends of a taper.
 STEEPEST_TAPER: Final = 8.5
+# Where limits are low a lane opens behind the place where OSM's lanes change, and ends before it, if that leaves it
+# its width on at least this share of its stretch. A choice; tapers are about that place where they are longer.
+FULL_WIDTH_SHARE: Final = 0.25
+# Where room lacks for this many times the width, a taper is a line with round ends, of this share of its length each;
+# longer ones are smooth steps. Choices: a smooth step of 7.5 is 1 in 5 where it is steepest.
+SMOOTH_TAPER: Final = 7.5
+ROUND_END: Final = 0.15
 # Greatest curvature with which lanes shift to the side where none opens or ends, 1/m: 1 m/s2 at 50 km/h. A choice.
 GENTLE_SHIFT: Final = 0.005
 # Lanes of one direction that open at one place do so one after another, at least this far apart, m. A choice.

@@ -171,8 +171,12 @@ def test_constants_are_written_once() -> None:
     ("speed_kmh", "length", "middle", "taper"),
     [
         # 8.5 times the width of 3 m in town, also where nothing is known; 15 times from 80 km/h.
+        # Where limits are low 7.6 times, behind the border.
         (None, 200.0, 100.0, 25.5),
-        (30.0, 200.0, 100.0, 25.5),
+        (30.0, 200.0, 100.0, 22.8),
+        (45.0, 200.0, 100.0, 22.8),
+        # A quarter of the stretch has the whole width, three quarters of its 24 m may open.
+        (30.0, 100.0, 76.0, 22.8),
         (50.0, 200.0, 100.0, 25.5),
         (65.0, 200.0, 100.0, 3.0 * 11.75),
         (80.0, 200.0, 100.0, 45.0),
@@ -186,14 +190,38 @@ def test_length_of_tapers(speed_kmh: float | None, length: float, middle: float,
     speed = None if speed_kmh is None else speed_kmh / 3.6
     one, two = (street(text, width=3.0, speed_forward=speed) for text in ("d>", "d> d>"))
     found = layout((0.0, one), (middle, two), end=length)
+    border = middle
+    slow = speed_kmh is not None and speed_kmh <= 45.0
+    behind = min(taper, max(0.75 * (length - middle), taper / 2)) if slow else taper / 2
+    middle += behind - taper / 2
     assert [section.s for section in found.sections] == pytest.approx([0.0, middle - taper / 2])
     opens = found.sections[1].lanes[-1]
     assert [cubic.s for cubic in opens.widths] == pytest.approx([0.0, taper])
-    found = layout((0.0, two), (length - middle, one), end=length)
+    found = layout((0.0, two), (length - border, one), end=length)
     assert [section.s for section in found.sections] == pytest.approx([0.0, length - middle + taper / 2])
     ends = found.sections[0].lanes[-1]
     assert [cubic.s for cubic in ends.widths] == pytest.approx([0.0, length - middle - taper / 2])
     assert width_at(ends.widths, length - middle + taper / 2) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_taper_without_room_for_a_smooth_step_is_a_line_with_round_ends() -> None:
+    """A lane of 3 m for traffic that comes opens over 18 m, and the others move aside as steadily: 1 in 5.1."""
+    found = layout((0.0, street("d>", width=3.0)), (10.0, street("d< d>", width=3.0)), end=20.0)
+    (opens,) = (lane for lane in found.sections[1].lanes if lane.id == 1)
+    assert [cubic.s for cubic in opens.widths] == pytest.approx([0.0, 2.7, 15.3, 18.0])
+    slope = 3.0 / (0.85 * 18.0)
+    assert [cubic.b for cubic in opens.widths] == pytest.approx([0.0, slope, slope, 0.0])
+    assert width_at(opens.widths, 9.0) == pytest.approx(1.5)
+    assert [width_at(opens.widths, s - 1e-9) for s in (2.7, 15.3, 18.0)] == pytest.approx(
+        [1.35 * slope, 3.0 - 1.35 * slope, 3.0], abs=1e-6
+    )
+    # The middle of the carriageway stays.
+    for s in (1.0, 3.0, 10.0, 17.0, 19.0):
+        section = found.sections[int(s >= found.sections[1].s)]
+        across = [
+            width_at(lane.widths, s - section.s) * (1 if lane.id > 0 else -1) for lane in section.lanes if lane.id
+        ]
+        assert width_at(found.offset, s) + sum(across) / 2 == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_taper_that_lacks_room_takes_it_from_the_longer_side() -> None:

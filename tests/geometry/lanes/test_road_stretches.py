@@ -131,6 +131,13 @@ def test_the_last_bit_of_a_turn_lane_grows(text: str) -> None:
     assert borders(in_a_row((50.0, ONE), (0.5, street(text)))) == pytest.approx([0.0, 38.5, 50.5])
 
 
+def test_lanes_that_only_lead_in_do_not_grow() -> None:
+    """Behind a junction a one-way road has the lanes that it goes on with; before one, those that it ends with."""
+    one, two = street("d>"), street("d> d>")
+    assert lanes(in_a_row((8.0, two), (60.0, one))) == [1]
+    assert borders(in_a_row((60.0, one), (8.0, two))) == [0.0, 56.0, 68.0]
+
+
 def test_what_a_junction_leaves_of_other_lanes_is_no_pocket() -> None:
     assert borders(cut((0.0, ONE), (20.5, TWO), begin=20.0)) == [0.0, 80.0]
     # A metre and more grows to the length of a taper.

@@ -39,11 +39,12 @@ def even_widths(parts: RoadParts, connecting: ConnectingRoads, rule: Rule, diagn
     along = _along_roads(parts, keys)
     one, other = np.concatenate([one, along[0]]), np.concatenate([other, along[1]])
     length = np.concatenate([connecting.length, [room_for_tapers(item) for item in parts.length[along[2]].tolist()]])
-    width = _reachable(before, one, other, length / _STEEPEST_NARROWING)
+    step = 10.0**_WIDTH_DECIMALS
+    # Rounding may take one end down by all of a step, and the other by nothing.
+    width = _reachable(before, one, other, np.maximum(length / _STEEPEST_NARROWING - 1 / step, 0.0))
     narrowed = np.flatnonzero(width < before - _SAME_WIDTH)
     if not len(narrowed):
         return parts
-    step = 10.0**_WIDTH_DECIMALS
     found: dict[int, dict[int, float]] = {}
     for key, new in zip(keys[narrowed].tolist(), (np.floor(width[narrowed] * step) / step).tolist(), strict=True):
         end, lane = divmod(key, 2 * _MOST_LANES)

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Final
 
 from osm2xodr.curves import part_of_cubics
+from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection
 from osm2xodr.geometry.lanes.road_stretches import Stretch
 from osm2xodr.geometry.lanes.tapers import TaperZone
@@ -31,12 +32,12 @@ class RoadLane:
         """Return what it is in a stretch, or in the one next to it that has it."""
         return self.specs[min(self.specs, key=lambda k: abs(k - stretch))]
 
-    def changes(self, start: float, end: float, width: float) -> None:
-        """Let it change its width from one place to another."""
+    def changes(self, start: float, end: float, width: float, is_line: bool) -> None:
+        """Let it change its width from one place to another, in a line with round ends or in a smooth step."""
         before = self.widths[-1].a
         if abs(width - before) > SAME_VALUE:
-            step = [smooth_step(start, end - start, before, width), Cubic(end, width)]
-            self.widths = list(without_repeats([*self.widths, *step]))
+            step = _step(start, end - start, before, width, is_line)
+            self.widths = list(without_repeats([*self.widths, *step, Cubic(end, width)]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,18 +89,18 @@ def _led_through(
     for one, other in pairs.items():
         lane = out[other] = before[one]
         lane.numbers[k], lane.specs[k] = other, after[other]
-        lane.changes(zone.start, zone.end, after[other].width)
+        lane.changes(zone.start, zone.end, after[other].width, zone.is_line)
     ending = _in_order([one for one in before if one not in pairs], _specs(road[k - 1].section), pairs)
     for number, (rank, count) in ending.items():
         # The outermost ends first.
         start, end = zone.part(count - 1 - rank, count)
-        before[number].changes(start, end, 0.0)
+        before[number].changes(start, end, 0.0, zone.is_line)
         before[number].end = end
     opening = _in_order([other for other in after if other not in out], after, pairs.values())
     for number, (rank, count) in opening.items():
         start, end = zone.part(rank, count)
         lane = out[number] = RoadLane(start, road[-1].end, {k: number}, {k: after[number]}, [Cubic(zone.start, 0.0)])
-        lane.changes(start, end, after[number].width)
+        lane.changes(start, end, after[number].width, zone.is_line)
     for number in sorted(opening, key=abs):
         side = 1 if number > 0 else -1
         inner = out.get(number - side)
@@ -155,7 +156,7 @@ def _moved(zone: TaperZone, start: float, end: float) -> list[Cubic]:
     """Return how a value changes evenly in a zone."""
     if abs(end - start) <= SAME_VALUE:
         return []
-    return [smooth_step(zone.start, zone.length, start, end), Cubic(zone.end, end)]
+    return [*_step(zone.start, zone.length, start, end, zone.is_line), Cubic(zone.end, end)]
 
 
 def _inner_edge(section: CrossSection, lane: int) -> float:
@@ -180,6 +181,20 @@ def smooth_step(s: float, length: float, start: float, end: float) -> Cubic:
     """Return the cubic from one value to another over a length with no slope at either end."""
     rise = end - start
     return Cubic(s, start, 0.0, 3 * rise / length**2, -2 * rise / length**3)
+
+
+def _step(s: float, length: float, start: float, end: float, is_line: bool) -> list[Cubic]:
+    """Return the cubics from one value to another over a length: a line with round ends, or a smooth step."""
+    if not is_line:
+        return [smooth_step(s, length, start, end)]
+    rounded = defaults.ROUND_END * length
+    slope = (end - start) / (length - rounded)
+    bend, rise = slope / (2 * rounded), slope * rounded / 2
+    return [
+        Cubic(s, start, 0.0, bend),
+        Cubic(s + rounded, start + rise, slope),
+        Cubic(s + length - rounded, end - rise, slope, -bend),
+    ]
 
 
 def without_repeats(cubics: Sequence[Cubic]) -> tuple[Cubic, ...]:

@@ -24,22 +24,35 @@ class LaneChange:
 
     pairs: Mapping[int, int]  # Ids of the lanes that continue: before, after
     at_once: int  # How many lanes of one direction open, or end
+    more: int  # How many lanes open less those that end
     width: float  # The largest change of a lane's width; lanes open from 0 and end at 0, m
     # The smallest and the largest shift to the side of lanes that continue, m
     least_shift: float
     shift: float
+    speed: float | None  # Of the faster of the two stretches, m/s
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether the limit is a low one."""
+        return _is_slow(self.speed)
+
+    @property
+    def steepest(self) -> float:
+        """The shortest length of a lane's taper in multiples of its width."""
+        return defaults.SLOW_TAPER_RATIO if self.is_slow else defaults.STEEPEST_TAPER
 
     @property
     def least(self) -> float:
         """The shortest length over which it should take place, m."""
         return max(
-            defaults.STEEPEST_TAPER * self.width + defaults.LANES_OPEN_APART * max(self.at_once - 1, 0),
-            2 * defaults.STEEPEST_TAPER * self.least_shift,
+            self.steepest * self.width + defaults.LANES_OPEN_APART * max(self.at_once - 1, 0),
+            2 * self.steepest * self.least_shift,
         )
 
-    def wanted(self, speed: float | None) -> float:
-        """Return the length over which it takes place where there is room, at a speed in m/s, m."""
-        one_by_one = taper_ratio(speed) * self.width * (max(self.at_once, 1) + 1) / 2
+    @property
+    def wanted(self) -> float:
+        """The length over which it takes place where there is room, m."""
+        one_by_one = taper_ratio(self.speed) * self.width * (max(self.at_once, 1) + 1) / 2
         # Where no lane opens or ends nothing says where lanes begin to move: they do so gently.
         gentle = 0.0 if self.at_once else sqrt(6 * self.shift / defaults.GENTLE_SHIFT)
         return max(self.least, one_by_one, gentle)
@@ -47,27 +60,37 @@ class LaneChange:
 
 def taper_ratio(speed: float | None) -> float:
     """Return the length of a taper in multiples of the width that it opens, at a speed in m/s."""
+    if _is_slow(speed):
+        return defaults.SLOW_TAPER_RATIO
     known = defaults.TOWN_SPEED if speed is None else speed
     share = (known - defaults.TOWN_SPEED) / (defaults.FAST_SPEED - defaults.TOWN_SPEED)
     return defaults.TAPER_RATIO + min(max(share, 0.0), 1.0) * (defaults.TAPER_RATIO_FAST - defaults.TAPER_RATIO)
 
 
+def _is_slow(speed: float | None) -> bool:
+    return speed is not None and speed <= defaults.SLOW_SPEED
+
+
 def lane_change(
-    before: CrossSection, after: CrossSection, rule: Rule, stated: Mapping[Direction, StatedLanes] | None = None
+    before: CrossSection,
+    after: CrossSection,
+    rule: Rule,
+    speed: float | None = None,
+    stated: Mapping[Direction, StatedLanes] | None = None,
 ) -> LaneChange:
-    """Return what changes from one cross-section to the next."""
+    """Return what changes from one cross-section to the next, at a speed in m/s."""
     if stated:
-        return _change(before, after, match_lanes(before, after, rule, stated))
-    return _unstated_change(before, after, rule)
+        return _change(before, after, match_lanes(before, after, rule, stated), speed)
+    return _unstated_change(before, after, rule, speed)
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def _unstated_change(before: CrossSection, after: CrossSection, rule: Rule) -> LaneChange:
+def _unstated_change(before: CrossSection, after: CrossSection, rule: Rule, speed: float | None) -> LaneChange:
     """Return what changes where no relation says which lanes continue."""
-    return _change(before, after, match_lanes(before, after, rule))
+    return _change(before, after, match_lanes(before, after, rule), speed)
 
 
-def _change(before: CrossSection, after: CrossSection, matched: Mapping[int, int]) -> LaneChange:
+def _change(before: CrossSection, after: CrossSection, matched: Mapping[int, int], speed: float | None) -> LaneChange:
     """Return what changes where these lanes continue."""
     pairs = _without_crossings(matched, before)
     old, new = _lanes(before), _lanes(after)
@@ -80,9 +103,11 @@ def _change(before: CrossSection, after: CrossSection, matched: Mapping[int, int
     return LaneChange(
         pairs,
         max(group.count(direction) for group in groups for direction in Direction),
+        len(opening) - len(ending),
         max(widths, default=0.0),
         min(shifts, default=0.0),
         max(shifts, default=0.0),
+        speed,
     )
 
 

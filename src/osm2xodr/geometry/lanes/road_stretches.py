@@ -8,7 +8,8 @@ from itertools import pairwise
 
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.cross_sections import CrossSection, Piece
-from osm2xodr.geometry.lanes.lane_changes import lane_change, room_for_tapers
+from osm2xodr.geometry.lanes.lane_changes import LaneChange, lane_change, room_for_tapers
+from osm2xodr.geometry.lanes.lane_connectivity import StatedLanes
 from osm2xodr.geometry.lanes.road_marks import change_kind, same_marks
 from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
 
@@ -111,7 +112,16 @@ def _with_room(
 
 def _needed(found: Sequence[Stretch], rule: Rule) -> float:
     """Return the least length in which all changes of lanes along a road fit, m."""
-    return sum(lane_change(one.section, other.section, rule).least for one, other in pairwise(found))
+    return sum(change_between(one, other, rule).least for one, other in pairwise(found))
+
+
+def change_between(
+    one: Stretch, other: Stretch, rule: Rule, stated: Mapping[Direction, StatedLanes] | None = None
+) -> LaneChange:
+    """Return what changes from one stretch to the next, at the speed of the faster of them."""
+    speeds = [item.attributes.speed_along(direction) for item in (one, other) for direction in _directions(item)]
+    fastest = max((speed for speed in speeds if speed is not None), default=None)
+    return lane_change(one.section, other.section, rule, fastest, stated)
 
 
 def _turns_at_end(found: Sequence[Stretch], k: int) -> bool:
@@ -186,9 +196,11 @@ def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
         missing, room = lacking[k], out[beside].length
         # Of two stretches neither grows at the cost of the other, which is at an end as well.
         spare = room / 2 if len(out) > 2 else room - defaults.SHORTEST_LANE_SECTION
-        # A junction may have left next to nothing of a stretch: only turn lanes depend on that.
+        # A junction may have left next to nothing of a stretch: only turn lanes depend on that. Nor do lanes of a
+        # one-way road go on behind a junction only to end within a few metres.
         turns = any(lane.turns for lane in (*out[k].section.left, *out[k].section.right))
-        if 0 < missing < spare and (turns or not _is_tiny(out[k])):
+        leaves = (Direction.FORWARD if k else Direction.BACKWARD) in _directions(out[k])
+        if 0 < missing < spare and leaves and (turns or not _is_tiny(out[k])):
             border = out[k].start - missing if k else out[k].end + missing
             one, other = min(k, beside), max(k, beside)
             out[one], out[other] = replace(out[one], end=border), replace(out[other], start=border)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from osm2xodr.geometry import defaults
-from osm2xodr.geometry.lanes.lane_changes import LaneChange, lane_change, room_for_tapers
+from osm2xodr.geometry.lanes.lane_changes import LaneChange, room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
-from osm2xodr.geometry.lanes.road_stretches import Stretch
-from osm2xodr.model import Direction, Rule
+from osm2xodr.geometry.lanes.road_stretches import Stretch, change_between
+from osm2xodr.model import Rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,17 @@ class TaperZone:
         if count < 2:
             return self.start, self.end
         # Each begins when the one before it is half open, where there is room for that.
-        least = defaults.STEEPEST_TAPER * self.change.width
+        least = self.change.steepest * self.change.width
         together = least + defaults.LANES_OPEN_APART * (count - 1)
         one = max(2 * self.length / (count + 1), least * min(1.0, self.length / together))
         begin = self.start + rank * (self.length - one) / (count - 1)
         return begin, begin + one
+
+    @property
+    def is_line(self) -> bool:
+        """Whether lanes taper in lines with round ends: a smooth step would be too steep."""
+        start, end = self.part(0, self.change.at_once)
+        return end - start < defaults.SMOOTH_TAPER * max(self.change.width, 2 * self.change.least_shift)
 
 
 def taper_zones(
@@ -48,18 +54,31 @@ def taper_zones(
     if len(road) < 2:
         return ()
     changes = [
-        lane_change(one.section, other.section, rule, known.at_border(one.ways[-1], other.ways[0]) if known else None)
+        change_between(one, other, rule, known.at_border(one.ways[-1], other.ways[0]) if known else None)
         for one, other in pairwise(road)
     ]
-    speeds = [item.attributes.speed_along(Direction.BOTH) for item in road]
     whole = room_for_tapers(road[-1].end)
-    wanted = [
-        change.wanted(max(pair, key=lambda v: v or 0.0))
-        for change, pair in zip(changes, pairwise(speeds), strict=True)
+    lengths = _fitting(
+        [change.wanted for change in changes], [change.least for change in changes], whole if room is None else room
+    )
+    middles = [
+        one.end + _towards_the_wider(change, length, one.length, other.length)
+        for (one, other), change, length in zip(pairwise(road), changes, lengths, strict=True)
     ]
-    lengths = _fitting(wanted, [change.least for change in changes], whole if room is None else room)
-    starts = _placed([item.start for item in road[1:]], lengths, (road[-1].end - whole) / 2, whole)
+    starts = _placed(middles, lengths, (road[-1].end - whole) / 2, whole)
     return tuple(TaperZone(s, s + length, change) for s, length, change in zip(starts, lengths, changes, strict=True))
+
+
+def _towards_the_wider(change: LaneChange, length: float, before: float, after: float) -> float:
+    """Return how far behind a border the middle of a zone should lie that has some length, m.
+
+    Where limits are low it lies on the side with more lanes, as far as these keep their width on a part of it.
+    """
+    if not change.more or not change.is_slow:
+        return 0.0
+    wide = after if change.more > 0 else before
+    off = min(length / 2, max((1 - defaults.FULL_WIDTH_SHARE) * wide - length / 2, 0.0))
+    return off if change.more > 0 else -off
 
 
 def _fitting(wanted: Sequence[float], least: Sequence[float], room: float) -> list[float]:
