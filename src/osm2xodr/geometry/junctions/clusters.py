@@ -31,7 +31,7 @@ _SHORTEST_RING: Final = 18.0
 _SHORTEST_BRIDGE: Final = 8.0
 # Junctions are measured and joined at most this many times. A choice.
 _MOST_ROUNDS: Final = 8
-# Corners and setbacks of arms leave at least this much of a street before a bridge or tunnel, m. A choice.
+# Setbacks of arms leave at least this much of a street before a bridge or tunnel, m. A choice.
 _RAMP: Final = 4.0
 # A road gets at least this share of a street that is shorter than twice that.
 _LEAST_ROAD_SHARE: Final = 0.5
@@ -168,7 +168,7 @@ def _settle(
 ) -> JunctionLayout:
     """Give junctions numbers, and share out the streets that are too short for what is wished.
 
-    Only what is needed reaches farther than `same_layer` (ends,), m.
+    What is given beyond that reaches no farther than `same_layer` (ends,), m.
     """
     arms = clusters.arms(ends)
     junction = np.full(len(ends.length), -1, np.int64)
@@ -180,7 +180,6 @@ def _settle(
     for number, group in enumerate(order):
         junction[arms[group]] = number
     bare, wished = (np.where(junction >= 0, needed, 0.0) for needed in (bare, wished))
-    wished = np.maximum(bare, np.minimum(wished, same_layer))
     between = (junction.reshape(-1, 2) >= 0).all(1)
     # Corners must leave a road that readers with steps of metres do not pass over, and room for a car between
     # junctions. Between the arms of a small roundabout there is room for less.
