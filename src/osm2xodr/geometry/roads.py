@@ -23,7 +23,7 @@ from osm2xodr.geometry.heights import (
 )
 from osm2xodr.geometry.junctions import RoadOptions, street_places
 from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all
-from osm2xodr.geometry.margins import add_margins
+from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
 from osm2xodr.geometry.pavement import lay_floor
 from osm2xodr.geometry.plan_report import report_missing_corners
 from osm2xodr.geometry.road_heights import build_connector_problem, build_profile_problem, too_steep_corners
@@ -81,6 +81,7 @@ def build_roads(
     known = Connectivity.of(network.connectivities)
     lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country))
     lanes = add_margins(lanes, plan.margins, plan.parts.length.tolist())
+    through = with_lanes_of_sections(through, plan.parts, plan.margins, lanes)
     if borders is not None:
         order = np.unique(through.junction, return_index=True)[1]
         borders = replace(borders, junction_area=borders.junction_area[through.junction[np.sort(order)]])

@@ -22,9 +22,9 @@ from osm2xodr.curves import (
 from osm2xodr.geometry.connections import ConnectingRoads, connect
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
+from osm2xodr.geometry.margins.corner_lanes import strips_at_end
 from osm2xodr.geometry.margins.corner_overlaps import onto_lanes, onto_roads, probes
 from osm2xodr.geometry.margins.corner_strips import Sidewalk, between, with_inner_lanes
-from osm2xodr.geometry.margins.strip_columns import columns_of, present
 from osm2xodr.geometry.margins.strips import Margins
 from osm2xodr.model import Access, BoolArray, FloatArray, IntArray, LaneType, MarginSpec, PlanView, Rule
 
@@ -74,21 +74,13 @@ def sidewalk_corners(
 
 def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewalk | None:
     """Return the sidewalk at one side (left 1, right -1, seen along the road) of a road end."""
-    last = bool(end % 2)
-    stretch = parts.at_end(end)
-    section = stretch.section
-    lanes, t = (len(section.left), section.left_edge) if side > 0 else (len(section.right), section.right_edge)
-    columns = columns_of(margins, side)
-    # Columns of the section count as lanes even where they have no width.
-    here = present(columns, margins, stretch.start, stretch.end)
+    section = parts.at_end(end).section
+    t = section.left_edge if side > 0 else section.right_edge
     inner: list[tuple[int, MarginSpec]] = []
-    for number, column in enumerate(here, start=lanes + 1):
-        strip = columns[column].strips[-1 if last else 0]
-        if strip is None:
-            continue
+    for lane, strip in strips_at_end(parts, margins, end, side):
         if strip.type is LaneType.SIDEWALK:
-            return Sidewalk(side * number, t + side * strip.width / 2, strip.width, strip.height, tuple(inner))
-        inner.insert(0, (side * number, strip))
+            return Sidewalk(lane, t + side * strip.width / 2, strip.width, strip.height, tuple(inner))
+        inner.insert(0, (lane, strip))
         t += side * strip.width
     return None
 

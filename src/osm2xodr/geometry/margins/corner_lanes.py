@@ -1,0 +1,70 @@
+"""Lane ids of the strips that sidewalks round corners join: lane sections are known only after the corners."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from osm2xodr.geometry.connections import ConnectingRoads, InnerLane
+from osm2xodr.geometry.junctions import RoadParts
+from osm2xodr.geometry.lanes import LaneLayout
+from osm2xodr.geometry.margins import defaults
+from osm2xodr.geometry.margins.strip_columns import columns_of, present
+from osm2xodr.geometry.margins.strips import Margins
+from osm2xodr.model import LaneType, MarginSpec
+
+
+def strips_at_end(parts: RoadParts, margins: Margins, end: int, side: int) -> list[tuple[int, MarginSpec]]:
+    """Return the strips at one side (left 1, right -1) of a road end, from the carriageway outwards, with lane ids.
+
+    The ids hold if the last lane section is as long as the last stretch.
+    """
+    stretch = parts.at_end(end)
+    lanes = len(stretch.section.left if side > 0 else stretch.section.right)
+    columns = columns_of(margins, side)
+    # Columns of the section count as lanes even where they have no width.
+    here = present(columns, margins, stretch.start, stretch.end)
+    strips = [columns[column].strips[-1 if end % 2 else 0] for column in here]
+    numbers = range(lanes + 1, lanes + 1 + len(here))
+    return [(side * number, strip) for number, strip in zip(numbers, strips, strict=True) if strip is not None]
+
+
+def with_lanes_of_sections(
+    roads: ConnectingRoads, parts: RoadParts, margins: Sequence[Margins], layouts: Sequence[LaneLayout]
+) -> ConnectingRoads:
+    """Return connecting roads whose sidewalks join the lanes that the road ends have in their lane sections."""
+    entry_lane, exit_lane, inner = roads.entry_lane.copy(), roads.exit_lane.copy(), list(roads.inner)
+    for row in np.flatnonzero([kind is LaneType.SIDEWALK for kind in roads.lane_type]).tolist():
+        entry, exit_ = (
+            partial(_lane_id, parts, margins, layouts, int(end[row])) for end in (roads.entry, roads.exit)
+        )
+        entry_lane[row], exit_lane[row] = entry(int(entry_lane[row])), exit_(int(exit_lane[row]))
+        inner[row] = tuple(_renumbered(lane, entry, exit_) for lane in inner[row])
+    return replace(roads, entry_lane=entry_lane, exit_lane=exit_lane, inner=tuple(inner))
+
+
+def _renumbered(lane: InnerLane, entry: Callable[[int], int], exit_: Callable[[int], int]) -> InnerLane:
+    if lane.entry_lane is None or lane.exit_lane is None:
+        return lane
+    return replace(lane, entry_lane=entry(lane.entry_lane), exit_lane=exit_(lane.exit_lane))
+
+
+def _lane_id(
+    parts: RoadParts, margins: Sequence[Margins], layouts: Sequence[LaneLayout], end: int, number: int
+) -> int:
+    """Return the lane id, in the last lane section of a road, of the strip that `strips_at_end` gives a number."""
+    road, last, side = end // 2, end % 2 == 1, 1 if number > 0 else -1
+    sections = layouts[road].sections
+    if len(sections) == 1:
+        return number
+    rank = [strip for strip, _ in strips_at_end(parts, margins[road], end, side)].index(number)
+    here = parts.at_end(end).section
+    carriageway = len(here.left if side > 0 else here.right)
+    section = sections[-1 if last else 0]
+    s = float(parts.length[road]) - section.s if last else 0.0
+    strips = sorted((lane for lane in section.lanes if lane.id * side > carriageway), key=lambda lane: abs(lane.id))
+    records = [(lane.id, lane.widths[-1 if last else 0]) for lane in strips]
+    return [lane for lane, width in records if width.at(s - width.s) > defaults.SAME_PLACE][rank]
