@@ -65,8 +65,8 @@ def test_a_bus_stop_beside_a_junction_moves_to_the_end_of_the_nearest_arm(rule: 
     (post,) = placed(world)
     arm = next(arm for arms in world.nodes.arms.values() for arm in arms if arm.x < -5.0)
     end = world.lanes.length(arm.road) if arm.at_end else 0.0
-    assert (post.road, post.s) == (arm.road, pytest.approx(end))
-    assert (post.t, post.orientation) == (pytest.approx(-4.0 * side(rule), abs=NEAR), "+")
+    assert (post.road, post.orientation) == (arm.road, "+")
+    assert (post.s, post.t) == pytest.approx((end, -4.0 * side(rule)), abs=NEAR)
     (words,) = said(world)["bus-stop-moved"]
     assert words.endswith(f"by {np.hypot(-6.0 - arm.x, 0.5):.1f} m")
 
