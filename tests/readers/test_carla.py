@@ -16,8 +16,8 @@ from xodr_file import XodrFile
 
 # CARLA computes in single precision.
 PRECISION = 0.01
-# The lane offset's slope turns crosswalks, too.
-CROSSWALK_PRECISION = 0.3
+# Corners, s and t are rounded, and headings to 1e-5.
+CROSSWALK_PRECISION = 0.02
 # How far apart waypoints may be that are one metre of reference line apart: on a lane beside it, a turn adds to that,
 # and so does the slant of a lane where others open or end.
 WIDEST_OFFSET, SHARPEST_TURN = 8.0, 0.3

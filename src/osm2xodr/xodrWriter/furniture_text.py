@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import cmath
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Final, TypeAlias, TypeVar
@@ -10,7 +10,7 @@ from typing import Final, TypeAlias, TypeVar
 import numpy as np
 
 from osm2xodr.conventions import Crosswalks
-from osm2xodr.curves import cubic_value
+from osm2xodr.curves import cubic_slope, cubic_value
 from osm2xodr.model import Controller, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal, SignalReference
 from osm2xodr.xodrWriter.formatting import POSITION_DECIMALS, attribute, number, position, user_data
 from osm2xodr.xodrWriter.options import Dialect
@@ -134,10 +134,14 @@ class FurnitureWriter:
         return text
 
     def _for_carla(self, item: RoadObject, corners: _Corners) -> _Corners:
-        """Move corners so that they are at the right place in CARLA."""
-        offset = self._offsets.get(item.id, 0.0)
-        back_u, back_v = offset * math.sin(item.hdg), offset * math.cos(item.hdg)
-        return tuple((u - back_u, v - back_v, z, height) for u, v, z, height in corners)
+        """Move and turn corners so that they are at the right place in CARLA."""
+        offset, slope = self._offsets.get(item.id, (0.0, 0.0))
+        if not offset and not slope:
+            return corners
+        # Along the road and to its left: u + iv
+        frame, turned, t = cmath.rect(1.0, item.hdg), cmath.rect(1.0, -slope), 1j * item.t
+        moved = [((t - 1j * offset + frame * complex(u, v)) * turned - t) / frame for u, v, _, _ in corners]
+        return tuple((to.real, to.imag, *corner[2:]) for to, corner in zip(moved, corners, strict=True))
 
 
 def _outline(corners: _Corners, indent: str, attributes: str) -> str:
@@ -180,11 +184,11 @@ def provenance_text(way_ids: tuple[int, ...], guesses: tuple[str, ...]) -> str:
     return _way_ids(way_ids, "  ") + user_data("guessed", " ".join(guesses), "  ")
 
 
-def _crosswalk_offsets(road_map: RoadMap) -> dict[int, float]:
-    """Return how far CARLA would misplace each crosswalk with an outline, m, by the id of its object.
+def _crosswalk_offsets(road_map: RoadMap) -> dict[int, tuple[float, float]]:
+    """Return the lane offset, m, and its slope at each crosswalk with an outline, by the id of its object.
 
-    The standard counts t from the reference line. CARLA 0.9.16 (measured) counts that of crosswalks, and of them
-    alone, from lane 0, which the lane offset puts beside it.
+    The standard counts t from the reference line, square to it. CARLA 0.9.16 (measured) counts that of crosswalks,
+    and of them alone, from lane 0, which the lane offset puts beside it, and turns t and corners by its slope, rad.
     """
     crosswalks = [item for item in road_map.furniture.objects if item.type == "crosswalk" and item.outline]
     if not crosswalks:
@@ -192,8 +196,8 @@ def _crosswalk_offsets(road_map: RoadMap) -> dict[int, float]:
     index = {road.id: k for k, road in enumerate(road_map.roads)}
     curve = np.array([index[item.road] for item in crosswalks], dtype=np.int64)
     s = np.array([item.s for item in crosswalks])
-    offsets = cubic_value(road_map.lane_offset, curve, s).tolist()
-    return {item.id: offset for item, offset in zip(crosswalks, offsets, strict=True)}
+    offsets, slopes = (found(road_map.lane_offset, curve, s).tolist() for found in (cubic_value, cubic_slope))
+    return {item.id: (a, b) for item, a, b in zip(crosswalks, offsets, slopes, strict=True)}
 
 
 def _way_ids(way_ids: tuple[int, ...], indent: str) -> str:

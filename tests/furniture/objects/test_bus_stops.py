@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from object_cases import ROAD, STREET, has_corners, placed, s_of, said, side, thing, with_things, world_of
 from street_cases import Case
@@ -48,3 +49,31 @@ def test_a_bus_stop_on_the_street_stands_on_the_side_of_its_traffic(
     assert post.t == pytest.approx(right - 0.5 if on_right else left + 0.5)
     assert (post.orientation, post.osm_id) == ("+" if along else "-", "node/1002")
     assert ("bus-stop-side" in said(world)) is guessed
+
+
+# A junction whose arms end some metres before its middle.
+CROSSROADS = Case(
+    {"w": (-100.0, 0.0), "a": (0.0, 0.0), "e": (100.0, 0.0), "n": (0.0, 100.0), "s": (0.0, -100.0)},
+    {1: ("w a e", "lanes=2 width=7"), 2: ("n a s", "lanes=2 width=7")},
+)
+
+
+@EITHER
+def test_a_bus_stop_beside_a_junction_moves_to_the_end_of_the_nearest_arm(rule: Rule) -> None:
+    stop = thing(RoadsideKind.BUS_STOP, [(-6.0, -4.0)], rule, name="Markt")
+    world = world_of(CROSSROADS, rule, network=with_things(stop))
+    (post,) = placed(world)
+    arm = next(arm for arms in world.nodes.arms.values() for arm in arms if arm.x < -5.0)
+    end = world.lanes.length(arm.road) if arm.at_end else 0.0
+    assert (post.road, post.orientation) == (arm.road, "+")
+    assert (post.s, post.t) == pytest.approx((end, -4.0 * side(rule)), abs=NEAR)
+    (words,) = said(world)["bus-stop-moved"]
+    assert words.endswith(f"by {np.hypot(-6.0 - arm.x, 0.5):.1f} m")
+
+
+@EITHER
+def test_a_bus_stop_far_from_all_roads_is_left_out(rule: Rule) -> None:
+    stop = thing(RoadsideKind.BUS_STOP, [(-40.0, -40.0)], rule)
+    world = world_of(CROSSROADS, rule, network=with_things(stop))
+    assert placed(world) == ()
+    assert "roadside-left-out" in said(world)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import cos, hypot, inf, sin
 from typing import Final
 
 import numpy as np
@@ -96,15 +97,40 @@ def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:
     middle = np.array([0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0)) for thing in things])
     places = finder.places(middle[:, 0], middle[:, 1], _REACH)
     out = []
+    left_out: list[str] = []
     for k, thing in enumerate(things):
         if places.road[k] >= 0:
             leftwards = bool(places.t[k] > 0.5 * (places.left[k] + places.right[k]))
-            road = world.road_map.roads[int(places.road[k])].id
-            out.append(_Stop(road, float(places.s[k]), leftwards, thing.facts.bus_stop or BusStop(), thing.osm_id))
-    left_out = [thing.osm_id for thing, road in zip(things, places.road.tolist(), strict=True) if road < 0]
+            found = world.road_map.roads[int(places.road[k])].id, float(places.s[k]), leftwards
+        else:
+            at_arm = _beside_arm(world, *middle[k].tolist())
+            if at_arm is None:
+                left_out.append(thing.osm_id)
+                continue
+            found, moved = at_arm
+            words = f"the bus stop lies at a junction and was moved towards the road, by {moved:.1f} m"
+            world.diagnostics.repaired("bus-stop-moved", thing.osm_id, words)
+        out.append(_Stop(*found, thing.facts.bus_stop or BusStop(), thing.osm_id))
     finding = f"left out: no road lies within {_REACH:g} m"
     world.diagnostics.count(Kind.DROPPED, "roadside-left-out", left_out, "bus stop", finding)
     return out
+
+
+def _beside_arm(world: World, x: float, y: float) -> tuple[tuple[int, float, bool], float] | None:
+    """Return road, s, m, and side of the junction's arm nearest to a point, and how far off it is, m.
+
+    None where no arm ends within `CROSSING_REACH`.
+    """
+    found: list[tuple[float, tuple[int, float, bool]]] = []
+    for arm in (item for arms in world.nodes.arms.values() for item in arms):
+        s = world.lanes.length(arm.road) if arm.at_end else 0.0
+        dx, dy = x - arm.x, y - arm.y
+        t = dy * cos(arm.hdg) - dx * sin(arm.hdg)
+        left, right = world.lanes.carriageway(arm.road, s)
+        off = hypot(dx * cos(arm.hdg) + dy * sin(arm.hdg), max(t - left, right - t, 0.0))
+        found.append((off, (arm.road, s, t > 0.5 * (left + right))))
+    off, place = min(found, default=(inf, (-1, 0.0, False)))
+    return (place, off) if off <= defaults.CROSSING_REACH else None
 
 
 def _edge(world: World, stop: _Stop, s: float) -> float:

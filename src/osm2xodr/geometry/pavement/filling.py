@@ -11,7 +11,7 @@ from osm2xodr.geometry.connections import ConnectingRoads
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections, LaneEdges
 from osm2xodr.geometry.pavement.gaps import POINTS_PER_CELL, Grids, find_gaps
-from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet
+from osm2xodr.geometry.pavement.rays import RAY_STEP, Rays, cast_rays, meet, room_inside
 from osm2xodr.geometry.pavement.widths import width_records
 from osm2xodr.model import BoolArray, Cubic, FloatArray, IntArray, Rule
 
@@ -103,17 +103,18 @@ def _strips(
         _close(rays.chosen(best), end[best], grids)
         rays = rays.chosen(~best & (end > rays.first))
     area = np.bincount(junction, width.sum(axis=0) * sections.spacing)
-    return _with_late_steps(width, sections.road), area >= _LARGE_STRIPS
+    return _with_late_steps(width, sections), area >= _LARGE_STRIPS
 
 
-def _with_late_steps(width: FloatArray, road: IntArray) -> FloatArray:
-    """Return widths (2, n), m, of strips that go on at full width where they would step down."""
-    out = width.copy()
+def _with_late_steps(width: FloatArray, sections: CrossSections) -> FloatArray:
+    """Return widths (2, n), m, of strips that go on at full width where they would step down, but fold in no bend."""
+    out, road = width.copy(), sections.road
     for far in range(1, _LATER + 1):
         for here, there in ((slice(far, None), slice(None, -far)), (slice(None, -far), slice(far, None))):
             steps = (road[here] == road[there]) & (width[:, there] > width[:, here] + _STEP)
             out[:, here] = np.where(steps, np.maximum(out[:, here], width[:, there]), out[:, here])
-    return out
+    room = np.array([room_inside(sections, side) for side in (1, -1)])
+    return np.asarray(np.maximum(np.minimum(out, room), width))
 
 
 def _largest(rays: Rays, end: IntArray, sections: CrossSections) -> BoolArray:

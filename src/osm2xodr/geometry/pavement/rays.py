@@ -75,13 +75,18 @@ def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays
         meets = inside.any(axis=1)
         k, edge, first = near[meets], edge[meets], inside[meets].argmax(axis=1)
         gap = grids.gap[begin[meets, first]].astype(np.int64)
-        # Inside of a bend, no farther than near its centre.
-        bend = np.maximum(side * sections.curvature[k], 1e-9)
-        room = ((1.0 - _LEAST_SHARE) / bend - side * edge) / step - 1.0
+        room = room_inside(sections, side)[k] / step - 1.0
         cells = grids.cells_far(k, edge[:, None] + side * steps)
         found.append((k, np.full(len(k), side), gap, cells, first, np.clip(room, 0, len(steps) - 1).astype(np.int64)))
     rows = Rays(*(np.concatenate(column) for column in zip(*found, strict=True)))
     return rows.chosen(rows.room > rows.first)
+
+
+def room_inside(sections: CrossSections, side: int) -> FloatArray:
+    """Return how wide a strip may be on a side of cross sections, (n,), m: inside of a bend up to near its centre."""
+    edge = sections.edge(np.array(side), np.arange(len(sections.s)))
+    bend = np.maximum(side * sections.curvature, 1e-9)
+    return np.asarray((1.0 - _LEAST_SHARE) / bend - side * edge)
 
 
 def meet(
