@@ -22,8 +22,16 @@ FOLDERS = ("junctions", "connections", "pavement")
 # Numbers that only keep arithmetic apart from zero, or the work at once in the processor's cache.
 TECHNICAL = {
     *("_NO_LINE_BELOW", "_NO_ANGLE", "_LONGEST_TANGENT", "_SHORTEST_RECORD", "_SAME_POSE", "_CLOSED", "_WITHIN"),
-    *("_TOO_LONG", "_SHIFT_DECIMALS", "_SAME_RATIO", "_ROWS_AT_ONCE", "_PAIRS_AT_ONCE", "_DISTANCES_AT_ONCE"),
-    *("_PIECE_LENGTH", "_MOST_LANES", "_WIDTH_DECIMALS", "_SAME_WIDTH", "FREE", "STRIP", "_APART"),
+    *(
+        "_TOO_LONG",
+        "_SHIFT_DECIMALS",
+        "_SAME_RATIO",
+        "_ROWS_AT_ONCE",
+        "_PAIRS_AT_ONCE",
+        "_DISTANCES_AT_ONCE",
+        "_AT_ONCE",
+    ),
+    *("_PIECE_LENGTH", "_MOST_LANES", "_WIDTH_DECIMALS", "_SAME_WIDTH", "FREE", "STRIP", "_APART", "_AT_ONCE"),
 }
 
 

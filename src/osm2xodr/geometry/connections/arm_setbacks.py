@@ -14,7 +14,12 @@ from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import swings_back
 from osm2xodr.geometry.connections.turning_radii import turning_radii
-from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, SHORTEST_STREET, SNAPPED
+from osm2xodr.geometry.defaults import (
+    ARM_SETBACK_STEP,
+    SHORTEST_STREET,
+    SHORTEST_STREET_BETWEEN_JUNCTIONS,
+    SNAPPED,
+)
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -76,7 +81,9 @@ def _most_at_last(ends: StreetEnds, layout: JunctionLayout) -> FloatArray:
     """Return how much street ends may give where turns need it, down to the shortest streets, (ends,), m."""
     spare = ends.length[0::2] - layout.most.reshape(-1, 2).sum(1) - SHORTEST_STREET - SNAPPED
     between = (layout.junction.reshape(-1, 2) >= 0).all(1)
-    most: FloatArray = layout.most + np.repeat(np.where(between, np.maximum(spare, 0.0) / 2, 0.0), 2)
+    # Streets with more to spare give no more because a bridge or tunnel begins there.
+    short = between & (spare > 0.0) & (spare <= SHORTEST_STREET_BETWEEN_JUNCTIONS - SHORTEST_STREET + SNAPPED)
+    most: FloatArray = layout.most + np.repeat(np.where(short, spare / 2, 0.0), 2)
     return most
 
 

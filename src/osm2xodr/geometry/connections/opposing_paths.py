@@ -95,6 +95,8 @@ def draw_turn_backs_side_by_side(
     aside = _half_apart(plan, pairs)
     axis = turned_back(begin, end, np.full(len(near), -np.inf), U_TURN_RADIUS + aside)
     drawn = np.flatnonzero(lengths(axis) > 0)
+    if not len(drawn):
+        return plan
     axis = cut_curves(axis, np.zeros(len(drawn)), lengths(axis)[drawn], drawn)
     return _redrawn(
         plan, pairs.chosen(drawn), apart[drawn], _in_quarters(axis), _NEAR_ENOUGH * U_TURN_RADIUS, _LONGEST_TURN_BACK
