@@ -14,6 +14,7 @@ from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes import smooth_step, without_repeats
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_sections import lay_out_all
+from osm2xodr.geometry.lanes.tapers import taper_zones
 from osm2xodr.geometry.margins.strip_columns import tapered
 from osm2xodr.model import Cubic, LaneConnectivity, RoadMap, Rule, StreetAttributes
 
@@ -422,3 +423,11 @@ def test_relations_count_at_the_border_of_their_ways() -> None:
 
     assert links(5, 2) == {-1: -2, -2: -3}
     assert links(1, 2) == links(5, 6) == links(1, 6) == {-1: -1, -2: -2}
+
+
+@pytest.mark.parametrize(("first", "then"), [("d>", "d< d>"), ("d< d>", "d>")])
+def test_no_lane_runs_against_a_one_way_stretch(first: str, then: str) -> None:
+    road = cut((0.0, street(first)), (50.0, street(then)))
+    (zone,) = taper_zones(road, Rule.RIGHT_HAND)
+    # The zone begins where the second direction does, or ends where it ends.
+    assert (zone.start if first == "d>" else zone.end) == pytest.approx(50.0)

@@ -119,7 +119,7 @@ def change_between(
     one: Stretch, other: Stretch, rule: Rule, stated: Mapping[Direction, StatedLanes] | None = None
 ) -> LaneChange:
     """Return what changes from one stretch to the next, at the speed of the faster of them."""
-    speeds = [item.attributes.speed_along(direction) for item in (one, other) for direction in _directions(item)]
+    speeds = [item.attributes.speed_along(direction) for item in (one, other) for direction in directions(item)]
     fastest = max((speed for speed in speeds if speed is not None), default=None)
     return lane_change(one.section, other.section, rule, fastest, stated)
 
@@ -136,7 +136,7 @@ def _without(found: list[Stretch], k: int) -> list[Stretch] | None:
     takers = [
         i
         for i in (k - 1, k + 1)
-        if 0 <= i < len(found) and (_is_tiny(found[k]) or _directions(found[i]) == _directions(found[k]))
+        if 0 <= i < len(found) and (_is_tiny(found[k]) or directions(found[i]) == directions(found[k]))
     ]
     if not takers:
         return None
@@ -172,7 +172,7 @@ def _without_short(found: list[Stretch]) -> list[Stretch]:
         neighbours = [
             i
             for i in (k - 1, k + 1)
-            if 0 <= i < len(found) and (_is_tiny(found[k]) or _directions(found[i]) == _directions(found[k]))
+            if 0 <= i < len(found) and (_is_tiny(found[k]) or directions(found[i]) == directions(found[k]))
         ]
         if not neighbours:
             kept.add(found[k].start)
@@ -199,7 +199,7 @@ def _grown_at_ends(found: list[Stretch]) -> list[Stretch]:
         # A junction may have left next to nothing of a stretch: only turn lanes depend on that. Nor do lanes of a
         # one-way road go on behind a junction only to end within a few metres.
         turns = any(lane.turns for lane in (*out[k].section.left, *out[k].section.right))
-        leaves = (Direction.FORWARD if k else Direction.BACKWARD) in _directions(out[k])
+        leaves = (Direction.FORWARD if k else Direction.BACKWARD) in directions(out[k])
         if 0 < missing < spare and leaves and (turns or not _is_tiny(out[k])):
             border = out[k].start - missing if k else out[k].end + missing
             one, other = min(k, beside), max(k, beside)
@@ -211,7 +211,7 @@ def _is_tiny(item: Stretch) -> bool:
     return item.length < defaults.SHORTEST_ROAD
 
 
-def _directions(item: Stretch) -> set[Direction]:
+def directions(item: Stretch) -> set[Direction]:
     """Return the directions of traffic; lanes for both between those of either say nothing more."""
     return {lane.direction for lane in (*item.section.left, *item.section.right)} - {Direction.BOTH}
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.lanes.lane_changes import LaneChange, room_for_tapers
 from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
-from osm2xodr.geometry.lanes.road_stretches import Stretch, change_between
+from osm2xodr.geometry.lanes.road_stretches import Stretch, change_between, directions
 from osm2xodr.model import Rule
 
 
@@ -62,21 +62,25 @@ def taper_zones(
         [change.wanted for change in changes], [change.least for change in changes], whole if room is None else room
     )
     middles = [
-        one.end + _towards_the_wider(change, length, one.length, other.length)
+        one.end + _behind_border(one, other, change, length)
         for (one, other), change, length in zip(pairwise(road), changes, lengths, strict=True)
     ]
     starts = _placed(middles, lengths, (road[-1].end - whole) / 2, whole)
     return tuple(TaperZone(s, s + length, change) for s, length, change in zip(starts, lengths, changes, strict=True))
 
 
-def _towards_the_wider(change: LaneChange, length: float, before: float, after: float) -> float:
-    """Return how far behind a border the middle of a zone should lie that has some length, m.
+def _behind_border(one: Stretch, other: Stretch, change: LaneChange, length: float) -> float:
+    """Return how far behind the border of two stretches the middle of a zone should lie that has some length, m.
 
-    Where limits are low it lies on the side with more lanes, as far as these keep their width on a part of it.
+    Lanes against a one-way stretch stay out of it. Where limits are low the zone lies on the side with more lanes, as
+    far as these keep their width on a part of it.
     """
+    before, after = directions(one), directions(other)
+    if before != after:
+        return length / 2 if before < after else -length / 2 if after < before else 0.0
     if not change.more or not change.is_slow:
         return 0.0
-    wide = after if change.more > 0 else before
+    wide = other.length if change.more > 0 else one.length
     off = min(length / 2, max((1 - defaults.FULL_WIDTH_SHARE) * wide - length / 2, 0.0))
     return off if change.more > 0 else -off
 
