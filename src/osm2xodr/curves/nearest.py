@@ -31,8 +31,9 @@ def project(
     px, py, hdg = advance(plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record], along)
     distance = np.hypot(x[owner] - px, y[owner] - py)
     # The nearest, of several the first; the rows of a point stand together.
-    order = np.lexsort((np.arange(len(owner)), distance, owner))
-    best = order[np.searchsorted(owner[order], np.arange(len(curve)))] if len(owner) else order
+    least = np.minimum.reduceat(distance, np.cumsum(count) - count) if len(owner) else distance
+    rows = np.flatnonzero(distance == least[owner])
+    best = rows[np.searchsorted(owner[rows], np.arange(len(curve)))]
     t = (y - py[best]) * np.cos(hdg[best]) - (x - px[best]) * np.sin(hdg[best])
     return s[best], t, distance[best]
 

@@ -191,7 +191,11 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
     end = np.minimum(plan.s[k] + plan.length[k], hi[part])
     used = end - begin > _SHORTEST_CUT
     k, part, begin, end = k[used], part[used], begin[used], end[used]
-    x, y, hdg = advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], begin - plan.s[k])
+    x, y, hdg = plan.x[k], plan.y[k], plan.hdg[k]
+    # Few parts begin within a record.
+    cut = np.flatnonzero(begin > plan.s[k])
+    within = k[cut]
+    x[cut], y[cut], hdg[cut] = advance(x[cut], y[cut], hdg[cut], plan.curvature[within], begin[cut] - plan.s[within])
     start = starts(np.bincount(part, minlength=len(which)))
     # A piece that was left out must not leave the first record with an s above 0.
     s = np.where(np.diff(part, prepend=-1) > 0, 0.0, begin - lo[part])

@@ -16,6 +16,7 @@ from osm2xodr.geometry.connections import (
     detours,
     even_widths,
     find_lane_links,
+    redraw_connecting_roads,
     set_back_arms,
     swing_out,
     turns_on_the_spot,
@@ -138,7 +139,9 @@ def _connect(
     even = even_widths(roomy.parts, connecting, network.rule, diagnostics)
     if even is not roomy.parts:
         roomy = replace(roomy, parts=even)
-        connecting = drawn(roomy, find_lane_links(even, movements, network.rule, links))
+        # The roads end where they did: only lanes have changed.
+        before, links = links, find_lane_links(even, movements, network.rule, links)
+        connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
     return roomy, connecting
 
 

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from street_cases import Case
 
+from osm2xodr.geometry.connections.connecting_roads import (
+    ConnectingRoads,
+    build_connecting_roads,
+    redraw_connecting_roads,
+)
+from osm2xodr.geometry.connections.lane_links import LaneLinks, LaneRow, find_lane_links
 from osm2xodr.geometry.connections.narrowing import _reachable
+from osm2xodr.geometry.junctions.road_parts import cut_roads
+from osm2xodr.geometry.plan_view.streets import fit_streets
 from osm2xodr.model import Rule
 
 
@@ -45,3 +55,34 @@ def test_a_wide_lane_narrows_before_a_junction_to_narrow_ones(rule: Rule) -> Non
     # rounding may take: 2.5 + 8.2 / 7.75 - 0.01.
     (end,) = (road.lane_sections[-1] for road in roads.roads if road is wide)
     assert [round(item.widths[-1].a, 1) for item in end.lanes if item.id] == [3.5]
+
+
+def test_only_junctions_with_other_lane_links_are_drawn_again() -> None:
+    nodes = {"w": (-80.0, 0.0), "a": (0.0, 0.0), "b": (60.0, 0.0), "e": (140.0, 0.0), "s": (0.0, -80.0)}
+    nodes["n"] = (60.0, 80.0)
+    ways = {1: ("w a", ""), 2: ("a b", ""), 3: ("b e", ""), 4: ("s a", ""), 5: ("b n", "")}
+    stages = Case(nodes, ways).stages()
+    parts = cut_roads(stages.network, fit_streets(stages.network, stages.diagnostics), stages.layout)
+    before = find_lane_links(parts, stages.movements, Rule.RIGHT_HAND)
+    calls: list[tuple[LaneRow, ...]] = []
+
+    def draw(links: LaneLinks) -> ConnectingRoads:
+        calls.append(links.rows)
+        trim, sides = stages.layout.trim, (-1.5, 1.5)
+        return build_connecting_roads(links, stages.movements, stages.ends, trim, lambda *_: sides, Rule.RIGHT_HAND)
+
+    drawn = draw(before)
+    changed = before.rows[-1].junction
+    rows = [replace(row) if row.junction == changed else row for row in before.rows]
+    # One link fewer, and in another junction the same ones.
+    links = replace(before, rows=tuple(rows[:-1]))
+    again, whole = redraw_connecting_roads(drawn, before, links, draw), draw(links)
+    assert {row.junction for row in calls[1]} == {changed}
+    assert len(calls[1]) == 5
+    for name in ("entry", "exit", "entry_lane", "exit_lane", "length", "lane_type"):
+        assert np.array_equal(getattr(again, name), getattr(whole, name))
+    for name in ("start", "s", "x", "y", "hdg", "length", "curvature"):
+        assert getattr(again.plan_view, name) == pytest.approx(getattr(whole.plan_view, name), abs=1e-12)
+    assert len(calls) == 3
+    redraw_connecting_roads(drawn, before, before, draw)
+    assert len(calls) == 3

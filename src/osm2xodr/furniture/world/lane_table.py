@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import lengths
-from osm2xodr.model import Cubic, Lane, LaneSection, LaneType, Road, RoadMap, Rule
+from osm2xodr.model import Cubic, FloatArray, Lane, LaneSection, LaneType, Road, RoadMap, Rule
 
 # Lanes beyond the kerb or the edge of the pavement; the carriageway lies between the innermost of them.
 OFF_CARRIAGEWAY: Final = frozenset({LaneType.SIDEWALK, LaneType.BORDER, LaneType.CURB})
@@ -118,6 +118,21 @@ class LaneTable:
             right -= _value(lane.widths, s - section.s)
         return left, right
 
+    def carriageways(self, road: int, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what `carriageway` does for many places in ascending order, (n,)."""
+        k = self._index[road]
+        begins = [section.s for section in self._map.roads[k].lane_sections]
+        left = np.array([self._offset(k, at) for at in s.tolist()])
+        right = left.copy()
+        first = np.searchsorted(s, begins).tolist()
+        for place, lo, hi in zip(begins, [0, *first[1:]], [*first[1:], len(s)], strict=True):
+            sides, ds = self._section(k, place)[1], s[lo:hi] - place
+            for lane in sides.paved_left:
+                left[lo:hi] += _values(lane.widths, ds)
+            for lane in sides.paved_right:
+                right[lo:hi] -= _values(lane.widths, ds)
+        return left, right
+
     def section_start(self, road: int, s: float) -> float:
         """Return where the lane section begins that holds at s of a road, m."""
         return self._section(self._index[road], s)[0].s
@@ -150,3 +165,15 @@ def _value(cubics: Sequence[Cubic], ds: float) -> float:
         return 0.0
     holding = next((item for item in reversed(cubics) if item.s <= ds), cubics[0])
     return max(holding.at(ds - holding.s), 0.0)
+
+
+def _values(cubics: Sequence[Cubic], ds: FloatArray) -> float | FloatArray:
+    """Return the values of piecewise cubics at places in ascending order, never below 0, (n,)."""
+    if len(cubics) < 2 and all(item.is_flat for item in cubics):
+        return max(cubics[0].a, 0.0) if cubics else 0.0
+    out = np.zeros(len(ds))
+    first = np.searchsorted(ds, [item.s for item in cubics]).tolist()
+    for item, lo, hi in zip(cubics, [0, *first[1:]], [*first[1:], len(ds)], strict=True):
+        at = ds[lo:hi] - item.s
+        out[lo:hi] = item.a + at * (item.b + at * (item.c + at * item.d))
+    return np.maximum(out, 0.0)

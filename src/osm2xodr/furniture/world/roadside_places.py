@@ -152,8 +152,7 @@ class RoadsideFinder:
                 count = max(int(np.ceil(length / _STATION_SPACING)), 1) + 1
                 begins = [min(section.s, length) for section in road.lane_sections]
                 stations = np.unique(np.concatenate([np.linspace(0.0, length, count), begins]))
-            both = np.array([self._world.lanes.carriageway(road.id, s) for s in stations.tolist()])
-            found = self._edges[curve] = (stations, both[:, 0], both[:, 1])
+            found = self._edges[curve] = (stations, *self._world.lanes.carriageways(road.id, stations))
         return found
 
     def _changes(self, curve: int) -> bool:

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from osm2xodr.geometry.connections.arm_setbacks import set_back_arms
-from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads, InnerLane, build_connecting_roads
+from osm2xodr.geometry.connections.connecting_roads import (
+    ConnectingRoads,
+    InnerLane,
+    build_connecting_roads,
+    redraw_connecting_roads,
+)
 from osm2xodr.geometry.connections.lane_links import LaneLinks, find_lane_links
 from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.overrun_arms import clear_overrun_arms
@@ -23,6 +28,7 @@ __all__ = [
     "even_widths",
     "find_lane_links",
     "find_priorities",
+    "redraw_connecting_roads",
     "set_back_arms",
     "swing_out",
     "turns_on_the_spot",

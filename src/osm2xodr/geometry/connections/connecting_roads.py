@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -83,7 +83,10 @@ class ConnectingRoads:
 
     def chosen(self, keep: BoolArray) -> ConnectingRoads:
         """Return some of them."""
-        rows = np.flatnonzero(keep)
+        return self.at_rows(np.flatnonzero(keep))
+
+    def at_rows(self, rows: IntArray) -> ConnectingRoads:
+        """Return those of some rows, in their order."""
         plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows)
         columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
         columns |= {name: tuple(getattr(self, name)[k] for k in rows.tolist()) for name in _TUPLES}
@@ -190,3 +193,19 @@ def build_connecting_roads(
         access=tuple(row.access() for row in rows),
         inner=((),) * len(rows),
     )
+
+
+def redraw_connecting_roads(
+    drawn: ConnectingRoads, before: LaneLinks, links: LaneLinks, draw: Callable[[LaneLinks], ConnectingRoads]
+) -> ConnectingRoads:
+    """Return a connecting road for each lane link: those `drawn` for the links `before` where these are still there.
+
+    Junctions whose arms have not moved keep all of their links (`find_lane_links`); `draw` draws the roads of others.
+    """
+    known = {id(row): k for k, row in enumerate(before.rows)}
+    place = np.array([known.get(id(row), -1) for row in links.rows], np.int64)
+    new = np.flatnonzero(place < 0)
+    place[new] = len(before.rows) + np.arange(len(new))
+    if len(new):
+        drawn = drawn.joined(draw(replace(links, rows=tuple(links.rows[k] for k in new.tolist()))))
+    return drawn.at_rows(place)
