@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, hypot, inf, sin
 from typing import Final
@@ -10,11 +11,13 @@ import numpy as np
 
 from osm2xodr.diagnostics import Kind
 from osm2xodr.furniture import defaults
-from osm2xodr.furniture.world import NodePlace, RoadsideFinder, World, outline
+from osm2xodr.furniture.world import Arm, NodePlace, RoadsideFinder, World, outline
 from osm2xodr.model import BusStop, Direction, RoadObject, RoadsideKind, Rule
 
 # How far from a carriageway a stop still is that of its buses, m; a choice.
 _REACH: Final = 15.0
+# No edge of a carriageway is farther from its road's line, m.
+_WIDEST: Final = 60.0
 # Height of the sign's upper edge and width of its post, m; choices.
 _HEIGHT: Final = 2.5
 _WIDTH: Final = 0.1
@@ -96,6 +99,8 @@ def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:
         return []
     middle = np.array([0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0)) for thing in things])
     places = finder.places(middle[:, 0], middle[:, 1], _REACH)
+    arms = [arm for group in world.nodes.arms.values() for arm in group]
+    ends = np.array([(arm.x, arm.y) for arm in arms]).reshape(-1, 2)
     out = []
     left_out: list[str] = []
     for k, thing in enumerate(things):
@@ -103,7 +108,8 @@ def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:
             leftwards = bool(places.t[k] > 0.5 * (places.left[k] + places.right[k]))
             found = world.road_map.roads[int(places.road[k])].id, float(places.s[k]), leftwards
         else:
-            at_arm = _beside_arm(world, *middle[k].tolist())
+            near = np.flatnonzero(np.hypot(*(ends - middle[k]).T) < defaults.CROSSING_REACH + _WIDEST)
+            at_arm = _beside_arm(world, [arms[arm] for arm in near.tolist()], *middle[k].tolist())
             if at_arm is None:
                 left_out.append(thing.osm_id)
                 continue
@@ -116,13 +122,15 @@ def _beside(world: World, finder: RoadsideFinder) -> list[_Stop]:
     return out
 
 
-def _beside_arm(world: World, x: float, y: float) -> tuple[tuple[int, float, bool], float] | None:
-    """Return road, s, m, and side of the junction's arm nearest to a point, and how far off it is, m.
+def _beside_arm(
+    world: World, arms: Sequence[Arm], x: float, y: float
+) -> tuple[tuple[int, float, bool], float] | None:
+    """Return road, s, m, and side of that of some junctions' arms which is nearest to a point, and how far off, m.
 
     None where no arm ends within `CROSSING_REACH`.
     """
     found: list[tuple[float, tuple[int, float, bool]]] = []
-    for arm in (item for arms in world.nodes.arms.values() for item in arms):
+    for arm in arms:
         s = world.lanes.length(arm.road) if arm.at_end else 0.0
         dx, dy = x - arm.x, y - arm.y
         t = dy * cos(arm.hdg) - dx * sin(arm.hdg)

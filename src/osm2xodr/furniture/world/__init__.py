@@ -10,7 +10,7 @@ from osm2xodr.furniture.world.approaches import (
     with_room_for_line,
 )
 from osm2xodr.furniture.world.lane_table import LaneAt, LaneTable, lane_ranges
-from osm2xodr.furniture.world.node_places import NodePlace, NodePlaces
+from osm2xodr.furniture.world.node_places import Arm, NodePlace, NodePlaces
 from osm2xodr.furniture.world.post_clearance import PostClearance, curves_near
 from osm2xodr.furniture.world.roadside_places import RoadsideFinder, RoadsidePlaces
 from osm2xodr.furniture.world.world import (
@@ -28,6 +28,7 @@ from osm2xodr.furniture.world.world import (
 
 __all__ = [
     "Approach",
+    "Arm",
     "Crossing",
     "LaneAt",
     "LaneTable",
