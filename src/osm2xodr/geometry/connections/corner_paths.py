@@ -51,7 +51,8 @@ _ROWS_AT_ONCE: Final = 256
 def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
     """Replace those curves, (n,), that stray far from a way through their junction that has several corners."""
     paths = lanes.paths
-    rows = np.flatnonzero(_has_several_corners(paths, lanes.streets)[lanes.path])
+    # A curve from a place to the same place has no records.
+    rows = np.flatnonzero(_has_several_corners(paths, lanes.streets)[lanes.path] & (np.diff(plan.start) > 0))
     lanes = lanes.chosen(rows)
     if not len(rows):
         return plan
@@ -70,6 +71,8 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
         if not len(rows):
             break
         turned = _turned_at_corners(plan, rows, lanes, gaps, single)
+        nowhere = np.flatnonzero(np.diff(turned.start) == 0)
+        turned = replace_curves(turned, nowhere, plan, rows[nowhere])
         stays_off = _apart_at_most(*_sampled(turned, np.arange(len(rows)), lanes))
         bad = (smallest_radius(turned) < least) | (stays_off > _STRAY_LESS * strays)
         # A way that goes to and fro turns round on the spot, and no curve does.
