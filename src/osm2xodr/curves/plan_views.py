@@ -100,6 +100,11 @@ def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
     return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k])
 
 
+def heading_change(plan: PlanView, curve: IntArray) -> FloatArray:
+    """Return by how much the heading at the end of curves differs from that at their start, (n,), rad, -pi to pi."""
+    return wrapped(pose(plan, curve, lengths(plan)[curve])[2] - pose(plan, curve, np.zeros(len(curve)))[2])
+
+
 def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
     """Return the curvature at s of curves, (n,), 1/m."""
     return plan.curvature[find_record(plan.start, plan.s, curve, s)]

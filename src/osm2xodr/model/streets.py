@@ -103,6 +103,11 @@ class StreetAttributes:
         known = {Direction.FORWARD: both[:1], Direction.BACKWARD: both[1:]}.get(direction, both)
         return next((speed for speed in known if speed is not None), self.default_speed)
 
+    @property
+    def road(self) -> str:
+        """What tells the road that it is part of from others: its name, else its number, else its class."""
+        return self.name or self.ref or self.highway
+
     def car_directions(self) -> frozenset[Direction]:
         """Return the directions of cars along the street, those of all lanes if none is for cars.
 
@@ -133,6 +138,10 @@ class Street(ReadOnlyArrays):
     def attributes_at(self, place: int) -> StreetAttributes:
         """Return the attributes from the node at an index on (at the last node: up to it)."""
         return next(item for first, item in reversed(self.pieces) if first <= place)
+
+    def attributes_at_end(self, end: int) -> StreetAttributes:
+        """Return the attributes at a street end, by its number: that of an end is odd, that of a start even."""
+        return self.pieces[-1 if end % 2 else 0][1]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, places_along, pose, wrapped
+from osm2xodr.curves import heading_change, lengths, places_along, pose, wrapped
 from osm2xodr.furniture.world import World
 from osm2xodr.model import VEHICLE_LANES, BoolArray, FloatArray, IntArray
 
@@ -109,7 +109,7 @@ class JunctionPaths:
             count.append(count[-1] + len(on_arm[-1]))
         every, at = np.concatenate(curve), np.concatenate(s)
         x, y, hdg = pose(plan, every, at)
-        turn = wrapped(pose(plan, every, length[every])[2] - pose(plan, every, np.zeros(len(every)))[2])
+        turn = heading_change(plan, every)
         arm = np.concatenate(on_arm)
         found = _Samples(every, at, x, y, hdg, turn, arm, ~arm & (np.abs(turn) <= _THROUGH_TURN))
         used = (junction.id for junction in world.road_map.junctions if junction.id in self._junctions)

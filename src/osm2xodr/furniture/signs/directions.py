@@ -138,7 +138,7 @@ class LimitsAround:
 
 def cars_at_end(street: Street, end: int) -> tuple[bool, bool]:
     """Return whether cars come to an end of a street (2 x street, plus 1 for its end), and whether they leave it."""
-    forward, backward = _runs(street.pieces[-1 if end % 2 else 0][1])
+    forward, backward = _runs(street.attributes_at_end(end))
     return (forward, backward) if end % 2 else (backward, forward)
 
 

@@ -188,7 +188,7 @@ class YieldSigns:
             return minor
         streets = self._world.network.streets
         ends = [(item, item.street_end % 2, streets[item.street_end // 2]) for item in here]
-        ranks = [priority_rank(street.pieces[-1 if end else 0][1].highway) for _, end, street in ends]
+        ranks = [priority_rank(street.attributes_at_end(end).highway) for _, end, street in ends]
         lower = [item for item, rank in zip(here, ranks, strict=True) if rank < max(ranks)]
         if lower:
             return lower

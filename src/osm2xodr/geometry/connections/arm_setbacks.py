@@ -103,9 +103,7 @@ def _set_back(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turn
 
 def _without_room(ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads) -> _Turns:
     """Return the turns that lack room."""
-    street_end = np.full(2 * len(parts.length), -1, np.int64)
-    used = np.flatnonzero(parts.road_end >= 0)
-    street_end[parts.road_end[used]] = used
+    street_end = parts.street_end()
     entry, exit_ = street_end[connecting.entry], street_end[connecting.exit]
     t_in = np.where(connecting.entry % 2 == 1, -connecting.entry_t, connecting.entry_t)
     t_out = np.where(connecting.exit % 2 == 1, -connecting.exit_t, connecting.exit_t)

@@ -13,6 +13,7 @@ import numpy as np
 from osm2xodr.curves import (
     chain_curves,
     dubins_without_slivers,
+    heading_change,
     lengths,
     pose,
     replace_curves,
@@ -78,9 +79,8 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
         # A way that goes to and fro turns round on the spot, and no curve does.
         bad |= detours(turned) | has_kinks(turned)
         # Where arms meet at an acute angle far from their node, nobody drives there and back.
-        whole = lengths(plan)[rows]
-        change = wrapped(pose(plan, rows, whole)[2] - pose(plan, rows, np.zeros(len(rows)))[2])
-        bad |= (np.abs(change) < SWING_BACK) & (lengths(turned) > _LONGER_THAN_DIRECT * whole)
+        longer = lengths(turned) > _LONGER_THAN_DIRECT * lengths(plan)[rows]
+        bad |= (np.abs(heading_change(plan, rows)) < SWING_BACK) & longer
         good = ~_any_above(0.5, bad.astype(float), lanes)
         plan = replace_curves(plan, rows[good], turned, np.flatnonzero(good))
         rows, lanes, strays, least = rows[~good], lanes.chosen(~good), strays[~good], least[~good]

@@ -11,6 +11,7 @@ import numpy as np
 from osm2xodr.curves import (
     chain_curves,
     cut_curves,
+    heading_change,
     lengths,
     owners,
     pose,
@@ -19,7 +20,6 @@ from osm2xodr.curves import (
     reverse_curves,
     smallest_radius,
     starts,
-    wrapped,
 )
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
@@ -60,17 +60,11 @@ def draw_side_by_side(
     which have a lane for both directions, all (n,). Both curves of a pair are drawn beside the curve from the middle
     between their ends on one arm to that on the other.
     """
-    pairs = _pairs(entry, exit_, shared)
-    room = (width[pairs.there] + width[pairs.back]) / 2
-    start, end = _axis_ends(plan, pairs)
-    turned = np.flatnonzero(np.abs(wrapped(end[2] - start[2])) < _MOST_TURN)
-    apart = np.full(len(room), np.inf)
-    apart[turned] = _apart(plan, plan, pairs.chosen(turned), pairs.chosen(turned))
-    near = np.flatnonzero(apart < defaults.OPPOSING_CLEARANCE * room)
-    if not len(near):
+    pairs, apart = _too_near(plan, _pairs(entry, exit_, shared), width, 0.0, _MOST_TURN)
+    if not len(apart):
         return plan
-    pairs, apart = pairs.chosen(near), apart[near]
-    axis = connect(*(column[near] for column in start), *(column[near] for column in end))
+    start, end = _axis_ends(plan, pairs)
+    axis = connect(*start, *end)
     return _redrawn(plan, pairs, apart, axis, defaults.TURNING_RADIUS_ACUTE)
 
 
@@ -82,18 +76,11 @@ def draw_turn_backs_side_by_side(
     The inner one would swing out across the outer one where the arms are close: both swing out together, and the
     inner one turns no sharper than a car's turning circle.
     """
-    pairs = _pairs(entry, exit_, shared)
-    apart = _apart(plan, plan, pairs, pairs)
-    room = (width[pairs.there] + width[pairs.back]) / 2
-    start, end = _axis_ends(plan, pairs)
-    turn = np.abs(wrapped(end[2] - start[2]))
-    near = np.flatnonzero((apart < defaults.OPPOSING_CLEARANCE * room) & (turn >= LEAST_TURN_BACK))
-    if not len(near):
+    pairs, apart = _too_near(plan, _pairs(entry, exit_, shared), width, LEAST_TURN_BACK, np.inf)
+    if not len(apart):
         return plan
-    pairs, apart = pairs.chosen(near), apart[near]
-    begin, end = ((x[near], y[near], hdg[near]) for x, y, hdg in (start, end))
-    aside = _half_apart(plan, pairs)
-    axis = turned_back(begin, end, np.full(len(near), -np.inf), U_TURN_RADIUS + aside)
+    start, end = _axis_ends(plan, pairs)
+    axis = turned_back(start, end, np.full(len(apart), -np.inf), U_TURN_RADIUS + _half_apart(plan, pairs))
     drawn = np.flatnonzero(lengths(axis) > 0)
     if not len(drawn):
         return plan
@@ -101,6 +88,20 @@ def draw_turn_backs_side_by_side(
     return _redrawn(
         plan, pairs.chosen(drawn), apart[drawn], _in_quarters(axis), _NEAR_ENOUGH * U_TURN_RADIUS, _LONGEST_TURN_BACK
     )
+
+
+def _too_near(
+    plan: PlanView, pairs: _Pairs, width: FloatArray, least_turn: float, most_turn: float
+) -> tuple[_Pairs, FloatArray]:
+    """Return the pairs that come too near to each other, and how near, m, of those that turn from `least_turn` on.
+
+    Those that turn by `most_turn`, rad, and more are left out.
+    """
+    turn = np.abs(heading_change(plan, pairs.there))
+    pairs = pairs.chosen((turn >= least_turn) & (turn < most_turn))
+    apart = _apart(plan, plan, pairs, pairs)
+    near = apart < defaults.OPPOSING_CLEARANCE * (width[pairs.there] + width[pairs.back]) / 2
+    return pairs.chosen(near), apart[near]
 
 
 def _half_apart(plan: PlanView, pairs: _Pairs) -> FloatArray:

@@ -51,9 +51,7 @@ def _others(
     ends: StreetEnds, layout: JunctionLayout, parts: RoadParts, connecting: ConnectingRoads
 ) -> tuple[IntArray, IntArray]:
     """Return pairs of connecting roads and street ends of their junction, at one level, that they do not join."""
-    street_end = np.full(2 * len(parts.length), -1, np.int64)
-    used = np.flatnonzero(parts.road_end >= 0)
-    street_end[parts.road_end[used]] = used
+    street_end = parts.street_end()
     count = np.array([len(arms) for arms in layout.arms], np.int64)
     first = np.cumsum(count) - count
     arms = np.array([end for group in layout.arms for end in group], np.int64)

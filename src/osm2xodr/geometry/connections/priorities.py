@@ -141,7 +141,7 @@ def _rank(network: StreetNetwork, end: int) -> int:
 
 
 def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:
-    return network.streets[end // 2].pieces[-1 if end % 2 else 0][1]
+    return network.streets[end // 2].attributes_at_end(end)
 
 
 def goes_first(one: Arm, other: Arm, ranks: Sequence[int]) -> bool:

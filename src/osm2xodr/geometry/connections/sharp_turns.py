@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import dubins_without_slivers, lengths, pose, replace_curves, smallest_radius, wrapped
+from osm2xodr.curves import dubins_without_slivers, heading_change, lengths, pose, replace_curves, smallest_radius
 from osm2xodr.defaults import CONNECTING_RADIUS, MOST_SWING, MOST_SWING_BACK, SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.defaults import TURNING_RADIUS_ACUTE
@@ -43,8 +43,7 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
             break
         wide, found = _wide_curves(plan, row, np.full(len(row), radius))
         # A turn that a car just misses is better than a balloon; turns back have no other way.
-        heading = np.abs(wrapped(pose(plan, row, lengths(plan)[row])[2] - pose(plan, row, np.zeros(len(row)))[2]))
-        back = heading > SWING_BACK
+        back = np.abs(heading_change(plan, row)) > SWING_BACK
         short = np.where(back, radius <= CONNECTING_RADIUS, lengths(wide) < longest * lengths(plan)[row])
         found = found[short[found]]
         free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)

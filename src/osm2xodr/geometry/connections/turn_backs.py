@@ -16,6 +16,7 @@ from osm2xodr.curves import (
     chain_curves,
     curves_of,
     dubins_without_slivers,
+    heading_change,
     lengths,
     owners,
     pose,
@@ -42,9 +43,7 @@ _FARTHEST: Final = 6.0
 
 def turns_back(plan: PlanView) -> BoolArray:
     """Say which curves end in about the opposite of the heading that they start with, (curves,)."""
-    curve = np.arange(len(plan.start) - 1)
-    before, after = pose(plan, curve, np.zeros(len(curve)))[2], pose(plan, curve, lengths(plan))[2]
-    return np.asarray(np.abs(wrapped(after - before)) >= LEAST_TURN_BACK)
+    return np.asarray(np.abs(heading_change(plan, np.arange(len(plan.start) - 1))) >= LEAST_TURN_BACK)
 
 
 def swings_back(plan: PlanView) -> BoolArray:

@@ -180,7 +180,7 @@ def _ways_out(
 
 def _way_at(streets: tuple[Street, ...], end: int) -> int:
     """Return the OSM way that a street end belongs to."""
-    return streets[end // 2].pieces[-1 if end % 2 else 0][1].osm_way_id
+    return streets[end // 2].attributes_at_end(end).osm_way_id
 
 
 def _ways_of(street: Street, along: bool) -> Iterator[int]:

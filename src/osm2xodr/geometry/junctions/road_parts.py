@@ -40,6 +40,13 @@ class RoadParts:
     fitted: FittedStreets  # The streets that they were cut from
     pieces: tuple[tuple[Piece, ...], ...]  # Of each street, with borders where lanes may change
 
+    def street_end(self) -> IntArray:
+        """Return the street end that each road end was, (2 roads,), -1 for none."""
+        out = np.full(2 * len(self.length), -1, np.int64)
+        used = np.flatnonzero(self.road_end >= 0)
+        out[self.road_end[used]] = used
+        return out
+
     def at_end(self, end: int) -> Stretch:
         """Return the stretch at a road end."""
         return self.stretches[end // 2][-1 if end % 2 else 0]
@@ -69,7 +76,7 @@ def cut_back_dead_ends(
         for end in arms:
             if end != widest and np.cos(ends.hdg[end] - ends.hdg[widest]) >= _ACUTE_COSINE:
                 trim[end] = before.trim[end]
-                way = network.streets[end // 2].pieces[-(end % 2)][1].osm_way_id
+                way = network.streets[end // 2].attributes_at_end(end).osm_way_id
                 text = "it ends on another road, and is cut back to where it is apart"
                 diagnostics.repaired("lies-on-another", f"way/{way}", text)
     return replace(layout, trim=trim)

@@ -93,10 +93,8 @@ def between_carriageways(network: StreetNetwork, ends: StreetEnds) -> BoolArray:
     one_way = ends.enters != ends.leaves
     flow = np.where(ends.leaves, ends.hdg, ends.hdg + np.pi)
     for end in np.flatnonzero(one_way & (ends.node >= 0) & ~ends.roundabout).tolist():
-        attributes = network.streets[end // 2].pieces[-(end % 2)][1]
-        at.setdefault(int(ends.node[end]), []).append(
-            (float(flow[end]), attributes.name or attributes.ref or attributes.highway)
-        )
+        road = network.streets[end // 2].attributes_at_end(end).road
+        at.setdefault(int(ends.node[end]), []).append((float(flow[end]), road))
     short = (ends.length[0::2] < _MEDIAN_CROSSING) & (ends.node[0::2] >= 0) & (ends.node[1::2] >= 0)
     # A ring does not cross the two halves of a roundabout's arm.
     short &= ~(ends.roundabout[0::2] & ends.roundabout[1::2])

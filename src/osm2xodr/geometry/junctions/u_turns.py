@@ -82,15 +82,11 @@ def _one_road(network: StreetNetwork, ends: StreetEnds, end: int, other: int) ->
     """Say whether two street ends belong to one road; those without a name that meet at a node may just fork."""
     one, two = _attributes(network, end), _attributes(network, other)
     named = bool(one.name or one.ref) or ends.node[end] != ends.node[other]
-    return named and _road(one) == _road(two)
+    return named and one.road == two.road
 
 
 def _attributes(network: StreetNetwork, end: int) -> StreetAttributes:
-    return network.streets[end // 2].pieces[-1 if end % 2 else 0][1]
-
-
-def _road(attributes: StreetAttributes) -> str:
-    return attributes.name or attributes.ref or attributes.highway
+    return network.streets[end // 2].attributes_at_end(end)
 
 
 def _lanes(fitted: FittedStreets, end: int, into: bool, rule: Rule) -> tuple[EndLane, ...]:
@@ -156,9 +152,9 @@ def _unsaid(
         mapped = any("reverse" in lane.spec.turns for lane in lanes)
         if signs is None:
             # A crossing of the median that no other road leads to is there to turn back.
-            road = _road(_attributes(network, item.entry))
+            road = _attributes(network, item.entry).road
             mapped |= all(
-                ends.enters[end] != ends.leaves[end] and _road(_attributes(network, end)) == road
+                ends.enters[end] != ends.leaves[end] and _attributes(network, end).road == road
                 for end in arms_used[item.junction]
             ) and bool(item.inner)
             out.append(not mapped)
