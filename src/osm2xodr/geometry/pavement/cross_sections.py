@@ -78,6 +78,8 @@ class CrossSections:
 
     def edge(self, side: IntArray, k: IntArray) -> FloatArray:
         """Return t of the outer edges, strips included, at the left (1) or right (-1) of the k-th ones, m."""
+        if not side.ndim:
+            return self.left[k] + self.more_left[k] if side > 0 else self.right[k] - self.more_right[k]
         return np.where(side > 0, self.left[k] + self.more_left[k], self.right[k] - self.more_right[k])
 
     @classmethod

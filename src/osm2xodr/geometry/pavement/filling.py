@@ -29,7 +29,7 @@ _NARROW: Final = 1.5
 _STEP: Final = 0.3
 _LATER: Final = 2
 # About so many cross sections are looked at together, those of whole junctions: few enough for a processor's cache.
-_AT_ONCE: Final = 50_000
+_AT_ONCE: Final = 100_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +65,10 @@ def _batches(roads: ConnectingRoads, junction: IntArray) -> list[IntArray]:
 def _laid(
     rows: IntArray, junction_of: IntArray, roads: ConnectingRoads, edges: LaneEdges
 ) -> tuple[CrossSections, FloatArray]:
-    """Return cross sections of some roads, whole junctions, and the widths of strips there, (2, n), m."""
+    """Return the cross sections of roads with strips, and how wide these are there, (2, n), m.
+
+    `rows` are the roads of some whole junctions, and `junction_of` is theirs.
+    """
     sections = CrossSections.of(roads, edges, POINTS_PER_CELL * defaults.GAP_CELL, rows)
     number = np.unique(junction_of, return_inverse=True)[1].astype(np.int64)
     junction = number[np.searchsorted(rows, sections.road)]
@@ -80,7 +83,15 @@ def _laid(
         more, left = _strips(here, renumbered, roads, edges)
         width[:, again] += more
         with_gap[junctions] = left
-    return sections, width
+    used = _of_roads_with_strips(width, sections)
+    return sections.chosen(used), width[:, used]
+
+
+def _of_roads_with_strips(width: FloatArray, sections: CrossSections) -> IntArray:
+    """Return the indices of the cross sections of all roads beside which there is any strip, (m,)."""
+    with_strip = np.zeros(int(sections.road.max()) + 1, bool)
+    with_strip[sections.road[width.any(axis=0)]] = True
+    return np.flatnonzero(with_strip[sections.road])
 
 
 def _strips(
@@ -103,7 +114,9 @@ def _strips(
         _close(rays.chosen(best), end[best], grids)
         rays = rays.chosen(~best & (end > rays.first))
     area = np.bincount(junction, width.sum(axis=0) * sections.spacing)
-    return _with_late_steps(width, sections), area >= _LARGE_STRIPS
+    rows = _of_roads_with_strips(width, sections)
+    width[:, rows] = _with_late_steps(width[:, rows], sections.chosen(rows))
+    return width, area >= _LARGE_STRIPS
 
 
 def _with_late_steps(width: FloatArray, sections: CrossSections) -> FloatArray:
@@ -113,7 +126,7 @@ def _with_late_steps(width: FloatArray, sections: CrossSections) -> FloatArray:
         for here, there in ((slice(far, None), slice(None, -far)), (slice(None, -far), slice(far, None))):
             steps = (road[here] == road[there]) & (width[:, there] > width[:, here] + _STEP)
             out[:, here] = np.where(steps, np.maximum(out[:, here], width[:, there]), out[:, here])
-    room = np.array([room_inside(sections, side) for side in (1, -1)])
+    room = np.array([room_inside(sections, side, np.arange(len(road))) for side in (1, -1)])
     return np.asarray(np.maximum(np.minimum(out, room), width))
 
 

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy.sparse.csgraph import connected_components
 
-from osm2xodr.curves import starts
+from osm2xodr.curves import ranks, runs, starts
 from osm2xodr.geometry.pavement import defaults
 from osm2xodr.geometry.pavement.cross_sections import CrossSections
 from osm2xodr.model import FloatArray, IntArray
@@ -48,58 +49,96 @@ class Grids:
     end: NDArray[np.int32]
     across: NDArray[np.int32]
 
-    def cells(self, k: IntArray, t: FloatArray) -> NDArray[np.int32]:
-        """Return the cells at t, m, (n, steps), of the k-th cross sections, (n,); t is at most a cell off lanes."""
-        near = t.astype(np.float32)
-        column = (self.x[k, None] + near * self.nx[k, None]).astype(np.int32)
-        row = (self.y[k, None] + near * self.ny[k, None]).astype(np.int32)
-        return np.asarray(self.first[k, None] + row * self.across[k, None] + column, np.int32)
+    def cells(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
+        """Return the cells at t, m, (steps, n), of the k-th cross sections, (n,); t is at most a cell off lanes."""
+        column, row = self._places(k, t)
+        row *= self.across[k]
+        row += self.first[k]
+        row += column
+        return row
 
-    def cells_far(self, k: IntArray, t: FloatArray) -> NDArray[np.int32]:
+    def cells_far(self, k: IntArray, t: NDArray[np.float32]) -> NDArray[np.int32]:
         """Return the cells at any t; where that is beyond the grid, its first cell, which is outside of all lanes."""
-        far = t.astype(np.float32)
-        column = (self.x[k, None] + far * self.nx[k, None]).astype(np.int32)
-        row = (self.y[k, None] + far * self.ny[k, None]).astype(np.int32)
-        first, across = self.first[k, None], self.across[k, None]
+        column, row = self._places(k, t)
+        first, across = self.first[k], self.across[k]
         cell = first + row * across + column
-        within = (column >= 0) & (column < across) & (row >= 0) & (cell < self.end[k, None])
+        within = (column >= 0) & (column < across) & (row >= 0) & (cell < self.end[k])
         return np.where(within, cell, first)
+
+    def _places(self, k: IntArray, t: NDArray[np.float32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Return columns and rows in the grids at t, m, (steps, n), of the k-th cross sections, (n,)."""
+        at = t * self.nx[k]
+        at += self.x[k]
+        column = at.astype(np.int32)
+        np.multiply(t, self.ny[k], out=at)
+        at += self.y[k]
+        return column, at.astype(np.int32)
 
     def draw(self, low: FloatArray, high: FloatArray, value: NDArray[np.int32]) -> None:
         """Write values into the cells of cross sections from t = low to t = high, m, all (n,)."""
-        count = np.ceil((high - low) / (POINTS_PER_CELL * defaults.GAP_CELL)).astype(np.int64)
+        count = np.ceil((high - low) / (POINTS_PER_CELL * defaults.GAP_CELL)).astype(np.int16)
         order = np.argsort(count, kind="stable")
-        order = order[count[order] > 0]
+        order = order[np.searchsorted(count[order], 0, side="right") :]
         # Cross sections of equal width at once.
         for equal in np.split(order, np.flatnonzero(np.diff(count[order])) + 1) if len(order) else ():
-            share = np.linspace(0.0, 1.0, int(count[equal[0]]) + 1, dtype=np.float32)
+            share = np.linspace(0.0, 1.0, int(count[equal[0]]) + 1, dtype=np.float32)[:, None]
             some = max(_AT_ONCE // len(share), 1)
             for k in (equal[at : at + some] for at in range(0, len(equal), some)):
-                begin, end = low[k, None].astype(np.float32), high[k, None].astype(np.float32)
-                self.road[self.cells(k, begin + (end - begin) * share)] = value[k, None]
+                begin, end = low[k].astype(np.float32), high[k].astype(np.float32)
+                t = (end - begin) * share
+                t += begin
+                # One cross section after the other: where several cover a cell, the last one has it.
+                self.road[np.ascontiguousarray(self.cells(k, t).T, np.intp)] = value[k, None]
 
 
 def find_gaps(sections: CrossSections, junction: IntArray) -> Grids:
     """Return the junctions' grids; `junction` is that of each cross section, 0 … J - 1, (n,)."""
     grids = _empty_grids(sections, junction)
     _draw(grids, sections)
-    last = 0
-    least = defaults.GAP_LEAST_AREA / defaults.GAP_CELL**2
-    most = defaults.GAP_LARGEST_AREA / defaults.GAP_CELL**2
-    for k in range(len(grids.wide)):
-        cells = slice(int(grids.start[k]), int(grids.start[k + 1]))
-        label, found = ndimage.label(grids.road[cells].reshape(-1, int(grids.wide[k])) == FREE)
-        if found < 2:
-            continue
-        # The first label is that of the corner, which is outside.
-        size = np.bincount(label.ravel(), minlength=found + 1)
-        good = np.flatnonzero((size >= least) & (size <= most))
-        good = good[good > 1]
-        number = np.zeros(found + 1, np.int32)
-        number[good] = last + 1 + np.arange(len(good))
-        grids.gap[cells] = number[label].ravel()
-        last += len(good)
+    owner, first, last = _free_runs(grids)
+    area = _connected(grids, owner, first, last)
+    size = np.bincount(area, last - first)
+    # The first area of each grid is that of its corner, which is outside.
+    outside = area[np.searchsorted(owner, np.arange(len(grids.wide)))]
+    good = (size >= defaults.GAP_LEAST_AREA / defaults.GAP_CELL**2) & (
+        size <= defaults.GAP_LARGEST_AREA / defaults.GAP_CELL**2
+    )
+    good[outside] = False
+    number = np.where(good, np.cumsum(good), 0)[area]
+    rows = np.flatnonzero(number)
+    count = (last - first)[rows]
+    grids.gap[runs(first[rows], count)] = np.repeat(number[rows], count)
     return grids
+
+
+def _free_runs(grids: Grids) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the runs of free cells in the rows of all grids: their grid, first cell and that behind their last."""
+    free = grids.road == FREE
+    change = np.empty(len(free) + 1, bool)
+    change[0] = change[-1] = True
+    np.not_equal(free[1:], free[:-1], out=change[1:-1])
+    deep = np.diff(grids.start) // grids.wide
+    # The borders of grids are free: each row begins with a run.
+    change[np.repeat(grids.start[:-1], deep) + ranks(deep) * np.repeat(grids.wide, deep)] = True
+    border = np.flatnonzero(change)
+    kept = np.flatnonzero(free[border[:-1]])
+    first, last = border[kept], border[kept + 1]
+    return np.searchsorted(grids.start, first, side="right") - 1, first, last
+
+
+def _connected(grids: Grids, owner: IntArray, first: IntArray, last: IntArray) -> IntArray:
+    """Return the areas that runs belong to, numbered from 0 in the order of their first runs, (n,)."""
+    # Those of the next row that overlap with a run; none below the last row, where grids are free from side to side.
+    below = np.minimum(first + grids.wide[owner], grids.start[owner + 1]), last + grids.wide[owner]
+    begin = np.searchsorted(last, below[0], side="right")
+    count = np.searchsorted(first, np.minimum(below[1], grids.start[owner + 1])) - begin
+    one, other = np.repeat(np.arange(len(first)), count), runs(begin, count)
+    graph = sp.coo_array((np.ones(len(one), np.int8), (one, other)), shape=(len(first), len(first)))
+    label = connected_components(graph, directed=False)[1]
+    begins = np.unique(label, return_index=True)[1]
+    rank = np.empty(len(begins), np.int64)
+    rank[np.argsort(begins)] = np.arange(len(begins))
+    return rank[label]
 
 
 def _empty_grids(sections: CrossSections, junction: IntArray) -> Grids:

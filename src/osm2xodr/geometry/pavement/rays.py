@@ -70,22 +70,22 @@ def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays
     found: list[tuple[Any, ...]] = []
     for side in (1, -1):
         edge = sections.edge(np.array(side), near)
-        begin = grids.cells(near, edge[:, None] + side * steps[:_FIRST])
-        inside = grids.gap[begin] > 0
-        meets = inside.any(axis=1)
-        k, edge, first = near[meets], edge[meets], inside[meets].argmax(axis=1)
-        gap = grids.gap[begin[meets, first]].astype(np.int64)
-        room = room_inside(sections, side)[k] / step - 1.0
-        cells = grids.cells_far(k, edge[:, None] + side * steps)
+        begin = grids.gap[grids.cells(near, (edge + side * steps[:_FIRST, None]).astype(np.float32))]
+        meets = np.flatnonzero(begin.any(axis=0))
+        k, edge, begin = near[meets], edge[meets], begin[:, meets]
+        first = (begin > 0).argmax(axis=0)
+        gap = begin[first, np.arange(len(first))].astype(np.int64)
+        room = room_inside(sections, side, k) / step - 1.0
+        cells = grids.cells_far(k, (edge + side * steps[:, None]).astype(np.float32)).T
         found.append((k, np.full(len(k), side), gap, cells, first, np.clip(room, 0, len(steps) - 1).astype(np.int64)))
     rows = Rays(*(np.concatenate(column) for column in zip(*found, strict=True)))
     return rows.chosen(rows.room > rows.first)
 
 
-def room_inside(sections: CrossSections, side: int) -> FloatArray:
-    """Return how wide a strip may be on a side of cross sections, (n,), m: inside of a bend up to near its centre."""
-    edge = sections.edge(np.array(side), np.arange(len(sections.s)))
-    bend = np.maximum(side * sections.curvature, 1e-9)
+def room_inside(sections: CrossSections, side: int, k: IntArray) -> FloatArray:
+    """Return how wide a strip may be on a side of the k-th cross sections, (n,), m: up to near a bend's centre."""
+    edge = sections.edge(np.array(side), k)
+    bend = np.maximum(side * sections.curvature[k], 1e-9)
     return np.asarray((1.0 - _LEAST_SHARE) / bend - side * edge)
 
 
