@@ -134,8 +134,8 @@ def _connect(
     u_turns = np.array([movements[row.movement].u_turn for row in links.rows], bool)
     roomy = _out_of_bends(network, _with_room_to_turn(network, cut, connecting, u_turns))
     if roomy is not cut:
-        links = find_lane_links(roomy.parts, movements, network.rule, links)
-        connecting = drawn(roomy, links)
+        before, links = links, find_lane_links(roomy.parts, movements, network.rule, links)
+        connecting = redraw_connecting_roads(connecting, before, links, partial(drawn, roomy))
     even = even_widths(roomy.parts, connecting, network.rule, diagnostics)
     if even is not roomy.parts:
         roomy = replace(roomy, parts=even)

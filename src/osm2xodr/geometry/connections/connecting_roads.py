@@ -106,8 +106,11 @@ _TUPLES = ("lane_type", "access", "inner")
 _ARRAYS = tuple(item.name for item in fields(ConnectingRoads) if item.name not in ("plan_view", *_TUPLES))
 
 
-def _largest_radii(links: LaneLinks, movements: list[Movement], ends: StreetEnds) -> FloatArray:
-    """Return how large the arc of each lane link may be at most so that it does not cut its corner, (n,), m."""
+def _largest_radii(links: LaneLinks, street_ends: IntArray, ends: StreetEnds) -> FloatArray:
+    """Return how large the arc of each lane link may be at most so that it does not cut its corner, (n,), m.
+
+    `street_ends` (n, 2) are those that the links lead from and to.
+    """
     rows = links.rows
     road_in = np.array([row.entry for row in rows], np.int64)
     road_out = np.array([row.exit for row in rows], np.int64)
@@ -116,8 +119,8 @@ def _largest_radii(links: LaneLinks, movements: list[Movement], ends: StreetEnds
     hdg_out = links.hdg[road_out] + np.where(into < 0, np.pi, 0.0)
     return turning_radii(
         ends,
-        np.array([movements[row.movement].entry for row in rows], np.int64),
-        np.array([movements[row.movement].exit for row in rows], np.int64),
+        street_ends[:, 0],
+        street_ends[:, 1],
         -out_of * [row.lane_in.t for row in rows],
         into * [row.lane_out.t for row in rows],
         np.array([min(row.lane_in.spec.width, row.lane_out.spec.width) for row in rows]),
@@ -145,7 +148,9 @@ def build_connecting_roads(
     entry_t = np.array([row.lane_in.t for row in rows])
     exit_t = np.array([row.lane_out.t for row in rows])
     hdg0, hdg1 = links.hdg[entry], links.hdg[exit_]
-    movement = np.array([row.movement for row in rows], np.int64)
+    used, movement = np.unique(np.array([row.movement for row in rows], np.int64), return_inverse=True)
+    movements = [movements[k] for k in used.tolist()]
+    street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
     plan = connect(
         links.x[entry] - entry_t * np.sin(hdg0),
         links.y[entry] + entry_t * np.cos(hdg0),
@@ -153,7 +158,7 @@ def build_connecting_roads(
         links.x[exit_] - exit_t * np.sin(hdg1),
         links.y[exit_] + exit_t * np.cos(hdg1),
         hdg1 + np.where(exit_ % 2 == 0, 0.0, np.pi),
-        radius=_largest_radii(links, movements, ends),
+        radius=_largest_radii(links, street_ends, ends),
     )
     lanes = lane_paths(
         lay_out_paths(movements, ends, trim, outer_lanes),
@@ -166,7 +171,6 @@ def build_connecting_roads(
     width = np.array([(row.lane_in.spec.width + row.lane_out.spec.width) / 2 for row in rows])
     shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in rows], bool)
     plan = draw_side_by_side(plan, entry, exit_, width, shared)
-    street_ends = np.array([(item.entry, item.exit) for item in movements], np.int64).reshape(-1, 2)[movement]
     plan = draw_turn_backs(plan, lanes, ends, street_ends[:, 0], street_ends[:, 1])
     plan = draw_turn_backs_side_by_side(plan, entry, exit_, width, shared)
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]

@@ -88,20 +88,32 @@ def lay_out_paths(
     inner_right, inner_left = _inner_sides(inner, len(count), lanes)
     curve = near // 2
     size = np.abs(s_to - s_from)
-    before = np.concatenate([[0.0], np.cumsum(size)])
+    chainage = _sums_before(size, start)
     return StreetPaths(
         start=start,
         curve=curve,
         s_from=s_from,
         s_to=s_to,
-        chainage=before[:-1] - before[start[:-1]][owner],
-        length=before[start[1:]] - before[start[:-1]],
+        chainage=chainage,
+        length=(chainage + size)[start[1:] - 1],
         sharpest=sharpest,
         inner_right=inner_right,
         inner_left=inner_left,
         on_ring=ring,
         aside=ends.aside[2 * curve] * np.where(s_to < s_from, -1.0, 1.0),
     )
+
+
+def _sums_before(size: FloatArray, start: IntArray) -> FloatArray:
+    """Return the sum of what comes before each leg in its path, (legs,), to the last bit whatever other paths there are.
+
+    Every path has a leg.
+    """
+    out, count = np.zeros(len(size)), np.diff(start)
+    for k in range(1, int(count.max(initial=1))):
+        leg = start[:-1][count > k] + k
+        out[leg] = out[leg - 1] + size[leg - 1]
+    return out
 
 
 def _inner_sides(

@@ -78,7 +78,8 @@ def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
     base = s[np.minimum(plan.start[:-1], max(len(s) - 1, 0))]
     return PlanView(
         plan.start.copy(),
-        s - base[owner],
+        # Not by sums over other curves where nothing moves.
+        np.where(d != 0.0, s - base[owner], plan.s),
         plan.x - d * np.sin(plan.hdg),
         plan.y + d * np.cos(plan.hdg),
         plan.hdg.copy(),
