@@ -170,21 +170,23 @@ def _convert(wanted: _Wanted, options: ConvertOptions, found: AreaMap, progress:
     try:
         from osm2xodr.library import convert as run
 
-        conversion = run(found.path, wanted.dem, options=found.options, on_stage=found.on_stage)
-        # What was asked for, whatever file is read for it.
-        conversion = dataclasses.replace(conversion, inputs=options.inputs(wanted.area, wanted.dem))
-        progress.stage(f"writing {label(output)}")
-        written = conversion.write(output, report_json=wanted.report_json)
+        try:
+            conversion = run(found.path, wanted.dem, options=found.options, on_stage=found.on_stage)
+            # What was asked for, whatever file is read for it.
+            conversion = dataclasses.replace(conversion, inputs=options.inputs(wanted.area, wanted.dem))
+            progress.stage(f"writing {label(output)}")
+            written = conversion.write(output, report_json=wanted.report_json)
+        finally:
+            progress.done()
+        about = summary(conversion, written.diagnostics, has_heights=bool(wanted.dem))
+        command = "" if output == STANDARD_OUTPUT else conversion.load_command(output)
+        if not quiet:
+            _report(conversion, written, time.monotonic() - began, wanted.verbose)
+        log = conversion.report(written) if html is not None else b""
+        # The check and the page read the file, and need the memory. The search would go through all of it once more.
+        del conversion
     finally:
-        progress.done()
         gc.enable()
-    about = summary(conversion, written.diagnostics, has_heights=bool(wanted.dem))
-    command = "" if output == STANDARD_OUTPUT else conversion.load_command(output)
-    if not quiet:
-        _report(conversion, written, time.monotonic() - began, wanted.verbose)
-    log = conversion.report(written) if html is not None else b""
-    # The check and the page read the file, and need the memory.
-    del conversion
     status = findings = 0
     try:
         if wanted.check or html is not None:
