@@ -85,15 +85,20 @@ def _stations(road_map: RoadMap) -> Stations:
     count = np.maximum((length / CLEARANCE_STEP).astype(np.int64) + 1, 2)
     road = np.repeat(np.arange(len(length), dtype=np.int64), count)
     s = length[road] * ranks(count) / (count[road] - 1)
-    sections = [section for item in road_map.roads for section in item.lane_sections]
+    every = [section for item in road_map.roads for section in item.lane_sections]
     first = starts([len(item.lane_sections) for item in road_map.roads])
-    section = find_record(first, np.array([item.s for item in sections]), road, s)
+    # Roads share sections that are alike.
+    number: dict[int, int] = {}
+    shared = np.array([number.setdefault(id(item), len(number)) for item in every], np.int64)
+    sections = [every[k] for k in np.unique(shared, return_index=True)[1].tolist()]
+    begin = np.array([item.s for item in sections])
+    section = shared[find_record(first, begin[shared], road, s)]
     driven = np.array([any(lane.type in VEHICLE_LANES for lane in item.lanes) for item in sections], bool)[section]
     road, s, section = road[driven], s[driven], section[driven]
     x, y, hdg = pose(road_map.plan_view, road, s)
     z, bank = cubic_value(road_map.elevation, road, s), cubic_value(road_map.superelevation, road, s)
     offset = cubic_value(road_map.lane_offset, road, s)
-    ds = s - np.array([item.s for item in sections])[section]
+    ds = s - begin[section]
 
     def edge(side: int) -> FloatArray:
         t = offset + _border(sections, section, ds, side)

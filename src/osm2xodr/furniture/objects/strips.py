@@ -72,8 +72,8 @@ def strips_outside(finder: RoadsideFinder, lines: Sequence[FloatArray], half_wid
 def strips_on(finder: RoadsideFinder, lines: Sequence[FloatArray], half_width: float) -> list[Strip]:
     """Cut lines (n, 2) to the carriageways on which they run with their half width, m, and on through junctions."""
     line, x, y = _points_along(lines, _SPACING_ON_ROADS)
-    places = finder.places(x, y)
-    on = (places.road >= 0) & (places.beyond <= -half_width)
+    places = finder.places(x, y, -half_width)
+    on = places.road >= 0
     places = _through_junctions(finder, line, x, y, places)
     on |= np.isnan(places.left) & (places.road >= 0)
     one_side = np.zeros(len(line), np.bool_)

@@ -89,7 +89,8 @@ class ConnectingRoads:
         """Return those of some rows, in their order."""
         plan = cut_curves(self.plan_view, np.zeros(len(rows)), self.length[rows], rows)
         columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
-        columns |= {name: tuple(getattr(self, name)[k] for k in rows.tolist()) for name in _TUPLES}
+        order = rows.tolist()
+        columns |= {name: tuple(map(getattr(self, name).__getitem__, order)) for name in _TUPLES}
         return ConnectingRoads(plan, **columns)
 
     def joined(self, other: ConnectingRoads) -> ConnectingRoads:
