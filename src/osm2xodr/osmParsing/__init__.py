@@ -15,6 +15,12 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
+    from osm2xodr.osmParsing.correction_keys import (
+        CORRECTION_KEYS as CORRECTION_KEYS,
+        drops_relation as drops_relation,
+        node_correction as node_correction,
+        way_correction as way_correction,
+    )
     from osm2xodr.osmParsing.file import (
         RELATION_TYPES as RELATION_TYPES,
         UNITS_PER_DEGREE as UNITS_PER_DEGREE,
@@ -45,6 +51,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "correction_keys": ("CORRECTION_KEYS", "drops_relation", "node_correction", "way_correction"),
         "file": (
             "OsmFile",
             "RELATION_TYPES",

@@ -86,6 +86,8 @@ INCLINE_MAX: Final = 0.35
 # ``ele`` of a node is read off a map or a receiver, in whatever datum: standard error, m (a choice; receivers and
 # contour lines are good for 5 to 10 m).
 ELE_SIGMA: Final = 5.0
+# A height that the user corrects is surveyed: standard error, m (levelling from a benchmark, or RTK).
+KNOWN_SIGMA: Final = 0.02
 # Carriageways of one street that run opposite ways within this distance are level, with this standard error, m.
 DUAL_CARRIAGEWAY_DISTANCE: Final = 25.0
 DUAL_CARRIAGEWAY_SIGMA: Final = 0.5

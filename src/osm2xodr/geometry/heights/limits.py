@@ -224,6 +224,8 @@ def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma
     below = _elements_of(network, crossings.lower, crossings.lower_s)
     k = deflection_stiffness(beams.density[below], beams.flexibility[below])
     push = np.clip(defaults.CLEARANCE_PUSH_SIGMAS * sigma, defaults.CLEARANCE_PUSH_MIN, defaults.CLEARANCE_PUSH_MAX)
+    if crossings.known_by is not None:
+        push = np.where(crossings.known_by != 0, defaults.CLEARANCE_PUSH_MAX, push)
     high, own = np.full(len(k), np.inf), np.zeros(len(k), bool)
     return Limits(rows, crossings.clearance, high, _STIFFNESS_RATIO * k, push * k, own)
 

@@ -25,7 +25,15 @@ from osm2xodr.geometry.heights.observations import Kind, Observations, collect_o
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
 from osm2xodr.geometry.heights.records import Knots, add_pins, level_profile, thin_records
-from osm2xodr.geometry.heights.report import Outcome, element_grades, report, statistics, tabulate
+from osm2xodr.geometry.heights.report import (
+    Outcome,
+    element_grades,
+    report,
+    report_known_clearances,
+    report_known_heights,
+    statistics,
+    tabulate,
+)
 from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.geometry.heights.stiffness import Beams, Chains, find_chains, network_stiffness
 from osm2xodr.geometry.heights.superelevation import road_superelevation
@@ -93,6 +101,8 @@ def solve_profiles(
     heights = np.concatenate([reading.z, at_junctions.z])
     # An exact surface of one height.
     if not len(elements.h) or (not reading.cell.any() and np.ptp(heights) == 0):
+        report_known_heights(problem, None, diagnostics)
+        report_known_clearances(problem, None, diagnostics)
         return _level_solution(problem, heights)
 
     network = Network(problem, elements, samples, number_unknowns(problem, elements))
@@ -106,12 +116,15 @@ def solve_profiles(
     release_memory()
     solved = solve_network(stiffness, observations, limits, factors)
     road_z = solved.value[observations.kind == Kind.ROAD_HEIGHT] + model.mean
+    known_z = solved.value[observations.kind == Kind.KNOWN_HEIGHT] + model.mean
     # As large as all the rest together, and used up.
     del observations, limits
     release_memory()
 
     outcome = _read_solution(model, solved.x, road_z, floating, clearances)
     report(network, outcome, diagnostics)
+    report_known_heights(problem, known_z, diagnostics)
+    report_known_clearances(problem, model.crossings, diagnostics)
     superelevation = road_superelevation(network, surface, diagnostics) if options.superelevation else None
     return replace(_write_records(network, outcome), superelevation=superelevation)
 
