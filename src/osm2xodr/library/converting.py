@@ -23,7 +23,7 @@ from osm2xodr.osmParsing import ParseOptions, parse_ways_option
 from osm2xodr.pipeline import PipelineOptions
 from osm2xodr.reporting import Conversion
 from osm2xodr.surface import SurfaceOptions, expand
-from osm2xodr.system import available_jobs
+from osm2xodr.system import STANDARD_OUTPUT, available_jobs
 from osm2xodr.xodrWriter import WriteOptions
 
 # Options that mean nothing without an elevation model.
@@ -92,7 +92,9 @@ def convert(
     how = WriteOptions(
         options.xodr_version, options.name_for(osm), options.date, __version__, target=wanted.furniture.target
     )
-    conversion = dataclasses.replace(made, inputs=options.inputs(osm, dems), options=how, jobs=wanted.jobs)
+    source = None if osm == STANDARD_OUTPUT else osm
+    inputs = options.inputs(osm, dems)
+    conversion = dataclasses.replace(made, inputs=inputs, options=how, jobs=wanted.jobs, source=source)
     if output is None:
         return conversion
     return dataclasses.replace(conversion, diagnostics=conversion.write(output).diagnostics)
