@@ -76,19 +76,8 @@ class _Batch:
         limit = ["--timeout", f"{self.options.timeout:g}"] if self.options.timeout is not None else []
         known = self.options.corrections_file
         corrections = [] if known is None else ["--corrections", _plain(known), "--corrections-shared"]
-        fixed = [
-            *corrections,
-            "--name",
-            area.name,
-            "--overwrite",
-            "--quiet",
-            "--jobs",
-            "1",
-            *limit,
-            *frame,
-            *area.options,
-        ]
-        files = [_plain(self._map(item)), *dems, "-o", _plain(xodr), "--report-json", _plain(report)]
+        fixed = ["--name", area.name, "--overwrite", "--quiet", "--jobs", "1", *limit, *frame, *area.options]
+        files = [_plain(self._map(item)), *dems, "-o", _plain(xodr), "--report-json", _plain(report), *corrections]
         return ("convert", *files, *fixed)
 
     def _map(self, item: PlannedArea) -> Path:
