@@ -221,7 +221,7 @@ class ConvertOptions:
             names = "allow_partial", "fail_below_coverage"
             raise OptionError("allow_partial and fail_below_coverage exclude each other; give one of them", *names)
         if self.corrections_shared and self.corrections is None:
-            names = "corrections_shared", "corrections"
+            names = "corrections", "corrections_shared"
             raise OptionError("corrections_shared is about corrections; give them, or leave it out", *names)
         if not 0.0 < self.smoothing < math.inf:
             raise OptionError(

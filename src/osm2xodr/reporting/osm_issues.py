@@ -42,8 +42,8 @@ def osm_issues(diagnostics: Diagnostics, path: Path, frame: LocalFrame) -> bytes
     for osm_id, xy in element_places(path, frame, {item.osm_id for item in found}).items():
         # Of a way its middle, of a relation its first member with a place.
         row = 0 if osm_id.startswith("relation/") else len(xy) // 2
-        lon, lat = to_geographic(frame, *xy[row : row + 1].T)
-        places[osm_id] = round(float(lon[0]), _DECIMALS), round(float(lat[0]), _DECIMALS)
+        lon, lat = to_geographic(frame, *xy[row])
+        places[osm_id] = round(float(lon), _DECIMALS), round(float(lat), _DECIMALS)
     features = [_feature(item, places) for item in found]
     document = {"type": "FeatureCollection", "features": features}
     # Names from damaged files may contain lone surrogates, which UTF-8 cannot encode.

@@ -86,8 +86,6 @@ INCLINE_MAX: Final = 0.35
 # ``ele`` of a node is read off a map or a receiver, in whatever datum: standard error, m (a choice; receivers and
 # contour lines are good for 5 to 10 m).
 ELE_SIGMA: Final = 5.0
-# A height that the user corrects is surveyed: standard error, m (levelling from a benchmark, or RTK).
-KNOWN_SIGMA: Final = 0.02
 # Carriageways of one street that run opposite ways within this distance are level, with this standard error, m.
 DUAL_CARRIAGEWAY_DISTANCE: Final = 25.0
 DUAL_CARRIAGEWAY_SIGMA: Final = 0.5
@@ -156,7 +154,7 @@ DECK: Final = 0.7
 CLEARANCE_TOLERANCE: Final = 0.3
 # How far the ground's own heights give way to clearance at a place: in standard errors of the elevation model, and
 # from 1 m (twice its error beneath bridges) to 50 m. A precise model shows the road in its cutting; there the bridge
-# has to rise.
+# has to rise. To clearances and heights that the user knows they give way by the last.
 CLEARANCE_PUSH_SIGMAS: Final = 10.0
 CLEARANCE_PUSH_MIN: Final = 1.0
 CLEARANCE_PUSH_MAX: Final = 50.0

@@ -40,7 +40,6 @@ class Kind(IntEnum):
     DIFFERENCE = 4  # Two carriageways of one street are level with each other
     PIN = 5  # Height or grade that a road is held to where areas meet
     CUT_BRIDGE = 6  # The ground where the map's edge cuts a bridge
-    KNOWN_HEIGHT = 7  # What the user knows of a node
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,7 +105,6 @@ def collect_observations(
         observe_dual_carriageways(network, reading),
         observe_pins(network, mean),
         observe_cut_bridges(network, reading, mean),
-        observe_known(network, mean),
     ]
     return join_blocks(blocks, unknowns)
 
@@ -217,22 +215,6 @@ def observe_ele(network: Network, mean: float) -> Observations:
     rows = network.knot_rows(*network.place(problem.ele_road, problem.ele_s), hermite)
     sigma = np.full(len(problem.ele_z), defaults.ELE_SIGMA)
     return _block(Kind.TAGGED_HEIGHT, network.in_unknowns(rows), problem.ele_z - mean, 1.0 / sigma**2, sigma)
-
-
-def observe_known(network: Network, mean: float) -> Observations:
-    """Observe the heights, less the mean, m, that the user knows: of roads, and of junctions on their planes."""
-    known = network.problem.known
-    if known is None or not len(known.z):
-        return _nothing(Kind.KNOWN_HEIGHT, network)
-    on, inside = np.flatnonzero(known.road >= 0), np.flatnonzero(known.road < 0)
-    roads = network.in_unknowns(network.knot_rows(*network.place(known.road[on], known.s[on]), hermite))
-    columns = 3 * known.junction[inside][:, None] + np.arange(3)
-    weights = np.column_stack([np.ones(len(inside)), known.offset[inside]])
-    planes = rows_matrix(columns, weights, network.unknowns.to_knots.shape[1])
-    order = np.argsort(np.concatenate([on, inside]), kind="stable")
-    rows = sp.csr_matrix(sp.vstack([roads, planes], format="csr")[order])
-    sigma = np.full(len(known.z), defaults.KNOWN_SIGMA)
-    return _block(Kind.KNOWN_HEIGHT, rows, known.z - mean, 1.0 / sigma**2, sigma, scale=_NEVER)
 
 
 def observe_pins(network: Network, mean: float) -> Observations:

@@ -19,7 +19,7 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
-from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_tilts
+from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_known, limit_tilts
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
@@ -111,12 +111,12 @@ def solve_profiles(
     release_memory()
     weight, floating = weigh_heights(network, reading)
     observations = collect_observations(network, reading, at_junctions, weight, model.mean, stiffness.shape[0])
-    limits, clearances = _collect_limits(model, surface, stiffness.shape[0])
+    limits, clearances, known = _collect_limits(model, surface, stiffness.shape[0])
     observations, factors = _see_through_canopy(model, observations)
     release_memory()
     solved = solve_network(stiffness, observations, limits, factors)
     road_z = solved.value[observations.kind == Kind.ROAD_HEIGHT] + model.mean
-    known_z = solved.value[observations.kind == Kind.KNOWN_HEIGHT] + model.mean
+    known_z = known.rows @ solved.x[: known.rows.shape[1]] + model.mean
     # As large as all the rest together, and used up.
     del observations, limits
     release_memory()
@@ -188,17 +188,22 @@ def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: fl
     return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
 
 
-def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:
-    """Return all limits over N unknowns, and by themselves those on the heights of upper roads above lower ones."""
+def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits, Limits]:
+    """Return all limits over N unknowns.
+
+    By themselves as well: those on the heights of upper roads above lower ones, and those that hold known heights.
+    """
     network, limit, crossings = model.network, model.grade_limit, model.crossings
     clearances = limit_clearances(network, crossings, model.beams, surface.quality(*crossings.xy.T).sigma)
+    known = limit_known(network, model.beams, model.mean)
     density = typical_density(model.reading, model.at_junctions.cell)
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),
         *limit_tilts(network, limit[end_spans(network.problem)], density),
         clearances,
+        known,
     ]
-    return join_blocks(blocks, unknowns), clearances
+    return join_blocks(blocks, unknowns), clearances, known
 
 
 def _see_through_canopy(model: _Model, observations: Observations) -> tuple[Observations, FloatArray]:
