@@ -8,9 +8,10 @@ from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import Corrections, WayCorrection, applied, unused
+from osm2xodr.osmParsing.corrections.tags import corrected_tags, difference
 from osm2xodr.osmParsing.file import RawNodes, RawRelation, RawWay
 from osm2xodr.osmParsing.options import HIGHWAYS, WaySelection
-from osm2xodr.osmParsing.tags import corrected_tags, difference, reason_left_out
+from osm2xodr.osmParsing.tags import reason_left_out
 
 _MENDED: Final = "OSM says so itself"
 _NO_WAY: Final = "no such way is read of the map"

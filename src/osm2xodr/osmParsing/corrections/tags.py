@@ -6,11 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 from osm2xodr.model import WayCorrection
-from osm2xodr.osmParsing.tags.access import oneway
-from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS
-from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
-from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
-from osm2xodr.osmParsing.tags.values import Tags
+from osm2xodr.osmParsing.tags import COUNT_TAGS, LIST_TAGS, WIDTH_TAGS, Tags, oneway
 
 _SPEED_TAGS: Final = ("maxspeed", "maxspeed:forward", "maxspeed:backward")
 _COUNTED: Final = frozenset(COUNT_TAGS)
