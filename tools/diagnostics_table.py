@@ -13,7 +13,8 @@ _HEAD = """\
 
 What `osm2xodr convert` guesses, drops or repairs, and what else there is to know, it reports as diagnostics:
 `--report-json` lists each with its OSM id, `-v` how often each was found, `-vv` all of them. `osm2xodr explain CODE`
-prints a row of this table, and explains rules of `osm2xodr check` as well ([check.md](check.md)).
+prints a row of this table, and explains rules of `osm2xodr check` as well ([check.md](check.md)). Corrections
+([corrections.md](corrections.md)) say what OSM does not, and `--osm-issues` lists its mistakes.
 
 Codes are stable names. The summary at the end of a conversion lists those of the first table, in this order; the
 findings of `--check` stand after `clearance`.
@@ -36,7 +37,11 @@ def page() -> str:
 
 def _row(name: str, item: Code) -> str:
     kinds = ", ".join(kind.value for kind in item.kinds)
-    cells = (f"`{name}`", kinds, item.meaning, item.remedy)
+    mark = " Listed by `--osm-issues`" + (
+        "." if set(item.osm) == set(item.kinds) else f" where {' or '.join(kind.value for kind in item.osm)}."
+    )
+    line = f" Correction: `{item.correction}`." if item.correction else ""
+    cells = (f"`{name}`", kinds, item.meaning, item.remedy + line + (mark if item.osm else ""))
     return "| " + " | ".join(cell.replace("|", "\\|").replace("<", "&lt;") for cell in cells) + " |"
 
 

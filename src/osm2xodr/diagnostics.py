@@ -114,6 +114,10 @@ class Diagnostics:
             elif item.osm_id not in osm_ids:
                 self._items.append(item)
 
+    def forget_code(self, code: str) -> None:
+        """Take back all findings of a code."""
+        self._items = [item for item in self._items if item.code != code]
+
     def __iter__(self) -> Iterator[Diagnostic]:
         return (item if isinstance(item, Diagnostic) else item.summed_up() for item in self._items)
 

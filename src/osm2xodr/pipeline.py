@@ -88,6 +88,8 @@ def convert(
         on_stage("cutting roads at the border")
         _forget_others(options.area, partition, diagnostics)
         road_map = keep_own_area(road_map, diagnostics)
+    if options.parse.corrections.shared:
+        diagnostics.forget_code("correction-unused")
     return Conversion(road_map, summarize(road_map, terrain.coverage), diagnostics, terrain.models)
 
 

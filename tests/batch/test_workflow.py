@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 import os
 import secrets
 import shutil
@@ -228,6 +229,49 @@ def test_cut_areas(here: Here, capsys: pytest.CaptureFixture[str]) -> None:
     assert again("--keep-cuts") == 0
     assert set(here.taken()) <= {"all", "west"}
     assert Path("out/.cuts/all.osm.pbf").exists()
+
+
+def test_corrections_are_for_all_areas(here: Here, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each applies what lies in it; what matches nothing is told over the whole."""
+    known = Path("known.toml")
+    known.write_text("way.10.lanes = 3\nway.11.drop = true\nway.99.width = 6.0\n", encoding="utf-8")
+    boxes = {"west": "1.569,42.549,1.571,42.551", "all": "1.56,42.54,1.58,42.56"}
+    write_table(Path("areas.csv"), [{"name": name, "osm": "village_00.osm", "bbox": boxes[name]} for name in boxes])
+    assert again("--corrections", "known.toml") == 0
+    assert here.taken() == ["all", "west"]
+
+    def told(name: str) -> list[tuple[str, str]]:
+        found = json.loads(Path(f"out/{name}.json").read_bytes())["diagnostics"]
+        return [(item["code"], item["osm_id"]) for item in found if item["code"].startswith("correction")]
+
+    assert told("west") == [("correction", "way/10")]
+    assert sorted(told("all")) == [("correction", "way/10"), ("correction", "way/11")]
+    unused = "note: correction-unused: width: it matches nothing in any area, or changes nothing there (way/99)"
+    said = capsys.readouterr().err
+    assert said.count("correction-unused") == 1
+    assert unused in said
+    assert again("--corrections", "known.toml") == 0
+    assert here.taken() == []
+    assert unused in capsys.readouterr().err
+    known.write_text("way.10.lanes = 4\n", encoding="utf-8")
+    assert again("--corrections", "known.toml") == 0
+    assert here.taken() == ["all", "west"]
+    assert "correction-unused" not in capsys.readouterr().err
+    known.write_text("way.10.lanes = many\n", encoding="utf-8")
+    assert again("--corrections", "known.toml") == 1
+    assert "known.toml is not TOML" in capsys.readouterr().err
+    assert here.taken() == []
+
+
+def test_a_way_that_is_kept_makes_an_area(here: Here) -> None:
+    Path("known.toml").write_text('way.11.keep = "service"\n', encoding="utf-8")
+    text = Path("village_00.osm").read_text(encoding="utf-8").replace('"residential"', '"footway"')
+    Path("village_00.osm").write_text(text, encoding="utf-8")
+    write_table(Path("areas.csv"), [{"name": "north", "osm": "village_00.osm", "bbox": "1.56,42.551,1.58,42.56"}])
+    assert again() == 0
+    assert statuses(Path("out")) == {"north": "empty"}
+    assert again("--corrections", "known.toml") == 0
+    assert statuses(Path("out")) == {"north": "done"}
 
 
 def test_an_area_without_ways_that_are_asked_for_is_empty(here: Here) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from raised_codes import raised_codes
 
 from osm2xodr.diagnostics import Kind
+from osm2xodr.library import read_corrections
 from osm2xodr.reporting import codes
 
 ROOT = Path(__file__).parents[2]
@@ -45,3 +46,24 @@ def test_the_document_is_in_step() -> None:
     spec.loader.exec_module(tool)
     assert (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8") == tool.page()
     assert all(f"\n| `{name}` | " in tool.page() for name in codes())
+
+
+def test_mistakes_of_osm_are_some_of_the_kinds() -> None:
+    for name, item in codes().items():
+        assert set(item.osm) <= set(item.kinds), name
+        # What is only missing in OSM is no mistake, but for classes and layers, which are there and mean nothing.
+        assert Kind.GUESSED not in item.osm or name in ("highway-class", "layer"), name
+    assert codes()["lane-count"].osm == (Kind.DROPPED, Kind.REPAIRED)
+    assert codes()["steep"].osm == ()
+
+
+def test_corrections_that_are_offered_can_be_read(tmp_path: Path) -> None:
+    offered = {name: item for name, item in codes().items() if item.correction}
+    assert {"lane-count", "speed", "clearance", "closed"} <= offered.keys()
+    for name, item in offered.items():
+        element = "node/1" if name == "ele" else "way/1"
+        path = tmp_path / f"{name}.toml"
+        path.write_text(item.line_for(element), encoding="utf-8")
+        assert len(list(read_corrections(path).entries())) >= 1
+        assert item.line_for("") == ""
+    assert codes()["lane-count"].line_for("way/12") == "way.12.lanes = 2"

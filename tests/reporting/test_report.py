@@ -40,7 +40,7 @@ def test_details() -> None:
     lines = details(some())
     assert len(lines) == 1504
     assert lines[0] == "  note: late: a note"
-    assert lines[1] == "  guessed: lane-count: no lanes given, 2 taken (way/0)"
+    assert lines[1] == "  guessed: lane-count: no lanes given, 2 taken (way/0); correct it by way.0.lanes = 2"
 
 
 def test_report_is_json_whatever_it_holds() -> None:

@@ -153,7 +153,7 @@ def _stages(osm: str, rule: Rule) -> Stages:
     network = _network(osm, rule, diagnostics)
     fitted = fit_streets(network, diagnostics)
     ends = street_ends(network, fitted.plan_view, tuple((p[0][2], p[-1][2]) for p in fitted.pieces))
-    layout = lay_out_junctions(network, ends)
+    layout = lay_out_junctions(network, ends, diagnostics)
     return Stages(network, ends, layout, find_movements(network, ends, layout, diagnostics), diagnostics)
 
 

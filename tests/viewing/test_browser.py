@@ -13,9 +13,12 @@ import pytest
 from browser import Page, browser, troubles
 from page_cases import TERTIARY, write_plane
 from PIL import Image
+from small_area import write_area
 from viewed_file import HOSTILE, viewed_file, write_ways
 
+from osm2xodr.cli import main
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.library import read_corrections
 from osm2xodr.model import IntArray
 from osm2xodr.opendrive.space import elevation, surface_points
 from osm2xodr.opendrive.tables import OpenDrive
@@ -213,3 +216,30 @@ def test_the_map_needs_no_webgl(tmp_path: Path, report: Path) -> None:
         assert page.value("document.querySelectorAll('.leaflet-tile-container canvas').length") > 0
         page.run("document.getElementById('view-3d').click()")
         page.wait("document.getElementById('scene-message').textContent.includes('no WebGL')")
+
+
+def test_lines_for_corrections_are_offered(page: Page, tmp_path: Path) -> None:
+    """For the ways of a road, with its values, for the nodes of a junction, and beside guesses."""
+    area, out, shown = write_area(tmp_path), tmp_path / "village.xodr", tmp_path / "village.html"
+    assert main(["convert", str(area), "-o", str(out), "--html", str(shown), "-q"]) == 0
+    page.open(shown)
+    road = page.value("window.osm2xodr.data.info.user")
+    west = next(number for number, items in sorted(road.items()) if ["osm_way_ids", "10"] in items)
+    page.run(f"window.osm2xodr.openRoad({west})")
+    lines = page.text("#content pre.line").splitlines()
+    assert lines[0] == "way.10.lanes = 2"
+    assert lines[2] == "way.10.speed = 50"
+    known = tmp_path / "known.toml"
+    page.run("window.osm2xodr.openJunction(0)")
+    junction = page.text("#content pre.line").splitlines()
+    assert junction == ["node.2.z = 0.00", "node.2.no-u-turn = true"]
+    known.write_text("\n".join([*lines, *junction]), encoding="utf-8")
+    assert len(list(read_corrections(known).entries())) == 5
+    page.run("document.getElementById('tab-log').click()")
+    page.run("for (const item of document.querySelectorAll('#content details')) item.open = true")
+    page.wait("document.querySelectorAll('#content code.line').length > 0")
+    offered = page.value(
+        "Array.from(document.querySelectorAll('#content code.line')).map((item) => item.textContent)"
+    )
+    assert {"way.11.lanes = 2", "way.11.speed = 50"} <= set(offered)
+    assert troubles(page) == []

@@ -59,7 +59,7 @@ def read_manifest(path: Path, context: ManifestContext) -> list[Area]:
 
 def _read_toml(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str, _Keys]]]:
     """Return the defaults and the areas of a TOML file, each with its place."""
-    document = parse_toml(path, text)
+    document = parse_toml(path, text, "areas as CSV")
     for key in document:
         if key not in ("defaults", "area"):
             raise InputError(f"{path}: {unknown_key(key, ('defaults', 'area'))}; write [defaults] and [[area]]")

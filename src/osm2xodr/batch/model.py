@@ -36,6 +36,7 @@ class CutRequest:
     context: bool = False
     ways: WaySelection = DRIVABLE  # Which ways become streets
     include_private: bool = False  # Whether those closed to the public do
+    kept: frozenset[int] = frozenset()  # OSM ids of ways that do in any case
 
 
 class Status(str, Enum):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Protocol
@@ -19,6 +19,7 @@ from osm2xodr.batch.shared_frame import shared_frame
 from osm2xodr.batch.workers import AreaJob, Outcome, Workers, check_dask, running, uninterrupted
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import Osm2xodrError
+from osm2xodr.model import Corrections, unused
 from osm2xodr.osmParsing import DRIVABLE, WaySelection, parse_ways_option
 from osm2xodr.surface import is_virtual, virtual_sources
 
@@ -35,6 +36,8 @@ class BatchOptions:
     shared: bool = False  # Whether all areas share the frame of the first one, and their roads meet at borders
     force: bool = False  # Whether areas are made that have not changed
     keep_cuts: bool = False  # Whether the files that are cut out of maps stay
+    corrections_file: Path | None = None  # Corrections for all areas, and what it says
+    corrections: Corrections = field(default_factory=Corrections)
 
 
 class Listener(Protocol):
@@ -71,8 +74,10 @@ class _Batch:
         dems = [word for dem in area.dems for word in ("--dem", _plain(dem))]
         frame = ["--frame", _plain(self.out.frame)] if self.options.shared else []
         limit = ["--timeout", f"{self.options.timeout:g}"] if self.options.timeout is not None else []
+        known = self.options.corrections_file
+        corrections = [] if known is None else ["--corrections", _plain(known), "--corrections-shared"]
         fixed = ["--name", area.name, "--overwrite", "--quiet", "--jobs", "1", *limit, *frame, *area.options]
-        files = [_plain(self._map(item)), *dems, "-o", _plain(xodr), "--report-json", _plain(report)]
+        files = [_plain(self._map(item)), *dems, "-o", _plain(xodr), "--report-json", _plain(report), *corrections]
         return ("convert", *files, *fixed)
 
     def _map(self, item: PlannedArea) -> Path:
@@ -82,7 +87,8 @@ class _Batch:
     def wanted(self, item: PlannedArea) -> State | None:
         """Return the state that an area made now would have, without cut and outputs; None without a file."""
         dems = [path for dem in item.area.dems for path in (dem, *self.sources(dem))]
-        inputs = [*dems, *([self.out.frame] if self.options.shared else [])]
+        known = self.options.corrections_file
+        inputs = [*dems, *([self.out.frame] if self.options.shared else []), *([] if known is None else [known])]
         cut_from, how = None, ""
         if item.outline is None:
             inputs.insert(0, item.area.osm)
@@ -159,9 +165,9 @@ class _Batch:
             assert item.frame is not None
             assert item.outline is not None
             name, chosen = item.area.name, _chosen_ways(item.area.options)
-            requests.append(
-                CutRequest(name, self.out.cut(name), item.frame, item.outline, self.options.shared, *chosen)
-            )
+            kept = self.options.corrections.kept_ways()
+            how = self.options.shared, *chosen, kept
+            requests.append(CutRequest(name, self.out.cut(name), item.frame, item.outline, *how))
         try:
             return cut_areas(source, requests)
         except Osm2xodrError as error:
@@ -277,7 +283,30 @@ def run_batch(
         more = f" and {len(old) - 3:,} more" if len(old) > 3 else ""
         said = f"files of areas that are no longer in the batch stay: {', '.join(old[:3])}{more}"
         diagnostics.note("old-areas", "", said)
-    return [batch.results[item.area.name] for item in planned]
+    results = [batch.results[item.area.name] for item in planned]
+    if not any(result.status is Status.FAILED for result in results):
+        _report_unused(options.corrections, [out.outputs(result.name)[1] for result in results], diagnostics)
+    return results
+
+
+def _report_unused(corrections: Corrections, reports: Sequence[Path], diagnostics: Diagnostics) -> None:
+    """Report corrections that none of the areas with these reports has applied."""
+    wanted = list(corrections.entries())
+    found = set[tuple[str, str]]() if not wanted else {item for path in reports for item in _applied(path)}
+    for osm_id, key in wanted:
+        if (osm_id, key) not in found:
+            unused(diagnostics, osm_id, key, "it matches nothing in any area, or changes nothing there")
+
+
+def _applied(report: Path) -> Iterator[tuple[str, str]]:
+    """Yield element and key of the corrections that were applied by a report; an area without roads has none."""
+    try:
+        found = json.loads(report.read_bytes())["diagnostics"]
+    except FileNotFoundError:
+        return
+    for item in found:
+        if item["code"] == "correction":
+            yield item["osm_id"], item["message"].partition(":")[0]
 
 
 def _plain(path: Path) -> str:

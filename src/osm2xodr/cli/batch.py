@@ -75,12 +75,27 @@ def batch(session: Session, /, **options: Any) -> int:
 def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> int:
     """Run a batch, report its results, and return the exit status."""
     from osm2xodr.batch import BatchOptions, Workers, keep_bounds, open_out_dir, run_batch, write_summary
+    from osm2xodr.library import read_corrections
+    from osm2xodr.model import Corrections
     from osm2xodr.system import available_jobs
 
     began = time.monotonic()
     diagnostics = Diagnostics()
     workers = Workers(arguments.workers or available_jobs(), arguments.scheduler, arguments.max_memory)
-    how = BatchOptions(workers, arguments.timeout, arguments.shared_frame, arguments.force, arguments.keep_cuts)
+    known, corrections = arguments.corrections, Corrections()
+    if known is not None:
+        # Workers of a scheduler run in other folders.
+        known = Path.cwd() / known if arguments.scheduler else known
+        corrections = read_corrections(known, shared=True)
+    how = BatchOptions(
+        workers,
+        arguments.timeout,
+        arguments.shared_frame,
+        arguments.force,
+        arguments.keep_cuts,
+        known,
+        corrections,
+    )
     output = Path.cwd() / arguments.output if arguments.scheduler else arguments.output
     with open_out_dir(output) as out:
         if planned.bounds is not None:

@@ -70,6 +70,12 @@ class BatchArguments:
     options: str = _option(
         "--options", default="", metavar="TEXT", help="Options of convert for all areas, such as '--ways major'."
     )
+    corrections: Path | None = _option(  # noqa: RUF009 (it makes a field)
+        "--corrections",
+        type=PATH,
+        metavar="FILE",
+        help="What you know better than OpenStreetMap, for all areas; docs/corrections.md describes it.",
+    )
     shared_frame: bool = _option(
         "--shared-frame",
         is_flag=True,

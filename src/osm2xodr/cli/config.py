@@ -27,7 +27,14 @@ _Values = dict[str, Any]
 # Keys outside of tables, and those of the table of outputs with the parameters that they are.
 _FILES: Final = ("area", "dem", "bbox", "polygon")
 _OUTPUTS: Final = MappingProxyType(
-    {"xodr": "output", "report-json": "report_json", "html": "html", "check": "check", "overwrite": "overwrite"}
+    {
+        "xodr": "output",
+        "report-json": "report_json",
+        "osm-issues": "osm_issues",
+        "html": "html",
+        "check": "check",
+        "overwrite": "overwrite",
+    }
 )
 _SWITCHES: Final = frozenset({"check", "overwrite"})
 # What the result does not depend on.

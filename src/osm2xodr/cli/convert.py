@@ -89,6 +89,12 @@ Exit status: 0 written, 1 cannot convert, or --check found something, 2 wrong us
     metavar="FILE",
     help="Write all that was guessed, dropped and repaired, each with its OSM id.",
 )
+@click.option(
+    "--osm-issues",
+    type=PATH,
+    metavar="FILE",
+    help="Write OpenStreetMap's mistakes, as far as they were found, as GeoJSON with links.",
+)
 @click.option("--check", is_flag=True, help="Check what was written, as the command check does.")
 @click.option(
     "--html",
@@ -115,6 +121,7 @@ def convert(
     output: Path,
     overwrite: bool,
     report_json: Path | None,
+    osm_issues: Path | None,
     check: bool,
     html: Path | None,
     config: Path | None,
@@ -129,13 +136,14 @@ def convert(
     for option, wanted in (("--check", check), ("--html", html is not None)):
         if wanted and output == STANDARD_OUTPUT:
             raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
-    targets = [("-o", output), ("--report-json", report_json), ("--html", html)]
+    targets = [("-o", output), ("--report-json", report_json), ("--osm-issues", osm_issues), ("--html", html)]
     dem = expand(dem)
-    named = (options.frame, options.polygon, config, from_report)
+    named = (options.frame, options.polygon, options.corrections, config, from_report)
     inputs = [area, *dem, *(Path(path) for path in named if path is not None)]
     check_targets([(name, path) for name, path in targets if path is not None], inputs, overwrite=overwrite)
     progress = Progress(sys.stderr, live=sys.stderr.isatty() and not quiet, verbose=verbose > 0 and not quiet)
-    asked = _Wanted(area, dem, output, report_json, html, from_report, check=check, verbose=verbose, quiet=quiet)
+    files = output, report_json, osm_issues, html
+    asked = _Wanted(area, dem, *files, from_report, check=check, verbose=verbose, quiet=quiet)
     began = time.monotonic()
     progress.stage("starting")
     from osm2xodr.library import area_map
@@ -155,6 +163,7 @@ class _Wanted:
     dem: tuple[Path, ...]
     output: Path
     report_json: Path | None
+    osm_issues: Path | None
     html: Path | None
     from_report: Path | None
     check: bool
@@ -175,7 +184,7 @@ def _convert(wanted: _Wanted, options: ConvertOptions, found: AreaMap, progress:
             # What was asked for, whatever file is read for it.
             conversion = dataclasses.replace(conversion, inputs=options.inputs(wanted.area, wanted.dem))
             progress.stage(f"writing {label(output)}")
-            written = conversion.write(output, report_json=wanted.report_json)
+            written = conversion.write(output, report_json=wanted.report_json, osm_issues=wanted.osm_issues)
         finally:
             progress.done()
         about = summary(conversion, written.diagnostics, has_heights=bool(wanted.dem))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.curves import lengths, pose
+from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.connections import ConnectingRoads
-from osm2xodr.geometry.heights import ConnectorProblem, ProfileProblem, ProfileSolution, end_state
+from osm2xodr.geometry.heights import ConnectorProblem, KnownHeights, ProfileProblem, ProfileSolution, end_state
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.margins import inner_width
 from osm2xodr.geometry.plan_view import FittedStreets
@@ -24,10 +25,14 @@ from osm2xodr.model import (
     Street,
     StreetAttributes,
     StreetNetwork,
+    unused,
 )
 
 # Distance of the places along a road among which the nearest to a node is looked for, m.
 _STEP: Final = 2.0
+# Nodes farther than this from all roads of their streets lie in a junction, m: half of a wide carriageway, as lines
+# of roads may be shifted. A choice.
+_BESIDE_NODE: Final = 3.0
 # Shorter sidewalks count as this long, m: keeps quotients finite.
 _SHORTEST: Final = 1e-6
 
@@ -66,8 +71,30 @@ def build_profile_problem(
         ele_road=ele_road,
         ele_s=ele_s,
         ele_z=ele_z,
+        span_clearance=_known_clearances([a for _, a in spans]),
+        known=_known_heights(network, layout, parts, xy),
         road_id=np.arange(1, len(parts.length) + 1, dtype=np.int64),
     )
+
+
+def report_lost_corrections(network: StreetNetwork, problem: ProfileProblem, diagnostics: Diagnostics) -> None:
+    """Report corrections of heights and clearances of elements that no road is made of."""
+    corrections = network.corrections
+    nodes = set() if problem.known is None else set(problem.known.node.tolist())
+    for node, at in sorted(corrections.nodes.items()):
+        if at.z is not None and node not in nodes:
+            unused(diagnostics, f"node/{node}", "z", "no road passes it")
+    ways = set(problem.span_way.tolist()) if corrections.ways else set()
+    for way, item in sorted(corrections.ways.items()):
+        if item.clearance is not None and way not in ways:
+            unused(diagnostics, f"way/{way}", "clearance", "no road is made of it")
+
+
+def _known_clearances(spans: Sequence[StreetAttributes]) -> FloatArray | None:
+    """Return the clearances that the user knows, by span, m, NaN for none; None if there are none at all."""
+    if all(item.clearance is None for item in spans):
+        return None
+    return np.array([np.nan if item.clearance is None else item.clearance for item in spans])
 
 
 def _spans(
@@ -136,20 +163,70 @@ def _tagged_heights(
     nearest place stands for it.
     """
     heights = network.node_heights
+    nearest = _nearest_places(network, plan_view, street, heights)
+    places = [(road, s, heights[node]) for node, (_, road, s) in sorted(nearest.items())]
+    table = np.array(places, np.float64).reshape(-1, 3)
+    return table[:, 0].astype(np.int64), table[:, 1], table[:, 2]
+
+
+def _nearest_places(
+    network: StreetNetwork, plan_view: PlanView, street: IntArray, nodes: Iterable[int]
+) -> dict[int, tuple[float, int, float]]:
+    """Return how far from each node the nearest road of its streets is, m, the road, and the place along it, m."""
     roads_of = defaultdict(list)
     for road, owner in enumerate(street.tolist()):
         roads_of[owner].append(road)
     length = lengths(plan_view).tolist()
     nearest: dict[int, tuple[float, int, float]] = {}
-    for item, k in _nodes(network, heights):
+    for item, k in _nodes(network, nodes):
         node = int(item.node_ids[k])
         for road in roads_of[item.id]:
             s, distance = _nearest(plan_view, road, length[road], *item.points[k].tolist())
             found = (distance, road, s)
             nearest[node] = min(nearest.get(node, found), found)
-    places = [(road, s, heights[node]) for node, (_, road, s) in sorted(nearest.items())]
-    table = np.array(places, np.float64).reshape(-1, 3)
-    return table[:, 0].astype(np.int64), table[:, 1], table[:, 2]
+    return nearest
+
+
+def _known_heights(
+    network: StreetNetwork, layout: JunctionLayout, parts: RoadParts, origin: FloatArray
+) -> KnownHeights | None:
+    """Return the heights that the user knows; `origin` (junctions, 2) is where junctions' planes are described, m.
+
+    Nodes whose streets end short of them, at a junction, are on its plane.
+    """
+    heights = {node: item.z for node, item in sorted(network.corrections.nodes.items()) if item.z is not None}
+    if not heights:
+        return None
+    nearest = _nearest_places(network, parts.plan_view, parts.street, heights)
+    of_node = {node: j for j, nodes in enumerate(layout.nodes) for node in nodes}
+    rows: dict[int, tuple[int, int, float, int, float, float, float]] = {}
+    for item, k in _nodes(network, heights):
+        node = int(item.node_ids[k])
+        distance, road, s = nearest.get(node, (np.inf, -1, 0.0))
+        junction = _junction_at(item, k, of_node, parts, road, s) if distance > _BESIDE_NODE else -1
+        if junction >= 0:
+            rows[node] = (node, -1, 0.0, junction, *(item.points[k] - origin[junction]).tolist(), heights[node])
+        elif road >= 0:
+            rows[node] = (node, road, s, -1, 0.0, 0.0, heights[node])
+    table = np.array(list(rows.values()), np.float64).reshape(-1, 7)
+    whole = table.astype(np.int64)
+    return KnownHeights(whole[:, 0], whole[:, 1], table[:, 2], whole[:, 3], table[:, 4:6], table[:, 6])
+
+
+def _junction_at(
+    street: Street, place: int, of_node: Mapping[int, int], parts: RoadParts, road: int, s: float
+) -> int:
+    """Return the junction that has taken a node, at a place of a street; -1 if none has.
+
+    `of_node` are the junctions of intersections; `road` is the street's road that is nearest to the node, at s, m, -1
+    where the whole street lies in a junction.
+    """
+    ends = {0: street.start, len(street.node_ids) - 1: street.end}
+    if place in ends and ends[place] in of_node:
+        return of_node[ends[place]]
+    if road < 0:
+        return of_node.get(street.start, -1)
+    return int(parts.end_junction[road, int(s > parts.length[road] / 2)])
 
 
 def _nodes(network: StreetNetwork, wanted: Iterable[int]) -> list[tuple[Street, int]]:

@@ -106,7 +106,7 @@ def _lay_out_junctions(
     network: StreetNetwork, fitted: FittedStreets, ends: StreetEnds, options: RoadOptions, diagnostics: Diagnostics
 ) -> tuple[JunctionLayout, list[Movement]]:
     """Find the junctions and the ways through them, loops at dead ends included."""
-    layout = lay_out_junctions(network, ends)
+    layout = lay_out_junctions(network, ends, diagnostics)
     refuse_without_roads(layout)
     movements = find_movements(network, ends, layout, diagnostics)
     movements = choose_u_turns(network, fitted, ends, layout, movements, options.u_turns, diagnostics)

@@ -26,7 +26,12 @@ from osm2xodr.geometry.lanes import Connectivity, LaneLayout, lay_out_all
 from osm2xodr.geometry.margins import add_margins, with_lanes_of_sections
 from osm2xodr.geometry.pavement import lay_floor
 from osm2xodr.geometry.plan_report import report_missing_corners
-from osm2xodr.geometry.road_heights import build_connector_problem, build_profile_problem, too_steep_corners
+from osm2xodr.geometry.road_heights import (
+    build_connector_problem,
+    build_profile_problem,
+    report_lost_corrections,
+    too_steep_corners,
+)
 from osm2xodr.geometry.road_plan import RoadPlan, plan_roads
 from osm2xodr.geometry.road_records import (
     RoadIds,
@@ -72,6 +77,7 @@ def build_roads(
     release_memory()
     problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
     problem = replace(problem, connectors=build_connector_problem(plan.connecting))
+    report_lost_corrections(network, problem, diagnostics)
     borders: Borders | None = None
     if neighbourhood is not None:
         borders = find_borders(neighbourhood.partition, problem.plan_view, problem.end_junction, problem.junction_xy)

@@ -8,6 +8,7 @@ from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
     from osm2xodr.library.converting import convert as convert, pipeline_options as pipeline_options
+    from osm2xodr.library.corrections import read_corrections as read_corrections
     from osm2xodr.library.files import (
         EXPORT_FORMATS as EXPORT_FORMATS,
         EXPORT_LAYERS as EXPORT_LAYERS,
@@ -33,6 +34,7 @@ __getattr__ = lazy_exports(
     {
         "maps": ("AreaMap", "area_map"),
         "converting": ("convert", "pipeline_options"),
+        "corrections": ("read_corrections",),
         "files": (
             "EXPORT_FORMATS",
             "EXPORT_LAYERS",

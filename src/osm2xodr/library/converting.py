@@ -15,14 +15,15 @@ from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import OptionError
 from osm2xodr.furniture import FurnitureOptions, parse_objects_option
 from osm2xodr.geometry import ElevationOptions, RoadOptions, parse_grade_limits
+from osm2xodr.library.corrections import read_corrections
 from osm2xodr.library.maps import area_map
 from osm2xodr.library.options import DECLARATIONS, MOST_JOBS, ConvertOptions, area_name, paths, refused
-from osm2xodr.model import Rule
+from osm2xodr.model import Corrections, Rule
 from osm2xodr.osmParsing import ParseOptions, parse_ways_option
 from osm2xodr.pipeline import PipelineOptions
 from osm2xodr.reporting import Conversion
 from osm2xodr.surface import SurfaceOptions, expand
-from osm2xodr.system import available_jobs
+from osm2xodr.system import STANDARD_OUTPUT, available_jobs
 from osm2xodr.xodrWriter import WriteOptions
 
 # Options that mean nothing without an elevation model.
@@ -91,7 +92,9 @@ def convert(
     how = WriteOptions(
         options.xodr_version, options.name_for(osm), options.date, __version__, target=wanted.furniture.target
     )
-    conversion = dataclasses.replace(made, inputs=options.inputs(osm, dems), options=how, jobs=wanted.jobs)
+    source = None if osm == STANDARD_OUTPUT else osm
+    inputs = options.inputs(osm, dems)
+    conversion = dataclasses.replace(made, inputs=inputs, options=how, jobs=wanted.jobs, source=source)
     if output is None:
         return conversion
     return dataclasses.replace(conversion, diagnostics=conversion.write(output).diagnostics)
@@ -118,13 +121,16 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
     OptionError
         A stage refuses an option.
     InputError
-        The file of areas side by side cannot be read, or does not have this one.
+        The file of corrections is none; the file of areas side by side cannot be read, or does not have this one.
     """
     with refused("objects"):
         extra = frozenset[str]() if options.objects is None else parse_objects_option(str(options.objects))
     furniture = FurnitureOptions(TARGETS[options.target], extra, enabled=not options.no_furniture)
     with refused("ways"):
         ways = parse_ways_option(str(options.ways))
+    corrections = Corrections()
+    if options.corrections is not None:
+        corrections = read_corrections(Path(options.corrections), shared=options.corrections_shared)
     rule = None if options.left_hand is None else Rule.LEFT_HAND if options.left_hand else Rule.RIGHT_HAND
     with refused("default_lane_width"):
         parse = ParseOptions(
@@ -135,6 +141,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
             furniture=furniture.enabled,
             extra_objects=furniture.extra_objects,
             default_speeds=not options.no_default_speeds,
+            corrections=corrections,
         )
     surface = SurfaceOptions(
         options.surface,

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from osm2xodr.errors import EmptyAreaError, OptionError, Osm2xodrError
+from osm2xodr.library.corrections import read_corrections
 from osm2xodr.library.options import ConvertOptions, refused
 from osm2xodr.system import STANDARD_OUTPUT
 
@@ -77,7 +78,11 @@ def _cut_out(source: Path, target: Path, options: ConvertOptions) -> None:
     place = place_of_box(str(options.bbox)) if options.polygon is None else place_of_file(Path(options.polygon))
     with refused("ways"):
         ways = parse_ways_option(str(options.ways))
-    request = dataclasses.replace(place.cut_request(target), ways=ways, include_private=options.include_private)
+    kept = frozenset[int]()
+    if options.corrections is not None:
+        kept = read_corrections(Path(options.corrections)).kept_ways()
+    whole = place.cut_request(target)
+    request = dataclasses.replace(whole, ways=ways, include_private=options.include_private, kept=kept)
     if not any(cut_areas(source, [request]).values()):
         raise EmptyAreaError(f"there is nothing to drive on in this part of {source}; give another area")
 

@@ -30,6 +30,8 @@ DEM_TYPES: Final = ("auto", "dtm", "dsm")
 # More processes than these gain little: what cannot be shared out takes about a third of the time on one core, so
 # eight are at most twice as fast as two (Amdahl's law).
 MOST_JOBS: Final = 8
+# Options that reports say only where they are given.
+_RARE: Final = ("frame", "bbox", "polygon", "corrections", "corrections_shared")
 # Beyond this factor nothing is left of the terrain: a choice.
 _SMOOTHING_MOST: Final = 100.0
 
@@ -92,6 +94,18 @@ class ConvertOptions:
         metavar="LIST",
     )
     include_private: bool = _flag("Keep ways that are closed to the public.")
+    corrections: str | None = _option(
+        "What you know better than OpenStreetMap, by its ids, in TOML or GeoJSON; docs/corrections.md describes it.",
+        Path,
+        metavar="FILE",
+        in_report=False,
+        per_area=False,
+    )
+    corrections_shared: bool = _flag(
+        "The corrections are for more areas than this one: those that match nothing here are not reported.",
+        in_report=False,
+        per_area=False,
+    )
     xodr_version: str = _option(
         "Version of OpenDRIVE.", default=WriteOptions().version, choices=VERSIONS, in_report=False
     )
@@ -206,6 +220,9 @@ class ConvertOptions:
         if self.allow_partial and self.fail_below_coverage is not None:
             names = "allow_partial", "fail_below_coverage"
             raise OptionError("allow_partial and fail_below_coverage exclude each other; give one of them", *names)
+        if self.corrections_shared and self.corrections is None:
+            names = "corrections", "corrections_shared"
+            raise OptionError("corrections_shared is about corrections; give them, or leave it out", *names)
         if not 0.0 < self.smoothing < math.inf:
             raise OptionError(
                 f"smoothing: {self.smoothing:g} is not above 0; 1 is the usual, 2 is smoother", "smoothing"
@@ -228,8 +245,8 @@ class ConvertOptions:
             if declaration.in_report:
                 value = getattr(self, name)
                 out[declaration.negates or name] = not value if declaration.negates else value
-        where = {name: getattr(self, name) for name in ("frame", "bbox", "polygon")}
-        return out | {name: value for name, value in where.items() if value is not None}
+        rare = {name: getattr(self, name) for name in _RARE}
+        return out | {name: value for name, value in rare.items() if value not in (None, False)}
 
     def name_for(self, area: Path) -> str:
         """Return the name of the road network."""

@@ -8,6 +8,7 @@ section, junction, s, t, hdg).
 
 from __future__ import annotations
 
+from osm2xodr.model.corrections import EVERY_LANE, Corrections, NodeCorrection, WayCorrection, applied, unused
 from osm2xodr.model.furniture import (
     Controller,
     Furniture,
@@ -84,6 +85,7 @@ from osm2xodr.model.streets import (
 )
 
 __all__ = [
+    "EVERY_LANE",
     "VEHICLE_LANES",
     "Access",
     "BoolArray",
@@ -92,6 +94,7 @@ __all__ = [
     "BusStop",
     "Connection",
     "Controller",
+    "Corrections",
     "Cubic",
     "CubicProfile",
     "Direction",
@@ -115,6 +118,7 @@ __all__ = [
     "MappedCrossing",
     "MarginSpec",
     "NodeControl",
+    "NodeCorrection",
     "NodeFacts",
     "ObjectRepeat",
     "Outline",
@@ -147,5 +151,8 @@ __all__ = [
     "SurfaceQuality",
     "ThingFacts",
     "TurnRestriction",
+    "WayCorrection",
+    "applied",
     "freeze_arrays",
+    "unused",
 ]

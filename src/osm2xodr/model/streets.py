@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
+from osm2xodr.model.corrections import Corrections
 from osm2xodr.model.shared import (
     Access,
     Direction,
@@ -96,6 +97,8 @@ class StreetAttributes:
     # ground, have it too.
     structure_tags: StructureTags | None = None
     max_height: float | None = None  # Height of vehicles that ``maxheight`` allows, m; None where it gives none
+    # Height from road to road where others pass over or under it, m, by a correction; None where there is none
+    clearance: float | None = None
 
     def speed_along(self, direction: Direction) -> float | None:
         """Return the limit of a direction (of `BOTH`: of either), m/s, guessed where it is unknown."""
@@ -247,3 +250,4 @@ class StreetNetwork:
     node_heights: Mapping[int, float] = field(default_factory=dict)  # What ``ele`` gives, m, by OSM node id
     # Turning circles by OSM node id: diameter of the carriageway, m, None where OSM gives none that can be read
     turning_circles: Mapping[int, float | None] = field(default_factory=dict)
+    corrections: Corrections = field(default_factory=Corrections)  # What the user knows better; tags have theirs

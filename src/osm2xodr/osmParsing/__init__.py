@@ -4,6 +4,7 @@
 
 - `selection` decides which ways become streets,
 - `tags` knows what the tags of ways mean (start with `tags.cross_sections`),
+- `corrections` applies what users know better,
 - `network` makes streets and intersections of ways, and reads relations between them,
 - `roadside` finds footways and things beside streets.
 """
@@ -15,6 +16,12 @@ from typing import TYPE_CHECKING
 from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
+    from osm2xodr.osmParsing.corrections import (
+        CORRECTION_KEYS as CORRECTION_KEYS,
+        drops_relation as drops_relation,
+        node_correction as node_correction,
+        way_correction as way_correction,
+    )
     from osm2xodr.osmParsing.file import (
         RELATION_TYPES as RELATION_TYPES,
         UNITS_PER_DEGREE as UNITS_PER_DEGREE,
@@ -45,6 +52,7 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
+        "corrections": ("CORRECTION_KEYS", "drops_relation", "node_correction", "way_correction"),
         "file": (
             "OsmFile",
             "RELATION_TYPES",

@@ -18,6 +18,8 @@ TAGGED_LANE_WIDTH_MAX: Final = 10.0
 # Where OSM gives more widths than lanes for cars, lanes narrower than this are for bicycles, m (RASt 06: lanes for
 # cars and lorries from 2.75, bicycle lanes up to 2.50 with their marks and safety strips).
 NARROW_LANE: Final = 2.5
+# Widths of a carriageway that are believed, m: from a car's to ten wide lanes with their margins.
+CARRIAGEWAY_WIDTHS: Final = (1.5, 60.0)
 # Bus and bicycle lanes, m: RASt 06, bus lanes 3.25 to 3.50, bicycle lanes 1.50 (advisory) to 1.85.
 LANE_WIDTH_BUS: Final = 3.25
 LANE_WIDTH_BICYCLE: Final = 1.5

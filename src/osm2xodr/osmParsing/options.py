@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final
 
-from osm2xodr.model import LocalFrame, Rule
+from osm2xodr.model import Corrections, LocalFrame, Rule
 from osm2xodr.osmParsing.defaults import LANE_WIDTH_MAX, LANE_WIDTH_MIN
 
 _MAJOR: Final = frozenset(
@@ -50,6 +50,7 @@ class ParseOptions:
     extra_objects: frozenset[str] = frozenset()  # Things read beside streets on request: ``lamps``, ``trees``
     default_speeds: bool = True  # Whether streets without a limit get the usual one of the country, place and class
     frame: LocalFrame | None = None  # The local frame; None makes one in the middle of the streets
+    corrections: Corrections = field(default_factory=Corrections)  # What the user knows better than OSM
 
     def __post_init__(self) -> None:
         width = self.default_lane_width

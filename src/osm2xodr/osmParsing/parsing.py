@@ -17,6 +17,7 @@ from osm2xodr.defaults import LATITUDE_MAX_DEG
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import EmptyAreaError, InputError
 from osm2xodr.model import FloatArray, Footway, IntArray, LocalFrame, RoadsideThing, Rule, StreetNetwork
+from osm2xodr.osmParsing.corrections import correct_nodes
 from osm2xodr.osmParsing.defaults import BUILT_UP_DENSITY
 from osm2xodr.osmParsing.file import OsmFile, RawNodes, RawWay, open_osm_file, read_nodes
 from osm2xodr.osmParsing.network import (
@@ -89,7 +90,8 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     ways, beside, relations, asked = read_selected_ways(file, options, extra, diagnostics)
     if not ways:
         raise EmptyAreaError(why_no_streets(file, asked, options))
-    nodes = _read_nodes(file, [*ways, *beside], options.furniture, extra)
+    corrections = options.corrections
+    nodes = correct_nodes(_read_nodes(file, [*ways, *beside], options.furniture, extra), corrections, diagnostics)
     frame, points, pieces, same_node = _cut_ways(path, ways, nodes, options.frame, diagnostics)
     carried = [ways[index] for index in np.unique(pieces.way).tolist()]
     code, rule = _country_and_rule(frame, carried, options, diagnostics)
@@ -97,7 +99,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     dense = _among_dwellings(ways, pieces, points)
     width, speeds = options.default_lane_width, options.default_speeds
     attributes, directions = way_attributes(
-        ways, rule, width, diagnostics, country, default_speeds=speeds, dense=dense
+        ways, rule, width, diagnostics, country, default_speeds=speeds, dense=dense, corrections=corrections.ways
     )
     if not options.furniture:
         attributes = [without_margins(item) for item in attributes]
@@ -134,6 +136,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         node_facts=read_node_facts(node_tags, footways, code),
         node_heights=node_heights(node_tags, diagnostics),
         turning_circles=turning_circles(node_tags),
+        corrections=corrections,
     )
 
 

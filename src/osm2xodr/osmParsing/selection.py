@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.osmParsing.corrections import correct_relations, correct_ways, keep_way, kept_ways
 from osm2xodr.osmParsing.file import OsmFile, OtherWays, RawRelation, RawWay, count_contents, read_ways
 from osm2xodr.osmParsing.options import HIGHWAYS, ParseOptions
 from osm2xodr.osmParsing.roadside import ways_beside
@@ -46,10 +47,15 @@ def read_selected_ways(
         lambda tags: _may_be_driven_on(tags) or beside.wanted(tags),
         frozenset({"highway"}),
     )
-    read, relations = read_ways(file, asked, WAY_TAGS, others)
-    found = [way for way in read if way.tags.get("highway") in asked]
-    rest = [way for way in read if way.tags.get("highway") not in asked]
-    carried = _carried(found, options, diagnostics)
+    corrections = options.corrections
+    read, relations = read_ways(file, asked, WAY_TAGS, others, corrections.kept_ways())
+    corrected = correct_ways(read, corrections, diagnostics)
+    relations = correct_relations(relations, corrections, diagnostics)
+    kept = kept_ways(corrected.ways, corrections, diagnostics)
+    found = [way for way in corrected.ways if way.tags.get("highway") in asked or way.id in kept]
+    rest = [way for way in corrected.ways if way.tags.get("highway") not in asked and way.id not in kept]
+    carried = _carried(found, kept, options, diagnostics)
+    corrected.report(corrections, carried, diagnostics)
     _report_others(rest, diagnostics)
     return carried, [way for way in rest if beside.wanted(way.tags)], relations, found
 
@@ -59,11 +65,17 @@ def _may_be_driven_on(tags: Mapping[str, str]) -> bool:
     return tags.get("highway", "no") not in _NOT_FOR_CARS and tags.get("area") != "yes"
 
 
-def _carried(found: Sequence[RawWay], options: ParseOptions, diagnostics: Diagnostics) -> list[RawWay]:
-    """Return those of the ways of the kinds asked for that become streets."""
+def _carried(
+    found: Sequence[RawWay], kept: Set[int], options: ParseOptions, diagnostics: Diagnostics
+) -> list[RawWay]:
+    """Return those of the ways of the kinds asked for that become streets; `kept` (ids) do so in any case."""
     ways: list[RawWay] = []
     not_asked_for: dict[str, list[str]] = {}
     for way in found:
+        if way.id in kept:
+            known = options.corrections.ways[way.id]
+            ways.append(keep_way(way, known, options.ways, options.include_private, diagnostics))
+            continue
         name, highway = f"way/{way.id}", way.tags["highway"]
         if highway in _UNBUILT:
             diagnostics.dropped("not-built", name, f"highway={highway} does not exist yet and is left out")

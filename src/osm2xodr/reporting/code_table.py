@@ -18,6 +18,13 @@ class Code:
     meaning: str
     remedy: str
     harm: int | None  # None where it needs no attention
+    osm: tuple[Kind, ...]  # Kinds of it that stand for mistakes in OSM
+    correction: str  # Key and value of a correction, as an example; empty where none helps
+
+    def line_for(self, osm_id: str) -> str:
+        """Return a line for a file of corrections about an element, such as ``way.1.lanes = 2``; empty for none."""
+        kind, _, number = osm_id.partition("/")
+        return f"{kind}.{number}.{self.correction}" if self.correction and number else ""
 
 
 @cache
@@ -34,5 +41,6 @@ def codes() -> Mapping[str, Code]:
         item = parser[name]
         kinds = tuple(Kind(word) for word in item["kinds"].split(", "))
         meaning, remedy = (" ".join(item[key].split()) for key in ("meaning", "remedy"))
-        found[name] = Code(kinds, meaning, remedy, item.getint("harm"))
+        osm = tuple(Kind(word) for word in item.get("osm", "").split(", ") if word)
+        found[name] = Code(kinds, meaning, remedy, item.getint("harm"), osm, item.get("correction", ""))
     return MappingProxyType(found)

@@ -9,14 +9,17 @@ import dataclasses
 import hashlib
 import os
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.errors import OptionError
+from osm2xodr.reporting.osm_issues import osm_issues as osm_issues_of
 from osm2xodr.reporting.report import report
 from osm2xodr.system import settle, stream_to
 from osm2xodr.xodrWriter import WriteOptions, check_date, write_xodr
@@ -50,6 +53,7 @@ class Conversion:
     # How it is written unless `write` is told otherwise, and by how many processes
     options: WriteOptions = field(default_factory=WriteOptions)
     jobs: int = 1
+    source: Path | None = None  # The map, for the places of its elements; None where it cannot be read again
 
     def write(
         self,
@@ -57,9 +61,10 @@ class Conversion:
         options: WriteOptions | None = None,
         *,
         report_json: str | os.PathLike[str] | None = None,
+        osm_issues: str | os.PathLike[str] | None = None,
         **changes: Any,
     ) -> Written:
-        """Write the road network as OpenDRIVE, and the report if there is to be one; both or none.
+        """Write the road network as OpenDRIVE, and what there is to be beside it; all or nothing.
 
         Parameters
         ----------
@@ -69,6 +74,8 @@ class Conversion:
             How to write; by default as was said when the area was converted.
         report_json
             File for the report: all that is to be known about the conversion, as JSON. None writes none.
+        osm_issues
+            File for the mistakes of OpenStreetMap that were found, as GeoJSON. None writes none.
         **changes
             Fields of `WriteOptions` that differ from those in `options`: ``name``, ``date``, and ``version`` of
             OpenDRIVE, which may be called ``xodr_version`` as well.
@@ -83,7 +90,9 @@ class Conversion:
         TypeError
             An option is unknown.
         OptionError
-            The version cannot be written.
+            The version cannot be written; there is no map to read the places of `osm_issues` from.
+        InputError
+            The map cannot be read.
         OutputError
             A file cannot be written.
         BrokenPipeError
@@ -95,13 +104,25 @@ class Conversion:
             counting = _Counting(stream)
             write_xodr(self.road_map, counting, how, diagnostics, self.jobs)
             written = Written(Path(path), counting.size, diagnostics, counting.sha256())
-            if report_json is not None:
-                # Only when the document is safe, but before its file gets its name: both are there in the end, or
+            makers: tuple[tuple[str | os.PathLike[str] | None, Callable[[], bytes]], ...] = (
+                (report_json, partial(self.report, written, how)),
+                (osm_issues, self._issues),
+            )
+            wanted = [(Path(target), make) for target, make in makers if target is not None]
+            if wanted:
+                # Only when the document is safe, but before its file gets its name: all are there in the end, or
                 # none.
                 settle(stream)
-                with stream_to(Path(report_json)) as reports:
-                    reports.write(self.report(written, how))
+            with ExitStack() as beside:
+                for target, make in wanted:
+                    beside.enter_context(stream_to(target)).write(make())
         return written
+
+    def _issues(self) -> bytes:
+        """Return the mistakes of OpenStreetMap, GeoJSON in UTF-8."""
+        if self.source is None:
+            raise OptionError("osm_issues needs the map as a file, to read places from", "osm_issues")
+        return osm_issues_of(self.diagnostics, self.source, self.road_map.frame)
 
     def report(self, written: Written, options: WriteOptions | None = None) -> bytes:
         """Return the report about the conversion and a file that was written, JSON in UTF-8.
@@ -112,7 +133,14 @@ class Conversion:
         output = {"file": str(written.path), "bytes": written.size, "xodr_version": version, "sha256": written.sha256}
         elevation, ends = self.road_map.elevation_report, self.road_map.border_ends
         return report(
-            self.inputs, self.elevation_models, self.statistics, elevation, written.diagnostics, output, ends
+            self.inputs,
+            self.elevation_models,
+            self.statistics,
+            elevation,
+            written.diagnostics,
+            output,
+            ends,
+            self.road_map.junctions,
         )
 
     def load_command(self, path: str | os.PathLike[str]) -> str:

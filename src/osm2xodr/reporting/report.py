@@ -14,9 +14,10 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, TextIO
 
 from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.reporting.code_table import codes
 
 if TYPE_CHECKING:
-    from osm2xodr.model import BorderEnd, ElevationReport
+    from osm2xodr.model import BorderEnd, ElevationReport, Junction
     from osm2xodr.reporting.statistics import Statistics
     from osm2xodr.surface import DemSummary
 
@@ -53,8 +54,14 @@ class Progress:
 
 
 def details(diagnostics: Diagnostics) -> list[str]:
-    """Return one line for each diagnostic."""
-    return [f"  {item.kind.value}: {item.code}: {example(item.message, item.osm_id, 1)}" for item in diagnostics]
+    """Return one line for each diagnostic, with the correction that may help."""
+    lines = []
+    for item in diagnostics:
+        known = codes().get(item.code)
+        correction = known.line_for(item.osm_id) if known is not None else ""
+        text = f"  {item.kind.value}: {item.code}: {example(item.message, item.osm_id, 1)}"
+        lines.append(f"{text}; correct it by {correction}" if correction else text)
+    return lines
 
 
 def report(
@@ -65,11 +72,13 @@ def report(
     diagnostics: Diagnostics,
     output: Mapping[str, Any],
     border_ends: Sequence[BorderEnd] | None = None,
+    junctions: Sequence[Junction] = (),
 ) -> bytes:
     """Return the JSON report on a conversion, UTF-8; the same input gives the same bytes.
 
     `inputs` are files and options by name, `output` says what was written; `elevation` is None where the world is
-    flat, and `border_ends`, where roads were cut off, for an area by itself.
+    flat, and `border_ends`, where roads were cut off, for an area by itself. The nodes of OSM that `junctions` come
+    from are not in the road network's own file.
     """
     counts = [{"kind": kind.value, "code": code, "count": n} for (kind, code), n in diagnostics.counts().items()]
     found = [
@@ -84,6 +93,7 @@ def report(
         "statistics": dataclasses.asdict(statistics),
         "elevation": None if elevation is None else dataclasses.asdict(elevation),
         **({} if border_ends is None else {"border_ends": [dataclasses.asdict(item) for item in border_ends]}),
+        "junction_nodes": {item.id: " ".join(map(str, item.osm_node_ids)) for item in junctions},
         "counts": counts,
         "diagnostics": found,
     }

@@ -40,7 +40,7 @@ def cut_areas(source: Path, requests: Sequence[CutRequest]) -> dict[str, int]:
         A cut cannot be written.
     """
     file = open_osm_file(source)
-    driven = [Driven(request.ways, request.include_private) for request in requests]
+    driven = [Driven(request.ways, request.include_private, request.kept) for request in requests]
     plan = make_plan(read_source(file, driven), context=any(request.context for request in requests))
     counts: dict[str, int] = {}
     group: list[Target] = []

@@ -42,6 +42,7 @@ class Driven(NamedTuple):
 
     ways: WaySelection | None = None  # By their tags; None for all that a car fits on
     include_private: bool = False  # Whether those closed to the public do
+    kept: frozenset[int] = frozenset()  # OSM ids of ways that do in any case
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,10 +181,10 @@ def _read_ways_and_relations(
 
 def _add_way(way: Any, file: OsmFile, out: _Ways, only_driven: bool) -> None:
     tags = {tag.k: tag.v for tag in way.tags} if way.tags.get("highway") in HIGHWAYS else None
-    on = [tags is not None and _is_driven(tags, choice) for choice in out.driven]
+    number = way.id
+    on = [number in choice.kept or (tags is not None and _is_driven(tags, choice)) for choice in out.driven]
     if only_driven and not on[0]:
         return
-    number = way.id
     out.ids.append(number)
     out.versions.append(way.version)
     out.gone.append(way.deleted or ("way", number) in file.deleted)

@@ -25,7 +25,14 @@ from osm2xodr.curves import (
 )
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError
-from osm2xodr.geometry.heights import ElevationOptions, Pins, ProfileProblem, ground_around, solve_profiles
+from osm2xodr.geometry.heights import (
+    ElevationOptions,
+    KnownHeights,
+    Pins,
+    ProfileProblem,
+    ground_around,
+    solve_profiles,
+)
 from osm2xodr.model import Borders, FloatArray, IntArray, Partition, Surface
 
 # Heights where roads are cut follow from the roads that come this near to both areas, m. Data farther off than the
@@ -142,6 +149,13 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
     of_junction[junctions] = np.arange(len(junctions))
     link = problem.end_link[chosen]
     linked = np.where(link >= 0, number[link // 2], -1)
+    known = problem.known
+    if known is not None:
+        # As the junctions: of places on roads both areas know the same.
+        of = np.flatnonzero((known.road >= 0) & (number[known.road] >= 0))
+        known = KnownHeights(
+            known.node[of], number[known.road[of]], known.s[of], known.junction[of], known.offset[of], known.z[of]
+        )
     ele = np.flatnonzero(number[problem.ele_road] >= 0) if problem.ele_road is not None else None
     columns: dict[str, Any] = {name: _rows(getattr(problem, name), span) for name in _SPAN_COLUMNS}
     return replace(
@@ -156,6 +170,7 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
         ele_road=None if ele is None or problem.ele_road is None else number[problem.ele_road[ele]],
         ele_s=_rows(problem.ele_s, ele),
         ele_z=_rows(problem.ele_z, ele),
+        known=known,
         road_id=_rows(problem.road_id, chosen),
         pins=None,
         # Both areas know the same roads near their border, but not the same junctions.

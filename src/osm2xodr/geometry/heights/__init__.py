@@ -8,6 +8,7 @@ from osm2xodr.geometry.heights.ground import Ground
 from osm2xodr.geometry.heights.problem import (
     ConnectorProblem,
     ElevationOptions,
+    KnownHeights,
     Pins,
     ProfileProblem,
     ProfileSolution,
@@ -20,6 +21,7 @@ __all__ = [
     "ConnectorProblem",
     "ElevationOptions",
     "Ground",
+    "KnownHeights",
     "Pins",
     "ProfileProblem",
     "ProfileSolution",

@@ -123,6 +123,7 @@ class Crossings:
     clearance: FloatArray  # (n,) Height wanted from road to road, by class or `maxheight` of the lower one, m
     place: IntArray  # (n,) Number of the place that each belongs to: several hold the corners of one
     xy: FloatArray  # (n, 2) Where, local, m
+    known_by: IntArray | None = None  # (n,) OSM way whose correction gives the clearance, 0 where none does
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,10 +155,11 @@ def find_crossings(problem: ProfileProblem, end_node: IntArray) -> Crossings:
     pairs = _thinned(problem, ways, pairs.chosen(np.flatnonzero((crosses & ~near) | above)))
     upper, lower = ways.curve[pairs.upper], ways.curve[pairs.lower]
     upper_s, lower_s = ways.s[pairs.upper], ways.s[pairs.lower]
-    clearance = _clearances(problem)[curve_spans(problem, lower, lower_s)]
+    spans = curve_spans(problem, upper, upper_s), curve_spans(problem, lower, lower_s)
+    clearance, known_by = _known_clearances(problem, *spans, _clearances(problem)[spans[1]])
     xy = 0.5 * (ways.corners[pairs.upper].mean(axis=1) + ways.corners[pairs.lower].mean(axis=1))
     place = np.unique(pairs.place, return_inverse=True)[1].astype(np.int64)
-    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy)
+    return Crossings(upper, upper_s, lower, lower_s, clearance, place, xy, known_by)
 
 
 def _clearances(problem: ProfileProblem) -> FloatArray:
@@ -167,6 +169,22 @@ def _clearances(problem: ProfileProblem) -> FloatArray:
         return usual
     signed = problem.span_max_height + DECK
     return np.asarray(np.where(np.isfinite(signed), signed, usual), np.float64)
+
+
+def _known_clearances(
+    problem: ProfileProblem, upper: IntArray, lower: IntArray, usual: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Return the clearance between spans, all (n,), m, and the way whose correction says so, 0 for the usual one.
+
+    A correction of the upper way counts more than one of the lower.
+    """
+    if problem.span_clearance is None:
+        return usual, np.zeros(len(usual), np.int64)
+    clearance, way = usual.copy(), np.zeros(len(usual), np.int64)
+    for span in (lower, upper):
+        known = np.isfinite(problem.span_clearance[span])
+        clearance[known], way[known] = problem.span_clearance[span[known]], problem.span_way[span[known]]
+    return clearance, way
 
 
 def _overlaps(ways: Carriageways) -> _Pairs:

@@ -154,7 +154,7 @@ DECK: Final = 0.7
 CLEARANCE_TOLERANCE: Final = 0.3
 # How far the ground's own heights give way to clearance at a place: in standard errors of the elevation model, and
 # from 1 m (twice its error beneath bridges) to 50 m. A precise model shows the road in its cutting; there the bridge
-# has to rise.
+# has to rise. To clearances and heights that the user knows they give way by the last.
 CLEARANCE_PUSH_SIGMAS: Final = 10.0
 CLEARANCE_PUSH_MIN: Final = 1.0
 CLEARANCE_PUSH_MAX: Final = 50.0

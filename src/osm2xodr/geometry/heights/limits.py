@@ -224,8 +224,34 @@ def limit_clearances(network: Network, crossings: Crossings, beams: Beams, sigma
     below = _elements_of(network, crossings.lower, crossings.lower_s)
     k = deflection_stiffness(beams.density[below], beams.flexibility[below])
     push = np.clip(defaults.CLEARANCE_PUSH_SIGMAS * sigma, defaults.CLEARANCE_PUSH_MIN, defaults.CLEARANCE_PUSH_MAX)
+    if crossings.known_by is not None:
+        push = np.where(crossings.known_by != 0, defaults.CLEARANCE_PUSH_MAX, push)
     high, own = np.full(len(k), np.inf), np.zeros(len(k), bool)
     return Limits(rows, crossings.clearance, high, _STIFFNESS_RATIO * k, push * k, own)
+
+
+def limit_known(network: Network, beams: Beams, mean: float) -> Limits:
+    """Return the limits that hold roads, and the planes of junctions, at the heights that the user knows.
+
+    They are less the mean, m. As all limits on heights they yield to the firm ones on grades.
+    """
+    known, columns = network.problem.known, network.unknowns.to_knots.shape[1]
+    if known is None or not len(known.z):
+        none = np.zeros(0)
+        return Limits(sp.csr_matrix((0, columns)), none, none, none, none, np.zeros(0, bool))
+    on, inside = np.flatnonzero(known.road >= 0), np.flatnonzero(known.road < 0)
+    element, u = network.place(known.road[on], known.s[on])
+    roads = network.in_unknowns(network.knot_rows(element, u, hermite))
+    weights = np.column_stack([np.ones(len(inside)), known.offset[inside]])
+    planes = rows_matrix(3 * known.junction[inside][:, None] + np.arange(3), weights, columns)
+    order = np.argsort(np.concatenate([on, inside]), kind="stable")
+    # A junction is as stiff as its first arm.
+    first = [int(np.argmax(network.problem.end_junction.ravel() == j)) for j in known.junction[inside].tolist()]
+    arms = network.elements.end_elements.ravel()[np.array(first, np.int64)]
+    at = np.concatenate([element, arms])[order]
+    k = deflection_stiffness(beams.density[at], beams.flexibility[at])
+    rows, z = sp.csr_matrix(sp.vstack([roads, planes], format="csr")[order]), known.z - mean
+    return Limits(rows, z, z, _FIRM_STIFFNESS_RATIO * k, defaults.CLEARANCE_PUSH_MAX * k, np.ones(len(z), bool))
 
 
 def _height_rows(network: Network, curve: IntArray, s: FloatArray) -> sp.csr_matrix:

@@ -37,6 +37,20 @@ class Pins:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class KnownHeights:
+    """Heights that the user knows of nodes, on roads and in junctions."""
+
+    node: IntArray  # (n,) OSM ids, for reports
+    # (n,) Road, -1 in a junction, and place along it, m
+    road: IntArray
+    s: FloatArray
+    # (n,) Junction, -1 on a road, and (n, 2) the place from its origin, m
+    junction: IntArray
+    offset: FloatArray
+    z: FloatArray  # (n,) m
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ProfileProblem:
     """Roads outside junctions whose heights are wanted.
 
@@ -68,6 +82,8 @@ class ProfileProblem:
     ele_road: IntArray | None = None
     ele_s: FloatArray | None = None
     ele_z: FloatArray | None = None
+    span_clearance: FloatArray | None = None  # (K,) Height to roads above or below that is known, m; NaN for none
+    known: KnownHeights | None = None  # Heights that the user knows
     road_id: IntArray | None = None  # (R,) Ids of the roads, for reports; their index where not given
     pins: Pins | None = None  # Where profiles have knots, and are held
     connectors: ConnectorProblem | None = None  # Roads through junctions, which keep clear of others as roads do

@@ -19,13 +19,21 @@ from osm2xodr.geometry.heights.canopy import canopy_stages, downweight_canopy, r
 from osm2xodr.geometry.heights.crossings import Crossings, find_crossings
 from osm2xodr.geometry.heights.elements import Network, build_elements, build_samples, number_unknowns
 from osm2xodr.geometry.heights.ground import Ground, estimate_ground
-from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_tilts
+from osm2xodr.geometry.heights.limits import Limits, limit_clearances, limit_grades, limit_known, limit_tilts
 from osm2xodr.geometry.heights.newton import solve_network
 from osm2xodr.geometry.heights.observations import Kind, Observations, collect_observations, weigh_heights
 from osm2xodr.geometry.heights.problem import ElevationOptions, ProfileProblem, ProfileSolution, end_spans
 from osm2xodr.geometry.heights.readings import Reading, read_heights, road_spacing, typical_density
 from osm2xodr.geometry.heights.records import Knots, add_pins, level_profile, thin_records
-from osm2xodr.geometry.heights.report import Outcome, element_grades, report, statistics, tabulate
+from osm2xodr.geometry.heights.report import (
+    Outcome,
+    element_grades,
+    report,
+    report_known_clearances,
+    report_known_heights,
+    statistics,
+    tabulate,
+)
 from osm2xodr.geometry.heights.sparse import join_blocks
 from osm2xodr.geometry.heights.stiffness import Beams, Chains, find_chains, network_stiffness
 from osm2xodr.geometry.heights.superelevation import road_superelevation
@@ -93,6 +101,8 @@ def solve_profiles(
     heights = np.concatenate([reading.z, at_junctions.z])
     # An exact surface of one height.
     if not len(elements.h) or (not reading.cell.any() and np.ptp(heights) == 0):
+        report_known_heights(problem, None, diagnostics)
+        report_known_clearances(problem, None, diagnostics)
         return _level_solution(problem, heights)
 
     network = Network(problem, elements, samples, number_unknowns(problem, elements))
@@ -101,17 +111,20 @@ def solve_profiles(
     release_memory()
     weight, floating = weigh_heights(network, reading)
     observations = collect_observations(network, reading, at_junctions, weight, model.mean, stiffness.shape[0])
-    limits, clearances = _collect_limits(model, surface, stiffness.shape[0])
+    limits, clearances, known = _collect_limits(model, surface, stiffness.shape[0])
     observations, factors = _see_through_canopy(model, observations)
     release_memory()
     solved = solve_network(stiffness, observations, limits, factors)
     road_z = solved.value[observations.kind == Kind.ROAD_HEIGHT] + model.mean
+    known_z = known.rows @ solved.x[: known.rows.shape[1]] + model.mean
     # As large as all the rest together, and used up.
     del observations, limits
     release_memory()
 
     outcome = _read_solution(model, solved.x, road_z, floating, clearances)
     report(network, outcome, diagnostics)
+    report_known_heights(problem, known_z, diagnostics)
+    report_known_clearances(problem, model.crossings, diagnostics)
     superelevation = road_superelevation(network, surface, diagnostics) if options.superelevation else None
     return replace(_write_records(network, outcome), superelevation=superelevation)
 
@@ -175,17 +188,22 @@ def _class_values(problem: ProfileProblem, table: Mapping[str, float], other: fl
     return np.array([table.get(highway, other) for highway in problem.span_highway], np.float64)
 
 
-def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits]:
-    """Return all limits over N unknowns, and by themselves those on the heights of upper roads above lower ones."""
+def _collect_limits(model: _Model, surface: Surface, unknowns: int) -> tuple[Limits, Limits, Limits]:
+    """Return all limits over N unknowns.
+
+    By themselves as well: those on the heights of upper roads above lower ones, and those that hold known heights.
+    """
     network, limit, crossings = model.network, model.grade_limit, model.crossings
     clearances = limit_clearances(network, crossings, model.beams, surface.quality(*crossings.xy.T).sigma)
+    known = limit_known(network, model.beams, model.mean)
     density = typical_density(model.reading, model.at_junctions.cell)
     blocks = [
         *limit_grades(network, limit[network.elements.span], model.beams),
         *limit_tilts(network, limit[end_spans(network.problem)], density),
         clearances,
+        known,
     ]
-    return join_blocks(blocks, unknowns), clearances
+    return join_blocks(blocks, unknowns), clearances, known
 
 
 def _see_through_canopy(model: _Model, observations: Observations) -> tuple[Observations, FloatArray]:

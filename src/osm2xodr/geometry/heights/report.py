@@ -22,6 +22,8 @@ from osm2xodr.model import (
     RoadPlace,
     Structure,
     StructureRecord,
+    applied,
+    unused,
 )
 
 # Roads whose heights are farthest from the ground are named: this many, if they are off by so much, m.
@@ -31,6 +33,10 @@ _WORST_FROM: Final = 5.0
 _GAP_FROM: Final = 1.0
 # Elastic limits are exceeded a little wherever they are at work: grades above them by less are not reported.
 _GRADE_TOLERANCE: Final = 0.002
+# A road within this distance of a height that the user knows, m, is where it should be: centimetres are lost where
+# records are made. A choice.
+_KNOWN_TOLERANCE: Final = 0.1
+_LEVEL: Final = "all ground is at one height; give an elevation model"
 # Stands in for a length of 0 in quotients, m.
 _SHORTEST: Final = 1e-9
 
@@ -167,6 +173,36 @@ def _report_crossings(problem: ProfileProblem, outcome: Outcome, diagnostics: Di
             f"it passes {clearance[k]:.1f} m above way/{lower[k]} instead of {outcome.crossings.clearance[k]:.1f} m, "
             "more would make the roads too steep",
         )
+
+
+def report_known_heights(problem: ProfileProblem, z: FloatArray | None, diagnostics: Diagnostics) -> None:
+    """Report corrections of heights; `z` (n,) are the heights of the solution there, m, None on a level world."""
+    if problem.known is None:
+        return
+    for k, (node, wanted) in enumerate(zip(problem.known.node.tolist(), problem.known.z.tolist(), strict=True)):
+        if z is None:
+            unused(diagnostics, f"node/{node}", "z", _LEVEL)
+        elif abs(float(z[k]) - wanted) > _KNOWN_TOLERANCE:
+            why = f"the road is at {z[k]:.2f} m there instead of {wanted:.2f} m, which would be too steep"
+            unused(diagnostics, f"node/{node}", "z", why)
+        else:
+            applied(diagnostics, f"node/{node}", "z", f"the road is at {z[k]:.2f} m there")
+
+
+def report_known_clearances(problem: ProfileProblem, crossings: Crossings | None, diagnostics: Diagnostics) -> None:
+    """Report corrections of clearances; there are no crossings on a level world."""
+    if problem.span_clearance is None:
+        return
+    known = np.isfinite(problem.span_clearance)
+    used = set() if crossings is None or crossings.known_by is None else set(crossings.known_by.tolist())
+    for way in np.unique(problem.span_way[known]).tolist():
+        wanted = float(problem.span_clearance[known & (problem.span_way == way)][0])
+        if way in used:
+            said = f"{wanted:g} m from road to road where others pass over or under it"
+            applied(diagnostics, f"way/{way}", "clearance", said)
+        else:
+            why = "no road passes over or under it, or one with a correction of its own"
+            unused(diagnostics, f"way/{way}", "clearance", _LEVEL if crossings is None else why)
 
 
 def _report_inclines(problem: ProfileProblem, diagnostics: Diagnostics) -> None:

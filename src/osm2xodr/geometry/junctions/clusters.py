@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import (
     ARM_REACH_MOTORWAY,
     SHORTEST_ROAD,
@@ -17,6 +18,7 @@ from osm2xodr.geometry.defaults import (
 )
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.arm_trims import footprints
+from osm2xodr.geometry.junctions.corrected import CorrectedNodes, read_node_corrections, report_node_corrections
 from osm2xodr.geometry.junctions.short_streets import between_carriageways, restricted, streets_without_room
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, StreetNetwork
@@ -51,13 +53,13 @@ class JunctionLayout:
     squeezed: BoolArray  # (streets,) Whether a street is too short for what its junctions need
 
 
-def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayout:
+def lay_out_junctions(network: StreetNetwork, ends: StreetEnds, diagnostics: Diagnostics) -> JunctionLayout:
     """Find the junctions: nodes where streets meet, joined where the streets between them have no room.
 
     Each round measures how much of its arms every junction needs and joins two junctions where that leaves less than
     `SHORTEST_STREET` of a street between them, until nothing changes; less than `SHORTEST_STREET_BETWEEN_JUNCTIONS`
     where that does no harm. Of a street across a median, rounded corners count as needed, too. Streets shorter than
-    any road always become part of a junction.
+    any road always become part of a junction. Corrections join nodes, and keep them apart; `diagnostics` gets these.
     """
     xy = np.array([(node.x, node.y) for node in network.intersections]).reshape(-1, 2)
     degree = np.bincount(ends.node[ends.node >= 0], minlength=len(xy))
@@ -73,7 +75,8 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
     kept = ends.raised | (ends.layer != 0)
     mergeable = ~(kept[0::2] | kept[1::2]) | (length < _SHORTEST_BRIDGE)
     needed = np.where(_on_ring(ends), 0.0, SHORTEST_STREET)
-    clusters = _Clusters(xy, is_junction, tiny & ~between)
+    corrected = read_node_corrections(network, ends)
+    clusters = _Clusters(xy, is_junction, tiny & ~between, corrected)
     bare, wished = np.zeros(len(ends.length)), np.zeros(len(ends.length))
     changed: set[int] | None = None
     for _ in range(_MOST_ROUNDS):
@@ -85,30 +88,33 @@ def lay_out_junctions(network: StreetNetwork, ends: StreetEnds) -> JunctionLayou
         taken = np.where(np.repeat(median, 2), wished, bare)
         left = length - taken[0::2] - taken[1::2]
         outer = between & ~clusters.inner
-        tight = outer & ((mergeable & (left < needed)) | via | tiny)
+        tight = outer & ((mergeable & (left < needed)) | via | tiny | corrected.joined)
         short = mergeable & ~median & streets_without_room(network, ends, outer, left, wished, clusters.group)
         extent = np.where(tight, defaults.JUNCTION_EXTENT, defaults.JUNCTION_EXTENT_SHORT)
         order = np.flatnonzero(tight | short)
-        order = order[np.argsort(left[order], kind="stable")]
-        changed = clusters.join(order, a, b, np.where(tiny, np.inf, extent))
+        order = order[np.argsort(np.where(corrected.joined, -np.inf, left)[order], kind="stable")]
+        changed = clusters.join(order, a, b, np.where(tiny | corrected.joined, np.inf, extent))
         if not changed:
             break
+    report_node_corrections(network, corrected, clusters.group, diagnostics)
     return _settle(ends, clusters, bare, wished, _same_layer(network, ends))
 
 
 class _Clusters:
     """Nodes that make one junction: each group has the number of its first node."""
 
-    def __init__(self, xy: FloatArray, is_junction: BoolArray, inner: BoolArray) -> None:
+    def __init__(self, xy: FloatArray, is_junction: BoolArray, inner: BoolArray, corrected: CorrectedNodes) -> None:
         self.group = np.where(is_junction, np.arange(len(xy)), -1)  # (nodes,) -1 for nodes of no junction
         self.inner = inner  # (streets,) Streets that lie inside a junction
         self._members = {node: [node] for node in np.flatnonzero(is_junction).tolist()}
         self._low, self._high = xy.copy(), xy.copy()
+        self._corrected = corrected
 
     def join(self, streets: IntArray, start: IntArray, end: IntArray, extent: FloatArray) -> set[int]:
         """Join the groups at both ends of streets, in this order, and return the groups that have changed.
 
-        No group grows over a street beyond the street's `extent` (streets,), m.
+        No group grows over a street beyond the street's `extent` (streets,), m, nor against a correction; streets of
+        infinite extent join groups in any case.
         """
         group, low, high = self.group, self._low, self._high
         changed: set[int] = set()
@@ -117,6 +123,8 @@ class _Clusters:
             if one != other:
                 lower, upper = np.minimum(low[one], low[other]), np.maximum(high[one], high[other])
                 if (upper - lower).max() > extent[street]:
+                    continue
+                if extent[street] < np.inf and self._corrected.forbid(self._members[one], self._members[other]):
                     continue
                 low[one], high[one] = lower, upper
                 group[self._members[other]] = one

@@ -22,7 +22,16 @@ from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement
 from osm2xodr.geometry.lanes import EndLane, end_lanes
 from osm2xodr.geometry.plan_view import FittedStreets, StreetEnds, outward_pose
-from osm2xodr.model import BoolArray, IntArray, LaneType, Rule, StreetAttributes, StreetNetwork
+from osm2xodr.model import (
+    BoolArray,
+    IntArray,
+    LaneType,
+    Rule,
+    StreetAttributes,
+    StreetNetwork,
+    applied,
+    unused,
+)
 
 
 def choose_u_turns(
@@ -36,10 +45,13 @@ def choose_u_turns(
 ) -> list[Movement]:
     """Mark the movements that are U-turns between carriageways, and leave out some of them.
 
-    `kept` is one of `conventions.U_TURNS`. U-turns stay where nothing else leads on. `diagnostics` gets the others.
+    `kept` is one of `conventions.U_TURNS`; corrections leave out more. U-turns stay where nothing else leads on.
+    `diagnostics` gets the others, and the corrections.
     """
     found = _between_carriageways(network, ends, layout, movements)
+    known = _Corrected(network)
     if not len(found):
+        known.report(diagnostics)
         return movements
     ways_out: dict[int, int] = {}
     for item in movements:
@@ -51,13 +63,43 @@ def choose_u_turns(
     for k, distance, is_left_out in zip(found.tolist(), apart, unsaid, strict=True):
         item = movements[k]
         out[k] = replace(item, u_turn=True)
-        if ways_out[item.entry] == 1 or (distance >= defaults.U_TURN_ACROSS_MIN and not is_left_out):
+        if ways_out[item.entry] == 1:
+            continue
+        if distance >= defaults.U_TURN_ACROSS_MIN and not is_left_out:
+            nodes = [network.intersections[node].osm_node_id for node in layout.nodes[item.junction]]
+            if known.forbid(_attributes(network, item.entry).osm_way_id, nodes):
+                dropped.add(k)
             continue
         dropped.add(k)
         node = network.intersections[int(ends.node[item.entry])].osm_node_id
         text = "the law or --u-turns forbids it" if is_left_out else f"its lanes are only {distance:.1f} m apart"
         diagnostics.dropped("u-turn", f"node/{node}", f"a U-turn is left out: {text}")
+    known.report(diagnostics)
     return [item for k, item in enumerate(out) if k not in dropped]
+
+
+class _Corrected:
+    """Ways and nodes from and at which users say that nobody turns back."""
+
+    def __init__(self, network: StreetNetwork) -> None:
+        known = network.corrections
+        # Whether each of them left a U-turn out, by its OSM id.
+        self._used = {f"way/{way}": False for way, item in sorted(known.ways.items()) if item.no_u_turn}
+        self._used |= {f"node/{node}": False for node, item in sorted(known.nodes.items()) if item.no_u_turn}
+
+    def forbid(self, way: int, nodes: Sequence[int]) -> bool:
+        """Say whether a U-turn from a way at the junction of some nodes is left out."""
+        found = {f"way/{way}", *(f"node/{node}" for node in nodes)} & self._used.keys()
+        self._used.update(dict.fromkeys(found, True))
+        return bool(found)
+
+    def report(self, diagnostics: Diagnostics) -> None:
+        """Report which corrections had an effect."""
+        for osm_id, was_used in self._used.items():
+            if was_used:
+                applied(diagnostics, osm_id, "no-u-turn", "U-turns into the opposite carriageway are left out")
+            else:
+                unused(diagnostics, osm_id, "no-u-turn", "no U-turn is kept there that could be left out")
 
 
 def _between_carriageways(

@@ -82,17 +82,23 @@ class OtherWays:
 
 
 def read_ways(
-    file: OsmFile, highways: frozenset[str], keys: AbstractSet[str], others: OtherWays | None = None
+    file: OsmFile,
+    highways: frozenset[str],
+    keys: AbstractSet[str],
+    others: OtherWays | None = None,
+    also: AbstractSet[int] = frozenset(),
 ) -> tuple[list[RawWay], list[RawRelation]]:
     """Read the ways with given values of ``highway`` and the relations of `RELATION_TYPES`, in ascending id.
 
     `keys` are those of the tags to keep of these ways. `others` are further ways to read, with other values of
-    ``highway``; they are returned among the ways. Raises InputError if the file is damaged or incomplete.
+    ``highway``; they are returned among the ways. Of `also`, ids of ways with any ``highway``, the tags of both are
+    kept. Raises InputError if the file is damaged or incomplete.
     """
     only_ways = _way_filter(highways, others)
     only_ways.enable_for(osmium.osm.WAY)
     only_relations = osmium.filter.TagFilter(*(("type", value) for value in RELATION_TYPES))
     only_relations.enable_for(osmium.osm.RELATION)
+    every = keys if others is None else keys | others.keys
     ways: dict[int, tuple[int, RawWay | None]] = {}
     relations: dict[int, tuple[int, RawRelation | None]] = {}
     with readable(file):
@@ -103,8 +109,10 @@ def read_ways(
             if item.is_way():
                 if number not in ways or version >= ways[number][0]:
                     gone = item.deleted or ("way", number) in file.deleted
-                    if others is None or item.tags.get("highway") in highways:
-                        way: RawWay | None = RawWay(item.id, _refs(item), _tags(item, keys))
+                    if number in also:
+                        way: RawWay | None = RawWay(item.id, _refs(item), _tags(item, every))
+                    elif others is None or item.tags.get("highway") in highways:
+                        way = RawWay(item.id, _refs(item), _tags(item, keys))
                     else:
                         way = _other_way(item, others)
                     ways[number] = version, None if gone else way

@@ -6,29 +6,44 @@ Pure functions; `way_attributes` combines them. `cross_sections` is the place to
 from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, oneway, reason_left_out
-from osm2xodr.osmParsing.tags.cross_sections import is_transition
+from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, is_transition
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
+from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
+from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
 from osm2xodr.osmParsing.tags.margins import kerb_height
-from osm2xodr.osmParsing.tags.node_facts import node_heights, read_node_facts, read_thing_facts, turning_circles
+from osm2xodr.osmParsing.tags.node_facts import (
+    node_heights,
+    parse_ele,
+    read_node_facts,
+    read_thing_facts,
+    turning_circles,
+)
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
 from osm2xodr.osmParsing.tags.traffic_signs import SIGN_KEYS, with_speed_zones
-from osm2xodr.osmParsing.tags.values import parse_length
+from osm2xodr.osmParsing.tags.values import Tags, parse_layer, parse_length, parse_speed
 from osm2xodr.osmParsing.tags.ways import WAY_TAGS, turned_round, way_attributes, without_margins
 
 __all__ = [
     "ACCESS_TAGS",
+    "COUNT_TAGS",
     "LEFT_RIGHT",
+    "LIST_TAGS",
     "NO",
     "SIGN_KEYS",
     "WAY_TAGS",
+    "WIDTH_TAGS",
+    "Tags",
     "is_transition",
     "kerb_height",
     "layer_of",
     "node_heights",
     "oneway",
+    "parse_ele",
+    "parse_layer",
     "parse_length",
+    "parse_speed",
     "read_node_facts",
     "read_thing_facts",
     "reason_left_out",

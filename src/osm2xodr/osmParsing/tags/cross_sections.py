@@ -8,15 +8,21 @@ road. ``placement`` tells where among the lanes the OSM line runs; without it, i
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
 from osm2xodr.diagnostics import Kind
-from osm2xodr.model import Access, Direction, LaneSpec, LaneType, MarginSpec, Rule
-from osm2xodr.osmParsing.defaults import LANE_WIDTH_BICYCLE, LANE_WIDTH_BUS, LANE_WIDTH_MAX, LANE_WIDTH_MIN
+from osm2xodr.model import EVERY_LANE, Access, Direction, LaneSpec, LaneType, MarginSpec, Rule
+from osm2xodr.osmParsing.defaults import (
+    CARRIAGEWAY_WIDTHS,
+    LANE_WIDTH_BICYCLE,
+    LANE_WIDTH_BUS,
+    LANE_WIDTH_MAX,
+    LANE_WIDTH_MIN,
+)
 from osm2xodr.osmParsing.tags.access import KEPT_FOR_HOV
 from osm2xodr.osmParsing.tags.beside_lanes import BESIDE_TAGS, contraflow_bus_lane, with_beside_lanes
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS, USER_TAGS, LaneGroups, lane_groups
@@ -24,15 +30,12 @@ from osm2xodr.osmParsing.tags.lane_lists import CHANGE_TAGS, LIST_TAGS, MOTOR_LA
 from osm2xodr.osmParsing.tags.margins import MARGIN_TAGS, NOTHING, Margins, read_margins
 from osm2xodr.osmParsing.tags.values import Findings, Tags, first_width
 
-# Widths of a carriageway that are believed, m: from a car's to ten wide lanes with their margins.
-_CARRIAGEWAY_WIDTHS: Final = (1.5, 60.0)
-
-_WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
+WIDTH_TAGS: Final = ("width:carriageway", "width", "est_width")
 _PLACEMENT_TAGS: Final = ("placement", "placement:forward", "placement:backward")
 # All tags, besides ``highway``, that lanes are read from, and that cross sections are read from.
 LANE_TAGS: Final = (
     *(*COUNT_TAGS, *USER_TAGS, *BESIDE_TAGS, "hov"),
-    *(*_WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *CHANGE_TAGS, *LIST_TAGS),
+    *(*WIDTH_TAGS, *_PLACEMENT_TAGS, *TURN_TAGS, *CHANGE_TAGS, *LIST_TAGS),
 )
 SECTION_TAGS: Final = (*LANE_TAGS, *MARGIN_TAGS)
 
@@ -62,12 +65,14 @@ def cross_section(
     country: Country = GENERIC,
     *,
     in_town: bool = False,
+    known_widths: Mapping[int, float] | None = None,
 ) -> CrossSection:
     """Make the cross section of a way from its tags (``highway`` and `SECTION_TAGS`).
 
     `direction` is 1 or -1 if the way is one-way along or against its order of nodes, else 0; `closed` likewise if
     that direction of a two-way road is closed to cars. `default_lane_width` (m) is that of lanes for cars without a
     tagged width; None takes the country's width for the class of the road, which differs `in_town`, a built-up area.
+    `known_widths` are corrections of the widths of lanes, as in `WayCorrection.lane_width`.
     """
     findings: Findings = []
     runs_one_way = direction or -closed
@@ -81,6 +86,8 @@ def cross_section(
     lanes = backward + between + forward if rule is Rule.RIGHT_HAND else forward + between + backward
     margins = read_margins(tags, runs_one_way, rule, findings)
     slots = [slot for slot, _ in lanes]
+    if known_widths:
+        slots = _with_known_widths(slots, known_widths)
     carriageway, parking_left, parking_right = _carriageway(tags, margins, slots, findings)
     parked = margins.parking_left + margins.parking_right
     usual = default_lane_width or _usual_width(groups, tags["highway"], country, in_town, parked > 0.0)
@@ -98,6 +105,14 @@ def cross_section(
         # The line is the middle of the carriageway; parking on one side of it shifts the lanes.
         offset = (parking_right - parking_left) / 2.0
     return CrossSection(lanes_ltr, offset, tuple(findings), margins.left, margins.right)
+
+
+def _with_known_widths(slots: Sequence[Slot], known: Mapping[int, float]) -> list[Slot]:
+    """Return lanes, from left to right, with the widths of corrections; that of all lanes is for motor vehicles."""
+    every = known.get(EVERY_LANE)
+    of = {place: every for place, slot in enumerate(slots) if slot.type in MOTOR_LANES}
+    of |= {number - 1: width for number, width in known.items() if number != EVERY_LANE}
+    return [replace(slot, width=of.get(place) or slot.width) for place, slot in enumerate(slots)]
 
 
 def _access(slot: Slot, whole: Access) -> Access:
@@ -128,7 +143,7 @@ def _carriageway(
     parked = margins is not NOTHING and (margins.parking_left or margins.parking_right)
     if not parked and all(slot.width or slot.type not in MOTOR_LANES for slot in slots):
         return None, 0.0, 0.0
-    width = first_width(tags, _WIDTH_TAGS, _CARRIAGEWAY_WIDTHS, "width", "a road", findings)
+    width = first_width(tags, WIDTH_TAGS, CARRIAGEWAY_WIDTHS, "width", "a road", findings)
     if width is None or not parked:
         return width, 0.0, 0.0
     parking = margins.parking_left + margins.parking_right

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
+from types import MappingProxyType
 from typing import Final
 
 from osm2xodr.conventions import GENERIC, Country
 from osm2xodr.diagnostics import Diagnostics, Kind
-from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, WayCorrection, applied, unused
 from osm2xodr.osmParsing.defaults import LANES_PLAUSIBLE_MAX
 from osm2xodr.osmParsing.file import RawWay
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, closed_direction, is_roundabout, oneway
@@ -53,6 +54,8 @@ WAY_TAGS: Final = frozenset(
     )
 )
 
+# No correction of any way.
+_NO_CORRECTIONS: Final[Mapping[int, WayCorrection]] = MappingProxyType({})
 _SECTION_TAGS: Final = frozenset(SECTION_TAGS)
 _LANE_TAGS: Final = (*COUNT_TAGS, *LIST_TAGS)
 # How many ways beyond an untagged one are searched for a number of lanes on either side; a choice.
@@ -68,14 +71,16 @@ def way_attributes(
     *,
     default_speeds: bool = True,
     dense: Set[int] = frozenset(),
+    corrections: Mapping[int, WayCorrection] = _NO_CORRECTIONS,
 ) -> tuple[list[StreetAttributes], list[int]]:
     """Read the tags `WAY_TAGS` of ways: the attributes of each, seen along its nodes, and its direction of traffic.
 
     The direction is 1 or -1 where the way is one-way for cars along or against its order of nodes, else 0. `rule` is
     the side that traffic drives on, `default_lane_width` (m) that of lanes without a tagged one (None takes one by
     the class of the road); limits and usual widths are those of `country`, whose law stands in for limits that are
-    not tagged if `default_speeds` says so; `dense` are the ids of the ways among residential streets. What is
-    guessed, repaired or ignored goes to the diagnostics.
+    not tagged if `default_speeds` says so; `dense` are the ids of the ways among residential streets. Of the
+    `corrections`, by id, widths of lanes and clearances are applied; others are in the tags already. What is guessed,
+    repaired or ignored goes to the diagnostics.
     """
     # Most ways of a city share a few cross sections.
     known: dict[tuple[object, ...], CrossSection] = {}
@@ -91,10 +96,15 @@ def way_attributes(
             lane_tags["lanes"] = str(neighbours[index])
         town = is_town_street(tags, way.id in dense)
         key = (tags["highway"], direction, closed, town, *lane_tags.items())
+        lane_tags["highway"] = tags["highway"]
+        make = partial(cross_section, lane_tags, direction, rule, default_lane_width, closed, country, in_town=town)
         if key not in known:
-            lane_tags["highway"] = tags["highway"]
-            known[key] = cross_section(lane_tags, direction, rule, default_lane_width, closed, country, in_town=town)
+            known[key] = make()
         section = known[key]
+        correction = corrections.get(way.id)
+        if correction is not None and correction.lane_width:
+            section = make(known_widths=correction.lane_width)
+            _report_widths(way.id, known[key], section, correction.lane_width, diagnostics)
         findings = list(section.findings)
         if not certain:
             findings.append(_unknown_oneway(tags, direction))
@@ -110,11 +120,27 @@ def way_attributes(
             if item in tags
         ]
         item = _attributes(way, section, direction or -closed, findings)
+        if correction is not None:
+            item = replace(item, clearance=correction.clearance)
         attributes.append(_with_legal_speed(item, tags, country, findings) if default_speeds else item)
         directions.append(direction or -closed)
         for kind, code, words in findings:
             diagnostics.add(kind, code, f"way/{way.id}", words)
     return attributes, directions
+
+
+def _report_widths(
+    way: int, before: CrossSection, after: CrossSection, known: Mapping[int, float], diagnostics: Diagnostics
+) -> None:
+    """Report whether corrections of the widths of lanes have an effect on a way."""
+    lanes = len(after.lanes_ltr)
+    old, new = (", ".join(f"{lane.width:g}" for lane in item.lanes_ltr) for item in (before, after))
+    if max(known) > lanes:
+        unused(diagnostics, f"way/{way}", "lane-width", f"it has no lane {max(known)}, only {lanes} of them")
+    elif old == new:
+        unused(diagnostics, f"way/{way}", "lane-width", f"its lanes are {new} m wide without it")
+    else:
+        applied(diagnostics, f"way/{way}", "lane-width", f"{new} m in place of {old} m, from the left")
 
 
 def lanes_of_neighbours(ways: Sequence[RawWay]) -> dict[int, int]:

@@ -108,6 +108,7 @@ def make_report(
         "accuracy": errors,
         "coverage": cover,
         "log": tables.log(subject, options.log),
+        "junction_nodes": tables.junction_nodes(subject, options.log),
     }
     return _filled_page(info["title"], _as_json(info), arrays)
 

@@ -12,6 +12,7 @@ import numpy as np
 from osm2xodr.defaults import GRADE_LIMIT
 from osm2xodr.diagnostics import counted
 from osm2xodr.model import FloatArray
+from osm2xodr.reporting import codes
 from osm2xodr.viewing.modes import strip_classes
 from osm2xodr.viewing.page.data import Subject, on_structure, origin_of, rounded
 from osm2xodr.viewing.page.ground import height_errors, worst_stations
@@ -148,6 +149,13 @@ def verdict(
     return out
 
 
+def junction_nodes(subject: Subject, report: Mapping[str, Any] | None) -> list[list[str]]:
+    """Return the OSM ids of the nodes of each junction, as far as the report of its conversion says them."""
+    given = report.get("junction_nodes") if report is not None else None
+    known = given if isinstance(given, Mapping) else {}
+    return [re.findall(r"-?\d+", str(known.get(name, ""))) for name in subject.file.junctions.id]
+
+
 def log(subject: Subject, report: Mapping[str, Any] | None) -> dict[str, Any] | None:
     """Return what the conversion guessed, dropped and repaired, each with its place if that is known."""
     if report is None:
@@ -155,14 +163,15 @@ def log(subject: Subject, report: Mapping[str, Any] | None) -> dict[str, Any] | 
     x0, y0 = origin_of(subject.scene)
     places = {f"way/{item.way}": (rounded(item.x - x0), rounded(item.y - y0)) for item in subject.covers or ()}
     order = {"repaired": 0, "guessed": 1, "dropped": 2, "note": 3}
-    items: list[tuple[str, str, str, str, float | None, float | None]] = []
+    items: list[tuple[str, str, str, str, float | None, float | None, str]] = []
     for entry in report.get("diagnostics", ()):
         if not isinstance(entry, Mapping):
             continue
         osm_id = str(entry.get("osm_id") or "")
         known = osm_id if _OSM_ID.fullmatch(osm_id) else ""
         kind, code, message = (str(entry.get(key, "")) for key in ("kind", "code", "message"))
-        items.append((kind, code, known, message, *places.get(osm_id, (None, None))))
+        line = codes()[code].line_for(known) if code in codes() else ""
+        items.append((kind, code, known, message, *places.get(osm_id, (None, None)), line))
     items.sort(key=lambda item: (order.get(item[0], len(order)), item[1]))
     made = report.get("input", {})
     area = PurePath(str(made.get("area", ""))).name if isinstance(made, Mapping) else ""

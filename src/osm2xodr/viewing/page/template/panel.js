@@ -79,8 +79,28 @@ class Panel {
       ways.length ? el("table", {}, el("tbody", {}, ...ways)) : null,
       user.length ? el("h2", {}, "userData") : null,
       user.length ? pairs(user.map(([code, value]) => [code, withLinks(code, value)])) : null,
+      ...pasted(this.wayLines(road)),
       ...this.roadFindings(road),
     ];
+  }
+
+  /** Lines for a file of corrections, with the values that the road has now. */
+  wayLines(road) {
+    const data = this.data, info = data.info;
+    const listed = (info.user[road] || []).flatMap(([code, value]) => (/way_id/i.test(code) ? value.match(/-?\d+/g) || [] : []));
+    const ways = Array.from(new Set([...(info.ways[road] || []).map(([way]) => String(way)), ...listed]));
+    const strip = data.roadStrip[road];
+    if (data.roadJunction[road] >= 0 || strip >= data.roadStrip[road + 1]) return [];
+    const first = data.laneStart[strip], count = data.laneStart[strip + 1] - first;
+    const border = (k) => data.t[data.borderStart[strip] + k];
+    let lanes = 0, width = 0, speed = NaN;
+    for (let k = 0; k < count; k++) {
+      if (!/^(driving|bidirectional|bus|taxi)$/.test(info.lane_types[data.laneType[first + k]])) continue;
+      lanes += 1; width += border(k) - border(k + 1);
+      if (Number.isFinite(data.laneSpeed[first + k])) speed = Math.round(data.laneSpeed[first + k]);
+    }
+    const values = [lanes ? `lanes = ${lanes}` : "", width > 0 ? `width = ${width.toFixed(2)}` : "", Number.isFinite(speed) ? `speed = ${speed}` : ""];
+    return ways.flatMap((way) => values.filter(Boolean).map((value) => `way.${way}.${value}`));
   }
 
   junctionPage() {
@@ -98,8 +118,19 @@ class Panel {
       pairs([["junction", info.junctions.id[k]], ["name", info.junctions.name[k] || "–"]]),
       el("h2", {}, `Roads that meet here (${arms.size})`), list(Array.from(arms).sort((a, b) => a - b)),
       el("h2", {}, `Connecting roads (${inside.length})`), list(inside),
+      ...this.nodesOf(k, inside[0]),
       found.length ? el("h2", {}, "Findings") : null, found.length ? el("ul", {}, ...found.map((j) => this.findingItem(j))) : null,
     ];
+  }
+
+  /** The nodes of a junction, and lines for a file of corrections; a connecting road has its height. */
+  nodesOf(junction, road) {
+    const data = this.data, nodes = data.info.junction_nodes[junction] || [];
+    if (!nodes.length) return [];
+    const z = road === undefined ? NaN : data.z[data.stationStart[data.roadStrip[road]]];
+    const values = [nodes.length > 1 ? `split = [${nodes.slice(1).join(", ")}]` : "", Number.isFinite(z) ? `z = ${z.toFixed(2)}` : "", "no-u-turn = true"];
+    const lines = values.filter(Boolean).map((value) => `node.${nodes[0]}.${value}`);
+    return [el("h2", {}, "OpenStreetMap"), el("p", {}, ...nodes.flatMap((node) => [osmLink(`node/${node}`), " "])), ...pasted(lines)];
   }
 
   roadFindings(road) {
@@ -183,7 +214,7 @@ class Panel {
       table(["highway", "km in OSM", "km covered", "%"], at.rows.map(([name, all, done]) => [name, fix(all, 2), fix(done, 2), fix((100 * done) / all, 1)]), "Length of car ways that lie on a carriageway"),
       el("h2", {}, `Ways with more than ${fix(at.least)} m uncovered (${fix(at.missing.length)})`),
       at.missing.length ? this.long(at.missing, ([way, highway, name, length, missing, x, y]) => el("li", {},
-        osmLink(`way/${way}`), ` ${highway}${name ? `, ${name}` : ""}: ${fix(missing)} of ${fix(length)} m `, this.placeLink(x, y))) : el("p", { class: "quiet" }, "None."),
+        osmLink(`way/${way}`), ` ${highway}${name ? `, ${name}` : ""}: ${fix(missing)} of ${fix(length)} m `, this.placeLink(x, y), el("code", { class: "line" }, `way.${way}.keep = true`))) : el("p", { class: "quiet" }, "None."),
     ];
   }
 
@@ -219,7 +250,8 @@ class Panel {
     }
     const sorted = Array.from(groups.values());
     return [el("p", { class: "quiet" }, this.data.info.log.text), ...sorted.map((group) => group_(group.code, group.kind, group.members.length, () =>
-      this.long(group.members, ([, , id, message, x, y]) => el("li", {}, message, " ", id ? osmLink(id) : null, " ", this.placeLink(x, y)))))];
+      this.long(group.members, ([, , id, message, x, y, line]) => el("li", {}, message, " ", id ? osmLink(id) : null, " ", this.placeLink(x, y),
+        line ? el("code", { class: "line" }, line) : null))))];
   }
 
   /** A list that shows its beginning first. */
@@ -229,6 +261,12 @@ class Panel {
     const more = el("button", { type: "button", class: "link", onclick: () => { more.remove(); list.append(...items.slice(LISTED).map(entry)); } }, `all ${fix(items.length)}`);
     return el("div", {}, list, more);
   }
+}
+
+/** Lines to copy, if there are any; a click selects them. */
+function pasted(lines) {
+  if (!lines.length) return [];
+  return [el("h2", {}, "Corrections"), el("p", { class: "quiet" }, "Lines for convert --corrections, to change:"), el("pre", { class: "line" }, lines.join("\n"))];
 }
 
 function osmLink(id) {

@@ -1,0 +1,141 @@
+"""Corrections of ways, nodes and relations as they are read: left out, kept, with other tags."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import Corrections, WayCorrection, applied, unused
+from osm2xodr.osmParsing.corrections.tags import corrected_tags, difference
+from osm2xodr.osmParsing.file import RawNodes, RawRelation, RawWay
+from osm2xodr.osmParsing.options import HIGHWAYS, WaySelection
+from osm2xodr.osmParsing.tags import reason_left_out
+
+_MENDED: Final = "OSM says so itself"
+_NO_WAY: Final = "no such way is read of the map"
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectedWays:
+    """Ways as corrected, and what is to be said about that when it is known which of them become streets."""
+
+    ways: list[RawWay]
+    changes: Mapping[int, Mapping[str, str]]  # By way and key: in which tags it differs; empty where in none
+
+    def report(self, corrections: Corrections, streets: Sequence[RawWay], diagnostics: Diagnostics) -> None:
+        """Report the corrections of tags and widths; `streets` are the ways that become streets."""
+        if not corrections.ways:
+            return
+        read, carried = {way.id for way in self.ways}, {way.id for way in streets}
+        for number, known in sorted(corrections.ways.items()):
+            changes, osm_id = self.changes.get(number, {}), f"way/{number}"
+            for key in _early_keys(known):
+                if number not in carried:
+                    # What was dropped has been reported.
+                    why = "it is no street, and left out" if number in read else _NO_WAY
+                    unused(diagnostics, osm_id, key, why)
+                elif changes.get(key):
+                    applied(diagnostics, osm_id, key, changes[key])
+                elif key in changes:
+                    unused(diagnostics, osm_id, key, _MENDED)
+
+
+def _early_keys(known: WayCorrection) -> Iterator[str]:
+    """Yield the keys of the corrections of tags and widths of lanes, which are of use to streets alone."""
+    yield from (key for key, _ in corrected_tags({}, known))
+    if known.lane_width:
+        yield "lane-width"
+
+
+def correct_ways(ways: Sequence[RawWay], corrections: Corrections, diagnostics: Diagnostics) -> CorrectedWays:
+    """Return ways without those that are dropped, and with corrected tags."""
+    if not corrections.ways:
+        return CorrectedWays(list(ways), {})
+    out: list[RawWay] = []
+    changes: dict[int, dict[str, str]] = {}
+    dropped: set[int] = set()
+    for way in ways:
+        known = corrections.ways.get(way.id)
+        if known is None:
+            out.append(way)
+        elif known.drop:
+            dropped.add(way.id)
+            applied(diagnostics, f"way/{way.id}", "drop", "it is left out")
+        else:
+            tags, said = dict(way.tags), changes.setdefault(way.id, {})
+            for key, after in corrected_tags(tags, known):
+                said[key], tags = difference(tags, after), after
+            out.append(replace(way, tags=tags))
+    for number, known in sorted(corrections.ways.items()):
+        if known.drop and number not in dropped:
+            unused(diagnostics, f"way/{number}", "drop", _NO_WAY)
+    return CorrectedWays(out, changes)
+
+
+def kept_ways(ways: Sequence[RawWay], corrections: Corrections, diagnostics: Diagnostics) -> set[int]:
+    """Return the ways that become streets in any case, and report those that cannot."""
+    found: set[int] = set()
+    by_id = {way.id: way for way in ways} if corrections.kept_ways() else {}
+    for number in sorted(corrections.kept_ways()):
+        way, known = by_id.get(number), corrections.ways[number]
+        if way is None:
+            unused(diagnostics, f"way/{number}", "keep", _NO_WAY)
+        elif _class(way, known) not in HIGHWAYS:
+            why = f'{_named(way)} is no class that can be carried; name one, such as keep = "service"'
+            unused(diagnostics, f"way/{number}", "keep", why)
+        else:
+            found.add(number)
+    return found
+
+
+def keep_way(
+    way: RawWay, known: WayCorrection, ways: WaySelection, include_private: bool, diagnostics: Diagnostics
+) -> RawWay:
+    """Return a way that becomes a street in any case, with its class, and report what would have kept it out."""
+    asked = way.tags.get("highway", "") in ways.highways
+    reason = reason_left_out(way.tags, ways, include_private) if asked else None
+    highway = _class(way, known)
+    why = reason[1] if reason else "" if asked else f"{_named(way)} is not among the ways asked for"
+    if why or highway != way.tags.get("highway", ""):
+        said = f"it becomes a street of class {highway}" + (f"; without this: {why}" if why else "")
+        applied(diagnostics, f"way/{way.id}", "keep", said)
+    else:
+        unused(diagnostics, f"way/{way.id}", "keep", "it is a street without it")
+    return replace(way, tags=dict(sorted({**way.tags, "highway": highway}.items())))
+
+
+def _class(way: RawWay, known: WayCorrection) -> str:
+    return known.highway or way.tags.get("highway", "")
+
+
+def _named(way: RawWay) -> str:
+    return f"highway={way.tags['highway']}" if "highway" in way.tags else "a way without highway=*"
+
+
+def correct_relations(
+    relations: Sequence[RawRelation], corrections: Corrections, diagnostics: Diagnostics
+) -> list[RawRelation]:
+    """Return relations without those that are dropped."""
+    there = {relation.id for relation in relations}
+    for number in sorted(corrections.relations):
+        if number in there:
+            applied(diagnostics, f"relation/{number}", "drop", "it is left out")
+        else:
+            unused(diagnostics, f"relation/{number}", "drop", "no such relation is read of the map")
+    return [relation for relation in relations if relation.id not in corrections.relations]
+
+
+def correct_nodes(nodes: RawNodes, corrections: Corrections, diagnostics: Diagnostics) -> RawNodes:
+    """Return nodes, those that are dropped without their tags."""
+    dropped = {number for number, known in corrections.nodes.items() if known.drop}
+    for number in sorted(dropped):
+        if number in nodes.tags:
+            tags = ", ".join(f"{key}={value}" for key, value in sorted(nodes.tags[number].items()))
+            applied(diagnostics, f"node/{number}", "drop", f"without {tags}")
+        else:
+            unused(diagnostics, f"node/{number}", "drop", "no such node with tags is read of the map")
+    if dropped.isdisjoint(nodes.tags):
+        return nodes
+    return replace(nodes, tags={number: tags for number, tags in nodes.tags.items() if number not in dropped})
