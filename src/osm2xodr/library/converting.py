@@ -135,6 +135,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
             furniture=furniture.enabled,
             extra_objects=furniture.extra_objects,
             default_speeds=not options.no_default_speeds,
+            guessed_sidewalks=not options.no_guessed_sidewalks,
         )
     surface = SurfaceOptions(
         options.surface,

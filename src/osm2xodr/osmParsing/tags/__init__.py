@@ -6,10 +6,11 @@ Pure functions; `way_attributes` combines them. `cross_sections` is the place to
 from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, oneway, reason_left_out
+from osm2xodr.osmParsing.tags.built_up import is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import is_transition
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
-from osm2xodr.osmParsing.tags.margins import kerb_height
+from osm2xodr.osmParsing.tags.margins import kerb_height, tells_of_sidewalks
 from osm2xodr.osmParsing.tags.node_facts import node_heights, read_node_facts, read_thing_facts, turning_circles
 from osm2xodr.osmParsing.tags.sides import LEFT_RIGHT, NO, sides_of
 from osm2xodr.osmParsing.tags.structures import layer_of, structure_of
@@ -23,6 +24,7 @@ __all__ = [
     "NO",
     "SIGN_KEYS",
     "WAY_TAGS",
+    "is_town_street",
     "is_transition",
     "kerb_height",
     "layer_of",
@@ -34,6 +36,7 @@ __all__ = [
     "reason_left_out",
     "sides_of",
     "structure_of",
+    "tells_of_sidewalks",
     "turned_round",
     "turning_circles",
     "way_attributes",
