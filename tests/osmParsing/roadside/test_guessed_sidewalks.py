@@ -114,6 +114,7 @@ def test_they_are_left_out_on_request(tmp_path: Path) -> None:
     path = Area(STREET, {20: ([1, 2, 3], TOWN)}).write(tmp_path)
     counts = []
     for left_out in (False, True):
-        osm2xodr.convert(path, output=tmp_path / "out.xodr", overwrite=True, no_guessed_sidewalks=left_out)
-        counts.append((tmp_path / "out.xodr").read_text().count('type="sidewalk"'))
+        output = tmp_path / f"{left_out}.xodr"
+        osm2xodr.convert(path, output=output, no_guessed_sidewalks=left_out)
+        counts.append(output.read_text().count('type="sidewalk"'))
     assert counts == [2, 0]
