@@ -150,7 +150,7 @@ def test_quiet_and_verbose(area: Path, out: Path, capsys: pytest.CaptureFixture[
 def test_options_reach_the_stages(area: Path, out: Path) -> None:
     status = convert(
         area, "-o", out, "--name", "A & B", "--date", "2024-05-01", "--left-hand", "--xodr-version", "1.8",
-        "--ways", "tertiary", "--default-lane-width", "2.75",
+        "--ways", "tertiary", "--default-lane-width", "2.75", "--no-guessed-sidewalks",
     )  # fmt: skip
     assert status == 0
     root = etree.parse(out).getroot()

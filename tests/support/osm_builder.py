@@ -60,9 +60,10 @@ class Area:
         return write_osm(folder, self.elements(), name)
 
     def parse(self, folder: Path, options: ParseOptions | None = None) -> tuple[StreetNetwork, Diagnostics]:
-        """Write the area and read it; by default, limits are not guessed."""
+        """Write the area and read it; by default, limits and sidewalks are not guessed."""
         diagnostics = Diagnostics()
-        network = parse_osm(self.write(folder), options or ParseOptions(default_speeds=False), diagnostics)
+        plain = ParseOptions(default_speeds=False, guessed_sidewalks=False)
+        network = parse_osm(self.write(folder), options or plain, diagnostics)
         return network, diagnostics
 
 

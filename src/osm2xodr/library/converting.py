@@ -142,6 +142,7 @@ def pipeline_options(area: Path, dems: tuple[Path, ...], options: ConvertOptions
             extra_objects=furniture.extra_objects,
             default_speeds=not options.no_default_speeds,
             corrections=corrections,
+            guessed_sidewalks=not options.no_guessed_sidewalks,
         )
     surface = SurfaceOptions(
         options.surface,

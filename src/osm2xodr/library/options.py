@@ -119,6 +119,10 @@ class ConvertOptions:
     no_default_speeds: bool = _flag(
         "Write only the speed limits that OSM gives, none that is usual in the country.", negates="default_speeds"
     )
+    no_guessed_sidewalks: bool = _flag(
+        "Write only the sidewalks that OSM gives, none that streets in towns usually have.",
+        negates="guessed_sidewalks",
+    )
     surface: str = _option(
         "How heights between the cells of the elevation model are found.",
         default=SURFACE_METHOD,

@@ -35,6 +35,10 @@ MARGIN_WIDTH_MAX: Final = 15.0
 # Sidewalks without a tagged width, m: Inclusive Mobility (DfT 2021), 2.00 under normal circumstances; between the 1.5
 # of AASHTO's guide for pedestrian facilities and the 2.50 of RASt 06 for new streets.
 SIDEWALK_WIDTH: Final = 2.0
+# Classes of streets that have sidewalks in towns where no tag says anything of any. In a surveyed old town, 88 % of
+# the length of residential streets without tags had them, 99 % of tertiary and unclassified ones; of tagged primary
+# and secondary ways in and around Heidelberg, three of four.
+SIDEWALK_CLASSES: Final = frozenset({"primary", "secondary", "tertiary", "unclassified", "residential"})
 # Bicycle tracks for one direction and for both, m (ERA 2010: 2.00 and 2.50), and the strip between the carriageway
 # and them, with and without parked cars beside it, m (ERA 2010: 0.75 and 0.50).
 CYCLE_TRACK_WIDTH: Final = 2.0

@@ -40,6 +40,7 @@ from osm2xodr.osmParsing.roadside import (
     read_beside,
     residential_density,
     sample_streets,
+    with_guessed_sidewalks,
 )
 from osm2xodr.osmParsing.selection import read_selected_ways, report_unused_nodes, why_no_streets
 from osm2xodr.osmParsing.tags import (
@@ -121,6 +122,9 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     if options.default_speeds:
         streets = with_urban_speeds(streets, tags, country, diagnostics)
         streets = with_default_speeds(streets, tags, dense, country, diagnostics)
+    if options.furniture and options.guessed_sidewalks:
+        # Last, as a sidewalk is evidence of a built-up area where it is tagged.
+        streets = with_guessed_sidewalks(streets, footways, tags, dense, diagnostics)
     return StreetNetwork(
         frame=frame,
         rule=rule,

@@ -58,7 +58,7 @@ def beside(
         a, b = 100 + 2 * number, 101 + 2 * number
         nodes[a], nodes[b] = (span[0], y), (span[1], y)
         ways[30 + number] = ([b, a] if turn[1] else [a, b], tags)
-    network, _ = Area(nodes, ways).parse(folder, ParseOptions(rule=rule))
+    network, _ = Area(nodes, ways).parse(folder, ParseOptions(rule=rule, guessed_sidewalks=False))
     return margins(network)
 
 

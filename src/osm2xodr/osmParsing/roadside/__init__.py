@@ -1,12 +1,13 @@
 """Things and footways beside streets.
 
 `things` collects what lies within `reach` of streets; `parallel_footways` makes sidewalks and bicycle tracks of
-footways that are mapped apart.
+footways that are mapped apart, `guessed_sidewalks` adds those of streets in towns that nobody has tagged.
 """
 
 from __future__ import annotations
 
 from osm2xodr.osmParsing.roadside.built_up import residential_density
+from osm2xodr.osmParsing.roadside.guessed_sidewalks import with_guessed_sidewalks
 from osm2xodr.osmParsing.roadside.parallel_footways import attach_footways
 from osm2xodr.osmParsing.roadside.reach import sample_streets
 from osm2xodr.osmParsing.roadside.tags import is_thing, node_keys, street_node_tags, way_values
@@ -22,4 +23,5 @@ __all__ = [
     "street_node_tags",
     "way_values",
     "ways_beside",
+    "with_guessed_sidewalks",
 ]

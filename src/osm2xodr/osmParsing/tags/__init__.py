@@ -6,12 +6,13 @@ Pure functions; `way_attributes` combines them. `cross_sections` is the place to
 from __future__ import annotations
 
 from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, oneway, reason_left_out
+from osm2xodr.osmParsing.tags.built_up import is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, is_transition
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.lane_counts import COUNT_TAGS
 from osm2xodr.osmParsing.tags.lane_lists import LIST_TAGS
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
-from osm2xodr.osmParsing.tags.margins import kerb_height
+from osm2xodr.osmParsing.tags.margins import kerb_height, tells_of_sidewalks
 from osm2xodr.osmParsing.tags.node_facts import (
     node_heights,
     parse_ele,
@@ -35,6 +36,7 @@ __all__ = [
     "WAY_TAGS",
     "WIDTH_TAGS",
     "Tags",
+    "is_town_street",
     "is_transition",
     "kerb_height",
     "layer_of",
@@ -49,6 +51,7 @@ __all__ = [
     "reason_left_out",
     "sides_of",
     "structure_of",
+    "tells_of_sidewalks",
     "turned_round",
     "turning_circles",
     "way_attributes",

@@ -47,8 +47,10 @@ _SIDEWALK_TAGS: Final = (
     *("footway", *(f"footway:{side}{end}" for side in ("left", "right", "both") for end in _OLD_WIDTHS)),
 )
 _SHOULDER_TAGS: Final = keys_of_sides("shoulder", "", ":width")
+# Tags that say where people walk along a way, sidewalks or none.
+_ON_FOOT_TAGS: Final = (*keys_of_sides("sidewalk", ""), "footway", "foot")
 # All tags that margins are read from.
-MARGIN_TAGS: Final = (*_SIDEWALK_TAGS, *_KERB_TAGS, *PARKING_TAGS, *CYCLE_TAGS, *TRACK_TAGS, *_SHOULDER_TAGS)
+MARGIN_TAGS: Final = ("foot", *_SIDEWALK_TAGS, *_KERB_TAGS, *PARKING_TAGS, *CYCLE_TAGS, *TRACK_TAGS, *_SHOULDER_TAGS)
 # Ways without any of these have no margins; the other tags only describe them.
 _DECIDING_TAGS: Final = frozenset(
     {
@@ -117,6 +119,11 @@ def read_margins(tags: Tags, direction: int, rule: Rule, findings: Findings) -> 
         findings.append((Kind.GUESSED, "margin-width", f"no width given, {', '.join(sorted(guessed))} assumed"))
     (left, parking_left), (right, parking_right) = found["left"], found["right"]
     return Margins(_shared(left), _shared(right), parking_left, parking_right)
+
+
+def tells_of_sidewalks(tags: Tags) -> bool:
+    """Whether the tags of a way say anything of people on foot: sidewalks, none, or where else they walk."""
+    return not tags.keys().isdisjoint(_ON_FOOT_TAGS)
 
 
 def _known(width: float | None, usual: float, what: str, guessed: set[str]) -> float:

@@ -1,0 +1,195 @@
+"""Sidewalks of streets in towns whose tags say nothing of any.
+
+Nearly all streets in towns have them, few are tagged. A side gets one unless something shows that there is none: the
+way's tags, a footway mapped apart, or another street that runs beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.model import (
+    BoolArray,
+    FloatArray,
+    Footway,
+    IntArray,
+    LaneType,
+    MarginSpec,
+    Street,
+    StreetAttributes,
+    Structure,
+)
+from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH, SIDEWALK_CLASSES, SIDEWALK_WIDTH
+from osm2xodr.osmParsing.roadside.footway_cuts import join_like_pieces
+from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT
+from osm2xodr.osmParsing.roadside.reach import StreetSamples, sample_lines, sample_streets
+from osm2xodr.osmParsing.tags import is_town_street, kerb_height, tells_of_sidewalks
+
+# Lines whose headings differ by at most this run beside each other, degrees; a choice.
+_BESIDE_DEG: Final = 30.0
+# Share of a piece's length that must be free of what rules a sidewalk out; a choice.
+_FREE_MIN: Final = 0.7
+# Between the carriageways of one street farther apart than this, m, people may walk; a choice.
+_MEDIAN_MAX: Final = 25.0
+# Number of lines beside a point that are looked at.
+_NEIGHBOURS: Final = 12
+
+
+@dataclass(frozen=True, slots=True)
+class _Lines:
+    """Points along whatever may rule a sidewalk out: streets and footways."""
+
+    points: FloatArray  # (n, 2) m
+    along: FloatArray  # (n, 2) Unit vectors
+    street: IntArray  # (n,) Number of the street; -1 for footways
+    left: FloatArray  # (n,) t of the left edge, m
+    right: FloatArray  # (n,)
+    name: IntArray  # (n,) Number of the name of a one-way street; -1 for others
+
+
+def with_guessed_sidewalks(
+    streets: tuple[Street, ...],
+    footways: Sequence[Footway],
+    tags: Mapping[int, Mapping[str, str]],
+    dense: Set[int],
+    diagnostics: Diagnostics,
+) -> tuple[Street, ...]:
+    """Give streets in towns the sidewalks that their tags do not mention.
+
+    `tags` are those of ways by id; `dense` are the ids of the ways among residential streets. The diagnostics get
+    each way that is given one.
+    """
+    pieces = [piece for street in streets for _, piece in street.pieces]
+    chosen = {way for way, item in tags.items() if _may_have_untagged(item, way in dense)}
+    # Whoever mapped footways along a part of a way would have mapped the others.
+    chosen -= {piece.osm_way_id for piece in pieces if _has_sidewalk(piece)}
+    open_sides = np.array([_open_sides(piece, piece.osm_way_id in chosen) for piece in pieces], np.bool_)
+    if not open_sides.any():
+        return streets
+    samples = sample_streets(streets)
+    lengths = samples.piece_lengths()
+    lines = _lines(streets, samples, [footway for footway in footways if not footway.crossing])
+    tree = cKDTree(lines.points, balanced_tree=False, compact_nodes=False)
+    free = np.zeros((len(pieces), 2), np.bool_)
+    for side in (LEFT, RIGHT):
+        rows = np.flatnonzero(open_sides[samples.piece, side])
+        clear = ~_ruled_out(samples, rows, side, lines, tree)
+        share = np.bincount(samples.piece[rows], samples.lines.length[rows] * clear, len(pieces))
+        free[:, side] = open_sides[:, side] & (share >= _FREE_MIN * lengths)
+    return _with_sidewalks(streets, free, tags, diagnostics)
+
+
+def _may_have_untagged(tags: Mapping[str, str], dense: bool) -> bool:
+    """Whether a way lies in a town, is of a class with sidewalks there, and says nothing of people on foot."""
+    if tags["highway"] not in SIDEWALK_CLASSES or tells_of_sidewalks(tags):
+        return False
+    return is_town_street(tags, dense)
+
+
+def _open_sides(piece: StreetAttributes, may_have: bool) -> tuple[bool, bool]:
+    """Return for the left and right side whether a piece may get a sidewalk there."""
+    if not may_have or piece.roundabout or piece.structure is Structure.TUNNEL:
+        return False, False
+    left, right = (
+        all(strip.type is not LaneType.SHOULDER for strip in margin)
+        for margin in (piece.margin_left, piece.margin_right)
+    )
+    return left, right
+
+
+def _has_sidewalk(piece: StreetAttributes) -> bool:
+    return any(strip.type is LaneType.SIDEWALK for strip in (*piece.margin_left, *piece.margin_right))
+
+
+def _lines(streets: Sequence[Street], samples: StreetSamples, footways: Sequence[Footway]) -> _Lines:
+    names: dict[str, int] = {}
+    numbers = np.array(
+        [
+            names.setdefault(piece.name or piece.ref, len(names))
+            if len(piece.car_directions()) == 1 and (piece.name or piece.ref)
+            else -1
+            for street in streets
+            for _, piece in street.pieces
+        ],
+        np.int64,
+    )
+    piece = samples.piece
+    if footways:
+        counts = np.array([len(footway.points) for footway in footways], np.int64)
+        paths = sample_lines(np.concatenate([footway.points for footway in footways]), counts, BESIDE_SPACING)
+    else:
+        paths = sample_lines(np.zeros((1, 2)), np.ones(1, np.int64), BESIDE_SPACING)
+    none, zeros = np.full(len(paths.points), -1, np.int64), np.zeros(len(paths.points))
+    return _Lines(
+        np.concatenate([samples.lines.points, paths.points]),
+        np.concatenate([samples.lines.along, paths.along]),
+        np.concatenate([samples.street[piece], none]),
+        np.concatenate([samples.left[piece], zeros]),
+        np.concatenate([samples.right[piece], zeros]),
+        np.concatenate([numbers[piece], none]),
+    )
+
+
+def _ruled_out(samples: StreetSamples, rows: IntArray, side: int, lines: _Lines, tree: cKDTree) -> BoolArray:
+    """Return at which points of streets (rows of `samples`) something beside them rules a sidewalk out, (n,)."""
+    sign = 1.0 if side == LEFT else -1.0
+    piece, along = samples.piece[rows], samples.lines.along[rows]
+    outwards = sign * np.column_stack([-along[:, 1], along[:, 0]])
+    edge = sign * (samples.left if side == LEFT else samples.right)[piece]
+    query = samples.lines.points[rows] + (edge + 0.5 * ROADSIDE_REACH)[:, None] * outwards
+    found = np.asarray(tree.query(query, k=_NEIGHBOURS, distance_upper_bound=_MEDIAN_MAX)[1], np.int64)
+    missing = found == len(lines.points)
+    found[missing] = 0
+    away = lines.points[found] - samples.lines.points[rows][:, None]
+    ahead = np.abs((away * along[:, None]).sum(axis=2))
+    # From this carriageway's edge to the other line.
+    gap = (away * outwards[:, None]).sum(axis=2) - edge[:, None]
+    same_way = (lines.along[found] * along[:, None]).sum(axis=2)
+    beside = ~missing & (ahead <= BESIDE_SPACING) & (np.abs(same_way) >= np.cos(np.radians(_BESIDE_DEG)))
+    beside &= lines.street[found] != samples.street[piece][:, None]
+    # The other street's edge that faces this one.
+    faces = np.where((same_way > 0.0) == (sign > 0.0), -lines.right[found], lines.left[found])
+    street = lines.street[found] >= 0
+    own_name = lines.name[rows][:, None]
+    one_street = street & (own_name >= 0) & (lines.name[found] == own_name)
+    room = np.where(one_street, _MEDIAN_MAX, SIDEWALK_WIDTH)
+    by_street = street & (gap > 0.0) & (gap - faces < room)
+    by_footway = ~street & (gap > -SIDEWALK_WIDTH) & (gap < ROADSIDE_REACH)
+    out: BoolArray = (beside & (by_street | by_footway)).any(axis=1)
+    return out
+
+
+def _with_sidewalks(
+    streets: tuple[Street, ...], free: BoolArray, tags: Mapping[int, Mapping[str, str]], diagnostics: Diagnostics
+) -> tuple[Street, ...]:
+    """Append sidewalks to the margins of pieces, counted over all streets, where `free` (m, 2) says so."""
+    told: set[int] = set()
+    out: list[Street] = []
+    number = 0
+    for street in streets:
+        rows = free[number : number + len(street.pieces)].tolist()
+        number += len(street.pieces)
+        if not any(map(any, rows)):
+            out.append(street)
+            continue
+        pieces = []
+        for (first, piece), sides in zip(street.pieces, rows, strict=True):
+            margins = [piece.margin_left, piece.margin_right]
+            for side in (LEFT, RIGHT):
+                if sides[side]:
+                    name = ("left", "right")[side if not piece.reversed else 1 - side]
+                    kerb = kerb_height(tags[piece.osm_way_id], name, [])
+                    margins[side] = (*margins[side], MarginSpec(LaneType.SIDEWALK, SIDEWALK_WIDTH, height=kerb))
+                    told.add(piece.osm_way_id)
+            pieces.append((first, replace(piece, margin_left=margins[LEFT], margin_right=margins[RIGHT])))
+        out.append(join_like_pieces(replace(street, pieces=tuple(pieces))))
+    words = f"no sidewalk tagged, one of {SIDEWALK_WIDTH:g} m assumed as streets in towns have them"
+    for way in sorted(told):
+        diagnostics.guessed("sidewalk", f"way/{way}", words)
+    return tuple(out)
