@@ -24,8 +24,8 @@ from osm2xodr import __version__
 from osm2xodr.batch import workflow
 from osm2xodr.batch.fingerprints import load_state, save_state
 from osm2xodr.batch.out_dir import open_out_dir
+from osm2xodr.batch.workers import Workers
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
-from osm2xodr.batch.workers.dask_cluster import Workers
 from osm2xodr.cli import main
 
 

@@ -139,7 +139,8 @@ class _Reader:
             options = self._context.check((*typed, *self._switches(both, where)))
         except ValueError as error:
             raise InputError(f"{where}: {error}") from error
-        return Area(name, self._osm(both, where), self._dems(both, where), options, self._outline(keys, where))
+        outline = self._outline(keys, where)
+        return Area(name, self._osm(both, where), self._dems(both, where), options, outline, where)
 
     def _check_keys(self, keys: _Keys, where: str) -> None:
         known = (*_OWN, *self._context.options)

@@ -22,6 +22,7 @@ class Area:
     options: tuple[str, ...] = ()
     # What is cut out of `osm`: rings of (longitude, latitude), degrees, WGS 84, as in `Outline`; empty for all of it
     outline_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
+    where: str = ""  # Where the outline stands, for messages; empty for tiles
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,7 @@ class CutRequest:
     context: bool = False
     ways: WaySelection = DRIVABLE  # Which ways become streets
     include_private: bool = False  # Whether those closed to the public do
+    where: str = ""  # Where the outline stands, for messages; by default its name
 
 
 class Status(str, Enum):
