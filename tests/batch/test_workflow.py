@@ -177,6 +177,7 @@ def test_an_area_that_fails_leaves_nothing_and_stops_no_other(here: Here, capsys
     assert sorted(path.name for path in Path("out").rglob("*") if path.name.startswith("v")) == [
         "v0.json",
         "v0.json",
+        "v0.png",
         "v0.xodr",
     ]
 
@@ -213,7 +214,7 @@ def test_cut_areas(here: Here, capsys: pytest.CaptureFixture[str]) -> None:
     assert here.taken() == ["all", "west"]
     found = {"west": "done", "all": "done", "sea": "empty"}
     assert statuses(Path("out")) == found
-    assert not Path("out/.cuts").exists()
+    assert sorted(path.name for path in Path("out/.cuts").glob("*.pbf")) == ["all.osm.pbf", "west.osm.pbf"]
     assert again() == 0
     assert here.taken() == []
     assert statuses(Path("out")) == {"west": "unchanged", "all": "unchanged", "sea": "empty"}
@@ -222,10 +223,10 @@ def test_cut_areas(here: Here, capsys: pytest.CaptureFixture[str]) -> None:
     way = '<way id="99"><nd ref="90"/><nd ref="91"/><tag k="highway" v="primary"/></way>'
     text = Path("village_00.osm").read_text(encoding="utf-8")
     Path("village_00.osm").write_text(text.replace("</osm>", f"{node}{way}</osm>"), encoding="utf-8")
-    assert again("--keep-cuts") == 0
+    assert again() == 0
     assert here.taken() == []
     Path("village_00.osm").write_text(text.replace("residential", "service"), encoding="utf-8")
-    assert again("--keep-cuts") == 0
+    assert again() == 0
     assert set(here.taken()) <= {"all", "west"}
     assert Path("out/.cuts/all.osm.pbf").exists()
 

@@ -16,12 +16,7 @@ def parse_toml(path: Path, text: str) -> dict[str, Any]:
     if sys.version_info >= (3, 11):
         import tomllib
     else:
-        try:
-            import tomli as tomllib
-        except ImportError:
-            raise InputError(
-                f"{path} needs tomli on this Python: pip install 'osm2xodr[batch]', or give areas as CSV"
-            ) from None
+        import tomli as tomllib
     try:
         document: dict[str, Any] = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:

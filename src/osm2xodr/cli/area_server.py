@@ -9,6 +9,7 @@ input ends, because the process that started it has ended, it stops the running 
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import json
 import os
@@ -23,7 +24,7 @@ from typing import Final, NoReturn
 
 from osm2xodr.batch import EMPTY
 from osm2xodr.errors import EmptyAreaError
-from osm2xodr.system import TimeLimitError
+from osm2xodr.system import TimeLimitError, release_memory
 
 # How long a conversion may take to remove its temporary files before it is killed, s.
 _STOP_GRACE: Final = 3.0
@@ -65,6 +66,8 @@ def main() -> None:
         # The conversion will report what is missing.
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
+    # Forks share what was loaded as long as they do not look through it for garbage.
+    gc.freeze()
     fork: _Fork | None = None
     while line := _next_line():
         fork = fork or _Fork(answers)
@@ -193,13 +196,22 @@ def _run(arguments: list[str], place: int, before: int | None) -> dict[str, obje
     if status and isinstance(session.error, EmptyAreaError):
         status = EMPTY
     sys.stderr.flush()
-    well = status in (0, EMPTY)
+    memory, well = _peak(), status in (0, EMPTY)
     return {
         "status": status,
-        "memory": _peak(),
-        "goes_on": well and not alone and (_data_size() or 0) - (before or 0) < _MOST_KEPT,
+        "memory": memory,
+        "goes_on": well and not alone and _has_room(before or 0),
         "again": not well and place > 0 and not isinstance(session.error, TimeLimitError),
     }
+
+
+def _has_room(before: int) -> bool:
+    """Say whether little is left of the areas so far; conversions themselves collect no garbage."""
+    if (_data_size() or 0) - before < _MOST_KEPT // 2:
+        return True
+    gc.collect()
+    release_memory()
+    return (_data_size() or 0) - before < _MOST_KEPT
 
 
 def _forget_peak() -> bool:

@@ -1,6 +1,6 @@
 """A small picture of a road network: its reference lines alone.
 
-They are searched for in the text, which takes a hundredth of the time that reading all of the file does: a batch draws
+They are searched for in the text, which takes a tenth of the time that reading all of the file does: a batch draws
 thousands of them.
 """
 
