@@ -27,9 +27,7 @@ HOMES = {
     "osmium": {"osmParsing.file", "batch.cutting", "fetching"},
     "rasterio": {"surface.grids", "fetching"},
     "lxml": {"checking.checks"},
-    "dask": {"batch.workers"},
     "distributed": {"batch.workers"},
-    "psutil": {"batch.workers"},
     "tomli": {"batch"},
     "pyproj": {"", "surface", "surface.grids", "opendrive.space"},
 }
@@ -204,10 +202,10 @@ def test_the_version_stands_in_one_place() -> None:
 def test_runtime_dependencies_are_those_that_are_imported() -> None:
     required = importlib.metadata.requires("osm2xodr") or []
     declared = {re.split(r"[^\w-]", item)[0] for item in required if "extra ==" not in item}
-    # What a command needs that not everybody uses; the first brings the last two along.
-    optional = {"distributed", "tomli", "dask", "psutil"}
+    # What an option needs that not everybody uses.
+    optional = {"distributed"}
     extra = {re.split(r"[^\w-]", item)[0] for item in required if re.search(r"extra == .batch.", item)}
-    assert optional - {"dask", "psutil"} <= extra
+    assert optional == extra
     # Where what is imported has another name than what is installed.
     named = {"PIL": "pillow"}
     libraries = {item.split(".")[0] for name in modules() for item in imported(name)}

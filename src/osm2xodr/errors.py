@@ -27,6 +27,10 @@ class InputError(Osm2xodrError):
     """A file that was given cannot be read or is not what it should be."""
 
 
+class SwappedAxesError(InputError):
+    """A part of a map that is asked for lies beside it, and in it with longitude and latitude swapped."""
+
+
 class EmptyAreaError(InputError):
     """There is nothing to drive on in the area: for one of many areas that may be as it should be."""
 

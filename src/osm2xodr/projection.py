@@ -7,7 +7,8 @@ single precision need; CARLA 0.9.16 understands no other kind of georeference.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+import functools
+from collections.abc import Hashable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -75,7 +76,8 @@ def offline() -> Iterator[None]:
         switch.set_network_enabled(was)
 
 
-def _transformer(source: object, target: object) -> Transformer:
+@functools.lru_cache(maxsize=32)
+def _transformer(source: Hashable, target: Hashable) -> Transformer:
     # PROJ takes a while to import.
     from pyproj import Transformer
 

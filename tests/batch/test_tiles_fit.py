@@ -27,7 +27,7 @@ SECONDS = parse_duration("5min")
 def tiles(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("tiles")
     arguments = ["batch", "--from", SAMPLE / "area.osm", "--dem", SAMPLE / "dem.tif", "--tiles", SIDE, "-o", out]
-    assert main([*map(str, arguments), "--shared-frame", "--keep-cuts", "-q"]) == 0
+    assert main([*map(str, arguments), "--shared-frame", "-q"]) == 0
     return out
 
 
@@ -174,5 +174,5 @@ def test_the_second_time_nothing_is_read_or_made(tiles: Path, monkeypatch: pytes
     monkeypatch.setattr(cutting, "read_source", never)
     before = {path.name: os.stat(path).st_mtime_ns for path in tiles.glob("x*")}
     arguments = ["batch", "--from", SAMPLE / "area.osm", "--dem", SAMPLE / "dem.tif", "--tiles", SIDE, "-o", tiles]
-    assert main([*map(str, arguments), "--shared-frame", "--keep-cuts", "-q"]) == 0
+    assert main([*map(str, arguments), "--shared-frame", "-q"]) == 0
     assert {path.name: os.stat(path).st_mtime_ns for path in tiles.glob("x*")} == before

@@ -25,8 +25,8 @@ from osm2xodr import __version__
 from osm2xodr.batch import workflow
 from osm2xodr.batch.fingerprints import load_state, save_state
 from osm2xodr.batch.out_dir import open_out_dir
+from osm2xodr.batch.workers import Workers
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
-from osm2xodr.batch.workers.dask_cluster import Workers
 from osm2xodr.cli import main
 
 
@@ -178,6 +178,7 @@ def test_an_area_that_fails_leaves_nothing_and_stops_no_other(here: Here, capsys
     assert sorted(path.name for path in Path("out").rglob("*") if path.name.startswith("v")) == [
         "v0.json",
         "v0.json",
+        "v0.png",
         "v0.xodr",
     ]
 
@@ -214,7 +215,7 @@ def test_cut_areas(here: Here, capsys: pytest.CaptureFixture[str]) -> None:
     assert here.taken() == ["all", "west"]
     found = {"west": "done", "all": "done", "sea": "empty"}
     assert statuses(Path("out")) == found
-    assert not Path("out/.cuts").exists()
+    assert sorted(path.name for path in Path("out/.cuts").glob("*.pbf")) == ["all.osm.pbf", "west.osm.pbf"]
     assert again() == 0
     assert here.taken() == []
     assert statuses(Path("out")) == {"west": "unchanged", "all": "unchanged", "sea": "empty"}
@@ -223,10 +224,10 @@ def test_cut_areas(here: Here, capsys: pytest.CaptureFixture[str]) -> None:
     way = '<way id="99"><nd ref="90"/><nd ref="91"/><tag k="highway" v="primary"/></way>'
     text = Path("village_00.osm").read_text(encoding="utf-8")
     Path("village_00.osm").write_text(text.replace("</osm>", f"{node}{way}</osm>"), encoding="utf-8")
-    assert again("--keep-cuts") == 0
+    assert again() == 0
     assert here.taken() == []
     Path("village_00.osm").write_text(text.replace("residential", "service"), encoding="utf-8")
-    assert again("--keep-cuts") == 0
+    assert again() == 0
     assert set(here.taken()) <= {"all", "west"}
     assert Path("out/.cuts/all.osm.pbf").exists()
 

@@ -84,8 +84,9 @@ class RunningBatch:
         return found
 
     def workers(self) -> list[psutil.Process]:
-        """Return Dask's workers."""
-        return self.processes("spawn_main")
+        """Return the processes that have areas converted by forks."""
+        found = self.processes("osm2xodr.cli.area_server")
+        return [item for item in found if item.ppid() == self.process.pid]
 
     def listening(self) -> set[str]:
         """Return the addresses at which its processes wait for others."""

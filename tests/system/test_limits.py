@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from small_area import street_grid
 
-from osm2xodr.system.limits import LimitError, limited, parse_duration, parse_memory
+from osm2xodr.system import limits
+from osm2xodr.system.limits import LimitError, available_memory, limited, parse_duration, parse_memory
 
 
 @pytest.mark.parametrize(
@@ -133,3 +134,12 @@ def test_a_bounded_run_says_why_it_stops_and_leaves_nothing(
     assert words in done.stderr
     assert done.stderr.count("\n") == 1
     assert sorted(item.name for item in tmp_path.iterdir()) == ["large.osm"]
+
+
+def test_containers_bound_what_is_available(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "_CONTROL_GROUPS", tmp_path)
+    (tmp_path / "memory.max").write_text("max\n")
+    free = available_memory()
+    assert 10**8 < free <= os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    (tmp_path / "memory.max").write_text("123456789\n")
+    assert available_memory() == 123456789

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from osm2xodr.batch.out_dir import open_out_dir as open_out_dir
     from osm2xodr.batch.shared_frame import read_partition as read_partition
     from osm2xodr.batch.toml import decoded as decoded, parse_toml as parse_toml, unknown_key as unknown_key
-    from osm2xodr.batch.workers import Workers as Workers
+    from osm2xodr.batch.workers import Workers as Workers, check_dask as check_dask
     from osm2xodr.batch.workflow import BatchOptions as BatchOptions, run_batch as run_batch
 
 __getattr__ = lazy_exports(
@@ -58,7 +58,7 @@ __getattr__ = lazy_exports(
         "out_dir": ("open_out_dir",),
         "shared_frame": ("read_partition",),
         "toml": ("decoded", "parse_toml", "unknown_key"),
-        "workers": ("Workers",),
+        "workers": ("Workers", "check_dask"),
         "workflow": ("BatchOptions", "run_batch"),
     },
 )

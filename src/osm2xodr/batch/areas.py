@@ -153,7 +153,7 @@ def read_areas(path: Path, area: Area) -> list[PlannedArea]:
     Raises `InputError` if the file cannot be read or has no such polygons.
     """
     found = [
-        replace(area, name=name or f"area_{place}", outline_deg=rings)
+        replace(area, name=name or f"area_{place}", outline_deg=rings, where=f"{path}, feature {place}")
         for place, (name, rings) in enumerate(read_polygons(path), start=1)
     ]
     check_names((item.name for item in found), str(path))

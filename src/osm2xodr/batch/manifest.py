@@ -59,7 +59,7 @@ def read_manifest(path: Path, context: ManifestContext) -> list[Area]:
 
 def _read_toml(path: Path, text: str) -> tuple[tuple[str, _Keys], list[tuple[str, _Keys]]]:
     """Return the defaults and the areas of a TOML file, each with its place."""
-    document = parse_toml(path, text, "areas as CSV")
+    document = parse_toml(path, text)
     for key in document:
         if key not in ("defaults", "area"):
             raise InputError(f"{path}: {unknown_key(key, ('defaults', 'area'))}; write [defaults] and [[area]]")
@@ -139,7 +139,8 @@ class _Reader:
             options = self._context.check((*typed, *self._switches(both, where)))
         except ValueError as error:
             raise InputError(f"{where}: {error}") from error
-        return Area(name, self._osm(both, where), self._dems(both, where), options, self._outline(keys, where))
+        outline = self._outline(keys, where)
+        return Area(name, self._osm(both, where), self._dems(both, where), options, outline, where)
 
     def _check_keys(self, keys: _Keys, where: str) -> None:
         known = (*_OWN, *self._context.options)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Final
@@ -22,6 +22,7 @@ class Area:
     options: tuple[str, ...] = ()
     # What is cut out of `osm`: rings of (longitude, latitude), degrees, WGS 84, as in `Outline`; empty for all of it
     outline_deg: tuple[tuple[tuple[float, float], ...], ...] = ()
+    where: str = field(default="", compare=False)  # Where it is asked for, for messages
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,7 @@ class CutRequest:
     ways: WaySelection = DRIVABLE  # Which ways become streets
     include_private: bool = False  # Whether those closed to the public do
     kept: frozenset[int] = frozenset()  # OSM ids of ways that do in any case
+    where: str = ""  # Where the outline stands, for messages; by default its name
 
 
 class Status(str, Enum):

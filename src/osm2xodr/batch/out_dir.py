@@ -29,9 +29,18 @@ class OutDir:
         """Return the file that records what an area was made of."""
         return self.path / ".state" / f"{name}.json"
 
+    def thumbnail(self, name: str) -> Path:
+        """Return the file with a small picture of an area."""
+        return self.path / ".state" / f"{name}.png"
+
     def cut(self, name: str) -> Path:
         """Return the file with what is cut out for an area."""
-        return self.path / ".cuts" / f"{name}.osm.pbf"
+        return self.cuts / f"{name}.osm.pbf"
+
+    @property
+    def cuts(self) -> Path:
+        """The folder with what is cut out of maps."""
+        return self.path / ".cuts"
 
     @property
     def frame(self) -> Path:
@@ -63,7 +72,10 @@ def open_out_dir(path: Path) -> Iterator[OutDir]:
         except BlockingIOError:
             raise OutputError(f"another batch works in {path}; wait for its end, or choose another -o") from None
         # Killed processes may have left these half-written.
-        for part in (part for item in folders for part in item.glob(".osm2xodr-*.part")):
+        for part in (
+            *(part for item in folders for part in item.glob(".osm2xodr-*.part")),
+            *folders[2].glob("*.part"),
+        ):
             part.unlink(missing_ok=True)
         yield OutDir(path)
     finally:

@@ -11,19 +11,12 @@ from typing import Any
 from osm2xodr.errors import InputError
 
 
-def parse_toml(path: Path, text: str, instead: str = "") -> dict[str, Any]:
-    """Return the contents of a TOML file; `InputError` says where it is none.
-
-    `instead` names what else can be given where this Python cannot read TOML.
-    """
+def parse_toml(path: Path, text: str) -> dict[str, Any]:
+    """Return the contents of a TOML file; `InputError` says where it is none."""
     if sys.version_info >= (3, 11):
         import tomllib
     else:
-        try:
-            import tomli as tomllib
-        except ImportError:
-            other = f", or give {instead}" if instead else ""
-            raise InputError(f"{path} needs tomli on this Python: pip install 'osm2xodr[batch]'{other}") from None
+        import tomli as tomllib
     try:
         document: dict[str, Any] = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -12,15 +11,16 @@ from typing import Final, Protocol
 
 from osm2xodr.batch.areas import PlannedArea
 from osm2xodr.batch.bounds import road_bounds
-from osm2xodr.batch.fingerprints import Marks, State, contents, load_state, remove, save_state
-from osm2xodr.batch.model import CutRequest, Result, Status
+from osm2xodr.batch.fingerprints import Mark, Marks, State, contents, load_state, remove, save_state
+from osm2xodr.batch.index import thumbnail
+from osm2xodr.batch.kept_cuts import KeptCuts
+from osm2xodr.batch.model import Result, Status
 from osm2xodr.batch.out_dir import OutDir, write_if_changed
 from osm2xodr.batch.shared_frame import shared_frame
-from osm2xodr.batch.workers import AreaJob, Outcome, Workers, check_dask, running, uninterrupted
+from osm2xodr.batch.workers import AreaJob, Outcome, Workers, running, uninterrupted
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.errors import Osm2xodrError
+from osm2xodr.errors import Osm2xodrError, SwappedAxesError
 from osm2xodr.model import Corrections, unused
-from osm2xodr.osmParsing import DRIVABLE, WaySelection, parse_ways_option
 from osm2xodr.surface import is_virtual, virtual_sources
 
 # Options that do not change the result of a conversion; each has a value.
@@ -35,7 +35,6 @@ class BatchOptions:
     timeout: float | None = None  # Time that an area may take, s; None for no bound
     shared: bool = False  # Whether all areas share the frame of the first one, and their roads meet at borders
     force: bool = False  # Whether areas are made that have not changed
-    keep_cuts: bool = False  # Whether the files that are cut out of maps stay
     corrections_file: Path | None = None  # Corrections for all areas, and what it says
     corrections: Corrections = field(default_factory=Corrections)
 
@@ -46,7 +45,13 @@ class Listener(Protocol):
     def stage(self, name: str) -> None:
         """Take the name of the stage that begins."""
 
-    def begin(self, weights: Sequence[float]) -> None:
+    def begin(self, areas: int) -> None:
+        """Take the number of all areas, as the batch begins."""
+
+    def settle(self, ended: int, failed: int) -> None:
+        """Take how many areas need no conversion so far, and how many of these failed."""
+
+    def convert(self, weights: Sequence[float]) -> None:
         """Take the areas that are to be converted, as estimates of the time that each takes, in any unit."""
 
     def end(self, result: Result, weight: float) -> None:
@@ -62,6 +67,7 @@ class _Batch:
         self.options = options
         self.results: dict[str, Result] = {}
         self.marks = Marks()
+        self._cuts = KeptCuts(out, options.corrections.kept_ways(), context=options.shared)
         self._sources: dict[Path, list[Path]] = {}
         found = {item.area.name: load_state(out.state(item.area.name)) for item in planned}
         self.states = {name: state for name, state in found.items() if state is not None}
@@ -93,7 +99,7 @@ class _Batch:
         if item.outline is None:
             inputs.insert(0, item.area.osm)
         else:
-            cut_from, how = self.marks.of(item.area.osm), _how_cut(item, self.options.shared)
+            cut_from, how = self.marks.of(item.area.osm), self._cuts.how(item)
             if cut_from is None:
                 return None
         marks = self.marks.of_all(inputs)
@@ -143,6 +149,7 @@ class _Batch:
 
     def cut(self, items: Sequence[PlannedArea]) -> list[PlannedArea]:
         """Cut areas out; settle those that are empty or whose cut has not changed, and return the others."""
+        self._cuts.clear([] if self.options.force else [item.area.name for item in self.planned])
         sources: dict[Path, list[PlannedArea]] = {}
         for item in items:
             if item.outline is not None:
@@ -158,18 +165,13 @@ class _Batch:
         return left
 
     def _cut_source(self, source: Path, parts: Sequence[PlannedArea]) -> dict[str, int]:
-        from osm2xodr.batch.cutting import cut_areas
-
-        requests = []
-        for item in parts:
-            assert item.frame is not None
-            assert item.outline is not None
-            name, chosen = item.area.name, _chosen_ways(item.area.options)
-            kept = self.options.corrections.kept_ways()
-            how = self.options.shared, *chosen, kept
-            requests.append(CutRequest(name, self.out.cut(name), item.frame, item.outline, *how))
+        mark = self.marks.of(source)
         try:
-            return cut_areas(source, requests)
+            # Without a mark it cannot be read, which is then said.
+            return self._cuts.make(source, mark or Mark(str(source), 0, 0, ""), parts)
+        except SwappedAxesError:
+            # The list of areas is wrong, which may concern more of them than this one.
+            raise
         except Osm2xodrError as error:
             for item in parts:
                 self._drop(item)
@@ -190,10 +192,14 @@ class _Batch:
         same = state is not None and state.cut is not None and mark is not None and state.cut.sha256 == mark.sha256
         if not (same and self.unchanged(state, wanted)) or state is None or wanted is None:
             return False
-        self._clear_cut(name)
         self._save(item, dataclasses.replace(wanted, cut=mark, outputs=state.outputs))
         self._keep(item, state)
         return True
+
+    def tell(self, listener: Listener) -> None:
+        """Say how many areas have ended."""
+        failed = sum(result.status is Status.FAILED for result in self.results.values())
+        listener.settle(len(self.results), failed)
 
     def convert(self, items: Sequence[PlannedArea], listener: Listener) -> None:
         """Convert areas, those with the largest maps first."""
@@ -203,13 +209,12 @@ class _Batch:
         wanted = {item.area.name: self.wanted(item) for item in items}
         order = sorted(by_name, key=lambda name: -weights[name])
         jobs = [AreaJob("", name, self.arguments(by_name[name])) for name in order]
-        listener.begin([weights[name] for name in order])
+        listener.convert([weights[name] for name in order])
         with running(jobs, self.options.workers) as outcomes:
             for job, outcome in outcomes:
                 item = by_name[job.name]
                 with uninterrupted():
                     result = self._made(item, wanted[job.name], outcome)
-                    self._clear_cut(job.name)
                 listener.end(result, weights[job.name])
 
     def _made(self, item: PlannedArea, wanted: State | None, outcome: Outcome) -> Result:
@@ -227,6 +232,8 @@ class _Batch:
         if wanted is not None:
             cut = self.marks.of(self.out.cut(name)) if item.outline is not None else None
             self._save(item, dataclasses.replace(wanted, cut=cut, outputs=outputs))
+        # Now, while others are converted, and not for all of them at the end.
+        thumbnail(self.out, name)
         return self.settle(item, Status.DONE, "", outcome)
 
     def _keep(self, item: PlannedArea, state: State) -> None:
@@ -236,14 +243,9 @@ class _Batch:
             self.settle(item, Status.EMPTY, _nothing(item))
 
     def _drop(self, item: PlannedArea) -> None:
-        """Remove all files of an area that cannot be made: those of an earlier run are of other input."""
+        """Remove the results of an area that cannot be made: those of an earlier run are of other input."""
         name = item.area.name
-        remove(self.out.state(name), *self.out.outputs(name))
-        self._clear_cut(name)
-
-    def _clear_cut(self, name: str) -> None:
-        if not self.options.keep_cuts:
-            remove(self.out.cut(name))
+        remove(self.out.state(name), self.out.thumbnail(name), *self.out.outputs(name))
 
     def _save(self, item: PlannedArea, state: State) -> None:
         save_state(self.out.state(item.area.name), state)
@@ -261,20 +263,22 @@ def run_batch(
 
     Each area has another name; `out` is locked for this batch, and `diagnostics` receives a note on files of areas
     that are no longer in it. What is wrong with one area is its result; `Osm2xodrError` is raised where nothing can
-    be converted: there is no Dask, or nothing can be written.
+    be converted: there is no Dask where one is asked for, or nothing can be written.
     """
+    listener.begin(len(planned))
     listener.stage("looking for changes")
     if options.shared:
         write_if_changed(out.frame, shared_frame(planned))
     batch = _Batch(planned, out, options)
     left = batch.changed()
+    batch.tell(listener)
     if left:
-        check_dask()
         # They are unfinished until they are made.
         remove(*(out.state(item.area.name) for item in left))
         if any(item.outline is not None for item in left):
             listener.stage("cutting out areas")
             left = batch.cut(left)
+            batch.tell(listener)
     if left:
         listener.stage("starting workers")
         batch.convert(left, listener)
@@ -319,20 +323,6 @@ def _unbounded(arguments: Sequence[str]) -> tuple[str, ...]:
     """Leave out the options that only bound memory and time."""
     bound = {k + step for k, word in enumerate(arguments) if word in _BOUNDS for step in (0, 1)}
     return tuple(word for k, word in enumerate(arguments) if k not in bound)
-
-
-def _chosen_ways(options: Sequence[str]) -> tuple[WaySelection, bool]:
-    """Return which ways become streets by options of ``convert``, and whether private ones do."""
-    ways = parse_ways_option(options[options.index("--ways") + 1]) if "--ways" in options else DRIVABLE
-    return ways, "--include-private" in options
-
-
-def _how_cut(item: PlannedArea, context: bool) -> str:
-    """Return the SHA-256 of frame and outline, which say how an area is cut out."""
-    assert item.frame is not None
-    assert item.outline is not None
-    text = json.dumps([item.frame.proj, [ring.tolist() for ring in item.outline.rings], context])
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _same_cutting(state: State, wanted: State) -> bool:

@@ -1,26 +1,30 @@
-"""A process that converts areas one by one, each in a fork of itself: ``python -m osm2xodr.cli.area_server``.
+"""A process that has areas converted one by one, by a fork of itself: ``python -m osm2xodr.cli.area_server``.
 
-It has loaded all that conversions need, so that each of them starts at once, and one that crashes or is killed for
-lack of memory takes nothing but its fork with it. It reads a line of JSON per area from standard input, the list of
-arguments of ``osm2xodr``, and answers with a line on standard output. When standard input ends, because the process
-that started it has ended, it stops the running conversion and ends.
+It has loaded all that conversions need, so that a fork starts at once. The fork converts one area after the other; if
+it crashes or is killed for lack of memory, the next area gets a new one. The process reads a line of JSON per area
+from standard input, the list of arguments of ``osm2xodr``, and answers with a line on standard output. When standard
+input ends, because the process that started it has ended, it stops the running conversion and ends.
 """
 
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import json
 import os
+import resource
 import select
 import signal
 import sys
 import threading
 import time
+from pathlib import Path
 from typing import Final, NoReturn
 
 from osm2xodr.batch import EMPTY
 from osm2xodr.errors import EmptyAreaError
+from osm2xodr.system import TimeLimitError, release_memory
 
 # How long a conversion may take to remove its temporary files before it is killed, s.
 _STOP_GRACE: Final = 3.0
@@ -30,6 +34,11 @@ _IDLE: Final = 60.0
 _CHECK: Final = 0.2
 # How much is kept of the messages of a conversion, bytes.
 _KEPT: Final = 1 << 16
+# A fork that holds more than this after an area, bytes beyond what it held at first, converts no further one: what is
+# left of one area is not to count against the memory that the next one may take. A choice.
+_MOST_KEPT: Final = 100_000_000
+# Unit in which the system tells the peak memory of processes, bytes.
+_KIBIBYTE: Final = 1 if sys.platform == "darwin" else 1024
 
 _PRELOADED: Final = (
     "osm2xodr.cli",
@@ -57,11 +66,22 @@ def main() -> None:
         # The conversion will report what is missing.
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
+    # Forks share what was loaded as long as they do not look through it for garbage.
+    gc.freeze()
+    fork: _Fork | None = None
     while line := _next_line():
-        answer = _convert(json.loads(line), answers)
-        if answer is None:
+        fork = fork or _Fork(answers)
+        answer = fork.convert(line)
+        if answer.get("again"):
+            # Nothing that an area before it has left behind may make an area fail.
+            fork = _Fork(answers)
+            answer = fork.convert(line)
+        if answer.get("unwanted"):
             return
-        os.write(answers, json.dumps(answer).encode() + b"\n")
+        fork = fork if answer.get("goes_on") else None
+        os.write(answers, json.dumps({key: answer[key] for key in ("status", "memory", "said")}).encode() + b"\n")
+    if fork is not None:
+        fork.stop()
 
 
 def _next_line() -> bytes:
@@ -74,78 +94,152 @@ def _next_line() -> bytes:
     return line
 
 
-def _convert(arguments: list[str], answers: int) -> dict[str, object] | None:
-    """Run a command in a fork of this process; None if standard input ended meanwhile."""
-    messages, messages_end = os.pipe()
-    server = os.getpid()
-    fork = os.fork()
-    if fork == 0:
-        os.close(messages)
-        os.close(answers)
-        _run(arguments, messages_end, server)
-    os.close(messages_end)
-    try:
-        text, wanted = _listen(messages, fork)
-    finally:
-        os.close(messages)
-    if not wanted:
-        _stop(fork)
-        return None
-    _, status, usage = os.wait4(fork, 0)
-    # In kibibytes on Linux, in bytes on macOS.
-    memory = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    return {"status": os.waitstatus_to_exitcode(status), "memory": memory, "said": text.decode("utf-8", "replace")}
+class _Fork:
+    """A copy of this process that converts one area after the other."""
 
+    def __init__(self, answers: int) -> None:
+        theirs, self._requests = os.pipe()
+        self._answers, told = os.pipe()
+        self._messages, said = os.pipe()
+        server = os.getpid()
+        self._process = os.fork()
+        if self._process == 0:
+            for number in (answers, self._requests, self._answers, self._messages):
+                os.close(number)
+            _serve(theirs, told, said, server)
+        for number in (theirs, told, said):
+            os.close(number)
 
-def _listen(messages: int, fork: int) -> tuple[bytes, bool]:
-    """Return the last messages of a fork when it has ended, and False if standard input ended before."""
-    text = b""
-    while True:
-        ready = select.select([messages, 0], [], [], _CHECK)[0]
-        if 0 in ready:
-            return text, False
-        if messages in ready:
-            more = os.read(messages, _KEPT)
-            if not more:
-                return text, True
+    def convert(self, line: bytes) -> dict[str, object]:
+        """Have a command run that is a line of JSON, and return how that ended.
+
+        ``status``, ``memory`` and ``said`` are its result; ``goes_on`` says that the fork can convert another area,
+        ``again`` that a new one is to try this one, ``unwanted`` that standard input ended meanwhile.
+        """
+        with contextlib.suppress(BrokenPipeError):
+            os.write(self._requests, line)
+        text, told = b"", b""
+        while not told.endswith(b"\n"):
+            ready = select.select([self._messages, self._answers, 0], [], [], _CHECK)[0]
+            if 0 in ready:
+                self.stop()
+                return {"unwanted": True}
+            if self._messages in ready:
+                text = (text + os.read(self._messages, _KEPT))[-_KEPT:]
+            if self._answers in ready:
+                told += (more := os.read(self._answers, _KEPT))
+                if not more:
+                    break
+            # Watchers that it has forked may keep its pipes open when it has ended.
+            if not ready and os.waitid(os.P_PID, self._process, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
+                break
+        # What it has said before its answer.
+        while select.select([self._messages], [], [], 0)[0] and (more := os.read(self._messages, _KEPT)):
             text = (text + more)[-_KEPT:]
-        elif os.waitid(os.P_PID, fork, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
-            return text, True
+        said = text.decode("utf-8", "replace")
+        if told.endswith(b"\n"):
+            answer: dict[str, object] = json.loads(told)
+            if not answer["goes_on"]:
+                self.stop()
+            return {**answer, "said": said}
+        _, status, usage = os.wait4(self._process, 0)
+        self._close()
+        memory = _KIBIBYTE * usage.ru_maxrss
+        return {"status": os.waitstatus_to_exitcode(status), "memory": memory, "said": said}
+
+    def stop(self) -> None:
+        """End the fork: give it time to clean up, and kill it if that takes too long."""
+        self._close()
+        os.kill(self._process, signal.SIGTERM)
+        end = time.monotonic() + _STOP_GRACE
+        while time.monotonic() < end:
+            if os.waitpid(self._process, os.WNOHANG)[0]:
+                return
+            time.sleep(0.02)
+        os.kill(self._process, signal.SIGKILL)
+        os.waitpid(self._process, 0)
+
+    def _close(self) -> None:
+        for number in (self._requests, self._answers, self._messages):
+            os.close(number)
 
 
-def _stop(fork: int) -> None:
-    """End a fork: give it time to clean up, and kill it if that takes too long."""
-    os.kill(fork, signal.SIGTERM)
-    end = time.monotonic() + _STOP_GRACE
-    while time.monotonic() < end:
-        if os.waitpid(fork, os.WNOHANG)[0]:
-            return
-        time.sleep(0.02)
-    os.kill(fork, signal.SIGKILL)
-    os.waitpid(fork, 0)
-
-
-def _run(arguments: list[str], messages_end: int, server: int) -> NoReturn:
-    """Run a command in the fork, with standard error to the server, and end with its exit status."""
+def _serve(requests: int, told: int, said: int, server: int) -> NoReturn:
+    """Run commands in the fork, with standard error to the server, until no more are asked for."""
     status = 1
     try:
         nowhere = os.open(os.devnull, os.O_RDWR)
-        for number, stream in ((0, nowhere), (1, nowhere), (2, messages_end)):
+        for number, stream in ((0, nowhere), (1, nowhere), (2, said)):
             os.dup2(stream, number)
         os.close(nowhere)
-        os.close(messages_end)
+        os.close(said)
         threading.Thread(target=_end_with, args=(server,), daemon=True).start()
-        from osm2xodr.cli.options import Session
-        from osm2xodr.cli.program import main as run_command
-
-        session = Session()
-        status = run_command(arguments, session)
-        if status and isinstance(session.error, EmptyAreaError):
-            status = EMPTY
-        sys.stderr.flush()
+        before = _data_size()
+        with os.fdopen(requests, "rb") as lines:
+            for place, line in enumerate(lines):
+                answer = _run(json.loads(line), place, before)
+                os.write(told, json.dumps(answer).encode() + b"\n")
+        status = 0
     finally:
         # Not by `sys.exit`, which would unwind into the code of the server.
         os._exit(status)
+
+
+def _run(arguments: list[str], place: int, before: int | None) -> dict[str, object]:
+    """Run the command in this `place` among those of the fork, which held `before` bytes of data when it began."""
+    from osm2xodr.cli.options import Session
+    from osm2xodr.cli.program import main as run_command
+
+    alone = before is None or not _forget_peak()
+    session = Session()
+    status = run_command(arguments, session)
+    if status and isinstance(session.error, EmptyAreaError):
+        status = EMPTY
+    sys.stderr.flush()
+    memory, well = _peak(), status in (0, EMPTY)
+    return {
+        "status": status,
+        "memory": memory,
+        "goes_on": well and not alone and _has_room(before or 0),
+        "again": not well and place > 0 and not isinstance(session.error, TimeLimitError),
+    }
+
+
+def _has_room(before: int) -> bool:
+    """Say whether little is left of the areas so far; conversions themselves collect no garbage."""
+    if (_data_size() or 0) - before < _MOST_KEPT // 2:
+        return True
+    gc.collect()
+    release_memory()
+    return (_data_size() or 0) - before < _MOST_KEPT
+
+
+def _forget_peak() -> bool:
+    """Have the system measure peak memory from here on, and return whether it can; only Linux does."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_bytes(b"5")
+        return True
+    return False
+
+
+def _peak() -> int:
+    """Return the peak memory of this process, bytes."""
+    measured = _status("VmHWM")
+    return _KIBIBYTE * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss if measured is None else measured
+
+
+def _data_size() -> int | None:
+    """Return what `osm2xodr.system.limited` bounds, bytes; None where the system does not tell."""
+    return _status("VmData")
+
+
+def _status(name: str) -> int | None:
+    """Return a size that Linux tells about this process, bytes."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines():
+            if line.startswith(f"{name}:"):
+                return 1024 * int(line.split()[1])
+    return None
 
 
 def _end_with(server: int) -> None:

@@ -54,6 +54,10 @@ def batch(session: Session, /, **options: Any) -> int:
     arguments = BatchArguments(**options)
     session.verbose = arguments.verbose
     refuse_contradictions(arguments)
+    if arguments.scheduler:
+        from osm2xodr.batch import check_dask
+
+        check_dask()
     progress = _BatchProgress(live=sys.stderr.isatty() and not arguments.quiet, verbose=bool(arguments.verbose))
     try:
         progress.stage("reading the list of areas")
@@ -92,7 +96,6 @@ def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> 
         arguments.timeout,
         arguments.shared_frame,
         arguments.force,
-        arguments.keep_cuts,
         known,
         corrections,
     )
@@ -125,10 +128,18 @@ class _BatchProgress:
         """Show the stage that begins."""
         self._line(f"{name} …")
 
-    def begin(self, weights: Sequence[float]) -> None:
-        """Begin to count areas; the weights are estimates of their times, in any unit."""
-        self._began, self._all, self._weight = time.monotonic(), len(weights), sum(weights)
-        self._line(f"0 of {counted(self._all, 'area')}")
+    def begin(self, areas: int) -> None:
+        """Begin to count areas."""
+        self._all = areas
+
+    def settle(self, ended: int, failed: int) -> None:
+        """Count areas that need no conversion."""
+        self._ended, self._failed = ended, failed
+
+    def convert(self, weights: Sequence[float]) -> None:
+        """Count conversions; the weights are estimates of their times, in any unit."""
+        self._began, self._weight = time.monotonic(), sum(weights)
+        self._line(self._count())
 
     def end(self, result: Result, weight: float) -> None:
         """Count an area that has ended."""
@@ -140,8 +151,7 @@ class _BatchProgress:
             memory = f", {result.memory / _GIGABYTE:.1f} GB" if result.memory else ""
             why = f": {result.message}" if result.message else ""
             click.echo(f"{result.seconds:7.2f} s  {result.name} {result.status.value}{memory}{why}", err=True)
-        failed = f", {self._failed:,} failed" if self._failed else ""
-        self._line(f"{self._ended:,} of {counted(self._all, 'area')}{failed}, {self._left()}")
+        self._line(f"{self._count()}, {self._left()}")
 
     def so_far(self) -> str:
         """Return how many areas have ended."""
@@ -150,6 +160,11 @@ class _BatchProgress:
     def clear(self) -> None:
         """Clear the line."""
         self._line("")
+
+    def _count(self) -> str:
+        """Return how many of all areas have ended."""
+        failed = f", {self._failed:,} failed" if self._failed else ""
+        return f"{self._ended:,} of {counted(self._all, 'area')}{failed}"
 
     def _left(self) -> str:
         """Return an estimate of the time that is left."""

@@ -106,8 +106,11 @@ class BatchArguments:
         metavar="TIME",
         help="Time that an area may take, such as 10min.  [default: no bound]",
     )
-    force: bool = _option("--force", is_flag=True, help="Convert areas that have not changed as well.")
-    keep_cuts: bool = _option("--keep-cuts", is_flag=True, help="Keep what is cut out of maps, in the folder .cuts.")
+    force: bool = _option(
+        "--force",
+        is_flag=True,
+        help="Make everything anew: areas that have not changed, and what is cut out of maps.",
+    )
     dry_run: bool = _option("--dry-run", is_flag=True, help="List the areas, and do nothing.")
     verbose: int = _option(
         "-v", "--verbose", count=True, help="Report each area as it ends; -vv: all details, and tracebacks."

@@ -58,7 +58,7 @@ def _toml(path: Path, text: str) -> _Elements:
     from osm2xodr.batch import parse_toml, unknown_key
     from osm2xodr.osmParsing import CORRECTION_KEYS
 
-    document = parse_toml(path, text, "corrections as GeoJSON")
+    document = parse_toml(path, text)
     found: _Elements = {}
     for kind, table in document.items():
         if kind not in CORRECTION_KEYS:

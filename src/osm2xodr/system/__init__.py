@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     )
     from osm2xodr.system.limits import (
         LEAST_MEMORY as LEAST_MEMORY,
+        TimeLimitError as TimeLimitError,
+        available_memory as available_memory,
         limited as limited,
         parse_duration as parse_duration,
         parse_memory as parse_memory,
@@ -48,7 +50,15 @@ __getattr__ = lazy_exports(
             "silence_standard_output",
             "stream_to",
         ),
-        "limits": ("LEAST_MEMORY", "limited", "parse_duration", "parse_memory", "release_memory"),
+        "limits": (
+            "LEAST_MEMORY",
+            "TimeLimitError",
+            "available_memory",
+            "limited",
+            "parse_duration",
+            "parse_memory",
+            "release_memory",
+        ),
         "parallel": ("Task", "available_jobs", "map_parallel"),
         "streams": ("occupy_closed_streams", "patient_standard_error"),
         "threads": ("ONE_THREAD_ENVIRONMENT", "one_thread"),

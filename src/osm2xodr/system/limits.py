@@ -10,6 +10,7 @@ import select
 import signal
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from types import FrameType
 from typing import Final, NoReturn
 
@@ -21,12 +22,18 @@ _SECONDS: Final = {"": 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 LEAST_MEMORY: Final = 200_000_000
 # How long libraries may go on after the time is up before the process is killed, s.
 _GRACE: Final = 3.0
+# Where Linux tells the bounds on the memory of the process's container.
+_CONTROL_GROUPS: Final = Path("/sys/fs/cgroup")
 # When the end is tried again if Python dropped it, s.
 _AGAIN: Final = 0.01
 
 
 class LimitError(Osm2xodrError):
     """A run needs more memory or time than it may have."""
+
+
+class TimeLimitError(LimitError):
+    """A run needs more time than it may have."""
 
 
 def parse_memory(text: str) -> int:
@@ -50,6 +57,22 @@ def parse_duration(text: str) -> float:
     if seconds <= 0.0:
         raise ValueError(f"{text!r} is not a duration; give one such as 90s, 10min or 2h")
     return seconds
+
+
+def available_memory() -> int:
+    """Return how much memory this process and its children may still take, bytes: of the machine and its container.
+
+    Where the system tells only how much there is, it is that.
+    """
+    found = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
+    with contextlib.suppress(OSError, ValueError, StopIteration):
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        found.append(1024 * int(next(line for line in lines if line.startswith("MemAvailable:")).split()[1]))
+    # Of control groups, in their two versions; "max" and numbers beyond the memory of the machine are no bounds.
+    for name in ("memory.max", "memory/memory.limit_in_bytes"):
+        with contextlib.suppress(OSError, ValueError):
+            found.append(int((_CONTROL_GROUPS / name).read_text(encoding="ascii")))
+    return min(found)
 
 
 @contextlib.contextmanager
@@ -102,7 +125,7 @@ def _time_limit(seconds: float | None) -> Iterator[None]:
     )
 
     def end(number: int, frame: FrameType | None) -> NoReturn:
-        raise LimitError(message)
+        raise TimeLimitError(message)
 
     def end_again(lost: sys.UnraisableHookArgs) -> None:
         if isinstance(lost.exc_value, LimitError):

@@ -17,7 +17,11 @@ if TYPE_CHECKING:
         ReportOptions as ReportOptions,
     )
     from osm2xodr.viewing.page import write_report as write_report
-    from osm2xodr.viewing.picture import box_of_degrees as box_of_degrees, write_picture as write_picture
+    from osm2xodr.viewing.picture import (
+        box_of_degrees as box_of_degrees,
+        draw_thumbnail as draw_thumbnail,
+        write_picture as write_picture,
+    )
     from osm2xodr.viewing.shell import (
         facts as facts,
         filled as filled,
@@ -31,7 +35,7 @@ __getattr__ = lazy_exports(
     {
         "options": ("PICTURE_COLOURS", "PictureOptions", "ReportOptions"),
         "page": ("write_report",),
-        "picture": ("box_of_degrees", "write_picture"),
+        "picture": ("box_of_degrees", "draw_thumbnail", "write_picture"),
         "shell": ("facts", "filled", "package_text", "page_html"),
         "surface_report": ("surface_page",),
     },

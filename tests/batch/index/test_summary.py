@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -219,3 +220,31 @@ def test_two_thousand_tiles_make_a_small_page(tmp_path: Path) -> None:
     rows, page = written(tmp_path, results)
     assert len(rows) == len(page.xpath("//tbody/tr")) == len(page.xpath("//*[@id='map']/a")) == 2000
     assert (tmp_path / "index.html").stat().st_size < 1_600_000
+
+
+ROAD = """<road length="9" id="1" junction="-1"><planView>
+<geometry s="0" x="0" y="0" hdg="0" length="{length}"><line/></geometry></planView></road>"""
+
+
+def test_rows_have_pictures_of_their_networks(tmp_path: Path) -> None:
+    (tmp_path / ".state").mkdir()
+    results = [result("a"), result("b"), result("c", Status.EMPTY)]
+    for name in "ac":
+        (tmp_path / f"{name}.xodr").write_text(ROAD.format(length=90), encoding="utf-8")
+    (tmp_path / "b.xodr").write_bytes(b"-")
+
+    def pictures() -> dict[str, str]:
+        _, page = written(tmp_path, results)
+        found = {row.findtext("th/bdi"): row.find("th/img") for row in page.findall(".//tbody/tr")}
+        return {name: image.get("src") for name, image in found.items() if image is not None}
+
+    before = pictures()
+    assert list(before) == ["a"]
+    assert before["a"].startswith("data:image/png;base64,")
+    kept = tmp_path / ".state" / "a.png"
+    kept.write_bytes(b"kept")
+    assert pictures() == {"a": "data:image/png;base64,a2VwdA=="}
+    # One of an older network is drawn anew.
+    os.utime(kept, ns=(1, 1))
+    assert pictures() == before
+    assert kept.read_bytes()[:4] == b"\x89PNG"

@@ -5,24 +5,28 @@ A map is read once for all areas, in a few passes, and then once for every `_OPE
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
 from osm2xodr import projection
 from osm2xodr.batch.cutting.choice import choose, make_plan
-from osm2xodr.batch.cutting.source import Driven, read_source
+from osm2xodr.batch.cutting.source import Driven, Source, read_source
 from osm2xodr.batch.cutting.writing import Target, write_targets
 from osm2xodr.batch.model import CutRequest
-from osm2xodr.errors import InputError
+from osm2xodr.errors import InputError, SwappedAxesError
 from osm2xodr.osmParsing import open_osm_file
 
 # Files that are open at a time; systems allow a process 256 or more.
 _OPEN_MAX: Final = 200
 
 
-def cut_areas(source: Path, requests: Sequence[CutRequest]) -> dict[str, int]:
+def cut_areas(
+    source: Path, requests: Sequence[CutRequest], written: Callable[[Mapping[str, int]], object] | None = None
+) -> dict[str, int]:
     """Write parts of a map, and return the number of ways that become streets in each area, by the requests' names.
+
+    `written` is called with the same of each group of areas, as soon as their files are complete.
 
     A cut has all that a conversion reads, with all tags: ways of any ``highway`` and what stands beside streets, if
     a node or a segment of them lies in the area, with all their nodes; nodes that mean something by themselves; turn
@@ -36,6 +40,8 @@ def cut_areas(source: Path, requests: Sequence[CutRequest]) -> dict[str, int]:
     ------
     InputError
         The map cannot be read.
+    SwappedAxesError
+        A part lies beside the map, and would not with longitude and latitude swapped.
     OutputError
         A cut cannot be written.
     """
@@ -44,19 +50,48 @@ def cut_areas(source: Path, requests: Sequence[CutRequest]) -> dict[str, int]:
     plan = make_plan(read_source(file, driven), context=any(request.context for request in requests))
     counts: dict[str, int] = {}
     group: list[Target] = []
+    pending: dict[str, int] = {}
+
+    def write() -> None:
+        if group:
+            write_targets(plan.source, group)
+        if written is not None:
+            written(pending)
+        counts.update(pending)
+        group.clear()
+        pending.clear()
+
     for request, streets in zip(requests, driven, strict=True):
         choice = choose(plan, request, streets)
-        counts[request.name] = choice.driven
+        pending[request.name] = choice.driven
         if choice.driven:
             group.append(Target(request.target, choice))
         else:
+            _refuse_swapped(plan.source, request, choice.bounds_deg)
             request.target.unlink(missing_ok=True)
         if len(group) == _OPEN_MAX:
-            write_targets(plan.source, group)
-            group = []
-    if group:
-        write_targets(plan.source, group)
+            write()
+    write()
     return counts
+
+
+def _refuse_swapped(source: Source, request: CutRequest, bounds: tuple[float, float, float, float]) -> None:
+    """Raise `SwappedAxesError` if an area lies beside the map, but not with longitude and latitude swapped."""
+    if not len(source.node_ids):
+        return
+    lon, lat = source.degrees()
+    west, south, east, north = lon.min(), lat.min(), lon.max(), lat.max()
+
+    def meets(one: tuple[float, float, float, float]) -> bool:
+        return bool(one[0] <= east and one[2] >= west and one[1] <= north and one[3] >= south)
+
+    x_0, y_0, x_1, y_1 = bounds
+    if not meets(bounds) and meets((y_0, x_0, y_1, x_1)):
+        box = f"{west:.4g},{south:.4g},{east:.4g},{north:.4g}"
+        raise SwappedAxesError(
+            f"{request.where or request.name}: it lies beside {source.file.path} ({box}), and in it with longitude"
+            " and latitude swapped; give longitudes first: west, south, east, north"
+        )
 
 
 def bounds_of(source: Path) -> tuple[float, float, float, float]:

@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 from osm2xodr.batch.index.summary import write_summary
+from osm2xodr.batch.index.thumbnails import thumbnail
 
-__all__ = ["write_summary"]
+__all__ = ["thumbnail", "write_summary"]

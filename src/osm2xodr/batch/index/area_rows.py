@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from osm2xodr.batch.index.thumbnails import thumbnail
 from osm2xodr.batch.model import Result, Status
+from osm2xodr.batch.out_dir import OutDir
 from osm2xodr.diagnostics import Kind
 from osm2xodr.reporting import REPORT_FORMAT
 
@@ -54,6 +56,7 @@ class AreaRow:
     message: str  # The sentence of the result, in one line; or that its report is missing
     files: Mapping[str, str]  # Names of its files that exist, by suffix; none for areas that failed
     figures: Figures | None  # Of its report; None without one
+    thumbnail: bytes = b""  # Small picture of its road network, PNG; empty without one
 
     @property
     def name(self) -> str:
@@ -80,7 +83,7 @@ def _row(out_dir: Path, result: Result) -> AreaRow:
     figures = _read(out_dir / names[".json"])
     if figures is None and not message:
         message = f"There are no figures: its report {one_line(names['.json'])} is missing or cannot be read."
-    return AreaRow(result, message, files, figures)
+    return AreaRow(result, message, files, figures, thumbnail(OutDir(out_dir), result.name))
 
 
 def _read(path: Path) -> Figures | None:

@@ -1,4 +1,4 @@
-"""Areas spread over the processes of a Dask cluster, on this machine or on others."""
+"""Areas spread over the workers of a Dask scheduler, on this machine or on others."""
 
 from __future__ import annotations
 
@@ -6,24 +6,15 @@ import contextlib
 import dataclasses
 import importlib.util
 import logging
-import os
 import queue
-import secrets
-import signal
-import tempfile
-import threading
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from multiprocessing import resource_tracker
-from types import FrameType
 from typing import Any, Final
 
 from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
+from osm2xodr.batch.workers.signals import uninterrupted
 from osm2xodr.errors import Osm2xodrError
 from osm2xodr.system import LEAST_MEMORY
-
-# An area is given up after the death of so many workers that converted it; a choice.
-_WORKER_DEATHS: Final = 3
 
 # Dask's classes, which are loaded when there is work.
 _Client = Any
@@ -34,51 +25,32 @@ _GONE: Final = "the Dask scheduler is gone; start it, and run the same command a
 _CONNECTION_CHECK: Final = 0.5
 # How long an existing scheduler may take to answer, s.
 _CONNECT_TIMEOUT: Final = 10.0
-# Dask is made for tasks of milliseconds: each process looks after them fifty times a second. Areas take seconds.
-_SETTINGS: Final = {
-    "distributed.admin.tick.interval": "500ms",
-    "distributed.admin.tick.limit": "1h",
-    "distributed.admin.system-monitor.interval": "10s",
-    "distributed.worker.profile.enabled": False,
-    "distributed.scheduler.worker-saturation": 1.0,
-}
 # Dask's statuses of tasks that have ended.
 _ENDED: Final = frozenset({"finished", "error", "cancelled"})
 
 
-@dataclass(frozen=True, slots=True)
-class Workers:
-    """The processes that convert."""
-
-    count: int = 1  # How many on this machine, at least 1; ignored with a scheduler
-    # Address of an existing scheduler, such as ``tcp://host:8786``; empty for a cluster on this machine
-    scheduler: str = ""
-    memory: int | None = None  # Bytes that an area may take; None for an equal share of what the machine has
-
-
 def check_dask() -> None:
     """Raise `Osm2xodrError` if Dask is not installed."""
-    if importlib.util.find_spec("distributed") is None or importlib.util.find_spec("cryptography") is None:
-        raise Osm2xodrError("batches need Dask's distributed and cryptography: pip install 'osm2xodr[batch]'")
+    if importlib.util.find_spec("distributed") is None:
+        raise Osm2xodrError("--scheduler needs Dask: pip install 'osm2xodr[batch]', or leave --scheduler out")
 
 
 @contextlib.contextmanager
-def running(jobs: Sequence[AreaJob], workers: Workers) -> Iterator[Iterator[tuple[AreaJob, Outcome]]]:
-    """Convert areas, the first ones first, and stop those that still run at the end of the block.
+def on_scheduler(
+    jobs: Sequence[AreaJob], batch: str, scheduler: str, memory: int | None
+) -> Iterator[Iterator[tuple[AreaJob, Outcome]]]:
+    """Convert areas on the workers of a scheduler; an area may take `memory` bytes, by default the share of a task.
 
-    Yields an iterator over the areas and their outcomes, as they end. Without Dask or its scheduler it raises
-    `Osm2xodrError`.
+    As `running`; `batch` is the id of the batch. Without Dask or its scheduler it raises `Osm2xodrError`.
     """
     check_dask()
-    batch = secrets.token_hex(8)
-    count = max(1, min(workers.count, len(jobs)))
     with _quiet(), contextlib.ExitStack() as stack:
         # Here, because starting it unblocks SIGINT in this thread.
         resource_tracker.ensure_running()
         with uninterrupted():
-            client = stack.enter_context(_client(count, workers))
-            memory = _share(client, count, workers)
-        yield _outcomes(client, [dataclasses.replace(job, batch=batch, memory=memory) for job in jobs], batch, stack)
+            client = stack.enter_context(_client(scheduler))
+            share = _share(client) if memory is None else memory
+        yield _outcomes(client, [dataclasses.replace(job, batch=batch, memory=share) for job in jobs], batch, stack)
 
 
 def _outcomes(
@@ -141,66 +113,24 @@ def _stop(client: _Client, futures: dict[str, tuple[AreaJob, _Future]], batch: s
 
 
 @contextlib.contextmanager
-def _client(count: int, workers: Workers) -> Iterator[_Client]:
-    import dask
-    from distributed import Client, LocalCluster
+def _client(scheduler: str) -> Iterator[_Client]:
+    from distributed import Client
 
-    if workers.scheduler:
-        try:
-            client = Client(workers.scheduler, timeout=_CONNECT_TIMEOUT, set_as_default=False)
-        except (OSError, ValueError, ImportError) as error:
-            raise Osm2xodrError(
-                f"no Dask scheduler answers at {workers.scheduler}; start one there: {error}"
-            ) from error
-        with _closing(client):
-            yield client
-        return
-    settings = {"distributed.scheduler.allowed-failures": _WORKER_DEATHS - 1, **_SETTINGS}
-    with contextlib.ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="osm2xodr-", ignore_cleanup_errors=True))
-        stack.enter_context(dask.config.set(settings))
-        # Whoever reaches a scheduler can have it run anything. So it listens on this machine only, and talks only to
-        # those who hold the keys made for this batch: its workers, and no other user of this machine.
-        cluster = LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            security=True,
-            dashboard_address="127.0.0.1:0",
-            worker_dashboard_address="127.0.0.1:0",
-            scheduler_kwargs={"dashboard": False},
-            # Areas have processes of their own, with bounds of their own.
-            memory_limit=0,
-            local_directory=folder,
-            silence_logs=logging.CRITICAL,
-        )
-        with _closing(cluster), _closing(Client(cluster, set_as_default=False)) as client:
-            yield client
-
-
-@contextlib.contextmanager
-def _closing(thing: Any) -> Iterator[Any]:
-    """Close a client or cluster at the end of the block, undisturbed by signals."""
     try:
-        yield thing
+        client = Client(scheduler, timeout=_CONNECT_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError, ImportError) as error:
+        raise Osm2xodrError(f"no Dask scheduler answers at {scheduler}; start one there: {error}") from error
+    try:
+        yield client
     finally:
         with uninterrupted():
-            thing.close()
+            client.close()
 
 
-def _share(client: _Client, count: int, workers: Workers) -> int:
+def _share(client: _Client) -> int:
     """Return how much memory each area may take, bytes; 0 for no bound."""
-    if workers.memory is not None:
-        return workers.memory
-    if workers.scheduler:
-        shares = [share for share in client.run(_worker_share).values() if share]
-        return max(min(shares), LEAST_MEMORY) if shares else 0
-    import psutil
-    from distributed.system import MEMORY_LIMIT
-
-    available = min(int(psutil.virtual_memory().available), int(MEMORY_LIMIT))
-    return max(available // count, LEAST_MEMORY)
+    shares = [share for share in client.run(_worker_share).values() if share]
+    return max(min(shares), LEAST_MEMORY) if shares else 0
 
 
 def _worker_share(dask_worker: Any) -> int:
@@ -218,33 +148,3 @@ def _quiet() -> Iterator[None]:
         yield
     finally:
         logging.disable(before)
-
-
-@contextlib.contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Defer the signals that end the process to the end of the block.
-
-    SIGINT is blocked, also for threads and processes that are started meanwhile, and for those that they start:
-    Ctrl-C at the terminal reaches this process alone, which then stops its workers in order.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    deferred: list[int] = []
-
-    def defer(number: int, frame: FrameType | None) -> None:
-        deferred.append(number)
-
-    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
-    for number, handler in before.items():
-        if handler is not signal.SIG_IGN:
-            signal.signal(number, defer)
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        for late in deferred[:1]:
-            os.kill(os.getpid(), late)
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -69,7 +69,7 @@ class RoadsideFinder:
         return _sampled(self._plan, np.arange(len(self._world.places.road_street), len(self._length)))
 
     def places(self, x: FloatArray, y: FloatArray, reach: float = defaults.OBJECT_REACH) -> RoadsidePlaces:
-        """Return the places of points (n,), m, beside the nearest carriageway within reach of its edge; below 0: on it.
+        """Return the places of points (n,), m, beside the nearest carriageway within reach of its edge; < 0: on it.
 
         Points in junctions have none.
         """

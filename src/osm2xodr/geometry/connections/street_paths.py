@@ -105,7 +105,7 @@ def lay_out_paths(
 
 
 def _sums_before(size: FloatArray, start: IntArray) -> FloatArray:
-    """Return the sum of what comes before each leg in its path, (legs,), to the last bit whatever other paths there are.
+    """Return the sum before each leg in its path, (legs,), to the last bit whatever other paths there are.
 
     Every path has a leg.
     """

@@ -97,7 +97,8 @@ def _skewness(z: Cells, steps: tuple[float, float]) -> float:
     across = (grid[:, 4].mean(axis=0) - grid[:, 0].mean(axis=0)) / (4.0 * steps[0])
     along = (grid[4].mean(axis=0) - grid[0].mean(axis=0)) / (4.0 * steps[1])
     gentle: BoolArray = np.hypot(across, along) < _GENTLE_GRADE
-    residual = near[12, gentle] - np.median(near[:, gentle], axis=0)
+    # The median, which numpy finds several times faster where the numbers lie side by side.
+    residual = near[12, gentle] - np.median(np.ascontiguousarray(near[:, gentle].T), axis=1)
     spread = float(np.sqrt(np.mean(residual**2))) if len(residual) >= _SAMPLES_MIN else 0.0
     if spread < _SCATTER_MIN:
         return 0.0

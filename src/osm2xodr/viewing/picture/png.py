@@ -7,6 +7,7 @@ second.
 from __future__ import annotations
 
 import io
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -16,23 +17,38 @@ from osm2xodr.model import FloatArray
 from osm2xodr.viewing.colours import Pixels
 from osm2xodr.viewing.picture.contents import Picture
 from osm2xodr.viewing.picture.legend import Text, legend
-from osm2xodr.viewing.picture.shapes import PAPER, Polygon
+from osm2xodr.viewing.picture.shapes import PAPER, Polygon, Shape
 
 # Samples per pixel in either direction, fewer where there would be more samples in all than the second (450 MB).
 _SAMPLES: Final = 3
 _MOST_SAMPLES: Final = 150_000_000
+# Colours of small pictures, which have few.
+_SHADES: Final = 8
 _ANCHORS: Final = {"start": "ls", "middle": "ms", "end": "rs"}
 
 
 def draw_png(picture: Picture) -> bytes:
     """Return the picture as PNG; the same picture gives the same bytes."""
+    whole = Image.new("RGB", (picture.width, picture.height), PAPER)
+    whole.paste(_drawn(picture.shapes, picture.width, picture.map_height, picture.outline), (0, 0))
+    _draw_legend(whole, picture)
+    return _encoded(whole)
+
+
+def shapes_as_png(shapes: Iterable[Shape], width: int, height: int) -> bytes:
+    """Return shapes alone, in pixels, as PNG; the same shapes give the same bytes."""
+    return _encoded(_drawn(shapes, width, height, 0.0).quantize(_SHADES))
+
+
+def _drawn(shapes: Iterable[Shape], width: int, height: int, outline_width: float) -> Image.Image:
+    """Draw shapes; `outline_width` is that of areas in their own colour, pixels."""
     n = _SAMPLES
-    while n > 1 and n * n * picture.width * picture.map_height > _MOST_SAMPLES:
+    while n > 1 and n * n * width * height > _MOST_SAMPLES:
         n -= 1
-    large = Image.new("RGB", (n * picture.width, n * picture.map_height), PAPER)
+    large = Image.new("RGB", (n * width, n * height), PAPER)
     pen = ImageDraw.Draw(large)
-    outline = max(1, round(picture.outline * n))
-    for shape in picture.shapes:
+    outline = max(1, round(outline_width * n))
+    for shape in shapes:
         corners = _corners(shape.corners, n)
         if len(corners) < 2:
             continue
@@ -43,10 +59,7 @@ def draw_png(picture: Picture) -> bytes:
                 pen.line([*corners, corners[0]], fill=shape.colour, width=outline)
         else:
             pen.line(corners, fill=shape.colour, width=max(1, round(shape.width * n)))
-    whole = Image.new("RGB", (picture.width, picture.height), PAPER)
-    whole.paste(large.reduce(n), (0, 0))
-    _draw_legend(whole, picture)
-    return _encoded(whole)
+    return large.reduce(n)
 
 
 def as_png(pixels: Pixels) -> bytes:

@@ -158,6 +158,7 @@
     const counted = (text, what) => `${text} ${what}${text === "1" ? "" : "s"}`;
     const card = $("card"), cells = rows[i].cells, value = (k) => (cell(rows[i], k) || { textContent: "" }).textContent;
     card.replaceChildren();
+    cells[0].querySelectorAll(".thumb").forEach((image) => card.append(image.cloneNode()));
     element("h3", names[i], card);
     const status = element("div", "", card), sign = document.createElementNS(svg.namespaceURI, "svg"), use = document.createElementNS(svg.namespaceURI, "use");
     sign.setAttribute("class", "sym");

@@ -40,11 +40,17 @@ def _basis(intervals: int, inner: tuple[float, ...], ratio: float) -> tuple[Floa
     intervals; their 4 + 2 inner columns have both ends first. The third is (2 inner, 2 intervals + 2); `ratio` is the
     weight of slopes beside values.
     """
-    knots = np.array([0.0, *inner, 1.0])
-    u = np.linspace(0.0, 1.0, intervals + 1)
-    values, slopes = (_interpolation(knots, u, weights) for weights in (hermite, hermite_slope))
+    values, slopes = _interpolations(intervals, inner)
     weighted = np.vstack([values[:, 4:], ratio * slopes[:, 4:]])
     return values, slopes, np.linalg.pinv(weighted) * np.repeat([1.0, ratio], intervals + 1)
+
+
+@lru_cache(maxsize=4096)
+def _interpolations(intervals: int, inner: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return the matrices from values and slopes of knots to values and to slopes at equal intervals."""
+    knots = np.array([0.0, *inner, 1.0])
+    u = np.linspace(0.0, 1.0, intervals + 1)
+    return _interpolation(knots, u, hermite), _interpolation(knots, u, hermite_slope)
 
 
 def _interpolation(

@@ -1,0 +1,67 @@
+"""Areas spread over processes of this machine.
+
+A thread for each of them hands it one area after the other, and waits for its end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import queue
+import threading
+from collections.abc import Iterator, Sequence
+
+from osm2xodr.batch.workers.area_process import AreaJob, Outcome, end_areas, run_area
+from osm2xodr.batch.workers.signals import uninterrupted
+from osm2xodr.system import LEAST_MEMORY, available_memory
+
+_Ended = tuple[AreaJob, Outcome | BaseException]
+
+
+@contextlib.contextmanager
+def on_this_machine(
+    jobs: Sequence[AreaJob], batch: str, count: int, memory: int | None
+) -> Iterator[Iterator[tuple[AreaJob, Outcome]]]:
+    """Convert areas in `count` processes; an area may take `memory` bytes, by default an equal share of what is free.
+
+    As `running`; `batch` is the id of the batch.
+    """
+    if memory is None:
+        memory = max(available_memory() // count, LEAST_MEMORY)
+    todo: queue.SimpleQueue[AreaJob] = queue.SimpleQueue()
+    for job in jobs:
+        todo.put(dataclasses.replace(job, batch=batch, memory=memory))
+    ended: queue.SimpleQueue[_Ended] = queue.SimpleQueue()
+    threads = [threading.Thread(target=_work, args=(todo, ended), daemon=True) for _ in range(count)]
+    # Threads have SIGINT blocked, so that Ctrl-C interrupts this one.
+    with uninterrupted():
+        for thread in threads:
+            thread.start()
+    try:
+        yield _outcomes(ended, len(jobs))
+    finally:
+        with uninterrupted():
+            end_areas(batch)
+            for thread in threads:
+                thread.join()
+
+
+def _work(todo: queue.SimpleQueue[AreaJob], ended: queue.SimpleQueue[_Ended]) -> None:
+    """Convert areas until none is left."""
+    while True:
+        try:
+            job = todo.get_nowait()
+        except queue.Empty:
+            return
+        try:
+            ended.put((job, run_area(job)))
+        except BaseException as error:
+            ended.put((job, error))
+
+
+def _outcomes(ended: queue.SimpleQueue[_Ended], count: int) -> Iterator[tuple[AreaJob, Outcome]]:
+    for _ in range(count):
+        job, outcome = ended.get()
+        if isinstance(outcome, BaseException):
+            raise outcome
+        yield job, outcome

@@ -1,0 +1,40 @@
+"""Signals that end the process, deferred where something has to be finished first."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from types import FrameType
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Defer the signals that end the process to the end of the block.
+
+    SIGINT is blocked, also for threads and processes that are started meanwhile, and for those that they start:
+    Ctrl-C at the terminal reaches this process alone, which then stops its workers in order.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    deferred: list[int] = []
+
+    def defer(number: int, frame: FrameType | None) -> None:
+        deferred.append(number)
+
+    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, defer)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for late in deferred[:1]:
+            os.kill(os.getpid(), late)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)

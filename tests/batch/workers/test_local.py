@@ -1,0 +1,96 @@
+"""Processes of this machine: they need no Dask, live for many areas, and leave nothing of one in the next."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from batch_runs import statuses, write_table, write_village
+from small_area import street_grid, write_area
+
+from osm2xodr.batch.workers import AreaJob, Workers, running
+from osm2xodr.batch.workers.area_process import end_areas, run_area
+from osm2xodr.cli import main
+from osm2xodr.errors import Osm2xodrError
+
+
+def test_a_batch_needs_no_dask(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("distributed", "dask"):
+        for module in [item for item in sys.modules if item.split(".")[0] == name]:
+            monkeypatch.delitem(sys.modules, module)
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.chdir(tmp_path)
+    write_table(tmp_path / "areas.csv", [{"name": "v", "osm": write_village(tmp_path, 0).name}])
+    assert main(["batch", "areas.csv", "-o", "out", "-q"]) == 0
+    assert statuses(Path("out")) == {"v": "done"}
+    assert main(["batch", "nothing.csv", "-o", "elsewhere", "--scheduler", "tcp://127.0.0.1:9"]) == 1
+    said = capsys.readouterr().err
+    assert said == (
+        "osm2xodr: error: --scheduler needs Dask: pip install 'osm2xodr[batch]', or leave --scheduler out\n"
+    )
+    assert not Path("elsewhere").exists()
+
+
+@pytest.fixture
+def key() -> Iterator[str]:
+    yield "many-areas"
+    end_areas("many-areas")
+
+
+def forks() -> list[int]:
+    """Return the processes that convert areas for this one."""
+    servers = [item for item in psutil.Process().children() if "osm2xodr.cli.area_server" in " ".join(item.cmdline())]
+    return [fork.pid for server in servers for fork in server.children()]
+
+
+def test_one_process_converts_area_after_area_until_one_fails(tmp_path: Path, key: str) -> None:
+    def job(path: Path) -> AreaJob:
+        words = ("convert", str(path), "-o", str(tmp_path / "a.xodr"), "-q", "--overwrite", "--jobs", "1")
+        return AreaJob(key, "a", words, memory=2_000_000_000)
+
+    good, bad = write_area(tmp_path), write_area(tmp_path, "<osm", "bad.osm")
+    town = write_area(tmp_path, street_grid(12), "town.osm")
+    used = []
+    for path, fails in ((good, False), (town, False), (good, False), (bad, True), (good, False)):
+        outcome = run_area(job(path))
+        assert (outcome.message != "") is fails, outcome.message
+        used.append((forks(), outcome.memory))
+    # Of the three in the middle the first two were made by the same process, and after the failure by another.
+    assert len(used[0][0]) == 1
+    assert used[0][0] == used[1][0] == used[2][0]
+    assert used[3][0] == []
+    assert len(used[4][0]) == 1
+    assert used[4][0] != used[0][0]
+    # Each has its own peak: that of the town is not the next one's.
+    assert used[2][1] < used[1][1]
+
+
+def test_areas_share_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("osm2xodr.batch.workers.local.available_memory", lambda: 3_000_000_000)
+    taken: list[int] = []
+
+    def run(job: AreaJob) -> object:
+        taken.append(job.memory)
+        return job
+
+    monkeypatch.setattr("osm2xodr.batch.workers.local.run_area", run)
+    jobs = [AreaJob("", name, ()) for name in "abcd"]
+    for workers in (Workers(2), Workers(9), Workers(2, memory=250_000_000), Workers(100, memory=None)):
+        with running(jobs, workers) as outcomes:
+            assert sorted(job.name for job, _ in outcomes) == ["a", "b", "c", "d"]
+    assert taken == [1_500_000_000] * 4 + [750_000_000] * 4 + [250_000_000] * 4 + [750_000_000] * 4
+
+
+def test_what_cannot_be_started_is_said_and_ends_the_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(job: AreaJob) -> object:
+        raise Osm2xodrError("no process can be started")
+
+    monkeypatch.setattr("osm2xodr.batch.workers.local.run_area", fail)
+    with pytest.raises(Osm2xodrError, match="no process"), running([AreaJob("", "a", ())], Workers()) as outcomes:
+        list(outcomes)
