@@ -180,6 +180,8 @@ def test_the_config_in_the_document_is_one(folder: Path) -> None:
     write_dem(folder / "dem")
     write_dem(folder / "extra")
     (folder / "out").mkdir()
+    (folder / "corrections.toml").write_text("way.10.lanes = 3", encoding="utf-8")
     text = block[1].replace("[1.55, 42.55, 1.57, 42.565]", "[1.569, 42.549, 1.575, 42.552]")
     assert convert("--config", write_config(folder, text.replace("old_town", "town")), "-q") == 0
     assert (folder / "out" / "town.html").is_file()
+    assert (folder / "out" / "town.geojson").is_file()

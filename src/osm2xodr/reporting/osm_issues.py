@@ -8,11 +8,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from osm2xodr.diagnostics import Diagnostic, Diagnostics
-from osm2xodr.model import LocalFrame
 from osm2xodr.reporting.code_table import codes
+
+if TYPE_CHECKING:
+    from osm2xodr.model import LocalFrame
 
 _ADDRESS: Final = "https://www.openstreetmap.org/"
 # Decimals of degrees, as in OSM: about 1 cm.

@@ -166,9 +166,10 @@ def test_messages_of_the_conversion_are_shown_with_their_place(tmp_path: Path) -
     info = info_of(report_of(file, osm=area, log={"input": {"area": "somewhere/area.osm"}, "diagnostics": said}))
     assert "area.osm" in info["log"]["text"]
     assert "somewhere" not in info["log"]["text"]
-    assert info["log"]["items"][0] == ["repaired", "gap", "", "joined", None, None]
+    assert info["log"]["items"][0] == ["repaired", "gap", "", "joined", None, None, ""]
     assert info["log"]["items"][1][:4] == ["guessed", "lane-count", "way/4", "one lane"]
     assert info["log"]["items"][1][4] is not None
+    assert info["log"]["items"][1][6] == "way.4.lanes = 2"
 
 
 def test_findings_are_those_of_check(tmp_path: Path) -> None:
