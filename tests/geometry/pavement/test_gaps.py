@@ -6,9 +6,10 @@ import numpy as np
 from scipy import ndimage
 
 from osm2xodr.geometry.pavement.gaps import FREE, Grids, _connected, _free_runs
+from osm2xodr.model import BoolArray
 
 
-def grids_of(pictures: list[np.ndarray]) -> Grids:
+def grids_of(pictures: list[BoolArray]) -> Grids:
     """Return grids with the given free cells (True), and no cross sections."""
     sizes = [picture.size for picture in pictures]
     road = np.concatenate([np.where(picture, FREE, 7).ravel() for picture in pictures]).astype(np.int32)
