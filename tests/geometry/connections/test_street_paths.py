@@ -64,6 +64,16 @@ def test_legs_meet_at_the_nodes() -> None:
     assert paths.s_to[first + 1] == 0.0
 
 
+def test_paths_measure_the_same_to_the_last_bit_beside_any_others() -> None:
+    stages = OFFSET.stages()
+    every, _ = paths_of(stages)
+    for number, movement in enumerate(stages.movements):
+        alone = lay_out_paths([movement], stages.ends, stages.layout.trim, lambda street, along: (-1.5, -1.5))
+        legs = slice(int(every.start[number]), int(every.start[number + 1]))
+        assert alone.chainage.tolist() == every.chainage[legs].tolist()
+        assert alone.length.tolist() == [every.length[number]]
+
+
 def test_no_movements_have_no_paths() -> None:
     stages = Case({"a": (0.0, 0.0), "b": (50.0, 0.0)}, {1: ("a b", "")}).stages()
     paths, _ = paths_of(stages)

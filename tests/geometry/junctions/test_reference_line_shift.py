@@ -58,6 +58,22 @@ def test_curves_run_beside_their_lines_and_arcs() -> None:
     assert inside.curvature[1] == pytest.approx(1 / 15)
 
 
+def test_curves_that_do_not_move_stay_as_they_are_to_the_last_bit() -> None:
+    lengths_m = np.array([0.1, 0.2, 0.3, 1.1, 0.7])
+    straight = PlanView(
+        np.array([0, 2, 5]),
+        np.array([0.0, 0.1, 0.0, 0.3, 0.3 + 1.1]),
+        np.zeros(5),
+        np.zeros(5),
+        np.zeros(5),
+        lengths_m,
+        np.zeros(5),
+    )
+    moved = offset_curves(straight, np.array([2.0, 0.0]))
+    assert moved.y.tolist() == [2.0, 2.0, 0.0, 0.0, 0.0]
+    assert moved.s[2:].tolist() == straight.s[2:].tolist()
+
+
 @EITHER
 def test_the_line_of_a_tight_loop_runs_along_its_outer_lane(rule: Rule) -> None:
     stages, moved, layout, parts = made(loop(9.0), rule)

@@ -69,9 +69,9 @@ class RoadsideFinder:
         return _sampled(self._plan, np.arange(len(self._world.places.road_street), len(self._length)))
 
     def places(self, x: FloatArray, y: FloatArray, reach: float = defaults.OBJECT_REACH) -> RoadsidePlaces:
-        """Return the places of points (n,), m, beside the nearest carriageway within reach of its edge; < 0: on it.
+        """Return the places of points (n,), m, beside the nearest carriageway within reach of its edge.
 
-        Points in junctions have none.
+        A reach below 0 asks for points on carriageways, so far within them. Points in junctions have none.
         """
         point, curve, s, t, left, right = self._beside(self._outside, x, y, reach + _HALF_WIDTH_MAX)
         beyond = np.maximum(t - left, right - t)

@@ -105,9 +105,9 @@ def lay_out_paths(
 
 
 def _sums_before(size: FloatArray, start: IntArray) -> FloatArray:
-    """Return the sum before each leg in its path, (legs,), to the last bit whatever other paths there are.
+    """Return the sum of what comes before each leg in its path, (legs,); every path has a leg.
 
-    Every path has a leg.
+    It is the same to the last bit whatever other paths there are.
     """
     out, count = np.zeros(len(size)), np.diff(start)
     for k in range(1, int(count.max(initial=1))):
