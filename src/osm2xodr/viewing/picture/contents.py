@@ -13,9 +13,10 @@ from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
 from osm2xodr.viewing.colours import Ramp, nice_step
+from osm2xodr.viewing.forms import FURNITURE_FROM, MARKS_FROM
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
-from osm2xodr.viewing.picture.details import FURNITURE_FROM, MARKS_FROM, furniture_shapes, mark_lines
+from osm2xodr.viewing.picture.details import furniture_shapes, mark_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 from osm2xodr.viewing.scene import Scene
 from osm2xodr.viewing.strips import border_marks, make_scene
