@@ -53,7 +53,9 @@ def test_controllers_name_signals_and_junctions(file: OpenDrive) -> None:
     junction = file.junctions.id.index("5")
     assert found == {"along": (["1", "2"], [junction]), "alone": (["3"], [])}
     # References of roads 3 and 4 name lights 1 and 2.
-    referring = {number: [file.roads.id[k] for k in row[10]] for number, row in zip(numbers, info["signals"], strict=True)}
+    referring = {
+        number: [file.roads.id[k] for k in row[10]] for number, row in zip(numbers, info["signals"], strict=True)
+    }
     assert referring == {"1": ["3"], "2": ["4"], "3": []}
     lights = {number: row[7] for number, row in zip(numbers, info["signals"], strict=True)}
     assert lights == {"1": 1, "2": 1, "3": 0}

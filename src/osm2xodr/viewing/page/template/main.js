@@ -245,7 +245,7 @@ async function start() {
   if (wish.get("view") === "3d") await show3d();
   // For scripts that control the page.
   window.osm2xodr = {
-    data, state, openRoad, openSignal, layers, graph,
+    data, state, openRoad, openSignal, layers, graph, profile,
     pixelOf: (x, y) => { const at = map.map.latLngToContainerPoint([y, x]), box = $("map").getBoundingClientRect(); return [at.x + box.left, at.y + box.top]; },
     setView: (x, y, zoom) => map.map.setView([y, x], zoom, { animate: false }),
   };

@@ -4,13 +4,30 @@ const HEIGHTS = { tree: 6, streetLamp: 7, pole: 4, vegetation: 1.2, building: 6,
 const SIGN_POLE = 0.04; // m, half its width
 const STREET_LAMP = 0.25; // m, radius of its head
 
+// Colours are given in sRGB; three.js computes with linear light.
+const LINEAR = Uint8Array.from({ length: 256 }, (_, k) => Math.round(255 * (k / 255) ** 2.2));
+
 /** Collects triangles with colours. */
 class Body {
-  constructor(base) { this.base = base; this.places = []; this.colours = []; this.faces = 0; }
+  constructor(base) {
+    this.base = base;
+    this.faces = 0;
+    this.places = new Float32Array(9 * 1024);
+    this.colours = new Uint8Array(9 * 1024);
+  }
 
   triangle(a, b, c, colour) {
-    for (const [x, y, z] of [a, b, c]) { this.places.push(x, y, z - this.base); this.colours.push(...colour); }
-    this.faces++;
+    let at = 9 * this.faces++;
+    if (at === this.places.length) {
+      const grown = [new Float32Array(2 * at), new Uint8Array(2 * at)];
+      grown[0].set(this.places); grown[1].set(this.colours);
+      [this.places, this.colours] = grown;
+    }
+    for (let corner = 0; corner < 3; corner++, at += 3) {
+      const place = corner === 0 ? a : corner === 1 ? b : c;
+      this.places[at] = place[0]; this.places[at + 1] = place[1]; this.places[at + 2] = place[2] - this.base;
+      for (let k = 0; k < 3; k++) this.colours[at + k] = LINEAR[colour[k]];
+    }
   }
 
   quad(a, b, c, d, colour) { this.triangle(a, b, c, colour); this.triangle(a, c, d, colour); }
@@ -44,10 +61,9 @@ class Body {
   /** Return the mesh; paint lies nearer than the road below it, and shows its colours as they are. */
   mesh(three, { lifted = false, lit = true } = {}) {
     const geometry = new three.BufferGeometry();
-    geometry.setAttribute("position", new three.BufferAttribute(Float32Array.from(this.places), 3));
-    // Colours are given in sRGB; three.js computes with linear light.
-    geometry.setAttribute("color", new three.BufferAttribute(Uint8Array.from(this.colours, (value) => Math.round(255 * (value / 255) ** 2.2)), 3, true));
-    geometry.computeVertexNormals();
+    geometry.setAttribute("position", new three.BufferAttribute(this.places.slice(0, 9 * this.faces), 3));
+    geometry.setAttribute("color", new three.BufferAttribute(this.colours.slice(0, 9 * this.faces), 3, true));
+    if (lit) geometry.computeVertexNormals();
     const nearer = lifted ? { polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -20 } : {};
     return new three.Mesh(geometry, new three[lit ? "MeshLambertMaterial" : "MeshBasicMaterial"]({ vertexColors: true, side: three.DoubleSide, ...nearer }));
   }
@@ -84,11 +100,15 @@ function markBody(data, base) {
 
 /** A strip between two lines, whole or in dashes. */
 function ribbon(body, left, right, dashes, colour) {
-  const mix = (line, k, share) => line[k].map((value, i) => value + share * (line[k + 1][i] - value) + (i === 2 ? LIFT : 0));
+  const mix = (line, k, share) => {
+    const a = line[k], b = line[k + 1];
+    return [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2]) + LIFT];
+  };
+  const period = dashes ? dashes.dash + dashes.gap : 0;
   let distance = 0;
   for (let k = 0; k + 1 < left.length; k++) {
-    const length = Math.hypot(left[k + 1][0] - left[k][0], left[k + 1][1] - left[k][1]), period = dashes ? dashes.dash + dashes.gap : 0;
-    if (!(length > 0) || ![...left[k], ...left[k + 1]].every(Number.isFinite)) continue;
+    const length = Math.hypot(left[k + 1][0] - left[k][0], left[k + 1][1] - left[k][1]);
+    if (!(length > 0 && Number.isFinite(length + left[k][2] + left[k + 1][2]))) continue;
     const solid = !dashes || length > 1e5;
     for (let n = solid ? 0 : Math.floor(distance / period); solid ? n === 0 : n * period < distance + length; n++) {
       const from = solid ? 0 : Math.max(0, n * period - distance) / length, to = solid ? 1 : Math.min(length, n * period + dashes.dash - distance) / length;

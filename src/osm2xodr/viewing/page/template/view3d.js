@@ -9,10 +9,13 @@ async function loadThree() {
   return { THREE: await import(three), ...(await import(controls)) };
 }
 
+const DETAILS_TO = 3000; // m: from farther away marks and furniture are too small to be seen
+
 class RoadScene {
   constructor(data, actions, library) {
     const { THREE, OrbitControls } = library;
     this.data = data;
+    this.details = [];
     this.actions = actions;
     this.THREE = THREE;
     this.renderer = new THREE.WebGLRenderer({ canvas: $("canvas"), antialias: true, preserveDrawingBuffer: true });
@@ -201,6 +204,7 @@ class RoadScene {
     const layers = look.layers, all = [[this.roads, layers.roads], [this.lines, layers.roads], [this.marks, layers.marks], [this.paint, layers.objects],
       [this.objects, layers.objects], [this.signals, layers.signals], [this.findings, layers.findings], [this.terrain, layers.ground]];
     for (const [mesh, shown] of all) if (mesh) mesh.visible = Boolean(shown);
+    this.details = [this.marks, this.paint, this.objects, this.signals].filter((mesh) => mesh.visible);
     if (this.terrain) this.terrain.material.color.set(look.dark ? "#4a5347" : "#b9c2ab");
     this.draw();
   }
@@ -280,6 +284,11 @@ class RoadScene {
   draw() {
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => { this.waiting = false; this.renderer.render(this.scene, this.camera); });
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      const near = this.camera.position.distanceTo(this.controls.target) < DETAILS_TO;
+      for (const mesh of this.details) mesh.visible = near;
+      this.renderer.render(this.scene, this.camera);
+    });
   }
 }
