@@ -37,3 +37,14 @@ def test_arrows_point_where_they_say() -> None:
 )
 def test_faces_of_signs(kind: str, name: str, colours: set[str]) -> None:
     assert {colour for _, colour in forms.sign_symbol(kind, name)} == colours
+
+
+def test_marks_are_lines_beside_a_border() -> None:
+    assert forms.mark_pattern("broken", 2, WHITE) == [(0.0, True, WHITE)]
+    assert forms.mark_pattern("solid", 1, "#e8b400") == [(0.0, False, "#e8b400")]
+    # The first word is the left line; double lines are 0.28 m apart.
+    assert forms.mark_pattern("solid broken", 1, WHITE) == [(-0.14, False, WHITE), (0.14, True, WHITE)]
+    assert forms.mark_pattern("botts dots", 2, WHITE) == [(0.0, True, WHITE)]
+    # A kerb is grey whatever colour it has; grass is not painted.
+    assert forms.mark_pattern("curb", 1, WHITE) == [(0.0, False, "#8c8a84")]
+    assert forms.mark_pattern("grass", 1, WHITE) == forms.mark_pattern("none", 0, WHITE) == []

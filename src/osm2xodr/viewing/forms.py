@@ -26,9 +26,9 @@ RED, AMBER, GREEN, DARK, WHITE, BLUE = "#c1272d", "#f2b134", "#3fa35b", "#1d2630
 MARKS_FROM: Final = 3.0
 FURNITURE_FROM: Final = 2.0
 # Road marks, m: width, dash and gap, distance of each line of a double mark from the middle.
-MARK_WIDTH: Final = 0.15
+DRAWN_MARK_WIDTH: Final = 0.15
 DASH: Final = 3.0
-GAP: Final = 6.0
+DASH_GAP: Final = 6.0
 _DOUBLE: Final = 0.14
 _BROKEN: Final = 2
 _KERB_COLOUR: Final = "#8c8a84"

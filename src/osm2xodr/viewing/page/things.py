@@ -11,10 +11,10 @@ import numpy as np
 from osm2xodr.opendrive import OpenDrive, pose
 from osm2xodr.viewing.forms import (
     DASH,
+    DASH_GAP,
+    DRAWN_MARK_WIDTH,
     FURNITURE_FROM,
-    GAP,
     LARGEST_SYMBOL,
-    MARK_WIDTH,
     MARKS_FROM,
     SMALLEST_SYMBOL,
     SYMBOL,
@@ -162,9 +162,9 @@ def drawing_rules() -> dict[str, float]:
     return {
         "marks_from": MARKS_FROM,
         "furniture_from": FURNITURE_FROM,
-        "mark_width": MARK_WIDTH,
+        "mark_width": DRAWN_MARK_WIDTH,
         "dash": DASH,
-        "gap": GAP,
+        "gap": DASH_GAP,
         "symbol": SYMBOL,
         "smallest_symbol": SMALLEST_SYMBOL,
         "largest_symbol": LARGEST_SYMBOL,

@@ -11,9 +11,9 @@ from osm2xodr.model import FloatArray
 from osm2xodr.opendrive import OpenDrive
 from osm2xodr.viewing.forms import (
     DASH,
-    GAP,
+    DASH_GAP,
+    DRAWN_MARK_WIDTH,
     LARGEST_SYMBOL,
-    MARK_WIDTH,
     SMALLEST_SYMBOL,
     SYMBOL,
     Corners,
@@ -41,14 +41,14 @@ def mark_lines(grid: FloatArray, kinds: Sequence[Sequence[Any]], scale: float) -
     `kinds` are name, style and colour of each border's mark, as of `border_marks`; `scale` is pixels per metre.
     """
     out: list[Line] = []
-    width = max(MARK_WIDTH * scale, _LEAST_WIDTH)
+    width = max(DRAWN_MARK_WIDTH * scale, _LEAST_WIDTH)
     for k, (name, style, colour) in enumerate(kinds):
         # Marks on the outermost borders are moved inwards, or they could not be seen on the paper.
         inward = 0.5 * width * ((k == 0) - (k == len(kinds) - 1))
         line = _moved(grid[:, k], inward)
         for aside, broken, shade in mark_pattern(name, style, colour):
             moved = _moved(line, aside * scale)
-            pieces = dashed(moved, DASH * scale, GAP * scale) if broken else [moved]
+            pieces = dashed(moved, DASH * scale, DASH_GAP * scale) if broken else [moved]
             out += [Line(piece, shade, width) for piece in pieces]
     return out
 
