@@ -86,6 +86,8 @@ def look_everywhere(page: Page) -> None:
     for road in range(page.value("window.osm2xodr.data.info.road.name.length")):
         page.run("window.osm2xodr.openRoad(arguments[0], 1, true)", road)
         page.run("document.querySelectorAll('summary').forEach((item) => item.click())")
+    for signal in range(page.value("window.osm2xodr.data.info.signals.length")):
+        page.run("window.osm2xodr.openSignal(arguments[0], true)", signal)
     junctions = page.value("window.osm2xodr.data.info.junctions")
     for x, y in zip(junctions["x"], junctions["y"], strict=True):
         page.click(*page.run("return window.osm2xodr.pixelOf(...arguments)", x, y))
@@ -108,8 +110,9 @@ def test_a_network_in_which_every_text_is_markup(page: Page, tmp_path: Path) -> 
     assert_inert(page)
     assert HOSTILE in page.text("#results")
     info = page.value("window.osm2xodr.data.info")
-    assert info["signals"][0][5] == HOSTILE
-    assert info["objects"][0][2] == HOSTILE
+    assert dict(info["signals"][0][9])["type"] == HOSTILE
+    assert info["object_types"] == [HOSTILE]
+    assert info["controllers"][0][1] == HOSTILE
     assert info["junctions"]["name"] == [HOSTILE]
 
 

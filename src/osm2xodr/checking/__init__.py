@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from osm2xodr.checking.checker import check_drive, check_file
+from osm2xodr.checking.driving import Driving, driving_of
 from osm2xodr.checking.findings import Count, Finding
 from osm2xodr.checking.formats import FORMATS
 from osm2xodr.checking.result import CheckOptions, CheckResult
@@ -16,9 +17,11 @@ __all__ = [
     "CheckOptions",
     "CheckResult",
     "Count",
+    "Driving",
     "Finding",
     "Rule",
     "Severity",
     "check_drive",
     "check_file",
+    "driving_of",
 ]

@@ -78,7 +78,7 @@ ROAD_TYPES: Final = MappingProxyType(
 )
 ROAD_OTHER: Final = "#aeb4ba"
 # Findings, the worst first.
-SEVERITIES: Final = MappingProxyType({"error": "#c1272d", "warning": "#e08a00", "info": "#2f74b9"})
+SEVERITIES: Final = MappingProxyType({"error": "#c1272d", "warning": "#e08a00", "info": "#7b3fa0"})
 
 
 @dataclass(frozen=True)

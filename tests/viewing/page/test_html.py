@@ -65,11 +65,13 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
 def test_furniture_and_junctions_have_places(tmp_path: Path) -> None:
     info = info_of(report_of(viewed_file(tmp_path)))
     x0, y0 = info["origin"]
-    road, x, y, is_light, number, kind = info["signals"][0]
-    assert (road, x + x0, y + y0, is_light, number, kind) == (0, 110.0, -6.0, 1, "5", "1000001")
-    _, kind, name, number, corners = info["objects"][0]
-    assert (kind, name, number) == ("crosswalk", "crossing", "9")
-    assert [value + (x0, y0)[k % 2] for k, value in enumerate(corners)] == [98, -5, 102, -5, 102, 5, 98, 5]
+    road, x, y, z, heading, foot, _, is_light, _, attributes, _ = info["signals"][0]
+    assert (road, x + x0, y + y0, z, is_light) == (0, 110.0, -6.0, 15.5, 1)
+    # It faces the traffic that comes along s, 3 m above the road.
+    assert abs(heading) == pytest.approx(math.pi, abs=1e-3)
+    assert foot == 3.0
+    assert dict(attributes)["type"] == "1000001"
+    assert info["object_types"] == ["crosswalk"]
     assert info["junctions"]["name"] == ["Corner"]
     assert info["junctions"]["x"][0] + x0 == pytest.approx(130.0)
     assert info["structures"] == {"1": [["tunnel", 20.0, 60.0, "Hill"]]}

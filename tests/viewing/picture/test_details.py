@@ -14,10 +14,9 @@ from xodr_text import LINE, cubics, document, geometry, lane, read_text, road, s
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.opendrive.reader import read_xodr
 from osm2xodr.opendrive.tables import OpenDrive
-from osm2xodr.viewing import PictureOptions
+from osm2xodr.viewing import PictureOptions, forms
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.furniture import placed_objects
-from osm2xodr.viewing.picture import shapes
 from osm2xodr.viewing.picture.contents import Picture, make_picture
 from osm2xodr.viewing.picture.details import mark_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon
@@ -58,11 +57,11 @@ def test_signals_are_symbols_of_a_size(file: OpenDrive) -> None:
     lamps = [
         metres(picture, item).mean(axis=0)
         for item in picture.shapes
-        if isinstance(item, Polygon) and item.colour == shapes.GREEN
+        if isinstance(item, Polygon) and item.colour == forms.GREEN
     ]
     # Lights 1 and 2; references have no head of their own.
     assert np.array(lamps) == pytest.approx(np.array([[98.0, -4.93], [112.0, 4.07]]), abs=0.05)
-    rings = [item for item in picture.shapes if isinstance(item, Polygon) and item.colour == shapes.RED]
+    rings = [item for item in picture.shapes if isinstance(item, Polygon) and item.colour == forms.RED]
     assert min(abs(metres(picture, item).mean(axis=0) - (20.0, -4.0)).max() for item in rings) < 0.05
 
 

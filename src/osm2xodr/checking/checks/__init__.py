@@ -17,7 +17,7 @@ from osm2xodr.checking.checks.surfaces import check_surfaces
 from osm2xodr.checking.findings import Findings
 from osm2xodr.opendrive import OpenDrive
 
-__all__ = ["check_tables", "schema_violations"]
+__all__ = ["check_tables", "lane_index", "schema_violations", "transitions"]
 
 
 def check_tables(drive: OpenDrive, head: str, findings: Findings) -> None:

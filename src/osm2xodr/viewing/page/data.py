@@ -1,44 +1,30 @@
-"""The data of the page: a document of texts and small tables, and arrays of whole numbers, for its data.js.
-
-Neighbours in an array of places differ little, so the upper bytes of their differences are nearly all alike; written
-as planes of first, second … bytes they compress several times better than as text.
-"""
+"""The data of the page: a document of texts and small tables, and arrays of whole numbers, for its data.js."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from osm2xodr import defaults
-from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.model import IntArray
 from osm2xodr.opendrive import ABSENT, End, Frame, LinkKind, OpenDrive
 from osm2xodr.viewing import colours
-from osm2xodr.viewing.furniture import (
-    PlacedObject,
-    PlacedSignal,
-    Structures,
-    junction_places,
-    placed_objects,
-    placed_signals,
-    structures_of,
-)
+from osm2xodr.viewing.credits import credits_of
+from osm2xodr.viewing.forms import mark_pattern
+from osm2xodr.viewing.furniture import Structures, junction_places, structures_of
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, strip_classes
 from osm2xodr.viewing.page.coverage import LEAST_MATCH, WayCover, WayOnRoad
 from osm2xodr.viewing.page.ground import Terrain
+from osm2xodr.viewing.page.lanes import lane_arrays
+from osm2xodr.viewing.page.packing import UNKNOWN, Packed, quantised, rounded
+from osm2xodr.viewing.page.things import Objects, drawing_rules, objects_of, signal_info
 from osm2xodr.viewing.scene import Scene
 from osm2xodr.viewing.strips import border_marks
 
-Packed: TypeAlias = npt.NDArray[np.int32]
-
-# Stands for "unknown" among whole numbers of 32 bits.
-UNKNOWN: Final = -(2**31)
-_LARGEST: Final = 2**31 - 1
 # Units of the arrays: m, rad, rise per metre, km/h.
 _CENTIMETRE: Final = 0.01
 _ANGLE_STEP: Final = 1e-5
@@ -65,6 +51,7 @@ class Subject:
     covers: list[WayCover] | None
     on_roads: list[WayOnRoad] | None
     structures: Structures  # Bridges and tunnels of each road
+    objects: Objects
 
 
 def make_subject(
@@ -84,7 +71,8 @@ def make_subject(
                 place = (way.structure, item.begin, item.end, f"way/{way.way}")
                 structures.setdefault(item.road, []).append(place)
     _add_connecting(file, structures)
-    return Subject(file, scene, frame, terrain, covers, on_roads, structures)
+    objects = objects_of(file, *origin_of(scene))
+    return Subject(file, scene, frame, terrain, covers, on_roads, structures, objects)
 
 
 def _add_connecting(file: OpenDrive, structures: Structures) -> None:
@@ -151,6 +139,8 @@ def page_arrays(subject: Subject) -> dict[str, Packed]:
         "link": _whole(file.roads.link.ravel()),
         "contact": _whole(file.roads.contact.ravel()),
     }
+    arrays |= subject.objects.arrays
+    arrays |= lane_arrays(file, scene)
     if subject.terrain is not None:
         arrays["terrain"] = quantised(subject.terrain.z.ravel(), _TERRAIN_STEP)
     return arrays
@@ -169,7 +159,7 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
         "unknown_colour": colours.UNKNOWN_COLOUR,
         "severities": dict(colours.SEVERITIES),
         "lane_types": list(lane_types(file, scene)[0]),
-        "marks": border_marks(file, scene)[0],
+        "marks": [mark_pattern(*row) for row in border_marks(file, scene)[0]],
         "has_ground": bool(np.isfinite(scene.ground).any()),
         "road": {
             "id": list(file.roads.id),
@@ -183,24 +173,11 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
             "x": [rounded(value - x0) for value in jx],
             "y": [rounded(value - y0) for value in jy],
         },
-        "signals": [
-            [
-                item.item.road,
-                rounded(item.x - x0),
-                rounded(item.y - y0),
-                int(item.is_light),
-                *_texts(item, "id", "type"),
-            ]
-            for item in placed_signals(file)
-        ],
-        "objects": [
-            [
-                item.item.road,
-                *_texts(item, "type", "name", "id"),
-                [rounded(value) for x, y in item.corners for value in (x - x0, y - y0)],
-            ]
-            for item in placed_objects(file)
-        ],
+        **signal_info(file, x0, y0),
+        "object_types": subject.objects.types,
+        "form_colours": subject.objects.colours,
+        "drawing": drawing_rules(),
+        "credits": credits_of(file),
         "structures": {
             road: [[kind, rounded(begin), rounded(end), name] for kind, begin, end, name in items]
             for road, items in sorted(subject.structures.items())
@@ -220,16 +197,6 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
             "ny": grid.z.shape[0],
         },
     }
-
-
-def rounded(value: float | None, digits: int = 2) -> float | None:
-    """Return a number rounded to some digits after the point; None where it is unknown."""
-    return None if value is None or not math.isfinite(value) else round(float(value), digits)
-
-
-def _texts(placed: PlacedSignal | PlacedObject, *names: str) -> list[str]:
-    """Return attributes of a signal or object; empty texts for missing ones."""
-    return [placed.item.attributes.get(name, "") for name in names]
 
 
 def _whole(values: IntArray) -> Packed:
@@ -325,26 +292,3 @@ def on_structure(subject: Subject) -> npt.NDArray[np.bool_]:
         for _, begin, end, _ in items:
             out[rows] |= (scene.s[rows] >= begin) & (scene.s[rows] <= end)
     return out
-
-
-def quantised(values: FloatArray, step: float) -> npt.NDArray[np.int32]:
-    """Return values as whole numbers of steps: `UNKNOWN` where they are not finite, the largest where too large."""
-    scaled = np.asarray(values, np.float64) / step
-    known = np.isfinite(scaled)
-    whole = np.rint(np.clip(np.where(known, scaled, 0.0), -_LARGEST, _LARGEST))
-    return np.where(known, whole, float(UNKNOWN)).astype(np.int64).astype(np.int32)
-
-
-def pack_arrays(arrays: Mapping[str, npt.NDArray[np.int32]]) -> tuple[list[list[Any]], bytes]:
-    """Return a table of contents, rows of name and length, and all arrays as one string of bytes.
-
-    Each array is written as differences modulo 2**32, and these as four planes of bytes, the lowest first.
-    """
-    contents: list[list[Any]] = []
-    parts: list[bytes] = []
-    for name, values in arrays.items():
-        whole = np.ascontiguousarray(values, np.int32).view(np.uint32)
-        steps = np.diff(whole, prepend=np.uint32(0)).astype("<u4")
-        parts.append(np.ascontiguousarray(steps.view(np.uint8).reshape(-1, 4).T).tobytes())
-        contents.append([name, len(whole)])
-    return contents, b"".join(parts)

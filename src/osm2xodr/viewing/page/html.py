@@ -23,15 +23,31 @@ from osm2xodr.viewing.modes import make_modes
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page import tables
 from osm2xodr.viewing.page.coverage import compare_with_osm
-from osm2xodr.viewing.page.data import Subject, make_subject, pack_arrays, page_arrays, page_info
+from osm2xodr.viewing.page.data import Subject, make_subject, page_arrays, page_info
 from osm2xodr.viewing.page.ground import read_ground
+from osm2xodr.viewing.page.packing import pack_arrays
 from osm2xodr.viewing.shell import filled, package_text, page_html
 from osm2xodr.viewing.strips import make_scene
 
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult
 
-_SCRIPTS = ("data.js", "colours.js", "tiles.js", "map.js", "profile.js", "panel.js", "view3d.js", "main.js")
+_SCRIPTS = (
+    "data.js",
+    "route.js",
+    "colours.js",
+    "layers.js",
+    "furniture.js",
+    "tiles.js",
+    "map.js",
+    "profile.js",
+    "details.js",
+    "panel.js",
+    "ground.js",
+    "things3d.js",
+    "view3d.js",
+    "main.js",
+)
 _LICENCES = ("leaflet.LICENSE", "uplot.LICENSE", "three.LICENSE")
 _THREE = {"core": "three.core.js", "module": "three.module.js", "controls": "three.orbit_controls.js"}
 # Images of markers and controls that the page does not use.

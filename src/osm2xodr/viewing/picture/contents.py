@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
@@ -13,9 +14,11 @@ from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
 from osm2xodr.viewing.colours import Ramp, nice_step
+from osm2xodr.viewing.credits import credits_of
+from osm2xodr.viewing.forms import FURNITURE_FROM, MARKS_FROM
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
-from osm2xodr.viewing.picture.details import FURNITURE_FROM, MARKS_FROM, furniture_shapes, mark_lines
+from osm2xodr.viewing.picture.details import furniture_shapes, mark_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 from osm2xodr.viewing.scene import Scene
 from osm2xodr.viewing.strips import border_marks, make_scene
@@ -28,6 +31,12 @@ _MARGIN: Final = 0.03
 _MOST_PIXELS: Final = 100_000_000
 # Colours of a ramp in a picture.
 _SHADES: Final = 64
+# Letters of credits, and the height of a line of them, pixels; how many letters of their size are as wide as they are
+# high, rather too few, so that lines end within the picture; and lines at most: files may say anything.
+CREDIT_SIZE: Final = 11.0
+CREDIT_LINE: Final = 16
+_CREDIT_LETTER: Final = 0.6
+_MOST_CREDIT_LINES: Final = 4
 # Width of the scale bar at most, as a share of the picture's.
 _BAR_SHARE: Final = 0.16
 # Type of the lanes that close the floor of junctions.
@@ -48,6 +57,7 @@ class Picture:
     width: int
     height: int
     map_height: int
+    band: int  # Height of the legend's band below the map; lines of credits follow it
     scale: float  # Pixels per metre
     # Roads, the lowest first, with edges outside of junctions unless these would be too fine; at large scales also
     # marks, objects and signals
@@ -55,11 +65,7 @@ class Picture:
     mode: Mode  # What the colours mean
     bar: float  # Length of the scale bar, m
     title: str  # Name of the file
-
-    @property
-    def band(self) -> int:
-        """Height of the legend's band, pixels."""
-        return self.height - self.map_height
+    credits: list[str]  # Lines that say whose data it is made of
 
     @property
     def outline(self) -> float:
@@ -103,16 +109,30 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
         furniture = furniture_shapes(file, roads, lambda x, y: ((x - west) * scale, (north - y) * scale), scale)
         _add_furniture(layers, furniture, scene, x, y)
     band = max(_LEAST_BAND, round(_BAND * options.width))
+    lines = credit_lines(credits_of(file), options.width)
     return Picture(
         options.width,
-        map_height + band,
+        map_height + band + credits_height(lines),
         map_height,
+        band,
         scale,
         [shape for layer in layers for shape in layer],
         mode,
         nice_step(_BAR_SHARE * options.width / scale),
         file.header.attributes.get("name", "") or file.path.name,
+        lines,
     )
+
+
+def credit_lines(text: str, width: int) -> list[str]:
+    """Break credits into lines that fit a width, pixels."""
+    letters = max(8, int((width - 2 * CREDIT_SIZE) / (_CREDIT_LETTER * CREDIT_SIZE)))
+    return textwrap.wrap(text, letters, max_lines=_MOST_CREDIT_LINES, placeholder=" …")
+
+
+def credits_height(lines: list[str]) -> int:
+    """Return the height of lines of credits with their margin, pixels."""
+    return CREDIT_LINE * len(lines) + CREDIT_LINE // 2 if lines else 0
 
 
 def _around(x: FloatArray, y: FloatArray) -> tuple[float, float, float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.modes import Categories
-from osm2xodr.viewing.picture.contents import Picture
+from osm2xodr.viewing.picture.contents import CREDIT_LINE, CREDIT_SIZE, Picture
 from osm2xodr.viewing.picture.shapes import INK, PAPER, SOFT, Polygon
 
 # Width of a letter as a share of its size: rather too wide, so that texts do not overlap.
@@ -38,8 +38,12 @@ def legend(picture: Picture) -> list[Text | Polygon]:
     size = max(11.0, 0.27 * band)
     edge = 0.35 * band
     items: list[Text | Polygon] = [
-        _box(0, top, width, band, "#ffffff"),
+        _box(0, top, width, picture.height - top, "#ffffff"),
         _box(0, top, width, max(1.0, 0.02 * band), SOFT),
+    ]
+    items += [
+        Text(line, edge, top + band + CREDIT_LINE * (k + 0.75), CREDIT_SIZE, colour=SOFT)
+        for k, line in enumerate(picture.credits)
     ]
     bar = picture.bar * picture.scale
     base = top + 0.72 * band

@@ -43,7 +43,7 @@ function stationValue(data, key) {
   return (i) => data.z[i] - data.ground[i];
 }
 
-/** Fill the legend for a mode. */
+/** Fill the legend for a mode; extra entries have a label and a function that draws a symbol of 22 x 20 pixels. */
 function showLegend(box, mode, extra) {
   const parts = [el("h2", {}, mode.title)];
   if (mode.kind === "category") {
@@ -60,12 +60,11 @@ function showLegend(box, mode, extra) {
     parts.push(ramp, el("div", { class: "ticks" }, ...ticks));
   }
   if (extra.length) {
-    parts.push(el("ul", {}, ...extra.map(([colour, label, round]) => {
-      const swatch = el("span", { class: "swatch" });
-      if (colour) swatch.style.background = colour;
-      else swatch.style.border = "1.5px solid currentcolor";
-      if (round) { swatch.style.width = "11px"; swatch.style.borderRadius = "50%"; swatch.style.margin = "0 5px"; }
-      return el("li", {}, swatch, label);
+    parts.push(el("ul", {}, ...extra.map(([label, draw]) => {
+      const symbol = el("canvas", { class: "symbol", width: 44, height: 40 }), context = symbol.getContext("2d");
+      context.scale(2, 2);
+      draw(context);
+      return el("li", {}, symbol, label);
     })));
   }
   box.replaceChildren(...parts);

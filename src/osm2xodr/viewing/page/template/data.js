@@ -71,11 +71,18 @@ async function readData() {
     lanePredecessor: raw.lane_predecessor, laneSuccessor: raw.lane_successor,
     mark: raw.mark,
     roadLength: scaled(raw.road_length, 0.01), roadJunction: raw.road_junction,
+    laneTraffic: raw.lane_traffic, stepStart: raw.step_start, stepEnd: raw.step_end,
+    objectRoad: raw.object_road, objectX: scaled(raw.object_x, 0.01), objectY: scaled(raw.object_y, 0.01), objectZ: scaled(raw.object_z, 0.01),
+    objectFoot: scaled(raw.object_foot, 0.01), objectHeight: scaled(raw.object_height, 0.01),
+    formObject: raw.form_object, formKind: raw.form_kind, formColour: raw.form_colour, formSize: scaled(raw.form_size, 0.01),
+    formLeast: scaled(raw.form_least, 0.1), formStart: raw.form_start, formX: scaled(raw.form_x, 0.01), formY: scaled(raw.form_y, 0.01),
     linkKind: raw.link_kind, link: raw.link, contact: raw.contact,
     terrain: raw.terrain ? scaled(raw.terrain, 0.1) : null,
   };
   place(data);
+  placeForms(data);
   data.grid = gridOf(data);
+  data.namesTunnels = Object.values(info.structures).some((items) => items.some(([kind]) => kind === "tunnel"));
   return data;
 }
 
@@ -123,6 +130,21 @@ function place(data) {
   data.rank = new Int32Array(strips);
   const order = Array.from({ length: strips }, (_, k) => k).sort((a, b) => data.stripHeight[a] - data.stripHeight[b] || a - b);
   order.forEach((strip, k) => { data.rank[strip] = k; });
+}
+
+/** Index the forms of each object, and the extent of each object. */
+function placeForms(data) {
+  const objects = data.objectX.length;
+  data.objectForm = new Int32Array(objects + 1);
+  data.objectBox = new Float32Array(4 * objects).fill(NaN);
+  for (let form = 0; form < data.formObject.length; form++) {
+    const k = data.formObject[form], reach = data.formSize[form] || 0;
+    data.objectForm[k + 1] = form + 1;
+    for (let i = data.formStart[form]; i < data.formStart[form + 1]; i++) {
+      widen(data.objectBox, 4 * k, data.formX[i] - reach, data.formY[i] - reach, data.formX[i] + reach, data.formY[i] + reach);
+    }
+  }
+  for (let k = 0; k < objects; k++) data.objectForm[k + 1] = Math.max(data.objectForm[k + 1], data.objectForm[k]);
 }
 
 function widen(box, at, west, south, east, north) {
@@ -186,10 +208,11 @@ function stripsIn(data, west, south, east, north) {
     .sort((a, b) => data.rank[a] - data.rank[b]);
 }
 
-/** Return the strip at or nearest to a place: strip, station, share to the next station, t, distance. */
-function nearest(data, x, y, reach) {
+/** Return the strip at or nearest to a place: strip, station, share to the next station, t, distance; only of those that count. */
+function nearest(data, x, y, reach, counts = () => true) {
   let best = null;
   for (const strip of stripsIn(data, x - reach, y - reach, x + reach, y + reach)) {
+    if (!counts(strip)) continue;
     const found = nearestOn(data, strip, x, y);
     if (found && found.distance <= reach && (!best || found.distance <= best.distance + 1e-6)) best = found;
   }
@@ -216,6 +239,22 @@ function nearestOn(data, strip, x, y) {
     if (!best || distance < best.distance) best = { strip, station: i, share, t, distance, road: data.stripRoad[strip] };
   }
   return best;
+}
+
+/** Return the left (0) or right (1) edge of a piece of a road as places x, y, z. */
+function edgeOf(data, { road, from, to }, side) {
+  const line = [], low = Math.min(from, to), high = Math.max(from, to);
+  for (let strip = data.roadStrip[road]; strip < data.roadStrip[road + 1]; strip++) {
+    const borders = data.laneStart[strip + 1] - data.laneStart[strip] + 1, first = data.stationStart[strip], last = data.stationStart[strip + 1] - 1;
+    for (let i = first; i <= last; i++) {
+      const k = data.borderStart[strip] + (i - first) * borders + side * (borders - 1), next = i < last ? data.s[i + 1] - data.s[i] : 0;
+      const put = (share) => line.push([data.bx, data.by, data.bz].map((array) => array[k] + (share ? share * (array[k + borders] - array[k]) : 0)));
+      if (next > 0 && data.s[i] < low && data.s[i + 1] > low) put((low - data.s[i]) / next);
+      if (data.s[i] >= low && data.s[i] <= high) put(0);
+      if (next > 0 && data.s[i] < high && data.s[i + 1] > high) put((high - data.s[i]) / next);
+    }
+  }
+  return line.filter((place) => place.every(Number.isFinite));
 }
 
 /** Interpolate a value between two stations. */

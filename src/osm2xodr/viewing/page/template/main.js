@@ -5,16 +5,25 @@ async function start() {
   index(data);
   $("title").textContent = info.title;
   $("subtitle").textContent = info.subtitle;
-  const state = { road: -1, mode: info.modes.find((mode) => mode.key === info.first_mode), view: "2d", scene: null };
+  $("credits").textContent = info.credits;
+  $("credits").title = info.credits;
+  const state = { road: -1, signal: -1, pieces: [], route: null, ends: [], picking: false, mode: info.modes.find((mode) => mode.key === info.first_mode), view: "2d", scene: null };
   const actions = {
     openRoad: (road, s, move) => openRoad(road, s, move),
     openFinding: (k) => openFinding(k),
     openJunction: (junction) => openJunction(junction),
+    openSignal: (signal, move) => openSignal(signal, move),
+    routeClick: (x, y, shift) => routeClick(x, y, shift),
+    close: () => openRoad(-1),
     go: (x, y) => { show2d(); map.go(x, y); },
     mark: (x, y) => map.mark(x, y),
     hover: (x, y) => hover(x, y),
   };
   const panel = new Panel(data, actions), profile = new Profile(data, actions), map = new RoadMap(data, actions);
+
+  const wish = new URLSearchParams(location.hash.slice(1)), off = wish.get("off");
+  // Findings are shown at first if they are what roads are coloured by.
+  const layers = new Layers(data, off === null ? (wish.get("mode") === "finding" ? [] : ["findings"]) : off.split(","), () => recolour());
 
   const hills = new Map();
   function hill(dark) {
@@ -26,9 +35,9 @@ async function start() {
     const css = getComputedStyle(document.documentElement), of = (name) => css.getPropertyValue(name).trim();
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     return {
-      colour: colouring(data, state.mode), findings: state.mode.key === "finding", dark, hill: hill(dark),
+      colour: colouring(data, state.mode), dark, hill: hill(dark),
       ink: of("--ink"), halo: of("--halo"), soft: of("--soft"), ground: of("--ground"), edge: dark ? "#8b98a5" : "#3d4853",
-      light: "#d9a400", sign: "#2f74b9",
+      layers: layers.shown,
     };
   }
 
@@ -36,30 +45,98 @@ async function start() {
     state.look = look();
     map.show(state.look);
     if (state.scene) state.scene.show(state.look);
-    const extra = info.junctions.id.length ? [[null, "junction", true]] : [];
-    if (info.signals.some((signal) => signal[3])) extra.push(["#d9a400", "traffic light", true]);
-    if (info.signals.some((signal) => !signal[3])) extra.push(["#2f74b9", "sign", true]);
-    showLegend($("legend"), state.mode, extra);
+    showLegend($("legend"), state.mode, symbols());
+    remember();
+  }
+
+  /** Return what the legend explains besides colours. */
+  function symbols() {
+    const out = [], shown = layers.shown, used = info.signals.find((signal) => signal[7]), sign = info.signals.find((signal) => !signal[7]);
+    const face = (signal) => (context) => drawSymbol(context, info.faces[signal[8]], 11, 10, 9, -1);
+    if (shown.junctions) out.push(["junction", (context) => { context.beginPath(); context.arc(11, 10, 4, 0, 7); context.fillStyle = state.look.halo; context.fill(); context.strokeStyle = state.look.ink; context.lineWidth = 1.4; context.stroke(); }]);
+    if (shown.signals && used) out.push(["traffic light", face(used)]);
+    if (shown.signals && sign) out.push(["sign", face(sign)]);
+    for (const [severity, colour] of Object.entries(info.severities)) {
+      if (shown.findings && info.findings.some((finding) => finding[0] === severity)) out.push([severity, (context) => drawPin(context, 11, 19, 1, colour, -1)]);
+    }
+    return out;
+  }
+
+  /** Show a path, or nothing, and what was selected with it. */
+  function select(pieces, title, { road = -1, junction = -1, signal = -1, route = null, move = false }) {
+    Object.assign(state, { road, signal, pieces, route });
+    if (!route) state.ends = [];
+    Object.assign(panel, { road, junction, signal, route });
+    profile.show(pieces, title, route !== null);
+    map.map.invalidateSize({ pan: false });
+    map.select(pieces, move);
+    map.markEnds(state.ends);
+    const fellows = fellowsOf(info, signal);
+    map.highlight(fellows);
+    if (state.scene) { state.scene.select(pieces); state.scene.highlight(fellows); }
+    const any = road >= 0 || junction >= 0 || signal >= 0 || route;
+    panel.open(any ? "road" : panel.tab === "road" ? "overview" : panel.tab);
     remember();
   }
 
   function openRoad(road, s, move) {
-    state.road = road;
-    panel.road = road;
-    panel.junction = -1;
-    profile.show(road);
-    map.map.invalidateSize({ pan: false });
-    map.select(road, move);
-    if (road >= 0 && s !== undefined && s !== null) { profile.point(s); if (move) { const at = placeAt(data, road, s); if (at) map.mark(...at); } }
-    if (state.scene) { state.scene.select(road); if (move && road >= 0) lookAt(road); }
-    panel.open(road >= 0 ? "road" : panel.tab === "road" ? "overview" : panel.tab);
-    remember();
+    const name = road >= 0 && info.road.name[road];
+    select(road >= 0 ? wholeRoad(data, road) : [], road >= 0 ? `Road ${info.road.id[road]}${name ? ` · ${name}` : ""}` : "", { road, move });
+    if (road >= 0 && s !== undefined && s !== null) { profile.point(road, s); if (move) { const at = placeAt(data, road, s); if (at) map.mark(...at); } }
+    if (state.scene && move && road >= 0) lookAt(road);
+  }
+
+  function openSignal(signal, move) {
+    select([], "", { signal });
+    const [, x, y] = info.signals[signal];
+    if (move && state.view === "3d") state.scene.look(x, y, 60);
+    else if (move) { map.go(x, y); map.mark(NaN, NaN); }
+  }
+
+  /** Take a place of a route, if one is being chosen; return whether it was. */
+  function routeClick(x, y, shift) {
+    if (!state.picking && !shift) return false;
+    const found = nearest(data, x, y, Math.max(3, 12 * map.pixel()), (strip) => graph().nodesOf(strip, 0).length + graph().nodesOf(strip, 1).length > 0);
+    if (!found) { hint("No car drives there."); return true; }
+    const end = { strip: found.strip, s: between(data.s, found), x, y };
+    if (state.ends.length !== 1) {
+      select([], "", {});
+      state.ends = [end];
+      map.markEnds([[x, y]]);
+      pick(true);
+      return true;
+    }
+    const begin = state.ends[0], pieces = graph().route(begin, end);
+    state.ends = [[begin.x, begin.y], [x, y]];
+    pick(false);
+    if (pieces) {
+      const name = ({ road }) => info.road.name[road] || `road ${info.road.id[road]}`;
+      select(pieces, `Route · ${name(pieces[0])} – ${name(pieces[pieces.length - 1])}`, { route: pieces });
+    } else {
+      map.markEnds(state.ends);
+      hint("No lane leads from A to B in the direction of traffic.");
+    }
+    return true;
+  }
+
+  function graph() {
+    state.graph ??= new LaneGraph(data);
+    return state.graph;
+  }
+
+  function pick(on) {
+    state.picking = on;
+    $("route").setAttribute("aria-pressed", String(on));
+    hint(!on ? "" : state.ends.length === 1 ? "Click where the route ends." : "Click where the route begins.");
+  }
+
+  function hint(text) {
+    $("hint").textContent = text;
+    $("hint").hidden = !text;
   }
 
   function openJunction(junction) {
-    openRoad(-1);
-    panel.junction = junction;
-    panel.open("road");
+    select([], "", { junction });
     if (info.junctions.x[junction] !== null) { show2d(); map.go(info.junctions.x[junction], info.junctions.y[junction]); }
   }
 
@@ -77,7 +154,7 @@ async function start() {
     if (degrees) parts.push(`${degrees[1].toFixed(6)}, ${degrees[0].toFixed(6)}°`);
     if (found) {
       parts.push(`z ${fix(between(data.z, found) + found.t * Math.sin(data.roll[found.station]), 2)} m`, `road ${info.road.id[found.road]} s ${fix(between(data.s, found), 1)}`);
-      if (found.road === state.road) profile.point(between(data.s, found));
+      if (state.pieces.length) profile.point(found.road, between(data.s, found));
     }
     $("place").textContent = parts.join("  ·  ");
   }
@@ -101,10 +178,18 @@ async function start() {
       $("scene-message").textContent = "";
       const { center, metres } = seen();
       state.scene.look(center.lng, center.lat, metres);
-      state.scene.select(state.road);
+      state.scene.select(state.pieces);
+      state.scene.highlight(fellowsOf(info, state.signal));
     } catch (error) {
       $("scene-message").textContent = `The view in 3D cannot be drawn here: the browser offers no WebGL (${error.message}). The map needs none.`;
     }
+  }
+
+  function fitAll() {
+    map.fitAll();
+    if (state.view !== "3d") return;
+    const [west, south, east, north] = info.bounds;
+    state.scene.look((west + east) / 2, (south + north) / 2, Math.max(60, 1.1 * Math.max(east - west, north - south)));
   }
 
   function seen() {
@@ -129,29 +214,38 @@ async function start() {
   function remember() {
     const words = [`mode=${state.mode.key}`];
     if (state.road >= 0) words.push(`road=${encodeURIComponent(info.road.id[state.road])}`);
+    if (state.route) words.push(`route=${state.ends.flat().map((value, k) => (value + info.origin[k % 2]).toFixed(1)).join(",")}`);
+    if (state.signal >= 0) words.push(`signal=${encodeURIComponent(Object.fromEntries(info.signals[state.signal][9]).id || "")}`);
+    if (layers.hidden().length) words.push(`off=${layers.hidden().join(",")}`);
     if (state.view === "3d") words.push("view=3d");
     try { history.replaceState(null, "", "#" + words.join("&")); } catch { /* Some browsers forbid it for local files. */ }
   }
 
   for (const mode of info.modes) $("mode").append(el("option", { value: mode.key }, mode.label));
-  $("mode").addEventListener("change", () => { state.mode = info.modes.find((mode) => mode.key === $("mode").value); recolour(); });
+  $("mode").addEventListener("change", () => { state.mode = info.modes.find((mode) => mode.key === $("mode").value); if (state.mode.key === "finding") layers.set("findings", true); recolour(); });
   $("view-2d").addEventListener("click", show2d);
   $("view-3d").addEventListener("click", show3d);
   $("reset").addEventListener("click", () => { const { center, metres } = seen(); state.scene.look(center.lng, center.lat, metres); });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { recolour(); profile.show(state.road); });
+  $("fit").addEventListener("click", fitAll);
+  $("route").addEventListener("click", () => { if (!state.picking) { state.ends = []; map.markEnds([]); } pick(!state.picking); });
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape" && state.picking) { state.ends = []; map.markEnds([]); pick(false); } });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { recolour(); profile.show(state.pieces, $("profile-title").textContent, state.route !== null); });
   addSearch(data, actions);
-  const wish = new URLSearchParams(location.hash.slice(1));
   state.mode = info.modes.find((mode) => mode.key === wish.get("mode")) || state.mode;
   $("mode").value = state.mode.key;
   const road = info.road.id.indexOf(wish.get("road") || "\u0000");
   recolour();
   panel.open(wish.get("tab") || "overview");
   $("message").textContent = info.road.id.length ? "" : "The file has no roads.";
-  if (road >= 0) openRoad(road, Number(wish.get("s")) || undefined, true);
+  const signal = wish.has("signal") ? info.signals.findIndex((row) => Object.fromEntries(row[9]).id === wish.get("signal")) : -1;
+  const ends = (wish.get("route") || "").split(",").map((word, k) => Number(word || NaN) - info.origin[k % 2]);
+  if (ends.length === 4 && ends.every(Number.isFinite)) { routeClick(ends[0], ends[1], true); if (state.ends.length === 1) routeClick(ends[2], ends[3], true); }
+  else if (signal >= 0) openSignal(signal, true);
+  else if (road >= 0) openRoad(road, Number(wish.get("s")) || undefined, true);
   if (wish.get("view") === "3d") await show3d();
   // For scripts that control the page.
   window.osm2xodr = {
-    data, state, openRoad, openJunction,
+    data, state, openRoad, openJunction, openSignal, layers, graph, profile,
     pixelOf: (x, y) => { const at = map.map.latLngToContainerPoint([y, x]), box = $("map").getBoundingClientRect(); return [at.x + box.left, at.y + box.top]; },
     setView: (x, y, zoom) => map.map.setView([y, x], zoom, { animate: false }),
   };

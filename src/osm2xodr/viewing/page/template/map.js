@@ -32,7 +32,9 @@ class RoadMap {
     this.spot = L.circleMarker([0, 0], { radius: 6, color: "#ffffff", weight: 2, fillColor: "#d6007f", fillOpacity: 1, interactive: false });
     this.map.on("mousemove", (event) => this.actions.hover(event.latlng.lng, event.latlng.lat));
     this.map.on("mouseout", () => this.actions.hover(NaN, NaN));
-    this.map.on("click", (event) => this.click(event.latlng.lng, event.latlng.lat));
+    this.rings = L.layerGroup().addTo(this.map);
+    this.ends = L.layerGroup().addTo(this.map);
+    this.map.on("click", (event) => this.click(event.latlng.lng, event.latlng.lat, event.originalEvent.shiftKey));
     this.map.setView(this.bounds.getCenter(), 0, { animate: false });
   }
 
@@ -62,15 +64,45 @@ class RoadMap {
     else this.tiles.addTo(this.map);
   }
 
-  click(x, y) {
+  click(x, y, shift) {
+    if (this.actions.routeClick(x, y, shift)) return;
     const pixel = this.pixel();
-    const finding = this.look.findings ? this.findingAt(x, y, 9 * pixel) : -1;
+    const signal = this.signalAt(x, y, pixel);
+    const finding = this.look.layers.findings ? this.findingAt(x, y - 10 * pixel, 11 * pixel) : -1;
     const found = nearest(this.data, x, y, 10 * pixel);
-    const junction = pixel > 0.8 || pixel < 0.06 ? -1 : this.junctionAt(x, y, 6 * pixel);
+    const junction = pixel > 0.8 || pixel < 0.06 || !this.look.layers.junctions ? -1 : this.junctionAt(x, y, 6 * pixel);
     if (finding >= 0) this.actions.openFinding(finding);
+    else if (signal >= 0) this.actions.openSignal(signal);
     else if (junction >= 0) this.actions.openJunction(junction);
     else if (found) this.actions.openRoad(found.road, between(this.data.s, found));
-    else this.actions.openRoad(-1);
+    else this.actions.close();
+  }
+
+  /** Return the signal at a place; -1 without one, or where signals are not shown. */
+  signalAt(x, y, pixel) {
+    if (!this.look.layers.signals || pixel * this.data.info.drawing.furniture_from > 1) return -1;
+    let best = -1, least = Math.max(symbolSize(this.data, pixel), 6 * pixel);
+    this.data.info.signals.forEach(([, u, v], k) => {
+      const far = Math.hypot(u - x, v - y);
+      if (far <= least) { best = k; least = far; }
+    });
+    return best;
+  }
+
+  /** Mark signals: the first one is the one that was chosen. */
+  highlight(signals) {
+    this.rings.clearLayers();
+    [...signals].reverse().forEach((k) => {
+      const [, x, y] = this.data.info.signals[k], chosen = k === signals[0];
+      L.circleMarker([y, x], { radius: chosen ? 15 : 12, weight: 3, color: chosen ? "#d6007f" : "#00b7c7", fill: false, interactive: false }).addTo(this.rings);
+    });
+  }
+
+  /** Mark the ends of a route. */
+  markEnds(places) {
+    this.ends.clearLayers();
+    places.forEach(([x, y], k) => L.marker([y, x], { interactive: false, keyboard: false, icon: L.divIcon({ className: "end", html: "", iconSize: [20, 20] }) })
+      .addTo(this.ends).getElement().append("AB"[k]));
   }
 
   junctionAt(x, y, reach) {
@@ -87,21 +119,19 @@ class RoadMap {
     return best;
   }
 
-  /** Mark a road, and move there if it is out of view or if asked to. */
-  select(road, move) {
-    if (road < 0) { this.pick.remove(); this.mark(NaN, NaN); return; }
-    const data = this.data, left = [], right = [];
-    for (let strip = data.roadStrip[road]; strip < data.roadStrip[road + 1]; strip++) {
-      const borders = data.laneStart[strip + 1] - data.laneStart[strip] + 1;
-      for (let row = data.borderStart[strip]; row < data.borderStart[strip + 1]; row += borders) {
-        left.push([data.by[row], data.bx[row]]);
-        right.push([data.by[row + borders - 1], data.bx[row + borders - 1]]);
-      }
-    }
-    if (!left.length) { this.pick.remove(); return; }
-    this.pick.setLatLngs(left.concat(right.reverse())).addTo(this.map);
+  /** Mark the pieces of a path, and move there if they are out of view or if asked to. */
+  select(pieces, move) {
+    const flat = (line) => line.map(([x, y]) => [y, x]);
+    const areas = pieces.map((piece) => flat(edgeOf(this.data, piece, 0)).concat(flat(edgeOf(this.data, piece, 1)).reverse())).filter((area) => area.length > 2);
+    if (!areas.length) { this.pick.remove(); if (!pieces.length) this.mark(NaN, NaN); return; }
+    this.pick.setLatLngs(areas.map((area) => [area])).addTo(this.map);
     const bounds = this.pick.getBounds();
     if (move || !this.map.getBounds().intersects(bounds)) this.fit(bounds);
+  }
+
+  fitAll() {
+    this.map.invalidateSize({ pan: false });
+    this.map.fitBounds(this.bounds, { padding: [20, 20], animate: false });
   }
 
   fit(bounds) {

@@ -8,8 +8,10 @@ class Panel {
     this.actions = actions;
     this.road = -1;
     this.junction = -1;
+    this.signal = -1;
+    this.route = null;
     const info = data.info;
-    this.tabs = [["overview", "Overview", () => this.overview()], ["road", "Road", () => this.roadPage()]];
+    this.tabs = [["overview", "Overview", () => this.overview()], ["road", "Details", () => this.roadPage()]];
     if (info.accuracy) this.tabs.push(["accuracy", "Heights", () => this.accuracy()]);
     if (info.coverage) this.tabs.push(["coverage", "Coverage", () => this.coverage()]);
     if (info.checked) this.tabs.push(["findings", `Findings ${fix(info.finding_count)}`, () => this.findings()]);
@@ -53,8 +55,10 @@ class Panel {
   }
 
   roadPage() {
+    if (this.route) return routePage(this, this.route);
+    if (this.signal >= 0) return signalPage(this, this.signal);
     if (this.junction >= 0) return this.junctionPage();
-    if (this.road < 0) return [el("p", { class: "quiet" }, "No road is selected. Click one on the map, or find it by id or name.")];
+    if (this.road < 0) return [el("p", { class: "quiet" }, "Nothing is selected. Click a road, a junction, a sign or a light on the map, or find a road by id or name.")];
     const info = this.data.info, road = this.road, data = this.data;
     const junction = data.roadJunction[road];
     const rows = [

@@ -1,5 +1,6 @@
 // Draws tiles of the map on canvases: ground, roads with lanes and marks, furniture, names.
 const TILE = 512;
+const EDGES_TO = 1 / 1.5; // m per pixel up to which carriageways have edges
 
 /** Return place and scale of a tile. */
 function viewOf(coords, scale, ratio) {
@@ -7,18 +8,25 @@ function viewOf(coords, scale, ratio) {
 }
 
 function drawTile(context, data, view, look) {
-  const margin = 24 / (view.scale / view.ratio);
+  const margin = 28 / (view.scale / view.ratio);
   const box = [view.west - margin, view.north - view.metres - margin, view.west + view.metres + margin, view.north + margin];
   context.setTransform(view.scale, 0, 0, -view.scale, -view.west * view.scale, view.north * view.scale);
-  if (look.hill) drawHill(context, data, look.hill);
+  const layers = look.layers;
+  if (look.hill && layers.ground) drawHill(context, data, look.hill);
   const strips = stripsIn(data, ...box);
   const pixel = view.ratio / view.scale; // m of one CSS pixel
-  if (pixel > 3) drawLines(context, data, strips, look, pixel);
-  else for (const strip of strips) drawStrip(context, data, strip, look, pixel);
-  drawJunctions(context, data, box, look, pixel);
-  drawFurniture(context, data, box, look, pixel);
-  drawNames(context, data, box, look, view);
-  drawFindings(context, data, box, look, pixel);
+  const furniture = furnitureIn(data, box, strips, look, pixel);
+  if (pixel > 3) { if (layers.roads) drawLines(context, data, strips, look, pixel); }
+  else {
+    for (const strip of strips) {
+      for (const draw of furniture.get(strip) || []) draw(context);
+      if (layers.roads || layers.marks) drawStrip(context, data, strip, look, pixel);
+    }
+  }
+  for (const draw of furniture.get(-1) || []) draw(context);
+  if (layers.junctions) drawJunctions(context, data, box, look, pixel);
+  if (layers.names) drawNames(context, data, box, look, view);
+  if (layers.findings) drawFindings(context, data, box, look, pixel);
 }
 
 function drawHill(context, data, hill) {
@@ -72,7 +80,9 @@ function drawStrip(context, data, strip, look, pixel) {
   const rows = rowsOf(data, strip, pixel);
   context.lineJoin = "bevel"; context.setLineDash([]);
   context.lineWidth = 0.6 * pixel;
-  if (look.colour.lane) {
+  if (!look.layers.roads) {
+    // Marks alone.
+  } else if (look.colour.lane) {
     let left = 0;
     for (let lane = 1; lane <= lanes; lane++) {
       const colour = look.colour.lane(strip, data.laneStart[strip] + left);
@@ -89,8 +99,8 @@ function drawStrip(context, data, strip, look, pixel) {
       from = k;
     }
   }
-  if (pixel < 0.35) drawMarks(context, data, strip, rows, look, pixel);
-  else if (pixel < 1.2) drawEdges(context, data, strip, rows, lanes, look, pixel);
+  if (look.layers.roads && pixel < EDGES_TO && data.roadJunction[data.stripRoad[strip]] < 0) drawEdges(context, data, strip, rows, lanes, look, pixel);
+  if (look.layers.marks && pixel * data.info.drawing.marks_from <= 1) drawMarks(context, data, strip, rows, pixel);
 }
 
 /** Return the stations of a strip that are corners at this scale. */
@@ -130,23 +140,33 @@ function drawEdges(context, data, strip, rows, lanes, look, pixel) {
 }
 
 /** Road marks: widths and dashes in metres, but never too thin to be seen. */
-function drawMarks(context, data, strip, rows, look, pixel) {
-  const first = data.markStart[strip], last = data.markStart[strip + 1];
-  for (let k = first; k < last; k++) {
-    const mark = data.info.marks[data.mark[k]];
-    const outer = k === first || k === last - 1;
-    if (!mark[1]) {
-      if (!outer) continue;
-      context.lineWidth = 0.5 * pixel; context.strokeStyle = look.edge; context.setLineDash([]);
-    } else {
-      context.lineWidth = Math.max(0.15, 0.8 * pixel);
-      context.strokeStyle = mark[2];
-      context.setLineDash(mark[1] === 2 ? [3, 6] : []);
+function drawMarks(context, data, strip, rows, pixel) {
+  const first = data.markStart[strip], last = data.markStart[strip + 1] - 1, rule = data.info.drawing;
+  context.lineWidth = Math.max(rule.mark_width, 0.5 * pixel);
+  for (let k = first; k <= last; k++) {
+    // Those on the outermost borders are moved inwards, or they could not be seen on the paper.
+    const inward = 0.5 * context.lineWidth * ((k === first) - (k === last));
+    for (const [aside, broken, colour] of data.info.marks[data.mark[k]]) {
+      context.strokeStyle = colour;
+      context.setLineDash(broken ? [rule.dash, rule.gap] : []);
+      context.beginPath();
+      for (const [x, y] of besideBorder(data, strip, rows, k - first, aside + inward)) context.lineTo(x, y);
+      context.stroke();
     }
-    traceBorder(context, data, strip, rows, k - first);
-    context.stroke();
   }
   context.setLineDash([]);
+}
+
+/** Return places (x, y, z) at a distance to the right of a border. */
+function besideBorder(data, strip, rows, border, aside) {
+  const borders = data.laneStart[strip + 1] - data.laneStart[strip] + 1;
+  const base = data.borderStart[strip] - data.stationStart[strip] * borders + border;
+  const at = (k) => base + rows[Math.max(0, Math.min(rows.length - 1, k))] * borders;
+  return rows.map((_, k) => {
+    const here = at(k), before = at(k - 1), after = at(k + 1);
+    const dx = data.bx[after] - data.bx[before], dy = data.by[after] - data.by[before], length = Math.hypot(dx, dy) || 1;
+    return [data.bx[here] + (aside * dy) / length, data.by[here] - (aside * dx) / length, data.bz[here]];
+  });
 }
 
 /** A ring in the middle of each junction. */
@@ -157,57 +177,6 @@ function drawJunctions(context, data, box, look, pixel) {
   for (let k = 0; k < x.length; k++) {
     if (x[k] === null || !inBox(box, x[k], y[k], 8 * pixel)) continue;
     context.beginPath(); context.arc(x[k], y[k], 3.2 * pixel, 0, 7); context.fill(); context.stroke();
-  }
-}
-
-/** Fills of objects by type. */
-const OBJECT_FILLS = {
-  crosswalk: "rgba(255,255,255,0.75)", roadMark: "rgba(255,255,255,0.85)", trafficIsland: "#c4c0b4", patch: "#c98f2b",
-  roadSurface: "#c98f2b", barrier: "#43484d", railing: "#43484d", tree: "#6f9a5d", streetLamp: "#e0a800",
-};
-
-/** Crossings and other outlines, signs and signals. */
-function drawFurniture(context, data, box, look, pixel) {
-  if (pixel > 1) return;
-  for (const [, type, , , corners] of data.info.objects) {
-    if (corners.length < 2 || !inBox(box, corners[0], corners[1], 60)) continue;
-    context.beginPath();
-    for (let k = 0; k < corners.length; k += 2) context.lineTo(corners[k], corners[k + 1]);
-    if (corners.length < 6) {
-      context.arc(corners[0], corners[1], Math.max(0.4, 1.5 * pixel), 0, 7);
-      context.fillStyle = OBJECT_FILLS[type] || look.soft; context.fill();
-      continue;
-    }
-    context.closePath();
-    context.lineWidth = Math.max(0.1, 0.8 * pixel);
-    context.fillStyle = OBJECT_FILLS[type] || "rgba(127,127,127,0.25)";
-    context.fill();
-    if (type === "roadMark") continue;
-    context.strokeStyle = type === "crosswalk" ? "#222b33" : look.soft;
-    context.stroke();
-  }
-  for (const signal of data.info.signals) {
-    const [, x, y] = signal;
-    if (!inBox(box, x, y, 10 * pixel)) continue;
-    const size = Math.max(0.5, (pixel < 0.3 ? 5 : 3) * pixel);
-    context.beginPath();
-    if (signal[3]) context.arc(x, y, size, 0, 7);
-    else { context.moveTo(x - size, y - size * 0.8); context.lineTo(x + size, y - size * 0.8); context.lineTo(x, y + size); context.closePath(); }
-    context.fillStyle = signal[3] ? look.light : look.sign;
-    context.lineWidth = 1.2 * pixel; context.strokeStyle = "#ffffff";
-    context.fill(); context.stroke();
-  }
-}
-
-function drawFindings(context, data, box, look, pixel) {
-  if (!look.findings) return;
-  for (const finding of data.findingOrder) {
-    const [severity, , , , , x, y] = data.info.findings[finding];
-    if (x === null || !inBox(box, x, y, 10 * pixel)) continue;
-    context.beginPath();
-    context.arc(x, y, 5 * pixel, 0, 7);
-    context.fillStyle = data.info.severities[severity]; context.fill();
-    context.lineWidth = 1.5 * pixel; context.strokeStyle = "#ffffff"; context.stroke();
   }
 }
 

@@ -9,10 +9,13 @@ async function loadThree() {
   return { THREE: await import(three), ...(await import(controls)) };
 }
 
+const DETAILS_TO = 3000; // m: from farther away marks and furniture are too small to be seen
+
 class RoadScene {
   constructor(data, actions, library) {
     const { THREE, OrbitControls } = library;
     this.data = data;
+    this.details = [];
     this.actions = actions;
     this.THREE = THREE;
     this.renderer = new THREE.WebGLRenderer({ canvas: $("canvas"), antialias: true, preserveDrawingBuffer: true });
@@ -34,9 +37,10 @@ class RoadScene {
     this.addRoads();
     this.addLines();
     this.addTerrain();
+    this.addThings();
+    this.addFindings();
     new ResizeObserver(() => this.resize()).observe($("scene"));
     $("exaggeration").addEventListener("input", () => this.exaggerate());
-    $("ground").addEventListener("change", () => { this.terrain.visible = $("ground").checked; this.draw(); });
     this.listenForClicks();
     this.exaggerate();
     this.resize();
@@ -113,16 +117,8 @@ class RoadScene {
     const at = this.data.info.terrain;
     if (!at) return;
     const { BufferGeometry, BufferAttribute, Mesh, MeshLambertMaterial, DoubleSide } = this.THREE;
-    const places = new Float32Array(3 * at.nx * at.ny), index = [];
-    const low = this.base, ground = this.cutGround(at);
-    for (let j = 0; j < at.ny; j++) for (let i = 0; i < at.nx; i++) {
-      const k = j * at.nx + i, z = ground[k];
-      places.set([at.x + i * at.dx, at.y + j * at.dy, (Number.isFinite(z) ? z : low) - low], 3 * k);
-      if (i + 1 < at.nx && j + 1 < at.ny) {
-        const others = [k, k + 1, k + at.nx, k + at.nx + 1];
-        if (others.every((m) => Number.isFinite(this.data.terrain[m]))) index.push(k, k + 1, k + at.nx, k + 1, k + at.nx + 1, k + at.nx);
-      }
-    }
+    const { places, index } = groundMesh(this.data);
+    for (let k = 2; k < places.length; k += 3) places[k] -= this.base;
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(places, 3));
     geometry.setIndex(index);
@@ -131,20 +127,52 @@ class RoadScene {
     this.terrain = new Mesh(geometry, new MeshLambertMaterial({ side: DoubleSide, transparent: true, opacity: 0.72, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 40 }));
     this.terrain.renderOrder = 2;
     this.world.add(this.terrain);
-    $("ground-label").hidden = false;
   }
 
-  /** Lower the points of the grid beside roads below these: the grid is too coarse for the bed of a road. */
-  cutGround(at) {
-    const data = this.data, ground = Float32Array.from(data.terrain);
-    for (let i = 0; i < data.x.length; i++) {
-      if (!(Math.abs(data.z[i] - data.ground[i]) < 12)) continue;
-      const column = Math.floor((data.x[i] - at.x) / at.dx), row = Math.floor((data.y[i] - at.y) / at.dy);
-      for (const k of [row * at.nx + column, row * at.nx + column + 1, (row + 1) * at.nx + column, (row + 1) * at.nx + column + 1]) {
-        if (ground[k] > data.z[i] - 0.7) ground[k] = data.z[i] - 0.7;
-      }
+  addThings() {
+    const three = this.THREE, [paint, solid] = objectBodies(this.data, this.base, three), signs = signalBody(this.data, this.base, three);
+    this.marks = markBody(this.data, this.base).mesh(three, { lifted: true, lit: false });
+    this.paint = paint.mesh(three, { lifted: true, lit: false });
+    this.objects = solid.mesh(three);
+    this.signals = signs.body.mesh(three, { lit: false });
+    this.faceSignal = signs.owner;
+    for (const mesh of [this.marks, this.paint, this.objects, this.signals]) this.world.add(mesh);
+  }
+
+  /** Points of a size in pixels, over everything: what is found, and what is marked. */
+  points(places, colours, size) {
+    const three = this.THREE, geometry = new three.BufferGeometry();
+    geometry.setAttribute("position", new three.BufferAttribute(Float32Array.from(places), 3));
+    geometry.setAttribute("color", new three.BufferAttribute(Float32Array.from(colours), 3));
+    const points = new three.Points(geometry, new three.PointsMaterial({ size, sizeAttenuation: false, vertexColors: true, depthTest: false, transparent: true }));
+    points.renderOrder = 4;
+    this.world.add(points);
+    return points;
+  }
+
+  addFindings() {
+    const places = [], colours = [], { findings, severities } = this.data.info;
+    for (const [severity, , , , , x, y] of findings) {
+      if (x === null) continue;
+      const found = nearest(this.data, x, y, 30), z = found ? between(this.data.z, found) : this.base;
+      places.push(x, y, (Number.isFinite(z) ? z : this.base) - this.base + 1.5);
+      const colour = new this.THREE.Color(severities[severity]);
+      colours.push(colour.r, colour.g, colour.b);
     }
-    return ground;
+    this.findings = this.points(places, colours, 11);
+  }
+
+  /** Mark signals: the first one is the one that was chosen. */
+  highlight(signals) {
+    if (this.spots) { this.world.remove(this.spots); this.spots.geometry.dispose(); this.spots = null; }
+    const places = [], colours = [];
+    signals.forEach((k, rank) => {
+      const [, x, y, z, , foot] = this.data.info.signals[k], colour = new this.THREE.Color(rank ? "#00b7c7" : "#d6007f");
+      places.push(x, y, (z ?? this.base) - this.base + (foot > 0.3 ? foot : 2.2) + 1.6);
+      colours.push(colour.r, colour.g, colour.b);
+    });
+    if (places.length) this.spots = this.points(places, colours, 13);
+    this.draw();
   }
 
   show(look) {
@@ -173,6 +201,10 @@ class RoadScene {
     }
     colours.needsUpdate = lines.needsUpdate = true;
     this.scene.background = new this.THREE.Color(look.ground);
+    const layers = look.layers, all = [[this.roads, layers.roads], [this.lines, layers.roads], [this.marks, layers.marks], [this.paint, layers.objects],
+      [this.objects, layers.objects], [this.signals, layers.signals], [this.findings, layers.findings], [this.terrain, layers.ground]];
+    for (const [mesh, shown] of all) if (mesh) mesh.visible = Boolean(shown);
+    this.details = [this.marks, this.paint, this.objects, this.signals].filter((mesh) => mesh.visible);
     if (this.terrain) this.terrain.material.color.set(look.dark ? "#4a5347" : "#b9c2ab");
     this.draw();
   }
@@ -206,20 +238,22 @@ class RoadScene {
     this.draw();
   }
 
-  select(road) {
+  /** Mark the pieces of a path, or nothing. */
+  select(pieces) {
     if (this.pick) { this.world.remove(this.pick); this.pick.geometry.dispose(); this.pick = null; }
-    if (road < 0) { this.draw(); return; }
-    const data = this.data, points = [[], []];
-    for (let strip = data.roadStrip[road]; strip < data.roadStrip[road + 1]; strip++) {
-      const borders = data.laneStart[strip + 1] - data.laneStart[strip] + 1;
-      for (let row = data.borderStart[strip]; row < data.borderStart[strip + 1]; row += borders) {
-        [row, row + borders - 1].forEach((k, side) => points[side].push(new this.THREE.Vector3(data.bx[k], data.by[k], data.bz[k] - this.base + 0.3)));
-      }
+    const places = [];
+    for (const side of [0, 1]) {
+      const lines = pieces.map((piece) => edgeOf(this.data, piece, side));
+      for (const line of lines) for (let k = 0; k + 1 < line.length; k++) places.push(...line[k], ...line[k + 1]);
     }
-    const geometry = new this.THREE.BufferGeometry().setFromPoints(points[0].concat(points[1].reverse(), points[0].slice(0, 1)));
-    this.pick = new this.THREE.Line(geometry, new this.THREE.LineBasicMaterial({ color: 0xd6007f, depthTest: false }));
-    this.pick.renderOrder = 3;
-    this.world.add(this.pick);
+    for (let k = 2; k < places.length; k += 3) places[k] += 0.3 - this.base;
+    if (places.length) {
+      const geometry = new this.THREE.BufferGeometry();
+      geometry.setAttribute("position", new this.THREE.BufferAttribute(Float32Array.from(places), 3));
+      this.pick = new this.THREE.LineSegments(geometry, new this.THREE.LineBasicMaterial({ color: 0xd6007f, depthTest: false, transparent: true }));
+      this.pick.renderOrder = 3;
+      this.world.add(this.pick);
+    }
     this.draw();
   }
 
@@ -232,8 +266,9 @@ class RoadScene {
       const at = new this.THREE.Vector2((2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height);
       const ray = new this.THREE.Raycaster();
       ray.setFromCamera(at, this.camera);
-      const hit = ray.intersectObject(this.roads)[0];
-      if (hit) this.actions.openRoad(this.data.stripRoad[this.stripOf(hit.faceIndex)]);
+      const first = (mesh) => (mesh.visible ? ray.intersectObject(mesh)[0] : undefined), hit = first(this.roads), sign = first(this.signals);
+      if (sign && (!hit || sign.distance <= hit.distance)) this.actions.openSignal(this.faceSignal[sign.faceIndex]);
+      else if (hit && !this.actions.routeClick(hit.point.x, hit.point.y, event.shiftKey)) this.actions.openRoad(this.data.stripRoad[this.stripOf(hit.faceIndex)]);
     });
   }
 
@@ -249,6 +284,11 @@ class RoadScene {
   draw() {
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => { this.waiting = false; this.renderer.render(this.scene, this.camera); });
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      const near = this.camera.position.distanceTo(this.controls.target) < DETAILS_TO;
+      for (const mesh of this.details) mesh.visible = near;
+      this.renderer.render(this.scene, this.camera);
+    });
   }
 }

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from hypothesis import given, strategies as st
 
-from osm2xodr.viewing.page.data import UNKNOWN, pack_arrays, quantised
+from osm2xodr.viewing.page.packing import UNKNOWN, pack_arrays, quantised
 
 
 def unpacked(contents: list[list[object]], data: bytes) -> dict[str, list[int]]:

@@ -1,0 +1,65 @@
+"""What stands beside roads reaches the page: forms as pictures have them, and signals with their controllers."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from sample_road_maps import furnished_crossing
+
+from osm2xodr.diagnostics import Diagnostics
+from osm2xodr.opendrive.reader import read_xodr
+from osm2xodr.opendrive.tables import OpenDrive
+from osm2xodr.viewing.forms import Area, Disc, forms_of, in_layers
+from osm2xodr.viewing.furniture import placed_objects
+from osm2xodr.viewing.page.things import objects_of, signal_info
+from osm2xodr.xodrWriter import WriteOptions, write_xodr
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> OpenDrive:
+    stream = io.BytesIO()
+    write_xodr(furnished_crossing(), stream, WriteOptions(), Diagnostics())
+    (tmp_path / "map.xodr").write_bytes(stream.getvalue())
+    return read_xodr(tmp_path / "map.xodr")
+
+
+def test_forms_of_objects_are_those_of_pictures(file: OpenDrive) -> None:
+    found = objects_of(file, 100.0, -10.0)
+    things = in_layers(placed_objects(file))
+    assert found.types == [thing.item.attributes["type"] for thing in things]
+    assert found.types == ["patch", "crosswalk", "roadMark", "barrier", *["streetLamp"] * 4]
+    forms = [form for thing in things for form in forms_of(thing)]
+    corners = []
+    for form in forms:
+        corners += [(form.x, form.y)] if isinstance(form, Disc) else form.corners
+    arrays = found.arrays
+    assert (arrays["form_x"] / 100.0 + 100.0).tolist() == pytest.approx([x for x, _ in corners], abs=0.0051)
+    assert (arrays["form_y"] / 100.0 - 10.0).tolist() == pytest.approx([y for _, y in corners], abs=0.0051)
+    assert [found.colours[k] for k in arrays["form_colour"]] == [form.colour for form in forms]
+    # Seven bars of the crosswalk; lamps are discs.
+    assert [arrays["form_object"].tolist().count(k) for k in range(8)] == [1, 7, 1, 1, 1, 1, 1, 1]
+    assert arrays["form_kind"].tolist() == [0 if isinstance(form, Area) else 1 for form in forms]
+    # Paint is flat; other bodies are as high as the file says, m.
+    assert (arrays["object_height"] / 100.0).tolist() == [0.0, 0.0, 0.0, 0.8, 6.0, 6.0, 6.0, 6.0]
+
+
+def test_controllers_name_signals_and_junctions(file: OpenDrive) -> None:
+    info = signal_info(file, 0.0, 0.0)
+    numbers = [dict(row[9])["id"] for row in info["signals"]]
+    assert sorted(numbers) == ["1", "2", "3"]
+    found = {name: ([numbers[k] for k in members], roads) for _, name, members, roads in info["controllers"]}
+    junction = file.junctions.id.index("5")
+    assert found == {"along": (["1", "2"], [junction]), "alone": (["3"], [])}
+    # References of roads 3 and 4 name lights 1 and 2.
+    referring = {
+        number: [file.roads.id[k] for k in row[10]] for number, row in zip(numbers, info["signals"], strict=True)
+    }
+    assert referring == {"1": ["3"], "2": ["4"], "3": []}
+    lights = {number: row[7] for number, row in zip(numbers, info["signals"], strict=True)}
+    assert lights == {"1": 1, "2": 1, "3": 0}
+    # Both lights have one face.
+    faces = {number: row[8] for number, row in zip(numbers, info["signals"], strict=True)}
+    assert faces["1"] == faces["2"] != faces["3"]
+    assert len(info["faces"]) == 2
