@@ -5,7 +5,7 @@ Pure functions; `way_attributes` combines them. `cross_sections` is the place to
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, oneway, reason_left_out
+from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.cross_sections import is_transition
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
 from osm2xodr.osmParsing.tags.legal_speeds import with_urban_speeds
@@ -23,6 +23,7 @@ __all__ = [
     "NO",
     "SIGN_KEYS",
     "WAY_TAGS",
+    "changes_direction",
     "is_transition",
     "kerb_height",
     "layer_of",
