@@ -15,11 +15,12 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+from osm2xodr.conventions import programmes_file
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.errors import OptionError
 from osm2xodr.reporting.report import report
-from osm2xodr.system import settle, stream_to
-from osm2xodr.xodrWriter import WriteOptions, check_date, write_xodr
+from osm2xodr.system import STANDARD_OUTPUT, settle, stream_to
+from osm2xodr.xodrWriter import WriteOptions, check_date, signal_programmes, write_xodr
 
 if TYPE_CHECKING:
     from osm2xodr.model import RoadMap
@@ -61,6 +62,8 @@ class Conversion:
     ) -> Written:
         """Write the road network as OpenDRIVE, and the report if there is to be one; both or none.
 
+        For SUMO the programmes of traffic lights are written beside a file, as ``area.tll.xml`` beside ``area.xodr``.
+
         Parameters
         ----------
         path
@@ -95,12 +98,18 @@ class Conversion:
             counting = _Counting(stream)
             write_xodr(self.road_map, counting, how, diagnostics, self.jobs)
             written = Written(Path(path), counting.size, diagnostics, counting.sha256())
+            others: list[tuple[Path, bytes]] = []
+            if Path(path) != STANDARD_OUTPUT and (programmes := signal_programmes(self.road_map, how)):
+                others.append((programmes_file(Path(path)), programmes))
             if report_json is not None:
-                # Only when the document is safe, but before its file gets its name: both are there in the end, or
+                others.append((Path(report_json), self.report(written, how)))
+            if others:
+                # Only when the document is safe, but before its file gets its name: all are there in the end, or
                 # none.
                 settle(stream)
-                with stream_to(Path(report_json)) as reports:
-                    reports.write(self.report(written, how))
+            for other, data in others:
+                with stream_to(other) as beside:
+                    beside.write(data)
         return written
 
     def report(self, written: Written, options: WriteOptions | None = None) -> bytes:
@@ -123,7 +132,8 @@ class Conversion:
         from osm2xodr.model import Rule
 
         name = shlex.quote(os.fspath(path))
-        return self.options.target.load_command(name, left_hand=self.road_map.rule is Rule.LEFT_HAND)
+        left_hand, lights = self.road_map.rule is Rule.LEFT_HAND, bool(self.road_map.furniture.programmes)
+        return self.options.target.load_command(name, left_hand=left_hand, programmes=lights)
 
     def __repr__(self) -> str:
         figures = self.statistics
