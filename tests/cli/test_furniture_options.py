@@ -72,10 +72,18 @@ def test_what_a_target_wants(tmp_path: Path) -> None:
     ("options", "said"),
     [
         ((), []),
-        (("--target", "sumo"), ["netconvert --opendrive-files 'my map.xodr' -o 'my map.net.xml'"]),
+        (
+            ("--target", "sumo"),
+            ["netconvert --opendrive-files 'my map.xodr' --tllogic-files 'my map.tll.xml' -o 'my map.net.xml'"],
+        ),
         (
             ("--target", "sumo", "--left-hand"),
-            ["netconvert --lefthand --opendrive-files 'my map.xodr' -o 'my map.net.xml'"],
+            [
+                (
+                    "netconvert --lefthand --opendrive-files 'my map.xodr' --tllogic-files 'my map.tll.xml' "
+                    "-o 'my map.net.xml'"
+                )
+            ],
         ),
         (("--target", "sumo", "-q"), []),
     ],
@@ -93,6 +101,22 @@ def test_the_command_that_loads_the_file_is_said_last(
     lines = capsys.readouterr().err.splitlines()
     assert [line for line in lines if "netconvert" in line] == [f"osm2xodr: load it with: {text}" for text in said]
     assert not said or "netconvert" in lines[-1]
+
+
+def test_signal_programmes_are_written_beside_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    area, beside = tmp_path / "area.osm", tmp_path / "x.tll.xml"
+    area.write_text(MAP, encoding="utf-8")
+    command = ["convert", str(area), "-o", str(tmp_path / "x.xodr"), "-q"]
+    assert main(command) == 0
+    assert not beside.exists()
+    beside.write_text("mine", encoding="utf-8")
+    assert main([*command, "--overwrite", "--target", "sumo", "--no-furniture"]) == 0
+    assert beside.read_text(encoding="utf-8") == "mine"
+    (tmp_path / "x.xodr").unlink()
+    assert main([*command, "--target", "sumo"]) == 2
+    assert "x.tll.xml exists" in capsys.readouterr().err
+    assert main([*command, "--overwrite", "--target", "sumo"]) == 0
+    assert "<tlLogic " in beside.read_text(encoding="utf-8")
 
 
 def test_unknown_objects_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -67,7 +67,7 @@ def test_common_codes_are_the_same_everywhere(meaning: str, country: str) -> Non
     found = sign_code(meaning, value, country, own_codes=False, value_in_subtype=True)
     assert found == SignCode(COMMON_CODES[meaning], "50" if value else "-1", COMMON)
     bare = sign_code(meaning, value, country, own_codes=False, value_in_subtype=False)
-    assert bare == SignCode(COMMON_CODES[meaning], "-1", COMMON)
+    assert bare == SignCode(COMMON_CODES[meaning], "" if value else "-1", COMMON)
 
 
 @pytest.mark.parametrize(

@@ -168,3 +168,20 @@ def _yielding(net: etree._Element, junction: etree._Element) -> set[tuple[str, s
 
 def _metres_per_second(limit: etree._Element) -> float:
     return float(limit.get("max", "")) * {"km/h": 1 / 3.6, "mph": 0.44704}[limit.get("unit", "")]
+
+
+@pytest.mark.parametrize(("name", "options"), [(LEFT_HAND, ("--lefthand",)), ("i5_exit_ramp", ())])
+def test_netconvert_takes_our_signal_programmes(name: str, options: tuple[str, ...], tmp_path: Path) -> None:
+    path = convert(name, "sumo", tmp_path)
+    wanted = etree.parse(str(path.with_suffix(".tll.xml"))).getroot()
+    net = imported(path, tmp_path, *options, "--tllogic-files", str(path.with_suffix(".tll.xml")))
+    found = {str(item.get("id")): item for item in net.iterfind("tlLogic")}
+    logics = wanted.findall("tlLogic")
+    assert logics
+    for logic in logics:
+        taken = found[str(logic.get("id"))]
+        assert taken.get("type") == logic.get("type")
+        assert [item.get("state") for item in taken.iterfind("phase")] == [item.get("state") for item in logic]
+        # All ways through the junction are in it.
+        lights = [item for item in net.iterfind("connection") if item.get("tl") == logic.get("id")]
+        assert {item.get("linkIndex") for item in lights} == set(map(str, range(len(logic[0].get("state", "")))))

@@ -17,7 +17,7 @@ from osm2xodr import __version__
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
-from osm2xodr.model import Access, Furniture, RoadMap, RoadType, Rule, Signal
+from osm2xodr.model import Access, Cubic, Furniture, RoadMap, RoadType, Rule, Signal
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
 from osm2xodr.xodrWriter.document import plan_view_bounds
 
@@ -374,3 +374,24 @@ def test_sumo_gets_signs_in_the_order_in_which_traffic_meets_them() -> None:
         data = {item.get("id"): item.find("userData") for item in signals}
         assert (data["1"].get("code"), data["1"].get("value")) == ("derived", "priority")
         assert [data[number] for number in ("2", "3", "4")] == [None] * 3
+
+
+@pytest.mark.parametrize(
+    ("widths", "heights"),
+    [
+        ((Cubic(0.0, 2.0),), [("0", "0.1")]),
+        # Only what stays without width lies at the road's height.
+        ((Cubic(0.0, 0.0), Cubic(5.0, 0.0, 0.2), Cubic(15.0, 2.0)), [("0", "0"), ("5", "0.1")]),
+        ((Cubic(0.0, 2.0), Cubic(5.0, 2.0, -0.2), Cubic(15.0, 0.0)), [("0", "0.1"), ("15", "0")]),
+    ],
+)
+def test_raised_lanes_are_level_where_they_have_no_width(
+    widths: tuple[Cubic, ...], heights: list[tuple[str, str]]
+) -> None:
+    road_map = crossing()
+    section = road_map.roads[0].lane_sections[0]
+    lane = replace(section.lanes[-1], height=0.1, widths=widths)
+    road = replace(road_map.roads[0], lane_sections=(replace(section, lanes=(*section.lanes[:-1], lane)),))
+    root = parsed(written(replace(road_map, roads=(road, *road_map.roads[1:]))))
+    found = root.find(f".//lane[@id='{lane.id}']").iterfind("height")
+    assert [(item.get("sOffset"), item.get("outer")) for item in found] == heights

@@ -108,7 +108,7 @@ def test_objects() -> None:
         ("patch", "speedBump"),
     ]
     line = first.findall("objects/object")[1]
-    assert (line.get("length"), line.get("width"), line.get("height"), line.get("hdg")) == ("0.5", "3", None, None)
+    assert (line.get("length"), line.get("width"), line.get("height"), line.get("hdg")) == ("0.5", "3", None, "0")
     lamp = second.find("objects/object")
     assert (lamp.get("radius"), lamp.get("length"), lamp.get("width")) == ("0.15", None, None)
     assert {key: float(value) for key, value in lamp.find("repeat").attrib.items()} == {
@@ -268,7 +268,8 @@ def test_sumo_gets_no_lanes_to_park_on() -> None:
     }
     assert types == {name: {"shoulder"} if name == "sumo" else {"parking"} for name in TARGETS}
     assert [item.message for item in found if item.code == "word-for-reader"] == [
-        "'parking' is written as 'shoulder', as --target sumo wants"
+        "'bus' is written as 'restricted', as --target esmini wants",
+        "'parking' is written as 'shoulder', as --target sumo wants",
     ]
 
 

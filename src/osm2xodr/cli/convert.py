@@ -28,6 +28,7 @@ from osm2xodr.cli.options import (
     overwrite_option,
     quiet_option,
 )
+from osm2xodr.conventions import TARGETS, programmes_file
 from osm2xodr.defaults import CHECK_FINDINGS, REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.library import DECLARATIONS
@@ -137,6 +138,8 @@ def convert(
         if wanted and output == STANDARD_OUTPUT:
             raise click.UsageError(f"{option} needs what was written as a file; give one with -o")
     targets = [("-o", output), ("--report-json", report_json), ("--osm-issues", osm_issues), ("--html", html)]
+    if TARGETS[options.target].programmes and output != STANDARD_OUTPUT:
+        targets.append(("-o", programmes_file(output)))
     dem = expand(dem)
     named = (options.frame, options.polygon, options.corrections, config, from_report)
     inputs = [area, *dem, *(Path(path) for path in named if path is not None)]

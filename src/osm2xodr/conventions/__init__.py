@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         TARGETS as TARGETS,
         Crosswalks as Crosswalks,
         Target as Target,
+        programmes_file as programmes_file,
     )
 
 __getattr__ = lazy_exports(
@@ -45,6 +46,6 @@ __getattr__ = lazy_exports(
         "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "U_TURNS", "find_country"),
         "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
         "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
-        "targets": ("Crosswalks", "DEFAULT_TARGET", "TARGETS", "Target"),
+        "targets": ("Crosswalks", "DEFAULT_TARGET", "TARGETS", "Target", "programmes_file"),
     },
 )

@@ -141,4 +141,5 @@ def _with_value(template: str, value: float | None, country: str, *, in_subtype:
     number = f"{value / 10.0 if '{tens}' in template else value:g}"
     if after:
         return SignCode(f"{before}{number}{after}", NO_SUBTYPE, country)
-    return SignCode(kind, number if in_subtype else NO_SUBTYPE, country)
+    # esmini finds a sign with a value and the subtype -1 under no name.
+    return SignCode(kind, number if in_subtype else "", country)

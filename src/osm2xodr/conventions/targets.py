@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
@@ -37,10 +38,12 @@ class Target:
     name: str  # Value of the option
     # Whether all signs have the codes of their own country; else those that CARLA and esmini know
     own_codes: bool = False
-    # Whether the subtype of a speed limit sign is the number on it, as CARLA wants; esmini then knows only the type
+    # Whether the subtype of a speed limit sign is the number on it, as CARLA wants; esmini then knows only the type,
+    # and wants an empty one
     value_in_subtype: bool = True
     # Types of lanes that it misunderstands, and their replacements. SUMO lets cars drive on lanes for parking, at
-    # 5 km/h (SUMO's documentation, Networks/Import/OpenDRIVE; measured with 1.28); CARLA and esmini do not.
+    # 5 km/h (SUMO's documentation, Networks/Import/OpenDRIVE; measured with 1.28); CARLA and esmini do not. esmini
+    # 3.6 finds no lane where there is one for buses.
     lane_types: tuple[tuple[str, str], ...] = ()
     # Where it looks for the corners of crosswalks; in version 1.4, BOTH is written as STANDARD
     crosswalks: Crosswalks = Crosswalks.STANDARD
@@ -63,14 +66,32 @@ class Target:
     # ``<priority>``; the last sign 205, 301 or 306 of a road's direction in the file gives the priority of that edge
     # (``NIImporter_OpenDrive::OpenDriveEdge::getPriority``, 1.28).
     priority_signs: bool = False
+    # Whether signal programmes are written beside the file. SUMO's netconvert would guess them: it reads no
+    # controllers by default, and OpenDRIVE has no times.
+    programmes: bool = False
     # The command that loads a file, and what it needs where traffic drives on the left; empty if there is none to say
     command: str = ""
     left_hand_option: str = ""
+    programmes_option: str = ""
 
-    def load_command(self, path: str, *, left_hand: bool) -> str:
-        """Return the command that loads a file, a path quoted for a shell; empty if there is none to say."""
-        net = path.removesuffix("'").removesuffix(".xodr") + ".net.xml" + "'" * path.endswith("'")
-        return self.command.format(path=path, net=net, side=self.left_hand_option if left_hand else "")
+    def load_command(self, path: str, *, left_hand: bool, programmes: bool = False) -> str:
+        """Return the command that loads a file, with signal programmes beside it or without; empty for none.
+
+        The path is quoted for a shell.
+        """
+        stem, quote = path.removesuffix("'").removesuffix(".xodr"), "'" * path.endswith("'")
+        lights = f" {self.programmes_option} {stem}{_PROGRAMMES}{quote}" if programmes else ""
+        side = f" {self.left_hand_option}" if left_hand else ""
+        return self.command.format(path=path, net=f"{stem}.net.xml{quote}", side=side, lights=lights)
+
+
+# What the file with signal programmes has in place of ``.xodr``, as SUMO calls such files.
+_PROGRAMMES: Final = ".tll.xml"
+
+
+def programmes_file(path: Path) -> Path:
+    """Return the file for the signal programmes that belong to an OpenDRIVE file."""
+    return path.with_name(path.name.removesuffix(".xodr") + _PROGRAMMES)
 
 
 # The default suits CARLA, esmini and SUMO alike.
@@ -81,7 +102,7 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
         for item in (
             Target(DEFAULT_TARGET, crosswalks=Crosswalks.BOTH),
             Target("carla", crosswalks=Crosswalks.CARLA, changes_as_driven=True),
-            Target("esmini", value_in_subtype=False),
+            Target("esmini", value_in_subtype=False, lane_types=(("bus", "restricted"), ("taxi", "restricted"))),
             Target(
                 "sumo",
                 lane_types=(("parking", "shoulder"),),
@@ -89,8 +110,10 @@ TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
                 lights_for_people=False,
                 negated_left_hand=True,
                 priority_signs=True,
-                command="netconvert{side} --opendrive-files {path} -o {net}",
-                left_hand_option=" --lefthand",
+                programmes=True,
+                command="netconvert{side} --opendrive-files {path}{lights} -o {net}",
+                left_hand_option="--lefthand",
+                programmes_option="--tllogic-files",
             ),
             Target("roadrunner", own_codes=True),
         )

@@ -50,6 +50,7 @@ def place_furniture(
         signals=tuple(sorted(signals, key=_place)),
         references=tuple(sorted(lights.references, key=lambda item: (item.road, item.s, item.signal))),
         controllers=tuple(lights.controllers),
+        programmes=tuple(lights.programmes),
         objects=tuple(sorted(objects, key=_place)),
         structures=place_structures(world),
         statistics={

@@ -50,6 +50,16 @@ LIGHT_HEIGHT: Final = 0.9
 LIGHT_HEIGHT_PEOPLE: Final = 0.6
 LIGHT_WIDTH: Final = 0.3
 
+# Signal programmes, s. RiLSA 2015: cycles of 30 to 90, green of 5 at least, yellow of 3 up to 50 km/h. With red for
+# all between two stages intergreen times are 4, those of small junctions. Green ends where no traffic comes, and is
+# 50 at most, as in SUMO's guesses (``tls.max-dur``). Where only people make cars wait, these have red for as long as
+# people need for 7 m at 1.2 m/s, and 5 more.
+CYCLE_TIME: Final = 90.0
+GREEN_TIMES: Final = (5.0, 50.0)
+YELLOW_TIME: Final = 3.0
+RED_TIME: Final = 1.0
+PEOPLE_TIME: Final = 11.0
+
 # Distance of signs from the edge of the carriageway, m: VwV-StVO, on §§ 39 to 43, wants 0.50 in towns, 0.30 at least,
 # and 1.50 outside of them; MUTCD 2A.19 wants 2 ft from the kerb. The least distance holds where there is little room.
 SIGN_CLEARANCE: Final = 0.75

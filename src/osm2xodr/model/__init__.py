@@ -16,6 +16,9 @@ from osm2xodr.model.furniture import (
     RoadObject,
     RoadStructure,
     Signal,
+    SignalLink,
+    SignalPhase,
+    SignalProgramme,
     SignalReference,
 )
 from osm2xodr.model.roads import (
@@ -139,6 +142,9 @@ __all__ = [
     "SignFace",
     "SignPost",
     "Signal",
+    "SignalLink",
+    "SignalPhase",
+    "SignalProgramme",
     "SignalReference",
     "Street",
     "StreetAttributes",

@@ -62,6 +62,40 @@ class Controller:
 
 
 @dataclass(frozen=True, slots=True)
+class SignalLink:
+    """A way through a junction with lights from one lane to another."""
+
+    connecting_road: int  # Id
+    road: int  # Id of the road that traffic comes from
+    at_end: bool  # Whether from its end, else from its start
+    lane: int  # Id of its lane there
+    exit_road: int  # Id of the road that it leads to
+    exit_at_start: bool  # Whether onto its start, else onto its end
+    exit_lane: int  # Id of its lane there
+
+
+@dataclass(frozen=True, slots=True)
+class SignalPhase:
+    """A part of a signal programme in which no light changes."""
+
+    # What each link of the programme shows, in SUMO's letters: ``G`` goes first, ``g`` yields, ``y`` yellow, ``r``
+    # red, ``o`` has no light and yields
+    state: str
+    duration: float  # s
+    # Least and greatest duration where detectors decide, s; None where the duration is fixed
+    range: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SignalProgramme:
+    """When the lights of a junction are green: phases that follow each other for ever."""
+
+    junction: int  # Id
+    links: tuple[SignalLink, ...]  # All of the junction
+    phases: tuple[SignalPhase, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class ObjectRepeat:
     """Copies of an object from s over a length, or one continuous object where distance is 0; all in m."""
 
@@ -127,6 +161,7 @@ class Furniture:
     signals: tuple[Signal, ...] = ()
     references: tuple[SignalReference, ...] = ()
     controllers: tuple[Controller, ...] = ()
+    programmes: tuple[SignalProgramme, ...] = ()  # Of junctions, in ascending id
     objects: tuple[RoadObject, ...] = ()
     structures: tuple[RoadStructure, ...] = ()
     statistics: Mapping[str, float] = field(default_factory=dict)

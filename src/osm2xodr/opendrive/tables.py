@@ -144,7 +144,7 @@ class LaneTable(_Frozen):
     # Curves per lane: ``<width>`` and ``<border>``, s local to the section
     width: CubicProfile
     border: CubicProfile
-    height: FloatArray  # (lanes, 2) Inner and outer of the first ``<height>``; 0 without one
+    height: FloatArray  # (lanes, 2) Inner and outer of the first ``<height>`` but 0; 0 without one
     speed: FloatArray  # (lanes,) m/s; NaN where it is missing
     # Type and colour of the first road mark of each lane; empty without one
     mark: tuple[str, ...]

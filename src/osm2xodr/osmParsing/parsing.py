@@ -31,6 +31,7 @@ from osm2xodr.osmParsing.network import (
     read_connectivities,
     read_restrictions,
     tags_on_streets,
+    with_one_flow,
 )
 from osm2xodr.osmParsing.options import ParseOptions
 from osm2xodr.osmParsing.roadside import (
@@ -91,6 +92,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
     ways, beside, relations, asked = read_selected_ways(file, options, extra, diagnostics)
     if not ways:
         raise EmptyAreaError(why_no_streets(file, asked, options))
+    ways = with_one_flow(ways, diagnostics)
     corrections = options.corrections
     nodes = correct_nodes(_read_nodes(file, [*ways, *beside], options.furniture, extra), corrections, diagnostics)
     frame, points, pieces, same_node = _cut_ways(path, ways, nodes, options.frame, diagnostics)

@@ -9,20 +9,20 @@ import dataclasses
 import hashlib
 import os
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+from osm2xodr.conventions import programmes_file
 from osm2xodr.diagnostics import Diagnostics, Kind, counted
 from osm2xodr.errors import OptionError
 from osm2xodr.reporting.osm_issues import osm_issues as osm_issues_of
 from osm2xodr.reporting.report import report
-from osm2xodr.system import settle, stream_to
-from osm2xodr.xodrWriter import WriteOptions, check_date, write_xodr
+from osm2xodr.system import STANDARD_OUTPUT, settle, stream_to
+from osm2xodr.xodrWriter import WriteOptions, check_date, signal_programmes, write_xodr
 
 if TYPE_CHECKING:
     from osm2xodr.model import RoadMap
@@ -66,6 +66,8 @@ class Conversion:
     ) -> Written:
         """Write the road network as OpenDRIVE, and what there is to be beside it; all or nothing.
 
+        For SUMO the programmes of traffic lights are written beside a file, as ``area.tll.xml`` beside ``area.xodr``.
+
         Parameters
         ----------
         path
@@ -104,18 +106,20 @@ class Conversion:
             counting = _Counting(stream)
             write_xodr(self.road_map, counting, how, diagnostics, self.jobs)
             written = Written(Path(path), counting.size, diagnostics, counting.sha256())
-            makers: tuple[tuple[str | os.PathLike[str] | None, Callable[[], bytes]], ...] = (
-                (report_json, partial(self.report, written, how)),
-                (osm_issues, self._issues),
-            )
-            wanted = [(Path(target), make) for target, make in makers if target is not None]
-            if wanted:
+            others: list[tuple[Path, bytes]] = []
+            if Path(path) != STANDARD_OUTPUT and (programmes := signal_programmes(self.road_map, how)):
+                others.append((programmes_file(Path(path)), programmes))
+            if report_json is not None:
+                others.append((Path(report_json), self.report(written, how)))
+            if osm_issues is not None:
+                others.append((Path(osm_issues), self._issues()))
+            if others:
                 # Only when the document is safe, but before its file gets its name: all are there in the end, or
                 # none.
                 settle(stream)
             with ExitStack() as beside:
-                for target, make in wanted:
-                    beside.enter_context(stream_to(target)).write(make())
+                for target, data in others:
+                    beside.enter_context(stream_to(target)).write(data)
         return written
 
     def _issues(self) -> bytes:
@@ -151,7 +155,8 @@ class Conversion:
         from osm2xodr.model import Rule
 
         name = shlex.quote(os.fspath(path))
-        return self.options.target.load_command(name, left_hand=self.road_map.rule is Rule.LEFT_HAND)
+        left_hand, lights = self.road_map.rule is Rule.LEFT_HAND, bool(self.road_map.furniture.programmes)
+        return self.options.target.load_command(name, left_hand=left_hand, programmes=lights)
 
     def __repr__(self) -> str:
         figures = self.statistics

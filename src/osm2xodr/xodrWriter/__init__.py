@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from osm2xodr.diagnostics import Diagnostics
     from osm2xodr.model import PlanView, RoadMap
 
-__all__ = ["VERSIONS", "WriteOptions", "check_date", "plan_view_bounds", "write_xodr"]
+__all__ = ["VERSIONS", "WriteOptions", "check_date", "plan_view_bounds", "signal_programmes", "write_xodr"]
 
 
 def write_xodr(
@@ -47,6 +47,17 @@ def write_xodr(
     from osm2xodr.xodrWriter.document import write_document
 
     write_document(road_map, stream, options, diagnostics, jobs)
+
+
+def signal_programmes(road_map: RoadMap, options: WriteOptions) -> bytes:
+    """Return the signal programmes of a road network as a file for SUMO's netconvert; empty if it has none.
+
+    They go with what `write_xodr` writes with the same options.
+    """
+    from osm2xodr.xodrWriter.document import words_for
+    from osm2xodr.xodrWriter.programmes_text import programmes_text
+
+    return programmes_text(road_map, words_for(road_map, options)).encode()
 
 
 def plan_view_bounds(plan: PlanView) -> tuple[float, float, float, float]:

@@ -35,13 +35,7 @@ def write_document(
 ) -> None:
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
-    target = options.target
-    words = Words(
-        options.dialect,
-        target.lane_types,
-        changes_as_driven=target.changes_as_driven,
-        negated=is_negated(road_map, target),
-    )
+    target, words = options.target, words_for(road_map, options)
     rule = road_map.rule.value if options.dialect.has_rule else None
     as_met = target.priority_signs
     furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, as_met=as_met)
@@ -51,6 +45,17 @@ def write_document(
     _write_junctions(road_map, stream, words)
     stream.write(b"</OpenDRIVE>\n")
     _note_what_is_lost(road_map, options, words, diagnostics)
+
+
+def words_for(road_map: RoadMap, options: WriteOptions) -> Words:
+    """Return what translates the words of a road map."""
+    target = options.target
+    return Words(
+        options.dialect,
+        target.lane_types,
+        changes_as_driven=target.changes_as_driven,
+        negated=is_negated(road_map, target),
+    )
 
 
 def is_negated(road_map: RoadMap, target: Target) -> bool:

@@ -103,7 +103,7 @@ class FurnitureWriter:
         head = (
             f'   <object id="{item.id}" type="{kind}"{_text("subtype", subtype)}{_text("name", name)}'
             f' s="{_along(item.s, length)}" t="{_size(item.t)}" zOffset="{_size(item.z_offset)}"'
-            f' orientation="{words.orientation(item.orientation)}"{_heading("hdg", item.hdg)}'
+            f' orientation="{words.orientation(item.orientation)}" hdg="{_turn(item.hdg)}"'
             f"{size}{_positive('height', item.height)}"
         )
         repeat = "" if item.repeat is None else _repeat(item.repeat, length)
@@ -254,8 +254,13 @@ def _positive(name: str, value: float) -> str:
 
 def _heading(name: str, value: float) -> str:
     """Write a heading as an attribute; the default is 0."""
-    rounded = round(value, _TURN_DECIMALS)
-    return f' {name}="{number(rounded)}"' if rounded else ""
+    turn = _turn(value)
+    return f' {name}="{turn}"' if turn != "0" else ""
+
+
+def _turn(value: float) -> str:
+    """Write an angle; that of objects also where it is 0, without which CommonRoad's designer ends."""
+    return number(round(value, _TURN_DECIMALS))
 
 
 def _text(name: str, value: str) -> str:

@@ -60,8 +60,7 @@ class LaneWriter:
         for user in self._words.access(lane.access.value) if lane.access is not Access.ALL else ():
             text += f'      <access sOffset="0" rule="allow" restriction="{user}"/>\n'
         if lane.height:
-            up = position(lane.height)
-            text += f'      <height sOffset="0" inner="{up}" outer="{up}"/>\n'
+            text += _heights(lane)
         return f"{text}     </lane>\n"
 
     def _head(self, key: _Head) -> str:
@@ -98,6 +97,20 @@ class LaneWriter:
         )
         self._marks[side][mark] = text
         return text
+
+
+def _heights(lane: Lane) -> str:
+    """Return the ``<height>`` elements of a raised lane: 0 where it has no width.
+
+    libOpenDRIVE finds lanes by their outer borders, and would raise the lane beside it there.
+    """
+    out, last = "", ""
+    for width in lane.widths:
+        up = position(lane.height) if width.a or not width.is_flat else "0"
+        if up != last:
+            out += f'      <height sOffset="{position(width.s)}" inner="{up}" outer="{up}"/>\n'
+            last = up
+    return out
 
 
 def _side(lane_id: int) -> int:

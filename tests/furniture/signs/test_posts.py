@@ -38,7 +38,7 @@ def test_foreign_codes() -> None:
 
 
 def test_esmini_looks_for_the_type_alone() -> None:
-    assert {(sign.type, sign.subtype) for sign in signed(STREET, target="esmini").signs.signals} == {("274", "-1")}
+    assert {(sign.type, sign.subtype) for sign in signed(STREET, target="esmini").signs.signals} == {("274", "")}
 
 
 def test_own_codes_where_they_are_wanted() -> None:

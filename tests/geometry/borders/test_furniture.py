@@ -9,7 +9,17 @@ from sample_road_maps import furnished_crossing
 
 from osm2xodr.diagnostics import Diagnostic, Diagnostics, Kind
 from osm2xodr.geometry.borders.own_area import keep_own_area
-from osm2xodr.model import Furniture, ObjectRepeat, RoadMap, RoadObject, RoadStructure, Signal
+from osm2xodr.model import (
+    Furniture,
+    ObjectRepeat,
+    RoadMap,
+    RoadObject,
+    RoadStructure,
+    Signal,
+    SignalLink,
+    SignalPhase,
+    SignalProgramme,
+)
 
 # Lines through road 1 (from x = 0 to 100), of which one lies between the junction's light at 98 and the junction.
 AMID, AT_LIGHT = 30.0, 99.5
@@ -71,6 +81,28 @@ def test_controllers_keep_what_is_left_for_them() -> None:
     ]
     assert [(item.signal, item.road) for item in east.references] == [(50_000, 50_002), (50_001, 50_003)]
     assert [item.validity for item in east.references] == [((-1, -1),), ()]
+
+
+def test_signal_programmes_follow_their_junction() -> None:
+    whole = furnished_crossing()
+    (junction,) = whole.junctions
+    connection = junction.connections[0]
+    through = next(road for road in whole.roads if road.id == connection.connecting_road)
+    assert through.successor is not None
+    link = SignalLink(through.id, connection.incoming_road, True, -1, through.successor.id, True, -1)
+    programme = SignalProgramme(junction.id, (link,), (SignalPhase("G", 75.0),))
+    whole = replace(whole, furniture=replace(whole.furniture, programmes=(programme,)))
+    west, east = (split(whole, AMID, own) for own in (WEST, EAST))
+    assert west.furniture.programmes == ()
+    (kept,) = east.furniture.programmes
+    assert kept.junction == east.junctions[0].id
+    there = east.junctions[0].connections[0]
+    found = next(road for road in east.roads if road.id == there.connecting_road)
+    assert found.successor is not None
+    assert kept.phases == programme.phases
+    assert kept.links == (
+        replace(link, connecting_road=found.id, road=there.incoming_road, exit_road=found.successor.id),
+    )
 
 
 def near_lights(road_map: RoadMap, own: int) -> RoadMap:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import pytest
 from lane_cases import cut, layout, street
@@ -16,7 +18,7 @@ from osm2xodr.geometry.lanes.lane_connectivity import Connectivity
 from osm2xodr.geometry.lanes.lane_sections import lay_out_all
 from osm2xodr.geometry.lanes.tapers import taper_zones
 from osm2xodr.geometry.margins.strip_columns import tapered
-from osm2xodr.model import Cubic, LaneConnectivity, RoadMap, Rule, StreetAttributes
+from osm2xodr.model import Cubic, Direction, LaneConnectivity, RoadMap, Rule, StreetAttributes
 
 
 def row(*tags: str, length: float = 200.0) -> Case:
@@ -273,8 +275,23 @@ def test_lanes_that_stay_the_same_shift_gently() -> None:
     found = layout((0.0, street("d> d>")), (100.0, street("d> d>", middle_offset=1.0)), end=200.0)
     length = (6.0 / defaults.GENTLE_SHIFT) ** 0.5
     assert length == pytest.approx(34.641, abs=1e-3)
-    assert [section.s for section in found.sections] == [0.0, 100.0]
+    assert [section.s for section in found.sections] == [0.0]
     assert [item.s for item in found.offset] == pytest.approx([0.0, 100.0 - length / 2, 100.0 + length / 2])
+
+
+def test_lanes_that_only_change_their_width_need_no_section() -> None:
+    """Readers make an edge of each section."""
+    found = layout((0.0, street("d> d>", width=3.5)), (100.0, street("d> d>", width=3.0)), end=200.0)
+    (section,) = found.sections
+    for lane in section.lanes[1:]:
+        assert [width_at(lane.widths, s) for s in (0.0, 100.0, 200.0)] == pytest.approx([3.5, 3.25, 3.0])
+
+
+@pytest.mark.parametrize("change", [{"speed_forward": 8.0}, {"no_overtaking": frozenset({Direction.FORWARD})}])
+def test_lanes_with_other_rules_begin_a_section(change: dict[str, Any]) -> None:
+    other = replace(street("d< d>", width=3.0), **change)
+    found = layout((0.0, street("d< d>", width=3.5)), (100.0, other), end=200.0)
+    assert [section.s for section in found.sections] == [0.0, 100.0]
 
 
 def test_a_bicycle_lane_ends_where_it_would_cross_a_lane_for_cars() -> None:

@@ -374,3 +374,10 @@ def test_no_missing_element_makes_it_fail(tmp_path_factory: pytest.TempPathFacto
     file = read_text(tmp_path_factory.mktemp("element"), _SOUND[: span[0]] + _SOUND[span[1] :])
     assert len(file.roads.id) == 1
     assert LINE not in file.roads.id
+
+
+def test_a_lane_that_opens_has_the_height_that_it_opens_with(tmp_path: Path) -> None:
+    more = '<height sOffset="0" inner="0" outer="0"/><height sOffset="9" inner="0.1" outer="0.2"/>'
+    walk = lane(-1, (0, 1.5), kind="sidewalk", more=more)
+    file = read_text(tmp_path, document(road(lanes=section(0.0, right=walk))))
+    assert file.lanes.height.max(axis=0).tolist() == [0.1, 0.2]

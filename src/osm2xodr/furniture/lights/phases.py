@@ -47,7 +47,7 @@ class Phases:
     def groups(self, heads: Sequence[int]) -> list[list[int]]:
         """Group all heads of a junction, by their indices, into those that may be green together."""
         arms = [self._heads[k].approach for k in heads]
-        found = _grouped(self.conflicts(heads), arms, self._opposite(heads))
+        found = grouped(self.conflicts(heads), arms, self._opposite(heads))
         out: dict[int, list[int]] = defaultdict(list)
         for k, group in zip(heads, found, strict=True):
             out[group].append(k)
@@ -63,6 +63,17 @@ class Phases:
         arm = np.array([self._heads[k].approach for k in heads], np.int64)
         found: BoolArray = out & (arm[:, None] != arm)
         return found
+
+    def meeting(self, heads: Sequence[int]) -> tuple[list[int], list[Movement], BoolArray]:
+        """Return the movements of some heads: each one's head and itself, and which of these n meet, (n, n)."""
+        rows = [row for k in heads for row in self._of_head[k]]
+        owners = [k for k in heads for _ in self._of_head[k]]
+        return owners, [self._movements[row] for row in rows], self._meeting(rows)
+
+    def opposite(self, one: int, other: int) -> float | None:
+        """Return by how much the arms of two heads are off being opposite, rad; None where they are not opposite."""
+        off = abs(math.remainder(self._heading[one] - self._heading[other] - math.pi, 2 * math.pi))
+        return off if off <= _OPPOSITE else None
 
     def _meeting(self, rows: Sequence[int]) -> BoolArray:
         """Return which of n movements end on the same lane, cross or come near to each other, (n, n)."""
@@ -84,15 +95,16 @@ class Phases:
     def _opposite(self, heads: Sequence[int]) -> list[tuple[int, int]]:
         """Return pairs of indices into `heads` of straight traffic from opposite arms, the most opposite first."""
         straight = [
-            (k, self._heading[head])
+            (k, head)
             for k, head in enumerate(heads)
             if any(turn_of(item) == THROUGH for item in self._heads[head].movements)
         ]
         found = sorted(
-            (round(abs(math.remainder(heading - its - math.pi, 2 * math.pi)), 6), one, other)
-            for (one, heading), (other, its) in combinations(straight, 2)
+            (round(off, 6), one, other)
+            for (one, head), (other, its) in combinations(straight, 2)
+            if (off := self.opposite(head, its)) is not None
         )
-        return [(one, other) for off, one, other in found if off <= _OPPOSITE]
+        return [(one, other) for _, one, other in found]
 
 
 def controllers_of(
@@ -145,7 +157,7 @@ def _headings(world: World, approaches: Sequence[Approach]) -> list[float]:
     return out
 
 
-def _grouped(conflict: BoolArray, arms: Sequence[int], together: Sequence[tuple[int, int]]) -> list[int]:
+def grouped(conflict: BoolArray, arms: Sequence[int], together: Sequence[tuple[int, int]]) -> list[int]:
     """Return the number of each of n nodes' group, from 0; with or without the pairs, whichever takes fewer groups.
 
     Conflict, (n, n), says which nodes may not be in one group; nodes of one arm share a group where that takes no

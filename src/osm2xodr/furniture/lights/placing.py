@@ -10,10 +10,11 @@ from typing import Final
 from osm2xodr.furniture.lights.heads import Head, approach_heads, lanes_at_stop, people_heads, road_heads
 from osm2xodr.furniture.lights.nodes import Sites, find_sites
 from osm2xodr.furniture.lights.phases import Phases, controllers_of
+from osm2xodr.furniture.lights.programmes import junction_programmes
 from osm2xodr.furniture.lights.road_lights import RoadLight
 from osm2xodr.furniture.lights.standing import off_lanes, switching
 from osm2xodr.furniture.world import Approach, Crossing, Stop, World
-from osm2xodr.model import Controller, Sign, Signal, SignalReference
+from osm2xodr.model import Controller, Sign, Signal, SignalProgramme, SignalReference
 
 _KIND: Final = Sign.SIGNALS.value
 
@@ -29,6 +30,7 @@ class Lights:
     signals: list[Signal] = field(default_factory=list)
     references: list[SignalReference] = field(default_factory=list)
     controllers: list[Controller] = field(default_factory=list)
+    programmes: list[SignalProgramme] = field(default_factory=list)
     stops: list[Stop] = field(default_factory=list)
 
 
@@ -74,6 +76,8 @@ def _at_junctions(world: World, approaches: Sequence[Approach], sites: Sites, pl
         ids = [signal.id for signal in people[junction]]
         placed.controllers += controllers_of(world, junction, heads, phases.groups(rows), ids)
         placed.signals += [heads[k].signal for k in rows] + people[junction]
+    if world.options.target.programmes:
+        placed.programmes = junction_programmes(world, approaches, heads, members, phases)
 
 
 def _towards(world: World, crossing: Crossing, junction: int) -> bool:

@@ -9,7 +9,17 @@ from typing import Final
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.borders.pieces import Piece, Pieces, check_ids
-from osm2xodr.model import Controller, Furniture, ObjectRepeat, RoadObject, RoadStructure, Signal, SignalReference
+from osm2xodr.model import (
+    Controller,
+    Furniture,
+    ObjectRepeat,
+    RoadObject,
+    RoadStructure,
+    Signal,
+    SignalLink,
+    SignalProgramme,
+    SignalReference,
+)
 
 # Copies lie on a border if they are nearer to it than this share of their distance.
 _ON_BORDER: Final = 1e-6
@@ -37,6 +47,7 @@ def kept_furniture(furniture: Furniture, pieces: Pieces, diagnostics: Diagnostic
         signals=tuple(sorted(signals, key=_place)),
         references=tuple(sorted(references, key=lambda item: (item.road, item.s, item.signal))),
         controllers=controllers,
+        programmes=_programmes(furniture.programmes, pieces),
         objects=tuple(sorted(objects, key=_place)),
         structures=tuple(sorted(structures, key=_place)),
         statistics=_statistics(furniture, signals, controllers, objects),
@@ -86,6 +97,26 @@ def _controllers(
             junction = None if item.junction is None else pieces.junction(item.junction)
             out.append(replace(item, id=first + len(out), signals=signals, junction=junction))
     return tuple(out)
+
+
+def _programmes(programmes: Iterable[SignalProgramme], pieces: Pieces) -> tuple[SignalProgramme, ...]:
+    """Return the programmes of kept junctions; the pieces of roads that touch these are kept as well."""
+
+    def here(link: SignalLink) -> SignalLink:
+        road, exit_road = pieces.of(link.road), pieces.of(link.exit_road)
+        return replace(
+            link,
+            connecting_road=pieces.of(link.connecting_road)[0].id,
+            road=road[-1 if link.at_end else 0].id,
+            exit_road=exit_road[0 if link.exit_at_start else -1].id,
+        )
+
+    kept = ((pieces.junction(item.junction), item) for item in programmes)
+    return tuple(
+        replace(item, junction=junction, links=tuple(map(here, item.links)))
+        for junction, item in kept
+        if junction is not None
+    )
 
 
 def _objects(thing: RoadObject, pieces: Pieces) -> list[RoadObject]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
@@ -21,6 +21,7 @@ from osm2xodr.model import (
     Direction,
     Lane,
     LaneSection,
+    LaneSpec,
     LaneType,
     RoadMark,
     RoadType,
@@ -70,12 +71,13 @@ def lay_out_lanes(
 ) -> LaneLayout:
     """Build the lane sections of a road from its stretches.
 
-    A section begins where a lane opens, from width 0, and where one has ended; where neither happens between two
-    stretches, or they differ in more than that, also at their border.
+    A section begins where a lane opens, from width 0, and where one has ended, and at the border of two stretches
+    that differ in more than that and in the widths of their lanes: in limits, types of lanes or marks.
     """
     zones = taper_zones(road, rule, known)
     carriageway = lay_out_carriageway(road, zones)
-    borders = [0.0, *_section_borders(road, zones, carriageway), road[-1].end]
+    marks_of = [road_marks(item.section, item.attributes, rule, country) for item in road] if len(road) > 1 else []
+    borders = [0.0, *_section_borders(road, zones, carriageway, marks_of), road[-1].end]
     sides = [carriageway.between(*pair) for pair in pairwise(borders)]
     ids = [_ids(*pair) for pair in sides]
     sections: list[LaneSection] = []
@@ -101,19 +103,30 @@ def lay_out_lanes(
     return LaneLayout(tuple(sections), carriageway.offset, tuple(types))
 
 
-def _section_borders(road: Sequence[Stretch], zones: Sequence[TaperZone], carriageway: Carriageway) -> list[float]:
-    """Return where lane sections begin within a road, s, m."""
+def _section_borders(
+    road: Sequence[Stretch],
+    zones: Sequence[TaperZone],
+    carriageway: Carriageway,
+    marks_of: Sequence[Mapping[int, RoadMark]],
+) -> list[float]:
+    """Return where lane sections begin within a road, s, m; `marks_of` has the marks of each stretch."""
     lanes = (*carriageway.left, *carriageway.right)
     out = [s for lane in lanes for s in (lane.begin, lane.end)]
     for k, zone in enumerate(zones, start=1):
-        continuing = [lane.specs for lane in lanes if k in lane.specs and k - 1 in lane.specs]
-        kept = all(specs[k - 1].type is specs[k].type for specs in continuing)
+        continuing = [(lane.specs[k - 1], lane.specs[k]) for lane in lanes if k in lane.specs and k - 1 in lane.specs]
+        kept = all(_same_use(*specs) for specs in continuing)
         shared = any(zone.start <= s <= zone.end for s in out)
-        if not (shared and kept and same_rules(road[k - 1].attributes, road[k].attributes)):
+        alike = kept and same_rules(road[k - 1].attributes, road[k].attributes)
+        if not (alike and (shared or marks_of[k - 1] == marks_of[k])):
             out.append(road[k].start)
     # Places that are the same but for rounding are one border.
     inside = [s for s in sorted(out) if SAME_VALUE < s < road[-1].end - SAME_VALUE]
     return [s for k, s in enumerate(inside) if not k or s - inside[k - 1] > SAME_VALUE]
+
+
+def _same_use(one: LaneSpec, other: LaneSpec) -> bool:
+    """Return whether the same traffic may use a lane in two stretches."""
+    return (one.type, one.direction, one.access) == (other.type, other.direction, other.access)
 
 
 def _ids(left: Sequence[RoadLane], right: Sequence[RoadLane]) -> dict[int, int]:

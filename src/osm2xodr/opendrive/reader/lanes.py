@@ -101,7 +101,8 @@ class LaneReader:
             elif tag == "speed":
                 speed = values.speed(child) if speed != speed else speed
             elif tag == "height":
-                if height is None:
+                # A lane that opens later may say 0 before it does.
+                if height is None or not any(height):
                     height = values.row(child, ("inner", "outer"))
             else:
                 values.check_known(child, node, _UNREAD)

@@ -1,7 +1,8 @@
 """From ways to streets and intersections, turn restrictions and lane connectivity.
 
 Ways are cut where streets may meet (`pieces`), joined between intersections (`chains`) and given attributes
-(`streets`); `relations` say how one may drive from one to another; `country` finds the country and its driving side.
+(`streets`); one direction is found where it changes with time (`reversible`); `relations` say how one may drive from
+one to another; `country` finds the country and its driving side.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from osm2xodr.osmParsing.network.country import find_place
 from osm2xodr.osmParsing.network.pieces import Pieces, cut_at_shared_nodes, cut_gaps, join_same_places, make_lines
 from osm2xodr.osmParsing.network.relations import read_connectivities, read_restrictions
+from osm2xodr.osmParsing.network.reversible import with_one_flow
 from osm2xodr.osmParsing.network.streets import make_streets, tags_on_streets
 
 __all__ = [
@@ -22,4 +24,5 @@ __all__ = [
     "read_connectivities",
     "read_restrictions",
     "tags_on_streets",
+    "with_one_flow",
 ]

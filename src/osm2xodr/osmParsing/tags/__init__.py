@@ -5,7 +5,7 @@ Pure functions; `way_attributes` combines them. `cross_sections` is the place to
 
 from __future__ import annotations
 
-from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, oneway, reason_left_out
+from osm2xodr.osmParsing.tags.access import ACCESS_TAGS, changes_direction, oneway, reason_left_out
 from osm2xodr.osmParsing.tags.built_up import is_town_street
 from osm2xodr.osmParsing.tags.cross_sections import WIDTH_TAGS, is_transition
 from osm2xodr.osmParsing.tags.default_speeds import with_default_speeds
@@ -36,6 +36,7 @@ __all__ = [
     "WAY_TAGS",
     "WIDTH_TAGS",
     "Tags",
+    "changes_direction",
     "is_town_street",
     "is_transition",
     "kerb_height",
