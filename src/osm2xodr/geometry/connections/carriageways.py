@@ -41,7 +41,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 # Half of the narrowest carriageway that cars use both ways, m.
 _LEAST_HALF: Final = 2.75
 # Curves and streets are compared at places on both, m apart on streets and as shares of the curves.
-_STREET_SPACING: Final = 0.5
+_STREET_SPACING: Final = 1.0
 _SHARES: Final = np.linspace(0.02, 0.98, 25)
 # What lies no farther from its way over the streets than this, m, at these shares of it, leaves no carriageway.
 _NEAR: Final = 2.0

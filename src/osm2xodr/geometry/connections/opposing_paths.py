@@ -66,18 +66,12 @@ def draw_side_by_side(
     are drawn beside the curve from the middle between their ends on one arm to that on the other; or, if that does
     not help, one of them is drawn beside the other.
     """
-    pairs, apart = _too_near(plan, _pairs(entry, exit_, shared), width, 0.0, LEAST_TURN_BACK)
-    if not len(apart):
-        return plan
-    start, end = _axis_ends(plan, pairs)
-    axes = (
-        connect(*start, *end),
-        cut_curves(plan, np.zeros(len(apart)), lengths(plan)[pairs.there], pairs.there),
-        _reversed(plan, pairs.back),
-    )
-    for axis in axes:
-        plan = _redrawn(plan, pairs, apart, axis, defaults.TURNING_RADIUS_ACUTE, streets=streets)
-        apart = _apart(plan, plan, pairs, pairs)
+    pairs = _pairs(entry, exit_, shared)
+    for axes in (_middles, _ways_there, _ways_back):
+        pairs, apart = _too_near(plan, pairs, width, 0.0, LEAST_TURN_BACK)
+        if not len(apart):
+            break
+        plan = _redrawn(plan, pairs, apart, axes(plan, pairs), defaults.TURNING_RADIUS_ACUTE, streets=streets)
     return plan
 
 
@@ -171,10 +165,21 @@ def _redrawn(
     return replace_curves(plan, pairs.back[chosen], back, chosen)
 
 
-def _reversed(plan: PlanView, row: IntArray) -> PlanView:
-    """Return curves of a plan, the other way round."""
-    chosen = cut_curves(plan, np.zeros(len(row)), lengths(plan)[row], row)
-    return reverse_curves(chosen, np.ones(len(row), bool))
+def _middles(plan: PlanView, pairs: _Pairs) -> PlanView:
+    """Return the curves from the middle between both lanes on the first arms to that on the second."""
+    start, end = _axis_ends(plan, pairs)
+    return connect(*start, *end)
+
+
+def _ways_there(plan: PlanView, pairs: _Pairs) -> PlanView:
+    """Return the ways there."""
+    return cut_curves(plan, np.zeros(len(pairs.there)), lengths(plan)[pairs.there], pairs.there)
+
+
+def _ways_back(plan: PlanView, pairs: _Pairs) -> PlanView:
+    """Return the ways back, the other way round."""
+    ways = cut_curves(plan, np.zeros(len(pairs.back)), lengths(plan)[pairs.back], pairs.back)
+    return reverse_curves(ways, np.ones(len(pairs.back), bool))
 
 
 def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
