@@ -71,11 +71,11 @@ POLYNOMIAL_ORDER: Final = 4
 # the car (DIN 70020), rounded down. Sharper ones are reported.
 CONNECTING_RADIUS: Final = 3.0
 # Turns sharper than that swing out first where there is room: they turn forth and back by at most this, rad (86
-# degrees), and by this if they turn back, by more than this (218 and 149 degrees: lanes 2 m apart), so that no car
-# goes round a circle.
+# degrees), and by this if they turn back (218 degrees: lanes 2 m apart), so that no car goes round a circle.
 MOST_SWING: Final = 1.5
 MOST_SWING_BACK: Final = 3.8
-SWING_BACK: Final = 2.6
+# Turns by at least this lead back, rad (150 degrees). A choice.
+LEAST_TURN_BACK: Final = 2.618
 
 # ---------------------------------------------------------------- roads as points and faces
 

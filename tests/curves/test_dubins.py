@@ -50,7 +50,7 @@ def test_they_join_the_poses_with_the_radius(one: Pose, other: Pose) -> None:
 @settings(max_examples=150, deadline=None)
 @given(POSES, POSES)
 def test_mirrored_and_backwards_they_are_as_long(one: Pose, other: Pose) -> None:
-    assume(abs(one.turn(other) - defaults.SWING_BACK) > 1e-6)
+    assume(abs(one.turn(other) - defaults.LEAST_TURN_BACK) > 1e-6)
     plan = shortest(one, other)
     back = shortest(other.turned(), one.turned())
     mirrored = shortest(Pose(one.x, -one.y, -one.hdg), Pose(other.x, -other.y, -other.hdg))

@@ -91,7 +91,7 @@ def test_numbers_of_other_modules_that_decide_about_junctions_are_in_the_documen
     assert names >= {
         *("SHORTEST_STREET_BETWEEN_JUNCTIONS", "SHORTEST_ROAD", "ARM_REACH", "ARM_REACH_MOTORWAY"),
         *("ARM_SETBACK_STEP", "TIGHT_BEND", "BEND_IN_JUNCTION", "HALF_NARROW_LANE", "INNER_EDGE_RADIUS"),
-        *("CONNECTING_RADIUS", "MOST_SWING", "MOST_SWING_BACK", "SWING_BACK", "PRIORITY_RANK_MINOR"),
+        *("CONNECTING_RADIUS", "MOST_SWING", "MOST_SWING_BACK", "LEAST_TURN_BACK", "PRIORITY_RANK_MINOR"),
     }
 
 

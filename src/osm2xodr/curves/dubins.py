@@ -50,7 +50,7 @@ def dubins_curves(
     n = len(x0)
     radius = np.broadcast_to(np.asarray(radius, np.float64), n)
     net = np.abs(wrapped(hdg1 - hdg0))
-    most = np.where(net > defaults.SWING_BACK, defaults.MOST_SWING_BACK, most_swing)
+    most = np.where(net >= defaults.LEAST_TURN_BACK, defaults.MOST_SWING_BACK, most_swing)
     p0, p1 = (np.asarray(x + 1j * y, np.complex128) / radius for x, y in ((x0, y0), (x1, y1)))
     candidates = list(_candidates(p0, p1, hdg0, hdg1))
     totals = []

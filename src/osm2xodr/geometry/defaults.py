@@ -88,8 +88,6 @@ SHORTEST_LANE_SECTION: Final = 12.0
 
 # Arms of a junction whose turns are too sharp, or whose bends are too tight, are set back by this much at a time, m.
 ARM_SETBACK_STEP: Final = 0.75
-# Turns by at least this lead back, rad (150 degrees). A choice.
-LEAST_TURN_BACK: Final = 2.618
 # Smallest radius of the middle of the lane of a turn back, m: a car's turning circle of 10 to 12 m between kerbs; and
 # the largest that one has whose lanes are far apart. Choices.
 U_TURN_RADIUS: Final = 4.0

@@ -17,6 +17,7 @@ from osm2xodr.geometry.connections import (
     even_widths,
     find_lane_links,
     redraw_connecting_roads,
+    runs_backwards,
     set_back_arms,
     swing_out,
     turns_on_the_spot,
@@ -85,7 +86,7 @@ def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagno
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))
     cut, connecting = _connect(network, cut, movements, diagnostics)
     connecting = swing_out(connecting, cut.parts)
-    connecting = _without_impossible_turns(network, cut.layout, connecting, diagnostics)
+    connecting = _without_impossible_turns(network, cut, connecting, diagnostics)
     report_squeezed_streets(network, cut.layout, diagnostics)
     report_sharp_turns(network, cut.layout, connecting, diagnostics)
     report_absorbed_streets(network, cut.layout, connecting, diagnostics)
@@ -168,11 +169,12 @@ def _out_of_bends(network: StreetNetwork, cut: CutStreets) -> CutStreets:
 
 
 def _without_impossible_turns(
-    network: StreetNetwork, layout: JunctionLayout, connecting: ConnectingRoads, diagnostics: Diagnostics
+    network: StreetNetwork, cut: CutStreets, connecting: ConnectingRoads, diagnostics: Diagnostics
 ) -> ConnectingRoads:
     """Leave out connecting roads that no car would drive because the arms that they join lie on each other."""
     # Loops that turn back on their arm are long by design.
     impossible = detours(connecting.plan_view) | turns_on_the_spot(connecting.plan_view)
+    impossible |= runs_backwards(connecting, cut.parts)
     impossible &= connecting.entry != connecting.exit
-    report_impossible_turns(network, layout, connecting.junction[impossible], diagnostics)
+    report_impossible_turns(network, cut.layout, connecting.junction[impossible], diagnostics)
     return connecting.chosen(~impossible) if impossible.any() else connecting

@@ -97,3 +97,26 @@ def test_a_short_street_between_junctions_gives_what_most_cars_need(rule: Rule) 
     roads = built(case, rule)
     assert (turn(roads, 1, 3), turn(roads, 3, 5)) == pytest.approx((4.2, 4.2), abs=0.01)
     assert left_of(roads)[3] == pytest.approx(12.0 - 2 * 4.2, abs=0.05)
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+def test_arms_of_acute_forks_end_where_cars_turn_from_one_to_the_other(rule: Rule) -> None:
+    """At 15 degrees, lanes 1.5 m inside of the lines are 8.3 m apart 43 m from the node."""
+    nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0)}
+    nodes["x"] = (-90.0 * math.cos(math.radians(15.0)), 90.0 * math.sin(math.radians(15.0)))
+    tags = "highway=residential lanes=2 width=6"
+    roads = built(Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o x", tags)}), rule)
+    left = left_of(roads)
+    across = 8.33 / math.cos(math.radians(7.5)) + 3.0
+    expected = 90.0 - across / (2 * math.tan(math.radians(7.5)))
+    assert (left[1], left[3]) == pytest.approx((expected, expected), abs=1.5)
+    assert min(turn(roads, 1, 3), turn(roads, 3, 1)) >= 4.0 - 1e-6
+    # None swings out: each turns to one side only.
+    for k, road in enumerate(roads.roads):
+        ends = {road.predecessor and road.predecessor.id, road.successor and road.successor.id}
+        if road.junction is not None and ends == {
+            item.id for item in roads.roads if item.osm_way_ids in ((1,), (3,))
+        }:
+            plan = roads.plan_view
+            bends = plan.curvature[plan.start[k] : plan.start[k + 1]]
+            assert not ((bends > 1e-6).any() and (bends < -1e-6).any())

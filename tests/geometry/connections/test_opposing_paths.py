@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from osm2xodr.curves import dubins_without_slivers, lengths, pose, smallest_radius, stack_plan_views
+from osm2xodr.curves import chain_curves, dubins_without_slivers, lengths, pose, smallest_radius, stack_plan_views
+from osm2xodr.geometry.connections.carriageways import Carriageways
 from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, draw_turn_backs_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
-from osm2xodr.model import PlanView
+from osm2xodr.model import FloatArray, IntArray, PlanView
 
 ARMS = np.array([1, 2]), np.array([2, 1])
 WIDTH = np.array([2.75, 2.75])
@@ -56,6 +57,31 @@ def test_their_ends_stay() -> None:
 def test_ways_that_keep_their_distance_stay_as_they_are() -> None:
     plan = there_and_back(2.0, 1.0)
     assert draw_side_by_side(plan, *ARMS, WIDTH, np.zeros(2, bool)) is plan
+
+
+def test_one_way_is_drawn_beside_the_other_where_their_axis_is_no_way() -> None:
+    """Both go round an island 12 m to the left, one of them more widely: the axis from arm to arm runs through it."""
+    here = [np.array([v]) for v in (0.0, -1.375, 0.0)]
+    over = [np.array([v]) for v in (20.0, 12.0 - 1.375, 0.0)]
+    there_end = [np.array([v]) for v in (40.0, -1.375, 0.0)]
+    there = chain_curves(stack_plan_views(connect(*here, *over), connect(*over, *there_end)), np.array([0, 2]))
+    back = connect(*(np.array([v]) for v in (40.0, 1.375, np.pi, 0.0, 1.375, np.pi)))
+    plan = stack_plan_views(there, back)
+    drawn = draw_side_by_side(plan, *ARMS, WIDTH, np.zeros(2, bool), _Island())
+    assert nearest(plan) < 0.1
+    assert nearest(drawn) > 2.3
+    assert float(_Island().beyond(drawn, np.arange(2), np.arange(2)).max()) <= 1.25
+
+
+class _Island(Carriageways):
+    """Carriageways round an island: ways leave them by as much as they stay right of its left side."""
+
+    def __init__(self) -> None:
+        pass
+
+    def beyond(self, plan: PlanView, curve: IntArray, row: IntArray) -> FloatArray:
+        half = 0.5 * lengths(plan)[curve]
+        return 10.0 - np.asarray(pose(plan, curve, half)[1])
 
 
 def test_lanes_for_both_directions_stay_as_they_are() -> None:

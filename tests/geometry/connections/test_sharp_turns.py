@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
+import numpy as np
 import pytest
 from road_measures import assert_sound, smallest_radius_of
 from street_cases import Case
 
 from osm2xodr.geometry import defaults
+from osm2xodr.geometry.connections import ConnectingRoads, connect, runs_backwards
+from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.model import Rule
 
 # Two carriageways, 4.6 m apart, and a street that crosses them, where one may turn back.
@@ -41,3 +46,15 @@ def test_no_turn_back_folds_its_lane(apart: float, rule: Rule) -> None:
         if road.junction is not None
     ]
     assert min(inner) > 0.1 * defaults.INNER_EDGE_RADIUS - 1e-9
+
+
+@pytest.mark.parametrize(("end", "ahead", "backwards"), [(1, 3.0, False), (1, -3.0, True), (0, -3.0, False)])
+def test_roads_whose_exit_lies_straight_behind_run_backwards(end: int, ahead: float, backwards: bool) -> None:
+    """From either end of a road of 50 m to a lane in the same heading, some way to the east, m."""
+    one, x = np.ones(1), np.array([50.0 * end])
+    hdg = np.array([0.0 if end else math.pi])
+    road = connect(0 * one, 0 * one, 0 * one, 50 * one, 0 * one, 0 * one)
+    plan = connect(x, 0 * one, hdg, x + ahead, 0 * one, hdg)
+    connecting = SimpleNamespace(plan_view=plan, entry=np.array([end]))
+    parts = SimpleNamespace(plan_view=road, length=np.array([50.0]))
+    assert runs_backwards(cast("ConnectingRoads", connecting), cast("RoadParts", parts)).tolist() == [backwards]

@@ -103,11 +103,11 @@ def bent(degrees: float, inner: float) -> tuple[LanePaths, PlanView]:
 
 @pytest.mark.parametrize(("degrees", "followed"), [(20.0, True), (27.0, True), (33.0, False), (45.0, False)])
 def test_a_street_with_corners_below_30_degrees_is_followed(degrees: float, followed: bool) -> None:
-    lanes, direct = bent(degrees, 0.0)
+    lanes, direct = bent(degrees, 4.0)
     assert (follow_streets(direct, lanes) is not direct) == followed
 
 
-@pytest.mark.parametrize(("aside", "followed"), [(1.1, False), (1.3, True)])
-def test_a_curve_that_strays_more_than_a_metre_follows_the_street(aside: float, followed: bool) -> None:
+@pytest.mark.parametrize(("aside", "followed"), [(2.9, False), (3.1, True)])
+def test_a_curve_that_strays_more_than_a_lane_follows_the_street(aside: float, followed: bool) -> None:
     lanes, direct = bent(0.0, -1.5 + aside)
     assert (follow_streets(direct, lanes) is not direct) == followed

@@ -14,7 +14,7 @@ from osm2xodr.geometry.connections.narrowing import even_widths
 from osm2xodr.geometry.connections.overrun_arms import clear_overrun_arms
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, turns_on_the_spot
 from osm2xodr.geometry.connections.priorities import Priorities, find_priorities
-from osm2xodr.geometry.connections.sharp_turns import swing_out
+from osm2xodr.geometry.connections.sharp_turns import runs_backwards, swing_out
 
 __all__ = [
     "ConnectingRoads",
@@ -29,6 +29,7 @@ __all__ = [
     "find_lane_links",
     "find_priorities",
     "redraw_connecting_roads",
+    "runs_backwards",
     "set_back_arms",
     "swing_out",
     "turns_on_the_spot",

@@ -8,17 +8,19 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import smallest_radius, wrapped
+from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, swings_out, tangents
 from osm2xodr.geometry.connections.street_paths import Poses
-from osm2xodr.geometry.connections.turn_backs import swings_back
+from osm2xodr.geometry.connections.turn_backs import SHARE_OF_HALF, lanes_apart, swings_back
 from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.defaults import (
     ARM_SETBACK_STEP,
     SHORTEST_STREET,
     SHORTEST_STREET_BETWEEN_JUNCTIONS,
     SNAPPED,
+    U_TURN_RADIUS,
 )
 from osm2xodr.geometry.junctions import JunctionLayout, RoadParts
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
@@ -26,10 +28,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Arms are set back in at most so many rounds: where they are straight, one is enough.
 _ROUNDS: Final = 8
-# Turns between these angles, rad (12 and 150 degrees), are one arc whose tangents say what they lack; what lies more
-# than this aside, m, is not.
+# Turns by more than this, rad (12 degrees), are one arc whose tangents say what they lack, if they do not turn back.
 _LEAST_TURN: Final = 0.2
-_MOST_TURN: Final = np.deg2rad(150.0)
 # Setbacks below this, m, are not worth a cut.
 _LEAST_SETBACK: Final = 0.05
 
@@ -63,18 +63,20 @@ def set_back_arms(
     """Return how much each street end gives to its junction so that its turns have room, (ends,), m.
 
     Both arms of a turn that is sharper than its corner, too long, or swings out are set back as far as it needs and
-    as their streets have room. Where a car would still hardly manage the turn, less of a short street is kept.
+    as their streets have room, and farther at acute forks. Where a car would still hardly manage the turn, less of a
+    short street is kept.
     """
     turns = _without_room(ends, layout, parts, connecting)
     trim = layout.trim.copy()
+    forks = _part_forks(ends, trim, layout.most, turns)
     farthest = trim + defaults.ARM_SETBACK_MAX
-    trim = _set_back(ends, trim, np.minimum(layout.most, farthest), turns)
+    trim = np.maximum(forks, _set_back(ends, trim, np.minimum(layout.most, farthest), turns))
     most = _most_at_last(ends, layout)
     short = most > layout.most
     least = replace(turns, radius=np.minimum(turns.radius, defaults.TURNING_RADIUS_ACUTE))
     sharp = smallest_radius(_curves(*least.poses(ends, trim))) < least.radius * (1 - 1e-3)
     least = least.chosen(sharp & (short[turns.entry] | short[turns.exit]))
-    return _set_back(ends, trim, np.minimum(most, farthest), least)
+    return np.maximum(forks, _set_back(ends, trim, np.minimum(most, farthest), least))
 
 
 def _most_at_last(ends: StreetEnds, layout: JunctionLayout) -> FloatArray:
@@ -137,11 +139,30 @@ def _lacking(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns
     angle = np.abs(wrapped(h1 - h0))
     room = most - trim
     # The arc is no larger than the shorter tangent allows: neither arm gives what is of no use without the other.
-    wanted = turns.radius * np.tan(np.minimum(angle, _MOST_TURN) / 2)
+    wanted = turns.radius * np.tan(np.minimum(angle, LEAST_TURN_BACK) / 2)
     wanted = np.minimum(wanted, np.minimum(before + room[turns.entry], after + room[turns.exit]))
-    one_arc = (angle > _LEAST_TURN) & (angle < _MOST_TURN)
+    one_arc = (angle > _LEAST_TURN) & (angle < LEAST_TURN_BACK)
     one_arc &= np.maximum(wanted - before, wanted - after) < defaults.ARM_SETBACK_MAX
     out = np.zeros(len(trim))
     for end, tangent in ((turns.entry, before), (turns.exit, after)):
         np.maximum.at(out, end, np.where(one_arc, wanted - tangent, 2 * ARM_SETBACK_STEP))
+    return out
+
+
+def _part_forks(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Turns) -> FloatArray:
+    """Return how much each street end gives so that turns at acute forks are driven directly, (ends,), m.
+
+    The arms of a fork end where their lanes are as far apart as a car's turning circle, if both streets have room.
+    """
+    out = trim.copy()
+    (_, _, h0), (_, _, h1) = turns.poses(ends, trim)
+    turns = turns.chosen(np.abs(wrapped(h1 - h0)) >= LEAST_TURN_BACK)
+    for setback in np.arange(0.0, defaults.FORK_SETBACK_MAX, ARM_SETBACK_STEP):
+        if not len(turns.entry):
+            break
+        farther = np.maximum(np.minimum(trim + setback, most), trim)
+        done = lanes_apart(*turns.poses(ends, farther)) >= 2 * U_TURN_RADIUS / SHARE_OF_HALF
+        for arm in (turns.entry[done], turns.exit[done]):
+            np.maximum.at(out, arm, farther[arm])
+        turns = turns.chosen(~done)
     return out

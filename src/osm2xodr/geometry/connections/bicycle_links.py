@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
-from typing import Final
 
+from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections.lane_assignment import STRAIGHT_ON, ArmLanes, LaneLink, LaneMovement
 from osm2xodr.model import LaneSpec, LaneType
-
-# Bicycles do not turn back in a junction: turns are below this, rad (150 degrees). A choice.
-_LARGEST_TURN: Final = math.radians(150.0)
 
 
 def lead_bicycles_on(
@@ -32,7 +28,7 @@ def lead_bicycles_on(
     unreached -= {(movements[k].exit, lane) for k, _, lane in links}
     if not lacking and not unreached:
         return []
-    ways = [k for k, item in enumerate(movements) if item.entry != item.exit and abs(item.turn) < _LARGEST_TURN]
+    ways = [k for k, item in enumerate(movements) if item.entry != item.exit and abs(item.turn) < LEAST_TURN_BACK]
     # Straight on first, then round the corner of the near side.
     ways.sort(key=lambda k: _rank(movements[k].turn, near_side_left))
     straight = [movements[k] for k in ways if abs(movements[k].turn) < STRAIGHT_ON]

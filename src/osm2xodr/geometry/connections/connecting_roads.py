@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from osm2xodr.curves import cut_curves, lengths, stack_plan_views, wrapped
-from osm2xodr.geometry.connections.corner_paths import follow_corners
+from osm2xodr.geometry.connections.carriageways import carriageways, keep_to_carriageways
 from osm2xodr.geometry.connections.lane_links import LaneLinks
 from osm2xodr.geometry.connections.opposing_paths import draw_side_by_side, draw_turn_backs_side_by_side
 from osm2xodr.geometry.connections.pose_to_pose import connect
-from osm2xodr.geometry.connections.street_paths import follow_streets, lane_paths, lay_out_paths
+from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
 from osm2xodr.geometry.connections.turn_backs import draw_turn_backs
 from osm2xodr.geometry.connections.turning_radii import turning_radii
 from osm2xodr.geometry.junctions import Movement, draw_loops
@@ -168,10 +168,11 @@ def build_connecting_roads(
         np.where(entry % 2 == 1, entry_t, -entry_t),
         np.where(exit_ % 2 == 0, exit_t, -exit_t),
     )
-    plan = follow_corners(follow_streets(plan, lanes), lanes)
+    streets = carriageways(lanes, ends, street_ends[:, 0], street_ends[:, 1])
+    plan = keep_to_carriageways(plan, streets)
     width = np.array([(row.lane_in.spec.width + row.lane_out.spec.width) / 2 for row in rows])
     shared = np.array([row.lane_in.spec.direction is Direction.BOTH for row in rows], bool)
-    plan = draw_side_by_side(plan, entry, exit_, width, shared)
+    plan = draw_side_by_side(plan, entry, exit_, width, shared, streets)
     plan = draw_turn_backs(plan, lanes, ends, street_ends[:, 0], street_ends[:, 1])
     plan = draw_turn_backs_side_by_side(plan, entry, exit_, width, shared)
     looped = [(k, loop) for k, number in enumerate(movement.tolist()) if (loop := movements[number].loop)]

@@ -21,8 +21,13 @@ from osm2xodr.curves import (
     starts,
     wrapped,
 )
-from osm2xodr.defaults import SWING_BACK
-from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER, TURNING_RADIUS
+from osm2xodr.defaults import LEAST_TURN_BACK
+from osm2xodr.geometry.connections.defaults import (
+    LEAST_REDRAWN_RADIUS,
+    LONGEST_REDRAWN,
+    SMOOTH_CORNER,
+    TURNING_RADIUS,
+)
 from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
 from osm2xodr.geometry.connections.street_paths import LanePaths, StreetPaths, poses_on
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -34,10 +39,6 @@ _TURN_OF_SEVERAL_CORNERS: Final = 2.44
 _STRAY_FROM_CORNERS: Final = 3.0
 _STRAY_LESS: Final = 0.8
 _CORNER_LEAD: Final = 7.5
-# Nor is it longer than the direct curve by more than this factor.
-_LONGER_THAN_DIRECT: Final = 1.8
-# A curve with turns at corners may have this radius, m, or that of the curve it replaces: cars turn at 5 to 6 m.
-_LEAST_RADIUS: Final = 5.0
 
 # Corners are looked for at stations this far apart, m, by how far the way turns from this many stations before one to
 # as many behind.
@@ -67,7 +68,7 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
     if not len(rows):
         return plan
     gaps = _corner_gaps(paths, lanes.streets, np.unique(lanes.path))
-    least = np.minimum(smallest_radius(plan)[rows], _LEAST_RADIUS) - 1e-9
+    least = np.minimum(smallest_radius(plan)[rows], LEAST_REDRAWN_RADIUS) - 1e-9
     for single in (False, True):
         if not len(rows):
             break
@@ -79,8 +80,8 @@ def follow_corners(plan: PlanView, lanes: LanePaths) -> PlanView:
         # A way that goes to and fro turns round on the spot, and no curve does.
         bad |= detours(turned) | has_kinks(turned)
         # Where arms meet at an acute angle far from their node, nobody drives there and back.
-        longer = lengths(turned) > _LONGER_THAN_DIRECT * lengths(plan)[rows]
-        bad |= (np.abs(heading_change(plan, rows)) < SWING_BACK) & longer
+        longer = lengths(turned) > LONGEST_REDRAWN * lengths(plan)[rows]
+        bad |= (np.abs(heading_change(plan, rows)) < LEAST_TURN_BACK) & longer
         good = ~_any_above(0.5, bad.astype(float), lanes)
         plan = replace_curves(plan, rows[good], turned, np.flatnonzero(good))
         rows, lanes, strays, least = rows[~good], lanes.chosen(~good), strays[~good], least[~good]
@@ -227,7 +228,7 @@ def _turned_at_corners(
     leave = np.delete(np.arange(start[-1]), start[1:] - 1)
     poses = [column[leave] for column in columns] + [column[leave + 1] for column in columns]
     pieces = connect(*poses, radius=TURNING_RADIUS)
-    sharp = np.flatnonzero(smallest_radius(pieces) < _LEAST_RADIUS)
+    sharp = np.flatnonzero(smallest_radius(pieces) < LEAST_REDRAWN_RADIUS)
     if len(sharp):
         radius = np.full(len(sharp), TURNING_RADIUS)
         wide = dubins_without_slivers(*(column[sharp] for column in poses), radius=radius)

@@ -15,8 +15,19 @@ TURNING_RADIUS: Final = 6.0
 TURNING_RADIUS_ACUTE: Final = 4.2
 # An arm is set back for its turns by at most this, m. A choice.
 ARM_SETBACK_MAX: Final = 12.0
+# And at acute forks by this, m, until cars turn from one arm into the other round the nose between them. A choice:
+# arms 15 degrees apart have room for that 41 m from their node, 17 m beyond where their carriageways part.
+FORK_SETBACK_MAX: Final = 30.0
 # How much larger than its kerb's the radius of a corner may be where its arms end far away. A choice.
 LARGEST_KERB: Final = 1.4
 # Ways from arm to arm and back are drawn beside a common axis where the middles of their lanes come nearer than this
 # share of their widths. A choice: lanes of 2.75 m then stay 2.3 m apart.
 OPPOSING_CLEARANCE: Final = 0.85
+# Connecting roads may leave the carriageways of the streets inside their junction by this much, m. A choice: drivers
+# cut bends by half a lane at most.
+OFF_CARRIAGEWAY: Final = 1.25
+# Curves drawn instead of others, to turn less sharply or to keep to a street, are longer than these by this factor at
+# most, unless they turn back. A choice.
+LONGEST_REDRAWN: Final = 1.8
+# And they have this radius at least, m, or that of the curve they replace: cars turn at 5 to 6 m.
+LEAST_REDRAWN_RADIUS: Final = 5.0

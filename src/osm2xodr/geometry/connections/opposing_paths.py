@@ -21,19 +21,19 @@ from osm2xodr.curves import (
     smallest_radius,
     starts,
 )
+from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
+from osm2xodr.geometry.connections.carriageways import Carriageways
 from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import turned_back
-from osm2xodr.geometry.defaults import LEAST_TURN_BACK, U_TURN_RADIUS
+from osm2xodr.geometry.defaults import U_TURN_RADIUS
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Curves are compared at this many places, from this far behind their start to this far before their end, m.
 _PLACES: Final = 32
 _LEAD: Final = 2.0
-# Turns up to this, rad (150 degrees), are drawn beside an axis: those back have shapes of their own.
-_MOST_TURN: Final = np.deg2rad(150.0)
-# Ways that turn back are left as they are where they would become longer than this, m: balloons. A choice.
+# Ways that turn back become no longer than this, m, if they were not: balloons. A choice.
 _LONGEST_TURN_BACK: Final = 40.0
 # They may turn with this share of their smallest radius: their distance changes from one arm to the other.
 _NEAR_ENOUGH: Final = 0.98
@@ -52,20 +52,27 @@ class _Pairs:
 
 
 def draw_side_by_side(
-    plan: PlanView, entry: IntArray, exit_: IntArray, width: FloatArray, shared: BoolArray
+    plan: PlanView,
+    entry: IntArray,
+    exit_: IntArray,
+    width: FloatArray,
+    shared: BoolArray,
+    streets: Carriageways | None = None,
 ) -> PlanView:
     """Redraw curves from arm to arm and back that come too near to each other, if that sets them apart.
 
     `entry` and `exit_` are the road ends that the curves join, `width` is that of their lanes, m, and `shared` says
-    which have a lane for both directions, all (n,). Both curves of a pair are drawn beside the curve from the middle
-    between their ends on one arm to that on the other.
+    which have a lane for both directions, all (n,); `streets` are those inside the junctions. Both curves of a pair
+    are drawn beside the curve from the middle between their ends on one arm to that on the other; or, if that does
+    not help, one of them is drawn beside the other.
     """
-    pairs, apart = _too_near(plan, _pairs(entry, exit_, shared), width, 0.0, _MOST_TURN)
-    if not len(apart):
-        return plan
-    start, end = _axis_ends(plan, pairs)
-    axis = connect(*start, *end)
-    return _redrawn(plan, pairs, apart, axis, defaults.TURNING_RADIUS_ACUTE)
+    pairs = _pairs(entry, exit_, shared)
+    for axes in (_middles, _ways_there, _ways_back):
+        pairs, apart = _too_near(plan, pairs, width, 0.0, LEAST_TURN_BACK)
+        if not len(apart):
+            break
+        plan = _redrawn(plan, pairs, apart, axes(plan, pairs), defaults.TURNING_RADIUS_ACUTE, streets=streets)
+    return plan
 
 
 def draw_turn_backs_side_by_side(
@@ -126,11 +133,18 @@ def _in_quarters(plan: PlanView) -> PlanView:
 
 
 def _redrawn(
-    plan: PlanView, pairs: _Pairs, apart: FloatArray, axis: PlanView, radius: float, longest: float = np.inf
+    plan: PlanView,
+    pairs: _Pairs,
+    apart: FloatArray,
+    axis: PlanView,
+    radius: float,
+    longest: float = np.inf,
+    streets: Carriageways | None = None,
 ) -> PlanView:
     """Return the plan with those pairs drawn beside their axes that get farther apart by it than they are, m.
 
-    `radius` is the least that curves get if they had more, `longest` what they get at most, m.
+    `radius` is the least that curves get if they had more, `longest` what they get at most unless they were longer,
+    m. With `streets`, they leave these no more than before, or than curves may.
     """
     there = _beside(plan, pairs.there, axis, back=False)
     back = _beside(plan, pairs.back, axis, back=True)
@@ -138,10 +152,34 @@ def _redrawn(
     better = _apart(there, back, _Pairs(both, both), _Pairs(both, both)) > apart
     for curves, rows in ((there, pairs.there), (back, pairs.back)):
         least = np.minimum(smallest_radius(plan)[rows], radius)
-        better &= (smallest_radius(curves) > least - 1e-6) & (lengths(curves) <= longest) & ~has_kinks(curves)
+        better &= (
+            (smallest_radius(curves) > least - 1e-6)
+            & (lengths(curves) <= np.maximum(lengths(plan)[rows], longest))
+            & ~has_kinks(curves)
+        )
+        if streets is not None:
+            most = np.maximum(streets.beyond(plan, rows, rows), defaults.OFF_CARRIAGEWAY)
+            better &= streets.beyond(curves, both, rows) <= most
     chosen = np.flatnonzero(better)
     plan = replace_curves(plan, pairs.there[chosen], there, chosen)
     return replace_curves(plan, pairs.back[chosen], back, chosen)
+
+
+def _middles(plan: PlanView, pairs: _Pairs) -> PlanView:
+    """Return the curves from the middle between both lanes on the first arms to that on the second."""
+    start, end = _axis_ends(plan, pairs)
+    return connect(*start, *end)
+
+
+def _ways_there(plan: PlanView, pairs: _Pairs) -> PlanView:
+    """Return the ways there."""
+    return cut_curves(plan, np.zeros(len(pairs.there)), lengths(plan)[pairs.there], pairs.there)
+
+
+def _ways_back(plan: PlanView, pairs: _Pairs) -> PlanView:
+    """Return the ways back, the other way round."""
+    ways = cut_curves(plan, np.zeros(len(pairs.back)), lengths(plan)[pairs.back], pairs.back)
+    return reverse_curves(ways, np.ones(len(pairs.back), bool))
 
 
 def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:

@@ -7,14 +7,13 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import arc_step, dubins_curves, lengths, owners, pose, replace_curves, wrapped
-from osm2xodr.defaults import CONNECTING_RADIUS
+from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
-# A line and an arc are used where both tangents are longer than this, m, and the turn lies between these, rad, and
-# where the line is either no shorter than this, m, or absent, that is shorter than this, m.
+# A line and an arc are used where both tangents are longer than this, m, and the turn is larger than this, rad, but
+# no turn back, and where the line is either no shorter than this, m, or absent, that is shorter than this, m.
 _SHORTEST_TANGENT: Final = 0.05
 _LEAST_TURN: Final = 1e-3
-_MOST_TURN: Final = np.deg2rad(150.0)
 _SHORTEST_LINE_BEFORE_ARC: Final = 0.01
 _NO_LINE_BELOW: Final = 1e-9
 # An arc is not made smaller where that would leave lines no longer than this, m.
@@ -55,17 +54,18 @@ def connect(
     hdg1: FloatArray,
     *,
     radius: float | FloatArray = np.inf,
+    longest: float = 1.0 + _LONGER_THAN_AN_ARC,
 ) -> PlanView:
     """Return a curve from each pose 0 to pose 1, (n,), m and rad, that starts and ends in their headings.
 
     Lines and an arc where the tangents meet ahead of the first and behind the second pose and leave room for a turn
-    that cars drive, the arc no larger than `radius`, m, unless the curve would become much longer by that; else two
-    arcs with tangents of equal length (biarc, Bolton 1975, doi:10.1016/0010-4485(75)90086-X), if their radius is
-    larger; Dubins' shortest curve where two arcs do not reach the second pose, because it looks back from straight
-    ahead.
+    that cars drive, the arc no larger than `radius`, m, unless the curve would become `longest` times as long as the
+    largest arc by that; else two arcs with tangents of equal length (biarc, Bolton 1975,
+    doi:10.1016/0010-4485(75)90086-X), if their radius is larger; Dubins' shortest curve where two arcs do not reach
+    the second pose, because it looks back from straight ahead.
     """
     length, curvature = _biarc(x0, y0, hdg0, x1, y1, hdg1)
-    simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1, radius)
+    simple, simple_length, simple_curvature = _line_and_arc(x0, y0, hdg0, x1, y1, hdg1, radius, longest)
     sharp = np.abs(simple_curvature[:, 1])
     simple &= (sharp * CONNECTING_RADIUS <= 1.0) | (sharp <= np.abs(curvature).max(axis=1))
     length = np.where(simple[:, None], simple_length, length)
@@ -164,23 +164,24 @@ def _line_and_arc(
     y1: FloatArray,
     hdg1: FloatArray,
     most: float | FloatArray,
+    longest: float,
 ) -> tuple[BoolArray, FloatArray, FloatArray]:
     """Return where lines and an arc connect the poses, (n,), and lengths and curvatures of line, arc, line, (n, 3).
 
     The arc touches both tangents at the distance of the shorter one from where they meet, or nearer if its radius
-    would be above `most`; the rest of both is lines.
+    would be above `most`, as long as they are at most `longest` times as long; the rest of both is lines.
     """
     turn = wrapped(hdg1 - hdg0)
     before, after = tangents(x0, y0, hdg0, x1, y1, hdg1)
     shorter = np.minimum(before, after)
     size = np.abs(turn)
     unequal = np.abs(before - after)
-    found = (shorter > _SHORTEST_TANGENT) & (size > _LEAST_TURN) & (size < _MOST_TURN)
+    found = (shorter > _SHORTEST_TANGENT) & (size > _LEAST_TURN) & (size < LEAST_TURN_BACK)
     found &= (unequal > _SHORTEST_LINE_BEFORE_ARC) | (unequal < _NO_LINE_BELOW)
     half = np.tan(np.clip(size, 1e-6, 3.1) / 2)
     # The detour by the tangents, as a share of the largest arc.
     detour = np.maximum(2 * half / np.maximum(size, 1e-6) - 1, 1e-6)
-    touch = np.maximum(most * half, shorter * (1 - _LONGER_THAN_AN_ARC / detour))
+    touch = np.maximum(most * half, shorter * (1 - (longest - 1) / detour))
     touch = np.maximum(np.where(shorter - touch > _SHORTEST_LINE_BESIDE_ARC, touch, shorter), 1e-9)
     radius = touch / half
     length = np.stack([np.maximum(before - touch, 0), radius * size, np.maximum(after - touch, 0)], axis=1)

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import dubins_without_slivers, heading_change, lengths, pose, replace_curves, smallest_radius
-from osm2xodr.defaults import CONNECTING_RADIUS, MOST_SWING, MOST_SWING_BACK, SWING_BACK
+from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK, MOST_SWING, MOST_SWING_BACK
 from osm2xodr.geometry.connections.connecting_roads import ConnectingRoads
-from osm2xodr.geometry.connections.defaults import TURNING_RADIUS_ACUTE
+from osm2xodr.geometry.connections.defaults import LONGEST_REDRAWN, TURNING_RADIUS_ACUTE
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.defaults import HALF_NARROW_LANE, INNER_EDGE_RADIUS
 from osm2xodr.geometry.junctions import RoadParts
@@ -21,10 +21,9 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 # are compared at this spacing, m.
 _CLEAR_ARM: Final = 25.0
 _PLACE_SPACING: Final = 1.0
-# They may be longer than the sharp turn by this factor if most cars manage them; by more, unless they turn back, if
-# only a small car does.
+# They may be longer than the sharp turn by this factor if most cars manage them; by `LONGEST_REDRAWN`, unless they
+# turn back, if only a small car does.
 _LONGEST_SWING_ACUTE: Final = 1.3
-_LONGEST_SWING: Final = 1.8
 # Where the inner edge of a lane has no room for its full radius, one of these shares of it does.
 _INNER_EDGE_SHARES: Final = (1.0, 0.5, 0.1)
 
@@ -35,7 +34,7 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
     Those that would swing far for the radius that most cars need get the smallest one that a car drives.
     """
     plan = connecting.plan_view
-    for radius, longest in ((TURNING_RADIUS_ACUTE, _LONGEST_SWING_ACUTE), (CONNECTING_RADIUS, _LONGEST_SWING)):
+    for radius, longest in ((TURNING_RADIUS_ACUTE, _LONGEST_SWING_ACUTE), (CONNECTING_RADIUS, LONGEST_REDRAWN)):
         # Loops that turn back on their arm have their own room; bicycles need less than cars.
         sharp = (smallest_radius(plan) < radius * (1 - 1e-9)) & connecting.for_vehicles()
         row = np.flatnonzero(sharp & (connecting.entry != connecting.exit))
@@ -43,13 +42,27 @@ def swing_out(connecting: ConnectingRoads, parts: RoadParts) -> ConnectingRoads:
             break
         wide, found = _wide_curves(plan, row, np.full(len(row), radius))
         # A turn that a car just misses is better than a balloon; turns back have no other way.
-        back = np.abs(heading_change(plan, row)) > SWING_BACK
+        back = np.abs(heading_change(plan, row)) >= LEAST_TURN_BACK
         short = np.where(back, radius <= CONNECTING_RADIUS, lengths(wide) < longest * lengths(plan)[row])
         found = found[short[found]]
         free = _keep_off_roads(wide, found, connecting.junction[row[found]], parts)
         plan = replace_curves(plan, row[found[free]], wide, found[free])
     plan = _without_folds(plan, connecting)
     return replace(connecting, plan_view=plan, length=lengths(plan))
+
+
+def runs_backwards(connecting: ConnectingRoads, parts: RoadParts) -> BoolArray:
+    """Say which connecting roads set out against the heading of the lane that they come from, (n,).
+
+    Their exit lies straight behind their entry: the arms that they join lie on each other.
+    """
+    plan, street = connecting.plan_view, connecting.entry // 2
+    out = np.zeros(len(connecting.entry), bool)
+    row = np.flatnonzero(np.diff(plan.start) > 0)
+    at_end = connecting.entry % 2 == 1
+    hdg = pose(parts.plan_view, street, np.where(at_end, parts.length[street], 0.0))[2] + np.where(at_end, 0.0, np.pi)
+    out[row] = np.cos(pose(plan, row, np.zeros(len(row)))[2] - hdg[row]) < 0.0
+    return out
 
 
 def _wide_curves(

@@ -22,7 +22,7 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 # A connecting road on a smooth street follows it where it would stray farther from it than this, m: on a roundabout's
 # ring, and elsewhere, where cars drive straight on through slight bends of OSM's lines.
 _STRAY_ON_RING: Final = 0.25
-_STRAY: Final = 1.2
+_STRAY: Final = 3.0
 # Where that is looked at, as shares of the way.
 _STRAY_SHARES: Final = np.linspace(0.1, 0.9, 9)
 # Points of the street that a curve is fitted to are at most this far apart, m; it starts and ends straight over this

@@ -24,14 +24,15 @@ from osm2xodr.curves import (
     smallest_radius,
     wrapped,
 )
+from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections.defaults import SMOOTH_CORNER
 from osm2xodr.geometry.connections.street_paths import LanePaths, Poses
-from osm2xodr.geometry.defaults import LEAST_TURN_BACK, U_TURN_RADIUS, U_TURN_RADIUS_MAX
+from osm2xodr.geometry.defaults import U_TURN_RADIUS, U_TURN_RADIUS_MAX
 from osm2xodr.geometry.plan_view import StreetEnds, outward_pose
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # An arc across the whole distance of two lanes is left this share of it for lanes that are not quite parallel.
-_SHARE_OF_HALF: Final = 0.96
+SHARE_OF_HALF: Final = 0.96
 # A curve swings out if it turns forth and back by more than this, rad (6 degrees). A choice.
 _SWING: Final = 0.1
 # Where the two lanes are at least this far apart, m, a car swings out before its turn alone; else also after it. A
@@ -75,6 +76,12 @@ def _axis(begin: Poses, end: Poses) -> FloatArray:
     return begin[2] + wrapped(end[2] - begin[2] - np.pi) / 2
 
 
+def lanes_apart(begin: Poses, end: Poses) -> FloatArray:
+    """Return how far the ends of turns back are apart across the axis between their headings, (n,), m."""
+    axis = _axis(begin, end)
+    return np.asarray(np.abs((end[1] - begin[1]) * np.cos(axis) - (end[0] - begin[0]) * np.sin(axis)))
+
+
 def _way_across(begin: Poses, end: Poses, ends: StreetEnds, entry: IntArray, exit_: IntArray) -> FloatArray:
     """Return how far ahead of the start the first nodes of the junction lie on either arm, (n,), m.
 
@@ -97,10 +104,10 @@ def turned_back(begin: Poses, end: Poses, across: FloatArray, least: float | Flo
     (x0, y0, h0), (x1, y1, h1) = begin, end
     axis = _axis(begin, end)
     stagger = (x1 - x0) * np.cos(axis) + (y1 - y0) * np.sin(axis)
-    apart = np.abs((y1 - y0) * np.cos(axis) - (x1 - x0) * np.sin(axis))
+    apart = lanes_apart(begin, end)
     abreast = np.maximum(stagger, 0.0)
     room = np.clip(across - abreast, 0.0, U_TURN_RADIUS_MAX + _FARTHEST)
-    radius = np.minimum(_SHARE_OF_HALF * apart / 2, np.maximum(room, least))
+    radius = np.minimum(SHARE_OF_HALF * apart / 2, np.maximum(room, least))
     radius = np.maximum(np.minimum(radius, U_TURN_RADIUS_MAX), least)
     before = abreast + np.clip(room - radius, 0.0, _FARTHEST)
     after = before - stagger
@@ -114,7 +121,7 @@ def turned_back(begin: Poses, end: Poses, across: FloatArray, least: float | Flo
     owner = np.repeat(np.arange(len(count)), count)
     place = 1 + np.arange(len(owner)) - turn.start[owner]
     pieces[owner, place], curvature[owner, place] = turn.length, turn.curvature
-    close = np.flatnonzero((_SHARE_OF_HALF * apart / 2 < radius) & (apart >= _APART_FOR_ONE_SWING))
+    close = np.flatnonzero((SHARE_OF_HALF * apart / 2 < radius) & (apart >= _APART_FOR_ONE_SWING))
     arcs, bends = _swing_before(_chosen(begin, close), _chosen(end, close), radius[close])
     driven = np.isfinite(arcs).all(axis=1)
     pieces[close[driven], 1:4], curvature[close[driven], 1:4] = arcs[driven], bends[driven]

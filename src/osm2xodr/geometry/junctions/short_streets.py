@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves import wrapped
+from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.defaults import SHORTEST_STREET_BETWEEN_JUNCTIONS
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.plan_view import StreetEnds
@@ -22,9 +23,8 @@ _CARRIAGEWAYS_COSINE: Final = 0.8
 # What a crossing for people needs of a street, m: 3 m (R-FGÜ 2001), and half a metre on either side.
 _CROSSING_ROOM: Final = 4.0
 # Ways over a street onto an arm beyond it may cut the corner between by this much, m: half of a carriageway of two
-# lanes, and 1.5 m more. Ways that turn by more than this angle, rad (149 degrees), turn back. Choices.
+# lanes, and 1.5 m more. A choice.
 _MOST_CORNER_CUT: Final = 4.5
-_TURN_BACK: Final = 2.6
 
 
 def streets_without_room(
@@ -82,7 +82,7 @@ def _corner_cut(ends: StreetEnds, street: IntArray, wished: FloatArray) -> Float
     driven = (ends.enters[end] & ends.leaves[arm]) | (ends.enters[arm] & ends.leaves[end])
     tangent = np.minimum(wished[arm], ends.length[end] + defaults.KERB_TANGENT_MAX)
     out = np.zeros(len(street))
-    np.maximum.at(out, number, np.where(driven & (turn < _TURN_BACK), tangent * np.tan(turn / 4), 0.0))
+    np.maximum.at(out, number, np.where(driven & (turn < LEAST_TURN_BACK), tangent * np.tan(turn / 4), 0.0))
     return out
 
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from osm2xodr.conventions import find_country, read_signs
 from osm2xodr.curves import wrapped
+from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.geometry.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.junctions import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.movements import Movement

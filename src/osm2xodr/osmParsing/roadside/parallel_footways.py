@@ -265,7 +265,8 @@ def _margin(
     """Append the strips of a side to its margin, in the order of their distance, with verges between them."""
     strips = [(found[piece, side, kind], _USES[kind]) for kind in range(len(_USES)) if (piece, side, kind) in found]
     out, edge = list(margin), 0.0
-    for strip, use in sorted(strips, key=lambda item: item[0].distance):
+    # Of two at one distance the sidewalk comes first, whatever the last bits of the distances.
+    for strip, use in sorted(strips, key=lambda item: round(item[0].distance, 3)):
         # 1e-9: the rounding must not depend on the last bits of the distance.
         verge = round(strip.distance - edge - 0.5 * strip.width + 1e-9, 1)
         if verge > _VERGE_WIDTH_MIN:

@@ -1,0 +1,200 @@
+"""Connecting roads keep to the carriageways of the streets inside their junction.
+
+A curve from arm to arm may cut through what lies between bent streets, or swing out of them. What leaves the
+carriageways is drawn along the way over the streets instead, whose corners are rounded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Final
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from osm2xodr.curves import (
+    chain_curves,
+    cut_curves,
+    heading_change,
+    lengths,
+    pose,
+    ranks,
+    replace_curves,
+    smallest_radius,
+    starts,
+)
+from osm2xodr.defaults import LEAST_TURN_BACK
+from osm2xodr.geometry.connections.corner_paths import follow_corners
+from osm2xodr.geometry.connections.defaults import (
+    LEAST_REDRAWN_RADIUS,
+    LONGEST_REDRAWN,
+    OFF_CARRIAGEWAY,
+    TURNING_RADIUS,
+)
+from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
+from osm2xodr.geometry.connections.street_paths import LanePaths, Poses, follow_streets
+from osm2xodr.geometry.plan_view import StreetEnds
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
+
+# Half of the narrowest carriageway that cars use both ways, m.
+_LEAST_HALF: Final = 2.75
+# Curves and streets are compared at places on both, m apart on streets and as shares of the curves.
+_STREET_SPACING: Final = 1.0
+_SHARES: Final = np.linspace(0.02, 0.98, 25)
+# What lies no farther from its way over the streets than this, m, at these shares of it, leaves no carriageway.
+_NEAR: Final = 2.0
+_FEW_SHARES: Final = np.array([0.3, 0.5, 0.7])
+# Corners are rounded by taking the mean of places this far before and behind, m; places are this far apart, m.
+_ROUNDINGS: Final = ((6.0, 8.0), (4.0, 6.0), (8.0, 16.0))
+# A curve is replaced if another one leaves the carriageways by so much less, m.
+_LESS: Final = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Carriageways:
+    """The streets that the connecting roads run on, and how wide they are."""
+
+    lanes: LanePaths
+    half: FloatArray  # (n,) Half of the wider carriageway of the two arms of each connecting road, m
+    arms: IntArray  # (n,) The same number for all connecting roads between the same two arms, there and back
+
+    def beyond(self, plan: PlanView, curve: IntArray, row: IntArray) -> FloatArray:
+        """Return how far curves of a plan, drawn for some connecting roads, leave all carriageways, (curves,), m."""
+        x, y = _places(plan, curve)
+        nearest = np.reshape(self._places.query(np.column_stack([x.ravel(), y.ravel()]))[0], x.shape)
+        return np.asarray(nearest.max(axis=1) - self.half[row])
+
+    @cached_property
+    def _places(self) -> cKDTree:
+        """Places on all streets that the ways lead over."""
+        paths = self.lanes.paths
+        legs = np.column_stack([paths.curve, np.minimum(paths.s_from, paths.s_to), np.abs(paths.s_to - paths.s_from)])
+        legs = np.unique(legs, axis=0)
+        count = np.maximum(np.ceil(legs[:, 2] / _STREET_SPACING), 1).astype(np.int64) + 1
+        of = np.repeat(np.arange(len(legs)), count)
+        s = legs[of, 1] + ranks(count) * (legs[:, 2] / (count - 1))[of]
+        x, y, _ = pose(self.lanes.streets, legs[of, 0].astype(np.int64), s)
+        return cKDTree(np.column_stack([x, y]))
+
+
+def carriageways(lanes: LanePaths, ends: StreetEnds, entry: IntArray, exit_: IntArray) -> Carriageways:
+    """Return the carriageways of connecting roads from street ends to street ends, (n,)."""
+    half = (ends.left - ends.right) / 2
+    arms = np.minimum(entry, exit_) * len(half) + np.maximum(entry, exit_)
+    return Carriageways(lanes, np.maximum(np.maximum(half[entry], half[exit_]), _LEAST_HALF), arms)
+
+
+def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
+    """Replace those of the direct curves, (n,), that leave the carriageways by such as leave them less.
+
+    Curves follow smooth streets. Others turn less widely, turn at the corners of their way, or run along it with its
+    corners rounded: the first of these that keeps to the carriageways, else what leaves them least. All lanes between
+    two arms change together.
+    """
+    lanes = streets.lanes
+    plan = follow_streets(direct, lanes)
+    rows = _far_from_their_way(plan, streets)
+    if not len(rows):
+        return plan
+    off = streets.beyond(plan, rows, rows)
+    far = _of_same_arms(off > OFF_CARRIAGEWAY, streets.arms[rows])
+    rows, off = rows[far], off[far]
+    least = np.minimum(smallest_radius(plan)[rows], LEAST_REDRAWN_RADIUS) - 1e-9
+    back = np.abs(heading_change(plan, rows)) >= LEAST_TURN_BACK
+    longest = np.where(back, np.inf, LONGEST_REDRAWN * lengths(plan)[rows])
+    for redraw in _REDRAWINGS:
+        if not len(rows):
+            break
+        drawn = redraw(_part(plan, rows), lanes.chosen(rows))
+        beyond = streets.beyond(drawn, np.arange(len(rows)), rows)
+        bad = beyond > np.where(off > OFF_CARRIAGEWAY, off - _LESS, OFF_CARRIAGEWAY)
+        bad |= (smallest_radius(drawn) < least) | (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
+        good = ~_of_same_arms(bad, streets.arms[rows])
+        plan = replace_curves(plan, rows[good], drawn, np.flatnonzero(good))
+        off = np.where(good, beyond, off)
+        still = _of_same_arms(off > OFF_CARRIAGEWAY, streets.arms[rows])
+        rows, off, least, longest = rows[still], off[still], least[still], longest[still]
+    return plan
+
+
+def _part(plan: PlanView, row: IntArray) -> PlanView:
+    """Return some of the curves."""
+    return cut_curves(plan, np.zeros(len(row)), lengths(plan)[row], row)
+
+
+def _of_same_arms(which: BoolArray, arms: IntArray) -> BoolArray:
+    """Say which rows join the same two arms as one of the marked rows, (n,)."""
+    return np.isin(arms, arms[which])
+
+
+def _places(plan: PlanView, curve: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return places along curves, (curves, places)."""
+    shape = len(curve), len(_SHARES)
+    each = np.repeat(curve, len(_SHARES))
+    x, y, _ = pose(plan, each, np.tile(_SHARES, len(curve)) * lengths(plan)[each])
+    return x.reshape(shape), y.reshape(shape)
+
+
+def _far_from_their_way(plan: PlanView, streets: Carriageways) -> IntArray:
+    """Return the curves that may lie aside of the carriageways."""
+    lanes, total = streets.lanes, lengths(plan)
+    rows = np.flatnonzero((total > 2 * _NEAR) & (np.diff(plan.start) > 0))
+    far = np.zeros(len(rows), bool)
+    for share in _FEW_SHARES:
+        x, y, _ = pose(plan, rows, share * total[rows])
+        px, py, _ = lanes.at_share(rows, np.full(len(rows), share))
+        far |= np.hypot(x - px, y - py) > _NEAR
+    return rows[_of_same_arms(far, streets.arms[rows])]
+
+
+def _turned_tighter(plan: PlanView, lanes: LanePaths) -> PlanView:
+    """Return curves with the same ends that turn with a smaller arc between longer lines."""
+    begin, end = _ends(plan)
+    return connect(*begin, *end, radius=TURNING_RADIUS, longest=LONGEST_REDRAWN)
+
+
+def _ends(plan: PlanView) -> tuple[Poses, Poses]:
+    """Return the poses at both ends of curves."""
+    every = np.arange(len(plan.start) - 1)
+    return pose(plan, every, np.zeros(len(every))), pose(plan, every, lengths(plan))
+
+
+def _along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, float]) -> PlanView:
+    """Return curves with the same ends that run along their ways; corners are rounded as one of `_ROUNDINGS` says."""
+    reach, spacing = rounding
+    n = len(plan.start) - 1
+    count = np.maximum((lanes.length / spacing).astype(np.int64), 1)
+    of = np.repeat(np.arange(n), count)
+    chainage = (ranks(count) + 0.5) * (lanes.length / count)[of]
+    passed = _rounded(lanes, of, chainage, reach)
+    begin, end = _ends(plan)
+    first = starts(count + 2)
+    inside = np.ones(first[-1], bool)
+    inside[first[:-1]] = inside[first[1:] - 1] = False
+    columns = []
+    for one, middle, other in zip(begin, passed, end, strict=True):
+        column = np.zeros(first[-1])
+        column[first[:-1]], column[inside], column[first[1:] - 1] = one, middle, other
+        columns.append(column)
+    leave = np.delete(np.arange(first[-1]), first[1:] - 1)
+    pieces = connect(*(column[leave] for column in columns), *(column[leave + 1] for column in columns))
+    return chain_curves(pieces, first - np.arange(n + 1))
+
+
+def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: float) -> Poses:
+    """Return poses on the ways over the streets with their corners rounded, (m,)."""
+    reach = np.minimum(np.minimum(chainage, lanes.length[row] - chainage), rounding)
+    x0, y0, _ = lanes.at_chainage(row, chainage - reach)
+    x, y, _ = lanes.at_chainage(row, chainage)
+    x1, y1, _ = lanes.at_chainage(row, chainage + reach)
+    return (x0 + 2 * x + x1) / 4, (y0 + 2 * y + y1) / 4, np.arctan2(y1 - y0, x1 - x0)
+
+
+# In the order in which they are tried.
+_REDRAWINGS: Final[tuple[Callable[[PlanView, LanePaths], PlanView], ...]] = (
+    _turned_tighter,
+    follow_corners,
+    *(partial(_along_the_way, rounding=item) for item in _ROUNDINGS),
+)

@@ -1,0 +1,65 @@
+"""Connecting roads keep to the carriageways of the streets inside their junction."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from street_cases import Case
+
+from osm2xodr.curves import heading_change, lengths, pose, smallest_radius, stack_plan_views
+from osm2xodr.geometry.connections.carriageways import Carriageways, carriageways, keep_to_carriageways
+from osm2xodr.geometry.connections.defaults import OFF_CARRIAGEWAY
+from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
+from osm2xodr.geometry.connections.street_paths import lane_paths, lay_out_paths
+from osm2xodr.model import PlanView
+
+# Four streets that meet at the origin.
+CORNER = Case(
+    {"w": (-60.0, 0.0), "e": (60.0, 0.0), "o": (0.0, 0.0), "s": (0.0, -60.0), "n": (0.0, 60.0)},
+    {1: ("w o", ""), 2: ("o s", ""), 3: ("o n", ""), 4: ("o e", "")},
+)
+
+
+def corner(arm: float) -> tuple[PlanView, Carriageways]:
+    """Draw the turn right from west to south, and the one back, between arms that end some way from their node, m."""
+    stages = CORNER.stages()
+    numbers = {(stages.way(item.entry), stages.way(item.exit)): item for item in stages.movements}
+    pair = [numbers[1, 2], numbers[2, 1]]
+    paths = lay_out_paths(pair, stages.ends, np.full(len(stages.ends.length), arm), lambda *_: (-1.5, -1.5))
+    side = np.full(2, -1.5)
+    lanes = lane_paths(paths, stages.ends.plan_view, np.arange(2), side, side)
+    there = connect(*(np.array([v]) for v in (-arm, -1.5, 0.0, -1.5, -arm, -math.pi / 2)))
+    back = connect(*(np.array([v]) for v in (1.5, -arm, math.pi / 2, -arm, 1.5, math.pi)))
+    arms = [np.array([getattr(item, name) for item in pair], np.int64) for name in ("entry", "exit")]
+    return stack_plan_views(there, back), carriageways(lanes, stages.ends, *arms)
+
+
+@pytest.mark.parametrize("arm", [30.0, 40.0])
+def test_wide_turns_that_leave_the_streets_turn_tighter(arm: float) -> None:
+    plan, streets = corner(arm)
+    rows = np.arange(2)
+    # The middle of an arc between these arms lies 0.293 of its radius inside both streets.
+    assert streets.beyond(plan, rows, rows)[0] == pytest.approx(1.5 + (arm - 1.5) * 0.2929 - 3.0, abs=0.3)
+    drawn = keep_to_carriageways(plan, streets)
+    assert streets.beyond(drawn, rows, rows).max() <= OFF_CARRIAGEWAY
+    assert smallest_radius(drawn).min() >= 5.0
+    assert not has_kinks(drawn).any()
+
+
+def test_their_ends_stay() -> None:
+    plan, streets = corner(30.0)
+    drawn = keep_to_carriageways(plan, streets)
+    rows = np.arange(2)
+    assert lengths(drawn).min() > lengths(plan).min() + 1.0
+    assert heading_change(drawn, rows) == pytest.approx(heading_change(plan, rows), abs=1e-9)
+    for share in (0.0, 1.0):
+        before, after = (np.array(pose(item, rows, share * lengths(item))) for item in (plan, drawn))
+        assert after[:2] == pytest.approx(before[:2], abs=1e-6)
+
+
+def test_turns_on_the_streets_stay_as_they_are() -> None:
+    plan, streets = corner(10.0)
+    drawn = keep_to_carriageways(plan, streets)
+    assert lengths(drawn) == pytest.approx(lengths(plan), abs=1e-9)
