@@ -37,8 +37,8 @@ _BESIDE_DEG: Final = 30.0
 _FREE_MIN: Final = 0.7
 # Between the carriageways of one street farther apart than this, m, people may walk; a choice.
 _MEDIAN_MAX: Final = 25.0
-# Number of lines beside a point that are looked at.
-_NEIGHBOURS: Final = 12
+# Number of points beside a place that are looked at.
+_NEIGHBOURS: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +79,10 @@ def with_guessed_sidewalks(
     free = np.zeros((len(pieces), 2), np.bool_)
     for side in (LEFT, RIGHT):
         rows = np.flatnonzero(open_sides[samples.piece, side])
-        clear = ~_ruled_out(samples, rows, side, lines, tree)
-        share = np.bincount(samples.piece[rows], samples.lines.length[rows] * clear, len(pieces))
+        ruled_out = _ruled_out(samples, rows, side, lines, tree, ROADSIDE_REACH)
+        of_two = np.flatnonzero(~ruled_out & (lines.name[rows] >= 0))
+        ruled_out[of_two] = _ruled_out(samples, rows[of_two], side, lines, tree, _MEDIAN_MAX)
+        share = np.bincount(samples.piece[rows], samples.lines.length[rows] * ~ruled_out, len(pieces))
         free[:, side] = open_sides[:, side] & (share >= _FREE_MIN * lengths)
     return _with_sidewalks(streets, free, tags, diagnostics)
 
@@ -136,14 +138,17 @@ def _lines(streets: Sequence[Street], samples: StreetSamples, footways: Sequence
     )
 
 
-def _ruled_out(samples: StreetSamples, rows: IntArray, side: int, lines: _Lines, tree: cKDTree) -> BoolArray:
-    """Return at which points of streets (rows of `samples`) something beside them rules a sidewalk out, (n,)."""
+def _ruled_out(
+    samples: StreetSamples, rows: IntArray, side: int, lines: _Lines, tree: cKDTree, reach: float
+) -> BoolArray:
+    """Return at which points of streets (rows of `samples`) a line within reach, m, rules a sidewalk out, (n,)."""
     sign = 1.0 if side == LEFT else -1.0
     piece, along = samples.piece[rows], samples.lines.along[rows]
     outwards = sign * np.column_stack([-along[:, 1], along[:, 0]])
     edge = sign * (samples.left if side == LEFT else samples.right)[piece]
-    query = samples.lines.points[rows] + (edge + 0.5 * ROADSIDE_REACH)[:, None] * outwards
-    found = np.asarray(tree.query(query, k=_NEIGHBOURS, distance_upper_bound=_MEDIAN_MAX)[1], np.int64)
+    query = samples.lines.points[rows] + (edge + 0.5 * reach)[:, None] * outwards
+    bound = float(np.hypot(0.5 * reach, BESIDE_SPACING))
+    found = np.asarray(tree.query(query, k=_NEIGHBOURS, distance_upper_bound=bound)[1], np.int64)
     missing = found == len(lines.points)
     found[missing] = 0
     away = lines.points[found] - samples.lines.points[rows][:, None]
