@@ -35,8 +35,8 @@ class Node:
         self.text = ""
 
     def get(self, name: str) -> str:
-        """Return an attribute, empty where there is none."""
-        return self.attributes.get(name, "")
+        """Return an attribute, empty where there is none; texts that are alike, as most are, are one in memory."""
+        return sys.intern(self.attributes.get(name, ""))
 
 
 class _DoctypeError(Exception):
