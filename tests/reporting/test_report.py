@@ -28,7 +28,7 @@ def test_heights_in_the_report() -> None:
     bridge = StructureRecord("bridge", (1,), (2,), 30.0, 6.0, 4.0, 3, 0.02, 0.1)
     tunnel = StructureRecord("tunnel", (4,), (5,), 90.0, -9.0, None, None, 0.03, 0.1)
     tight = LayerCrossing(2, 7, 1, 3, 4.0, 5.2)
-    found = ElevationReport(0.99, 0.021, 1.5, 3.0, (), (), (bridge, bridge, tunnel), (tight,))
+    found = ElevationReport(0.021, 1.5, 3.0, (), (), (bridge, bridge, tunnel), (tight,))
     document = json.loads(report({}, [], FIGURES, found, Diagnostics(), {}).decode())
     assert document["elevation"]["structures"][2]["clearance"] is None
     assert document["elevation"]["tight"] == [

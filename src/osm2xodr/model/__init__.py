@@ -38,6 +38,7 @@ from osm2xodr.model.roads import (
     RoadPlace,
     RoadType,
     StreetPlaces,
+    Stretches,
     StructureRecord,
 )
 from osm2xodr.model.shared import (
@@ -140,6 +141,7 @@ __all__ = [
     "StreetAttributes",
     "StreetNetwork",
     "StreetPlaces",
+    "Stretches",
     "Structure",
     "StructureRecord",
     "StructureTags",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from osm2xodr.surface import DemSummary
 
 # Version of the layout of the JSON report; goes up when a field is removed or changes its meaning.
-REPORT_FORMAT = 1
+REPORT_FORMAT = 2
 
 
 class Progress:

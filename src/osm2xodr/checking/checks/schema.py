@@ -86,7 +86,8 @@ def schema_violations(
             note = f"violations of the schema have no line in files of more than {_LARGEST_TREE / 1e6:.0f} MB"
             return tuple((0, _one_line(error)) for error in errors), note
         compiled.validate(_tree(path))
-    return tuple((error.line, _one_line(error)) for error in compiled.error_log), None
+    log: Any = compiled.error_log
+    return tuple((error.line, _one_line(error)) for error in log), None
 
 
 @contextmanager

@@ -202,9 +202,7 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
     )
 
 
-def _shared_by_bands(
-    drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float, spacing: float
-) -> _Shared:
+def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float, spacing: float) -> _Shared:
     """Return the cells that belong to two of some roads, from points at a step along and a spacing across, m."""
     parts = [
         _shared_cells(drive, carriageways(drive, lanes, some, step), spacing, columns)
