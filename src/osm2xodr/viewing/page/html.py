@@ -27,6 +27,7 @@ from osm2xodr.viewing.page.data import Subject, make_subject, pack_arrays, page_
 from osm2xodr.viewing.page.ground import read_ground
 from osm2xodr.viewing.shell import filled, package_text, page_html
 from osm2xodr.viewing.strips import make_scene
+from osm2xodr.viewing.unmeasured import unmeasured_share
 
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult
@@ -148,6 +149,9 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
         ["km through junctions", f"{length[~outside].sum() / 1000.0:,.2f}"],
         ["lanes drawn", f"{len(scene.lane):,}"],
     ]
+    gap, share = unmeasured_share(file)
+    if gap > 0.0:
+        figures.append(["km without a measured height", f"{gap / 1000.0:,.2f}"])
     known = scene.z[np.isfinite(scene.z)]
     if len(known):
         figures += [["lowest", f"{known.min():,.1f} m"], ["highest", f"{known.max():,.1f} m"]]
@@ -168,6 +172,9 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
     if file.misfits:
         places = counted(len(file.misfits), "place")
         notes.append(f"The reader could not read {places} of the file; osm2xodr check lists them.")
+    if gap > 0.0:
+        said = "no elevation model measured the height: hatched in the map, shaded in profiles"
+        notes.append(f"On {gap / 1000.0:,.1f} km of roads ({max(100.0 * share, 0.1):.1f} %) {said}.")
     notes += [item.message for item in diagnostics]
     return {
         "title": options.title or name or file.path.name,

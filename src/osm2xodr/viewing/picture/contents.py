@@ -16,9 +16,11 @@ from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.details import FURNITURE_FROM, MARKS_FROM, furniture_shapes, mark_lines
+from osm2xodr.viewing.picture.hatching import hatch_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 from osm2xodr.viewing.scene import Scene
 from osm2xodr.viewing.strips import border_marks, make_scene
+from osm2xodr.viewing.unmeasured import unmeasured
 
 # Height of the legend's band below the map as a share of the width, and its least height, pixels.
 _BAND: Final = 0.045
@@ -55,6 +57,7 @@ class Picture:
     mode: Mode  # What the colours mean
     bar: float  # Length of the scale bar, m
     title: str  # Name of the file
+    hatched: bool = False  # Whether roads are hatched because their heights were not measured
 
     @property
     def band(self) -> int:
@@ -112,6 +115,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
         mode,
         nice_step(_BAR_SHARE * options.width / scale),
         file.header.attributes.get("name", "") or file.path.name,
+        bool(np.any(np.diff(unmeasured(file).start)[scene.strip_road] > 0)),
     )
 
 
@@ -149,6 +153,7 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
     """
     lane_colour, station_colour = _colours(file, scene, mode)
     kinds, kind_of = border_marks(file, scene) if scale >= MARKS_FROM else ([], np.zeros(0, np.int64))
+    gaps = unmeasured(file)
     layers: list[list[Shape]] = []
     lowest: dict[int, list[Shape]] = {}
     begin = scene.border_start
@@ -178,6 +183,9 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
         if kinds:
             borders = lane + strip
             shapes += mark_lines(grid, [kinds[k] for k in kind_of[borders : borders + grid.shape[1]]], scale)
+        rows_of_road = slice(*gaps.start[scene.strip_road[strip] :][:2].tolist())
+        if stretches := list(zip(gaps.begin[rows_of_road].tolist(), gaps.end[rows_of_road].tolist(), strict=True)):
+            shapes += hatch_lines(grid, scene.s[first + np.array(rows)], stretches, scale)
     return layers
 
 

@@ -16,6 +16,8 @@ Corners: TypeAlias = list[tuple[float, float]]
 PAPER, INK, SOFT, EDGE = "#f6f7f5", "#1d2630", "#5a6672", "#3d4853"
 RED, AMBER, GREEN, DARK, WHITE, BLUE = "#c1272d", "#f2b134", "#3fa35b", "#1d2630", "#ffffff", "#2f74b9"
 
+# Strokes across roads whose heights were not measured: they stand out from every colour of roads.
+HATCHING: Final = "#f0323c"
 # Bars of a crosswalk and the gaps between them, and of a give-way line, m.
 _BAR: Final = 0.5
 # Arrows: half the width of the shaft, and of the head, m; the head's share of the length.

@@ -74,13 +74,14 @@ class Profile {
   }
 
   bands(u, road, ink) {
-    const bands = this.data.info.structures[road] || [];
+    const unmeasured = (this.data.info.unmeasured[road] || []).map(([from, to]) => ["height not measured", from, to]);
+    const bands = [...unmeasured, ...(this.data.info.structures[road] || [])];
     const context = u.ctx;
     context.save();
     for (const [kind, from, to] of bands) {
       const x0 = Math.max(u.bbox.left, u.valToPos(from, "x", true)), x1 = Math.min(u.bbox.left + u.bbox.width, u.valToPos(to, "x", true));
       if (x1 <= x0) continue;
-      context.fillStyle = kind === "tunnel" ? "rgba(90,90,110,0.25)" : "rgba(60,140,200,0.18)";
+      context.fillStyle = kind === "height not measured" ? "rgba(193,39,45,0.14)" : kind === "tunnel" ? "rgba(90,90,110,0.25)" : "rgba(60,140,200,0.18)";
       context.fillRect(x0, u.bbox.top, x1 - x0, u.bbox.height);
       context.fillStyle = ink; context.font = `${11 * devicePixelRatio}px system-ui`;
       if (x1 - x0 > 40 * devicePixelRatio) context.fillText(kind, x0 + 4 * devicePixelRatio, u.bbox.top + 13 * devicePixelRatio);
