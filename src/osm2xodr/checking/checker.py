@@ -14,6 +14,7 @@ from osm2xodr.checking.findings import Finding, Findings
 from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr
+from osm2xodr.system import stage
 
 _GZIP = b"\x1f\x8b"
 # Bytes that are read at once; headers are shorter.
@@ -33,9 +34,11 @@ def check_file(path: Path, options: CheckOptions | None = None) -> CheckResult:
 
 def check_drive(drive: OpenDrive, options: CheckOptions) -> CheckResult:
     """Check a file that was read before; see `check_file`."""
+    stage("checking the schema")
     rules = options.rules()
     findings = Findings(drive, rules)
     notes = _check_schema(drive, options, findings)
+    stage("checking roads")
     # Damaged files lead to NaN and infinity; warnings about them would say nothing new.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         check_tables(drive, _head(drive.path), findings)

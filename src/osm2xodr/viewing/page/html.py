@@ -18,7 +18,7 @@ from osm2xodr.defaults import REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import OpenDrive, frame_of, read_xodr
-from osm2xodr.system import stream_to
+from osm2xodr.system import advance, release_memory, stage, stream_to
 from osm2xodr.viewing.modes import make_modes
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page import tables
@@ -83,12 +83,15 @@ def make_report(
 ) -> bytes:
     """Return the report as HTML, UTF-8, for `write_report`; the same input gives the same bytes."""
     file = read_xodr(source) if isinstance(source, Path) else source
-    subject = _subject(file, options, diagnostics)
     if result is None and options.check:
-        # Not every report needs the checks.
+        # Not every report needs the checks. What they take of memory is free again before the rest takes its own.
         from osm2xodr.checking import CheckOptions, check_drive
 
         result = check_drive(file, CheckOptions(most=REPORT_FINDINGS))
+        release_memory()
+    stage("making the page")
+    subject = _subject(file, options, diagnostics)
+    advance(0.5)
     modes = make_modes(file, subject.scene, has_findings=result is not None)
     contents, arrays = pack_arrays(page_arrays(subject))
     rows, sentence = tables.findings(subject, result)

@@ -12,6 +12,7 @@ import numpy as np
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
+from osm2xodr.system import advance, stage
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
@@ -78,6 +79,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
     InputError
         Nothing of the file can be drawn or lies in the box, or it has no speeds to show.
     """
+    stage("drawing roads")
     scene = make_scene(file)
     if not len(scene.s):
         raise InputError(f"{file.path} has no road that can be drawn: none has both a plan view and lanes")
@@ -158,6 +160,7 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
     lowest: dict[int, list[Shape]] = {}
     begin = scene.border_start
     for strip in range(len(scene.strip_road)):
+        advance(0.15 + 0.55 * strip / len(scene.strip_road))
         grid = places[begin[strip] : begin[strip + 1]].reshape(int(scene.strip_stations[strip]), -1, 2)
         first, lane = int(scene.station_start[strip]), int(scene.lane_start[strip])
         rows = _rows(scene.s[first : first + len(grid)], 1.0 / scale)
