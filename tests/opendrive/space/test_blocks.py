@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from viewed_file import viewed_file
 
+from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space import blocks, elevation, lane_borders, pose
 
 
@@ -15,7 +16,7 @@ def test_many_places_are_evaluated_block_by_block(tmp_path: Path, monkeypatch: p
     s = np.linspace(0.0, 40.0, 50)
     lane = np.arange(50) % len(file.lanes.id)
 
-    def found() -> list[np.ndarray]:
+    def found() -> list[FloatArray]:
         ends = lane_borders(file, lane, s, before=True)
         return [*pose(file, road, s), elevation(file, road, s), *lane_borders(file, lane, s), *ends]
 
@@ -30,7 +31,7 @@ def test_blocks_hold_no_more_than_they_should(monkeypatch: pytest.MonkeyPatch) -
     sizes: list[int] = []
 
     @blocks.in_blocks
-    def doubled(file: None, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
+    def doubled(file: None, rows: IntArray, s: FloatArray) -> FloatArray:
         sizes.append(len(s))
         return np.asarray(2.0 * s)
 
