@@ -39,6 +39,7 @@ from osm2xodr.model.roads import (
     RoadPlace,
     RoadType,
     StreetPlaces,
+    Stretches,
     StructureRecord,
 )
 from osm2xodr.model.shared import (
@@ -144,6 +145,7 @@ __all__ = [
     "StreetAttributes",
     "StreetNetwork",
     "StreetPlaces",
+    "Stretches",
     "Structure",
     "StructureRecord",
     "StructureTags",
