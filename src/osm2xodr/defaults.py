@@ -118,3 +118,7 @@ KERB_HEIGHT_MAX: Final = 0.5
 # Code and value of the header's ``<userData>`` of files whose lane ids are negated, as SUMO's netconvert wants them
 # in left-hand networks: own words, which only this package knows.
 NEGATED_LANES: Final = ("lanes", "negated")
+
+# Code of the ``<userData>`` of roads without measured heights. Its value has s of the begin and of the end of each
+# stretch, m, with blanks between.
+UNMEASURED_HEIGHTS: Final = "unmeasured_heights"

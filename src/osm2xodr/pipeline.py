@@ -8,7 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from osm2xodr.curves import inside_outline
+import numpy as np
+
+from osm2xodr.curves import inside_outline, lengths, pose
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.furniture import FurnitureOptions, place_furniture
 from osm2xodr.geometry import (
@@ -20,10 +22,11 @@ from osm2xodr.geometry import (
     build_roads,
     ground_around,
     keep_own_area,
+    mark_unmeasured,
 )
 from osm2xodr.model import FloatArray, Partition, RoadMap, StreetNetwork, Surface
 from osm2xodr.osmParsing import ParseOptions
-from osm2xodr.projection import offline
+from osm2xodr.projection import offline, to_geographic
 from osm2xodr.reporting import Conversion, summarize
 from osm2xodr.surface import FlatSurface, SurfaceOptions
 from osm2xodr.system import Task, one_thread
@@ -55,7 +58,6 @@ class _Terrain(NamedTuple):
 
     surface: Surface
     ground: Task[Ground] | None = None  # The ground that heights are solved on, on its way; None where it is flat
-    coverage: float | None = None  # Share of the streets whose height is measured
     models: tuple[DemSummary, ...] = ()  # What the elevation models are
 
 
@@ -90,7 +92,11 @@ def convert(
         road_map = keep_own_area(road_map, diagnostics)
     if options.parse.corrections.shared:
         diagnostics.forget_code("correction-unused")
-    return Conversion(road_map, summarize(road_map, terrain.coverage), diagnostics, terrain.models)
+    if options.dems:
+        road_map = mark_unmeasured(road_map, terrain.surface)
+    statistics = summarize(road_map)
+    _judge_coverage(options, road_map, statistics.dem_coverage, diagnostics)
+    return Conversion(road_map, statistics, diagnostics, terrain.models)
 
 
 def _read_terrain(options: PipelineOptions, network: StreetNetwork, diagnostics: Diagnostics) -> _Terrain:
@@ -101,12 +107,12 @@ def _read_terrain(options: PipelineOptions, network: StreetNetwork, diagnostics:
     # They load the reader of rasters.
     from osm2xodr.surface import points_along, read_surface
 
-    x, y, length = points_along(network.streets)
-    surface = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics, length)
+    x, y = points_along(network.streets)
+    surface = read_surface(options.dems, network.frame, x, y, options.surface, diagnostics)
     origin = COMMON_ORIGIN if options.partition else None
     # Beside the plan view, which takes as long and needs no heights.
     ground = Task(partial(ground_around, surface, x, y, options.elevation, origin), apart=options.jobs > 1)
-    return _Terrain(surface, ground, surface.coverage, surface.dems)
+    return _Terrain(surface, ground, surface.dems)
 
 
 def _build_roads(
@@ -127,17 +133,31 @@ def _neighbourhood(options: PipelineOptions, network: StreetNetwork) -> Neighbou
     """Return the areas side by side, with what makes the surface along their borders."""
     if options.partition is None:
         return None
-    # Borders may run where elevation models end.
-    how = replace(options.surface, allow_partial=True, coverage_least=None)
 
     def surface_around(x: FloatArray, y: FloatArray) -> Surface:
         if not options.dems:
             return FlatSurface()
         from osm2xodr.surface import read_surface
 
-        return read_surface(options.dems, network.frame, x, y, how, Diagnostics())
+        return read_surface(options.dems, network.frame, x, y, options.surface, Diagnostics())
 
     return Neighbourhood(options.partition, surface_around)
+
+
+def _judge_coverage(
+    options: PipelineOptions, road_map: RoadMap, coverage: float | None, diagnostics: Diagnostics
+) -> None:
+    """Report how much of the roads has no measured height, and where; fail if it is too much."""
+    found = road_map.unmeasured
+    if found is None or coverage is None:
+        return
+    from osm2xodr.surface import judge_coverage
+
+    road = np.repeat(np.arange(len(road_map.roads)), np.diff(found.start))
+    ends = [pose(road_map.plan_view, road, s)[:2] for s in (found.begin, found.end)]
+    places = to_geographic(road_map.frame, *(np.concatenate(column) for column in zip(*ends, strict=True)))
+    length = found.total(lengths(road_map.plan_view))
+    judge_coverage(options.dems, options.surface, coverage, length, places, diagnostics)
 
 
 def _report_ways_inside(network: StreetNetwork, road_map: RoadMap, diagnostics: Diagnostics) -> None:

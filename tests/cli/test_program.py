@@ -174,7 +174,7 @@ def test_report(area: Path, dem: Path, out: Path) -> None:
     report = out.with_suffix(".json")
     assert convert(area, "--dem", dem, "-o", out, "--report-json", report, "-q") == 0
     found = json.loads(report.read_text(encoding="utf-8"))
-    assert found["format"] == 1
+    assert found["format"] == 2
     assert found["input"]["area"] == str(area)
     assert found["input"]["dem"] == [str(dem)]
     assert found["input"]["osm2xodr"] == osm2xodr.__version__

@@ -14,6 +14,7 @@ from small_area import write_area, write_dem
 from viewed_file import viewed_file, viewed_text
 
 from osm2xodr.cli import main
+from osm2xodr.opendrive import read_xodr
 from osm2xodr.opendrive.space import frame_of
 
 
@@ -148,3 +149,39 @@ def test_an_unknown_kind_of_picture_is_refused(
 ) -> None:
     assert main(["render", str(xodr), "-o", name if name == "-" else str(xodr.parent / name)]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_report_and_conversion_agree_on_what_is_not_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A model of 27 columns ends at 1.5725 E: the last 123 m of the street from there are not measured."""
+    area, dem = write_area(tmp_path), write_dem(tmp_path, columns=27)
+    xodr, log, out = tmp_path / "a.xodr", tmp_path / "a.json", tmp_path / "a.html"
+    assert main(["convert", str(area), "--dem", str(dem), "-o", str(xodr), "--report-json", str(log)]) == 0
+    said = capsys.readouterr().err
+    made = json.loads(log.read_text(encoding="utf-8"))
+    share = made["statistics"]["dem_coverage"]
+    # It is the only figure of its kind.
+    assert "measured_share" not in log.read_text(encoding="utf-8")
+    marks = [
+        tuple(map(float, text.split()))
+        for (_, code), text in read_xodr(xodr).provenance.items()
+        if code == "unmeasured_heights"
+    ]
+    missing = sum(end - begin for begin, end in marks)
+    assert missing == pytest.approx(123.0, abs=8.0)
+    # To the rounding of the ends of roads.
+    assert 1.0 - share == pytest.approx(missing / read_xodr(xodr).roads.length.sum(), abs=1e-4)
+    assert f"measured on {100.0 * share:.1f} % of the roads" in said
+    assert f"{100.0 - 100.0 * share:.0f} % of the roads ({missing / 1e3:.1f} km, " in said
+    # With the model, whose cells the page also shows around the roads, and without it.
+    for words in ([], ["--dem", str(dem), "--osm", str(area)]):
+        assert main(["report", str(xodr), "-o", str(out), "--overwrite", *words]) == 0
+        info = info_of(out.read_bytes())
+        assert dict(info["figures"])["km without a measured height"] == f"{missing / 1e3:.2f}"
+        assert f"{100.0 - 100.0 * share:.1f} %)" in next(note for note in info["notes"] if "hatched" in note)
+        assert [pair for pairs in info["unmeasured"].values() for pair in pairs] == [list(pair) for pair in marks]
+        assert "dem-gap" not in capsys.readouterr().err
+    picture = tmp_path / "a.svg"
+    assert main(["render", str(xodr), "-o", str(picture), "-q"]) == 0
+    assert "hatched: height not measured" in picture.read_text(encoding="utf-8")

@@ -53,7 +53,7 @@ def test_versions_that_cannot_be_written(area: Path, tmp_path: Path) -> None:
 def test_a_conversion_shows_what_it_is(area: Path) -> None:
     network = osm2xodr.convert(area, name="<b>Us & them</b>")
     assert repr(network).startswith(
-        "<Conversion '<b>Us & them</b>': 3 roads of 0.5 km, 6 connecting roads in 1 junct"
+        "<Conversion '<b>Us & them</b>': 3 roads of 0.5 km, 9 connecting roads in 1 junct"
     )
     page = network._repr_html_()
     assert "&lt;b&gt;Us &amp; them&lt;/b&gt;" in page

@@ -1,13 +1,12 @@
 from __future__ import annotations
 
-import io
 import json
 import math
 from pathlib import Path
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import ElevationReport, LayerCrossing, StructureRecord
-from osm2xodr.reporting.report import Progress, details, report
+from osm2xodr.reporting.report import details, report
 from osm2xodr.reporting.statistics import Statistics
 
 FIGURES = Statistics(1200, 1, 0, 143_210.0, 12.0, -3.21, 1912.77, 0.9996)
@@ -28,7 +27,7 @@ def test_heights_in_the_report() -> None:
     bridge = StructureRecord("bridge", (1,), (2,), 30.0, 6.0, 4.0, 3, 0.02, 0.1)
     tunnel = StructureRecord("tunnel", (4,), (5,), 90.0, -9.0, None, None, 0.03, 0.1)
     tight = LayerCrossing(2, 7, 1, 3, 4.0, 5.2)
-    found = ElevationReport(0.99, 0.021, 1.5, 3.0, (), (), (bridge, bridge, tunnel), (tight,))
+    found = ElevationReport(0.021, 1.5, 3.0, (), (), (bridge, bridge, tunnel), (tight,))
     document = json.loads(report({}, [], FIGURES, found, Diagnostics(), {}).decode())
     assert document["elevation"]["structures"][2]["clearance"] is None
     assert document["elevation"]["tight"] == [
@@ -59,18 +58,3 @@ def test_report_is_json_whatever_it_holds() -> None:
     assert document["diagnostics"] == [
         {"kind": "repaired", "code": "name", "osm_id": "way/1", "message": "a name with half a character ? and ü"}
     ]
-
-
-def test_progress() -> None:
-    quiet, live, verbose = io.StringIO(), io.StringIO(), io.StringIO()
-    for stream, is_live, is_verbose in ((quiet, False, False), (live, True, False), (verbose, False, True)):
-        progress = Progress(stream, live=is_live, verbose=is_verbose)
-        progress.stage("one")
-        progress.stage("two")
-        progress.done()
-        progress.done()
-    assert quiet.getvalue() == ""
-    assert live.getvalue() == "\r\x1b[Kone …\r\x1b[K\r\x1b[Ktwo …\r\x1b[K"
-    lines = verbose.getvalue().splitlines()
-    assert [line.split(" s  ")[1] for line in lines] == ["one", "two"]
-    assert all(float(line.split(" s  ")[0]) >= 0.0 for line in lines)

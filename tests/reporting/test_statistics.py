@@ -1,25 +1,38 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 from sample_road_maps import crossing, profile
 
+from osm2xodr.model import Stretches
 from osm2xodr.reporting.statistics import profile_range, summarize
 
 
 def test_summarize() -> None:
-    found = summarize(crossing(), 0.75)
+    found = summarize(crossing())
     assert (found.roads, found.connecting_roads, found.junctions) == (2, 2, 1)
     assert found.road_length == pytest.approx(180.0 + 10.0 * math.pi)
     assert found.connecting_length == pytest.approx(20.0)
     assert found.lowest == 1000.0
     ds = 10.0 * math.pi
     assert found.highest == pytest.approx(1003.8 + 0.02 * ds - 1e-4 * ds**2 + 2e-7 * ds**3)
-    assert found.dem_coverage == 0.75
+    assert found.dem_coverage is None
     assert found.further == {"streets": 2.0}
+
+
+def test_coverage_is_the_share_of_all_roads_that_is_measured() -> None:
+    whole = crossing()
+    length = 200.0 + 10.0 * math.pi
+    # 30 m of the first road; all of the last one, up to what rounding adds to its end.
+    gaps = Stretches(np.array([0, 2, 2, 2, 3]), np.array([0.0, 50.0, 0.0]), np.array([10.0, 70.0, 10.004]))
+    found = summarize(replace(whole, unmeasured=gaps))
+    assert found.dem_coverage == pytest.approx(1.0 - 40.0 / length, abs=1e-12)
+    none = Stretches(np.zeros(5, np.int64), np.zeros(0), np.zeros(0))
+    assert summarize(replace(whole, unmeasured=none)).dem_coverage == 1.0
 
 
 def test_a_hill_and_a_hollow_between_the_ends() -> None:

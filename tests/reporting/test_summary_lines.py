@@ -49,7 +49,7 @@ def test_a_flat_world_and_lights_are_said(network: Conversion) -> None:
 
 def test_bridges_and_tunnels_are_counted(network: Conversion) -> None:
     bridge = StructureRecord("bridge", (1,), (2,), 30.0, 6.0, 4.0, 3, 0.02, 0.1)
-    found = ElevationReport(0.99, 0.021, 1.5, 3.0, (), (), (bridge, bridge), ())
+    found = ElevationReport(0.021, 1.5, 3.0, (), (), (bridge, bridge), ())
     built = dataclasses.replace(network, road_map=dataclasses.replace(network.road_map, elevation_report=found))
     assert "1 junction, 2 bridges; " in summary(built, Diagnostics(), has_heights=True).made[0]
 
@@ -80,7 +80,7 @@ def test_there_are_never_more_than_ten_lines(network: Conversion) -> None:
         assert used + len(lines) == 10
         left = len(harmful) + 1 - (len(lines) - 5)
         assert lines[-2] == f"  and {left} kinds more: -v"
-        assert lines[3].startswith("  height-unknown: xxx")
+        assert lines[3].startswith("  dem-gap: xxx")
         assert max(map(len, lines)) < 160
 
 

@@ -35,7 +35,7 @@ def report(**statistics: Any) -> bytes:
     counts = [("guessed", "lane-count", 40), ("guessed", "surface", 2), ("dropped", "closed", 3), ("note", "x", 1)]
     return json.dumps(
         {
-            "format": 1,
+            "format": 2,
             "input": {"osm2xodr": "9.8.7"},
             "output": {"file": "somewhere.xodr", "bytes": 1_234_567, "xodr_version": "1.7"},
             "statistics": {**FIGURES, **statistics},

@@ -21,7 +21,7 @@ from dem_factory import (
 )
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from osm2xodr.diagnostics import Diagnostics, Kind
+from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.model import LocalFrame
 from osm2xodr.surface import METHODS
 
@@ -64,7 +64,6 @@ def test_one_sided_ramp_is_neither_mirrored_nor_shifted(
     assert np.ptp(expected) > 50.0
     assert np.abs(z - expected).max() < 1e-4
     assert measured.all()
-    assert surface.coverage == 1.0
 
 
 @PLACES
@@ -136,7 +135,6 @@ def test_voids_are_flagged_and_filled_without_a_step(tmp_path: Path) -> None:
         surface, diagnostics = read(path, BAVARIA, x, y)
         z, measured = surface.heights(x, y)
         assert 0.2 < np.mean(~measured) < 0.45
-        assert surface.coverage == np.mean(measured)
         # Half a metre of way at a slope of 30 % at most, and half a metre of rounding over 20 m.
         assert np.abs(np.diff(z)).max() < 0.5 * 0.3
         at_x, at_y = in_crs(BAVARIA, "EPSG:32632", x, y)
@@ -144,7 +142,7 @@ def test_voids_are_flagged_and_filled_without_a_step(tmp_path: Path) -> None:
         error = z - (400 + 60 * u - 80 * v + 30 * u * v + 25 * np.sin(4 * u) * np.cos(3 * v))
         assert np.abs(error[measured]).max() < 0.8
         assert np.abs(error[~measured]).max() < 14.0
-        assert [(item.kind, item.code) for item in diagnostics] == [(Kind.GUESSED, "dem-gap")]
+        assert list(diagnostics) == []
 
 
 def test_a_point_is_measured_only_if_all_its_cells_are(tmp_path: Path) -> None:
@@ -212,11 +210,10 @@ def test_beyond_the_edge_heights_go_on_without_a_step_and_are_not_measured(tmp_p
     z, measured = surface.heights(x, 0 * x)
     east = transform.c + cols * 20.0
     assert np.array_equal(measured, in_crs(BAVARIA, "EPSG:32632", x, 0 * x)[0] <= east)
-    assert surface.coverage == np.mean(measured)
     assert 400 < z.min() < z.max() < 600
     # Half a metre of way at a slope of 20 % at most, and the steps of the surface of steps itself.
     assert np.abs(np.diff(z)).max() < (3.0 if method == "nearest" else 0.15)
-    assert kinds(diagnostics) == ["dem-gap"]
+    assert kinds(diagnostics) == []
 
 
 def test_sigma(tmp_path: Path) -> None:

@@ -174,7 +174,7 @@ def test_outliers_of_averaged_models_leave_no_fringe(tmp_path: Path, monkeypatch
     path = write_raster(tmp_path / "a.tif", cells.astype(np.float32), transform, "EPSG:32632")
     surface, diagnostics = read(path, BAVARIA, *scatter(half=800.0), allow_partial=True)
     assert np.abs(surface.heights(*scatter(half=800.0))[0] - 600.0).max() < 2.0
-    assert [item.code for item in diagnostics] == ["dem-outlier", "dem-averaged", "dem-gap"]
+    assert [item.code for item in diagnostics] == ["dem-outlier", "dem-averaged"]
 
 
 def test_flat_surfaces_are_exact() -> None:

@@ -17,7 +17,7 @@ from osm2xodr import __version__
 from osm2xodr.conventions import TARGETS
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
-from osm2xodr.model import Access, Cubic, Furniture, RoadMap, RoadType, Rule, Signal
+from osm2xodr.model import Access, Cubic, Furniture, RoadMap, RoadType, Rule, Signal, Stretches
 from osm2xodr.xodrWriter import VERSIONS, WriteOptions, write_xodr
 from osm2xodr.xodrWriter.document import plan_view_bounds
 
@@ -395,3 +395,11 @@ def test_raised_lanes_are_level_where_they_have_no_width(
     root = parsed(written(replace(road_map, roads=(road, *road_map.roads[1:]))))
     found = root.find(f".//lane[@id='{lane.id}']").iterfind("height")
     assert [(item.get("sOffset"), item.get("outer")) for item in found] == heights
+
+
+def test_stretches_without_measured_heights_are_marked() -> None:
+    gaps = Stretches(np.array([0, 2, 2, 2, 3]), np.array([0.0, 50.25, 0.0]), np.array([10.0, 70.0, 10.0]))
+    roads = parsed(written(replace(crossing(), unmeasured=gaps))).findall("road")
+    found = [road.find("userData[@code='unmeasured_heights']") for road in roads]
+    assert [None if item is None else item.get("value") for item in found] == ["0 10 50.25 70", None, None, "0 10"]
+    assert [item.tag for item in roads[0]][-1] == "userData"

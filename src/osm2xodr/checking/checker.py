@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import gzip
 from pathlib import Path
+from typing import BinaryIO, cast
 
 import numpy as np
 
@@ -13,8 +14,11 @@ from osm2xodr.checking.findings import Finding, Findings
 from osm2xodr.checking.result import CheckOptions, CheckResult
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import OpenDrive, frame_of, pose, read_xodr
+from osm2xodr.system import stage
 
 _GZIP = b"\x1f\x8b"
+# Bytes that are read at once; headers are shorter.
+_CHUNK = 1 << 16
 
 
 def check_file(path: Path, options: CheckOptions | None = None) -> CheckResult:
@@ -30,9 +34,11 @@ def check_file(path: Path, options: CheckOptions | None = None) -> CheckResult:
 
 def check_drive(drive: OpenDrive, options: CheckOptions) -> CheckResult:
     """Check a file that was read before; see `check_file`."""
+    stage("checking the schema")
     rules = options.rules()
     findings = Findings(drive, rules)
     notes = _check_schema(drive, options, findings)
+    stage("checking roads")
     # Damaged files lead to NaN and infinity; warnings about them would say nothing new.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         check_tables(drive, _head(drive.path), findings)
@@ -64,8 +70,14 @@ def _check_schema(drive: OpenDrive, options: CheckOptions, findings: Findings) -
 
 def _head(path: Path) -> str:
     """Return the text of a file up to its first road, on which some readers depend; none for standard input."""
-    data = b"" if str(path) == "-" else path.read_bytes()
-    data = gzip.decompress(data) if data.startswith(_GZIP) else data
+    if str(path) == "-":
+        return ""
+    with path.open("rb") as plain:
+        packed = plain.read(len(_GZIP)) == _GZIP
+    data = b""
+    with cast("BinaryIO", gzip.open(path) if packed else path.open("rb")) as stream:
+        while b"<road" not in data and (chunk := stream.read(_CHUNK)):
+            data += chunk
     return data.partition(b"<road")[0].decode("utf-8", "replace")
 
 

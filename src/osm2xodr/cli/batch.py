@@ -14,6 +14,7 @@ from osm2xodr.cli.batch_options import BatchArguments, Plan, batch_options, plan
 from osm2xodr.cli.options import Session
 from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.reporting import details
+from osm2xodr.system import Progress
 
 if TYPE_CHECKING:
     from osm2xodr.batch import Result
@@ -58,7 +59,7 @@ def batch(session: Session, /, **options: Any) -> int:
         from osm2xodr.batch import check_dask
 
         check_dask()
-    progress = _BatchProgress(live=sys.stderr.isatty() and not arguments.quiet, verbose=bool(arguments.verbose))
+    progress = _BatchProgress(quiet=arguments.quiet, verbose=bool(arguments.verbose))
     try:
         progress.stage("reading the list of areas")
         planned = plan(arguments)
@@ -114,11 +115,12 @@ def _run(arguments: BatchArguments, planned: Plan, progress: _BatchProgress) -> 
 class _BatchProgress:
     """Shows on standard error how a batch goes on.
 
-    On terminals (`live`) in one line that is rewritten, on request (`verbose`) in a line for each area as it ends.
+    On terminals in one line that is rewritten, elsewhere in one every ten seconds; on request (`verbose`) in a line
+    for each area as it ends.
     """
 
-    def __init__(self, *, live: bool, verbose: bool) -> None:
-        self._live = live
+    def __init__(self, *, quiet: bool, verbose: bool) -> None:
+        self._line = Progress(sys.stderr, quiet=quiet, verbose=verbose)
         self._verbose = verbose
         self._began = 0.0
         self._all = self._ended = self._failed = 0
@@ -126,7 +128,7 @@ class _BatchProgress:
 
     def stage(self, name: str) -> None:
         """Show the stage that begins."""
-        self._line(f"{name} …")
+        self._line.show(name, None, self._line.now())
 
     def begin(self, areas: int) -> None:
         """Begin to count areas."""
@@ -138,8 +140,8 @@ class _BatchProgress:
 
     def convert(self, weights: Sequence[float]) -> None:
         """Count conversions; the weights are estimates of their times, in any unit."""
-        self._began, self._weight = time.monotonic(), sum(weights)
-        self._line(self._count())
+        self._began, self._weight = self._line.now(), sum(weights)
+        self._line.show(self._count(), 0.0, self._began)
 
     def end(self, result: Result, weight: float) -> None:
         """Count an area that has ended."""
@@ -151,7 +153,7 @@ class _BatchProgress:
             memory = f", {result.memory / _GIGABYTE:.1f} GB" if result.memory else ""
             why = f": {result.message}" if result.message else ""
             click.echo(f"{result.seconds:7.2f} s  {result.name} {result.status.value}{memory}{why}", err=True)
-        self._line(f"{self._count()}, {self._left()}")
+        self._line.show(self._count(), self._done / self._weight if self._weight else None, self._began)
 
     def so_far(self) -> str:
         """Return how many areas have ended."""
@@ -159,24 +161,12 @@ class _BatchProgress:
 
     def clear(self) -> None:
         """Clear the line."""
-        self._line("")
+        self._line.clear()
 
     def _count(self) -> str:
         """Return how many of all areas have ended."""
         failed = f", {self._failed:,} failed" if self._failed else ""
         return f"{self._ended:,} of {counted(self._all, 'area')}{failed}"
-
-    def _left(self) -> str:
-        """Return an estimate of the time that is left."""
-        seconds = (time.monotonic() - self._began) * (self._weight - self._done) / self._done
-        if seconds < 90.0:
-            return f"about {max(1.0, seconds):.0f} s left"
-        return f"about {seconds / 60.0:.0f} min left" if seconds < 5400.0 else f"about {seconds / 3600.0:.1f} h left"
-
-    def _line(self, text: str) -> None:
-        if self._live:
-            sys.stderr.write(f"\r\x1b[K{text}")
-            sys.stderr.flush()
 
 
 def _failed(result: Result) -> bool:

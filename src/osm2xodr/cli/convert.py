@@ -32,9 +32,9 @@ from osm2xodr.conventions import TARGETS, programmes_file
 from osm2xodr.defaults import CHECK_FINDINGS, REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.library import DECLARATIONS
-from osm2xodr.reporting import Progress, Style, details, kinds_of_findings, summary
+from osm2xodr.reporting import Style, details, kinds_of_findings, summary
 from osm2xodr.surface import expand
-from osm2xodr.system import STANDARD_OUTPUT, label
+from osm2xodr.system import STANDARD_OUTPUT, Progress, label, shown, stage
 from osm2xodr.viewing import ReportOptions
 
 if TYPE_CHECKING:
@@ -144,18 +144,37 @@ def convert(
     named = (options.frame, options.polygon, options.corrections, config, from_report)
     inputs = [area, *dem, *(Path(path) for path in named if path is not None)]
     check_targets([(name, path) for name, path in targets if path is not None], inputs, overwrite=overwrite)
-    progress = Progress(sys.stderr, live=sys.stderr.isatty() and not quiet, verbose=verbose > 0 and not quiet)
     files = output, report_json, osm_issues, html
     asked = _Wanted(area, dem, *files, from_report, check=check, verbose=verbose, quiet=quiet)
     began = time.monotonic()
-    progress.stage("starting")
-    from osm2xodr.library import area_map
+    progress = Progress(sys.stderr, quiet=quiet, verbose=verbose > 0, plan=_plan(asked, options))
+    with shown(progress):
+        stage("starting")
+        from osm2xodr.library import area_map
 
-    try:
-        with area_map(area, options, progress.stage) as found:
+        with area_map(area, options, stage) as found:
             return _convert(asked, options, found, progress, began)
-    finally:
-        progress.done()
+
+
+def _plan(wanted: _Wanted, options: ConvertOptions) -> list[tuple[str, float]]:
+    """Return the stages, and about what share of the time each takes, s for a town of 60,000 people."""
+    cut = options.bbox is not None or options.polygon is not None
+    show = wanted.check or wanted.html is not None
+    stages = [
+        ("starting", 0.3, True),
+        ("cutting", 1.0, cut),
+        ("reading", 0.8, True),
+        ("reading the elevation model", 0.5, bool(wanted.dem)),
+        ("building roads", 2.5, True),
+        ("placing", 0.5, True),
+        ("cutting roads", 0.2, options.frame is not None),
+        ("writing", 0.3, True),
+        ("reading", 1.2, show),
+        ("checking the schema", 0.3, show),
+        ("checking roads", 1.0, show),
+        ("making the page", 0.5, wanted.html is not None),
+    ]
+    return [(name, share) for name, share, is_done in stages if is_done]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -205,7 +224,7 @@ def _convert(wanted: _Wanted, options: ConvertOptions, found: AreaMap, progress:
             about_page = ReportOptions(
                 found.path, wanted.dem, json.loads(log or b"null"), dem_crs=options.dem_crs, dem_unit=options.dem_unit
             )
-            status, findings = _check_and_show(wanted, about_page)
+            status, findings = _check_and_show(wanted, about_page, progress)
     finally:
         if not quiet:
             _sum_up(about.lines(findings, 1 + wanted.check + (html is not None) + bool(command)), command)
@@ -239,7 +258,7 @@ def _say(text: str, style: Style = Style.PLAIN) -> None:
     click.echo(text if plain else click.style(text, fg=colour, bold=style is Style.HEADING), err=True)
 
 
-def _check_and_show(wanted: _Wanted, about: ReportOptions) -> tuple[int, int]:
+def _check_and_show(wanted: _Wanted, about: ReportOptions, progress: Progress) -> tuple[int, int]:
     """Check the file that was written and make the page about it, as asked for.
 
     Returns the exit status and the number of errors and warnings.
@@ -250,6 +269,7 @@ def _check_and_show(wanted: _Wanted, about: ReportOptions) -> tuple[int, int]:
     # Both need the file and the findings, which take longest: they share them.
     file = read_xodr(wanted.output)
     result = check_drive(file, CheckOptions(most=REPORT_FINDINGS))
+    progress.done()
     status = findings = 0
     if wanted.check:
         listed = result.worst(CHECK_FINDINGS)
@@ -261,6 +281,7 @@ def _check_and_show(wanted: _Wanted, about: ReportOptions) -> tuple[int, int]:
         from osm2xodr.viewing import write_report
 
         size = write_report(file, wanted.html, about, Diagnostics(), result)
+        progress.done()
         if not wanted.quiet:
             click.echo(f"osm2xodr: wrote {label(wanted.html)} ({size / _MEGABYTE:,.1f} MB)", err=True)
     return status, findings

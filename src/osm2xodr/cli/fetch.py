@@ -13,7 +13,7 @@ import click
 from osm2xodr.cli.options import PATH, Parsed, limit_options, overwrite_option, quiet_option
 from osm2xodr.diagnostics import counted
 from osm2xodr.fetching import CACHE_AGE, DOWNLOAD_MAX, ELEVATION_MODEL, OVERPASS_SERVERS, PATIENCE, RETRIES
-from osm2xodr.system import parse_duration
+from osm2xodr.system import Progress, parse_duration
 
 if TYPE_CHECKING:
     from osm2xodr.fetching import FetchedArea, FetchOptions, Place
@@ -174,17 +174,19 @@ def _cache_dir() -> Path:
 
 
 class _Progress:
-    """Says on standard error what is done and why there is a wait; the former on terminals alone."""
+    """Says on standard error what is done, with share and time left, and why there is a wait."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._quiet = quiet
-        self._live = sys.stderr.isatty() and not quiet
+        self._line = Progress(sys.stderr, quiet=quiet)
+        # What is done, and since when.
+        self._task = ("", 0.0)
 
-    def show(self, text: str) -> None:
-        """Show what is done at the moment, in a line that is rewritten."""
-        if self._live:
-            sys.stderr.write(f"\r\x1b[K{text}")
-            sys.stderr.flush()
+    def show(self, task: str, state: str = "", share: float | None = None) -> None:
+        """Show what is done at the moment, its state and what share of it is done."""
+        if task != self._task[0]:
+            self._task = (task, self._line.now())
+        self._line.show(f"{task}: {state}" if state else task, share, self._task[1])
 
     def note(self, text: str) -> None:
         """Print a line."""
@@ -194,7 +196,7 @@ class _Progress:
 
     def clear(self) -> None:
         """Clear the line that is rewritten."""
-        self.show("")
+        self._line.clear()
 
 
 def _list_models(files: tuple[Path, ...]) -> None:

@@ -14,6 +14,8 @@ from osm2xodr.model import BoolArray, FloatArray, IntArray
 
 # Length of the pieces that carriageways are to be cut into, m.
 CLEARANCE_STEP: Final = 4.0
+# Pairs of pieces that are measured at once; some 500 bytes each are needed on the way.
+_BLOCK: Final = 1 << 16
 # Pieces reach into each other by this at least, m: more than the error of widths.
 _DEPTH: Final = 0.3
 # Surfaces closer than this are one, m: more than a kerb.
@@ -114,9 +116,10 @@ def _cut(stations: Stations) -> _Pieces:
     road, s = stations.road, stations.s
     first = np.flatnonzero((road[1:] == road[:-1]) & (np.diff(s) < 2 * CLEARANCE_STEP))
     right, left, then = stations.right, stations.left, first + 1
-    corners = np.stack([right[first], left[first], left[then], right[then]], axis=1)
-    middle = 0.5 * (s[first] + s[then])
-    return _Pieces(road[first], middle, corners[..., 2].mean(axis=1), stations.hdg[first], corners[..., :2])
+    sides = ((right, first), (left, first), (left, then), (right, then))
+    corners = np.stack([side[at, :2] for side, at in sides], axis=1)
+    z = np.stack([side[at, 2] for side, at in sides], axis=1).mean(axis=1)
+    return _Pieces(road[first], 0.5 * (s[first] + s[then]), z, stations.hdg[first], corners)
 
 
 class _Kin:
@@ -164,14 +167,23 @@ def _find(pieces: _Pieces, kin: _Kin, roads: int) -> _Overlaps:
     names, pair = np.unique(key, return_inverse=True)
     joined = kin.together(names // roads, names % roads)[pair] & (height < _ONE_SURFACE)
     rest = np.flatnonzero(~joined)
-    depth = overlap_depths(pieces.corners[i[rest]], pieces.corners[j[rest]])
+    depth = _depths(pieces, i[rest], j[rest])
     rest, depth = rest[depth > _DEPTH], depth[depth > _DEPTH]
     # What is joined is measured only where it matters.
     ask = np.flatnonzero(joined & np.isin(pair, pair[rest]))
-    level = ask[overlap_depths(pieces.corners[i[ask]], pieces.corners[j[ask]]) > 0.0]
+    level = ask[_depths(pieces, i[ask], j[ask]) > 0.0]
     ramp = np.isin(pair[rest], pair[level])
     rest, depth = rest[~ramp], depth[~ramp]
     return _Overlaps(i[rest], j[rest], key[rest], height[rest], depth)
+
+
+def _depths(pieces: _Pieces, i: IntArray, j: IntArray) -> FloatArray:
+    """Return by how much pairs of pieces reach into each other, (n,), m; block by block, which saves memory."""
+    out = np.empty(len(i))
+    for first in range(0, len(i), _BLOCK):
+        at = slice(first, first + _BLOCK)
+        out[at] = overlap_depths(pieces.corners[i[at]], pieces.corners[j[at]])
+    return out
 
 
 def _joined_groups(pieces: _Pieces, kin: _Kin) -> IntArray:

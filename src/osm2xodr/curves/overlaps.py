@@ -38,6 +38,7 @@ def overlapping_pairs(
     quad, cell = _cells(low, high, probe)
     order = np.argsort(cell, kind="stable")
     quad, cell = quad[order], cell[order]
+    del first, second, third, fourth, low, high, order
     if group is not None and len(cell):
         begins = np.flatnonzero(np.diff(cell, prepend=-1))
         several = np.minimum.reduceat(group[quad], begins) < np.maximum.reduceat(group[quad], begins)
@@ -76,9 +77,11 @@ def _cells(low: FloatArray, high: FloatArray, probe: BoolArray) -> tuple[IntArra
     sane = count <= _MOST_CELLS
     good, a, wide, count = good[sane], a[sane], wide[sane], count[sane]
     rank = ranks(count)
-    of = np.repeat(np.arange(len(good)), count)
     stride = int(b[:, 0].max()) + 2
+    del low, high, b, sane
+    of = np.repeat(np.arange(len(good)), count)
     cell = a[of, 0] + rank % wide[of] + stride * (a[of, 1] + rank // wide[of])
+    del a, wide, rank
     wanted = np.zeros(_HASHES, bool)
     wanted[cell[probe[good[of]]] % _HASHES] = True
     near = wanted[cell % _HASHES]

@@ -140,7 +140,8 @@ def _receive(connection: Connection, wanted: Wanted, response: Response, part: P
                 there += len(chunk)
                 _check_size(connection, wanted, there)
                 of = f" of {total / _MEGABYTE:,.1f}" if total else ""
-                connection.network.progress(f"{host(wanted.url)}: {there / _MEGABYTE:,.1f}{of} MB")
+                share = there / total if total else None
+                connection.network.progress(host(wanted.url), f"{there / _MEGABYTE:,.1f}{of} MB", share)
         if not checked:
             _check_head(wanted, head, response)
     except ServerError:

@@ -131,7 +131,8 @@ def _fetch(
     urls: list[str] = []
     absent = 0
     for place, addresses in enumerate(files):
-        connection.network.progress(f"reading {model.title}: {place} of {len(files)} files")
+        state = f"{place} of {len(files)} files"
+        connection.network.progress(f"reading {model.title}", state, place / len(files))
         url, raster = _first_window(connection, addresses, box, model, options)
         absent += not url
         if raster is not None:

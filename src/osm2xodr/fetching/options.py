@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol
 
 from osm2xodr.errors import OptionError, Osm2xodrError
 from osm2xodr.fetching.defaults import (
@@ -42,6 +43,17 @@ def _nothing(text: str) -> None:
     """Say nothing."""
 
 
+class Shows(Protocol):
+    """Is told what is done at the moment."""
+
+    def __call__(self, task: str, state: str = "", share: float | None = None) -> None:
+        """Take the name of what is done, what of it is there, in words, and what share that is, if known."""
+
+
+def _show_nothing(task: str, state: str = "", share: float | None = None) -> None:
+    """Show nothing."""
+
+
 @dataclass(frozen=True, slots=True)
 class Network:
     """How servers are treated. Requests are made one at a time."""
@@ -51,7 +63,7 @@ class Network:
     pause: float = PAUSE  # The first pause before it is asked again, s; it doubles each time
     download_max: int = DOWNLOAD_MAX  # Largest file to download as a whole, bytes
     note: Callable[[str], None] = _nothing  # Told, in one sentence, why there is a wait
-    progress: Callable[[str], None] = _nothing  # Told what is done at the moment
+    progress: Shows = _show_nothing  # Told what is done at the moment
     sleep: Callable[[float], None] = time.sleep
 
 

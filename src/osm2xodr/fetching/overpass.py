@@ -163,7 +163,8 @@ def fetch_parts(connection: Connection, box: Box, options: FetchOptions) -> list
     progress = connection.network.progress
     while todo:
         part, depth = todo.pop()
-        progress(f"asking for the map: {len(parts)} of {len(parts) + len(todo) + 1} parts are there")
+        all_ = len(parts) + len(todo) + 1
+        progress("asking for the map", f"{len(parts)} of {all_} parts are there", len(parts) / all_)
         found = _part(overpass, part, depth == 0)
         if found is not None:
             parts.append(found)

@@ -4,6 +4,7 @@ from osm2xodr.geometry.borders import COMMON_ORIGIN, Neighbourhood, keep_own_are
 from osm2xodr.geometry.heights import ElevationOptions, Ground, ground_around, parse_grade_limits
 from osm2xodr.geometry.junctions import RoadOptions
 from osm2xodr.geometry.roads import build_roads
+from osm2xodr.geometry.unmeasured import mark_unmeasured
 
 __all__ = [
     "COMMON_ORIGIN",
@@ -14,5 +15,6 @@ __all__ = [
     "build_roads",
     "ground_around",
     "keep_own_area",
+    "mark_unmeasured",
     "parse_grade_limits",
 ]

@@ -41,7 +41,7 @@ from osm2xodr.geometry.road_records import (
     road_records,
 )
 from osm2xodr.model import Borders, RoadMap, StreetNetwork, Surface
-from osm2xodr.system import release_memory
+from osm2xodr.system import advance, release_memory
 
 
 def build_roads(
@@ -75,6 +75,7 @@ def build_roads(
     """
     plan = plan_roads(network, road_options or RoadOptions(), diagnostics)
     release_memory()
+    advance(0.45)
     problem = build_profile_problem(network, plan.fitted, plan.layout, plan.parts)
     problem = replace(problem, connectors=build_connector_problem(plan.connecting))
     report_lost_corrections(network, problem, diagnostics)
@@ -83,6 +84,7 @@ def build_roads(
         borders = find_borders(neighbourhood.partition, problem.plan_view, problem.end_junction, problem.junction_xy)
         problem = with_border_heights(problem, borders, neighbourhood.surface_around, elevation_options, diagnostics)
     solution = solve_profiles(problem, surface, diagnostics, elevation_options, ground() if ground else None)
+    advance(0.75)
     through = _with_sidewalk_corners(network, plan, solution, diagnostics)
     known = Connectivity.of(network.connectivities)
     lanes = lay_out_all(plan.parts.stretches, network.rule, known, find_country(network.country))

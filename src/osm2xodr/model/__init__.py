@@ -42,6 +42,7 @@ from osm2xodr.model.roads import (
     RoadPlace,
     RoadType,
     StreetPlaces,
+    Stretches,
     StructureRecord,
 )
 from osm2xodr.model.shared import (
@@ -150,6 +151,7 @@ __all__ = [
     "StreetAttributes",
     "StreetNetwork",
     "StreetPlaces",
+    "Stretches",
     "Structure",
     "StructureRecord",
     "StructureTags",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from osm2xodr.model.furniture import Furniture
 from osm2xodr.model.shared import Access, BoolArray, FloatArray, IntArray, LaneType, LocalFrame, ReadOnlyArrays, Rule
 
@@ -34,6 +36,21 @@ class CubicProfile(ReadOnlyArrays):
     b: FloatArray
     c: FloatArray
     d: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretches(ReadOnlyArrays):
+    """Stretches of many curves as flat arrays."""
+
+    start: IntArray  # (curves + 1,) Index of each curve's first stretch; a curve may have none
+    # (stretches,) s, m; they do not overlap, and may end beyond their curves by no more than rounding
+    begin: FloatArray
+    end: FloatArray
+
+    def total(self, lengths: FloatArray) -> float:
+        """Return the length of all stretches, m, on curves of these lengths, (curves,), m."""
+        most = np.repeat(lengths, np.diff(self.start))
+        return float((np.minimum(self.end, most) - np.minimum(self.begin, most)).sum())
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +235,6 @@ class StructureRecord:
 class ElevationReport:
     """The heights of a road network against the elevation model and the limits."""
 
-    measured_share: float  # Share of the roads' length where the elevation model has heights
     # Height of roads on the ground above the elevation model: mean, root of the mean square and 95th percentile of
     # its magnitude, m.
     bias: float
@@ -295,6 +311,8 @@ class RoadMap:
     lane_offset: CubicProfile
     statistics: Mapping[str, float] = field(default_factory=dict)
     elevation_report: ElevationReport | None = None  # None on a level world
+    # Where no elevation model has a height at the reference lines of the roads; None on a level world
+    unmeasured: Stretches | None = None
     country: str = ""  # ISO 3166-1 alpha-2 code; empty outside of all countries
     places: StreetPlaces | None = None
     furniture: Furniture = field(default_factory=Furniture)

@@ -189,7 +189,7 @@ class ConnectionTable(_Frozen):
     line: IntArray  # (n,)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Furniture:
     """A ``<signal>`` or ``<object>``, a reference to one, a ``<bridge>`` or a ``<tunnel>``."""
 
@@ -217,7 +217,7 @@ class Furniture:
     repeats: tuple[tuple[float, float, float, float, float, float], ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Controller:
     """A ``<controller>`` and the signals it controls."""
 
@@ -227,7 +227,7 @@ class Controller:
     line: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Misfit:
     """Something in the file that is not as OpenDRIVE defines it."""
 

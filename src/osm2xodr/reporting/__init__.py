@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from osm2xodr.reporting.conversion import Conversion as Conversion, Written as Written
     from osm2xodr.reporting.report import (
         REPORT_FORMAT as REPORT_FORMAT,
-        Progress as Progress,
         details as details,
     )
     from osm2xodr.reporting.statistics import summarize as summarize
@@ -27,7 +26,7 @@ __getattr__ = lazy_exports(
     {
         "code_table": ("Code", "codes"),
         "conversion": ("Conversion", "Written"),
-        "report": ("Progress", "REPORT_FORMAT", "details"),
+        "report": ("REPORT_FORMAT", "details"),
         "statistics": ("summarize",),
         "summary_lines": ("Line", "Style", "kinds_of_findings", "summary"),
     },

@@ -8,10 +8,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.reporting.code_table import codes
@@ -22,35 +21,7 @@ if TYPE_CHECKING:
     from osm2xodr.surface import DemSummary
 
 # Version of the layout of the JSON report; goes up when a field is removed or changes its meaning.
-REPORT_FORMAT = 1
-
-
-class Progress:
-    """Shows which stage runs: in one line that is rewritten (`live`), in a line with the time of each (`verbose`)."""
-
-    def __init__(self, stream: TextIO, *, live: bool, verbose: bool) -> None:
-        self._stream = stream
-        self._live = live
-        self._verbose = verbose
-        self._stage = ""
-        self._began = 0.0
-
-    def stage(self, name: str) -> None:
-        """End the stage that runs, and begin another one."""
-        self.done()
-        self._stage, self._began = name, time.monotonic()
-        if self._live:
-            self._stream.write(f"\r\x1b[K{name} …")
-            self._stream.flush()
-
-    def done(self) -> None:
-        """End the stage that runs, if any."""
-        if self._stage and self._live:
-            self._stream.write("\r\x1b[K")
-        if self._stage and self._verbose:
-            self._stream.write(f"{time.monotonic() - self._began:7.2f} s  {self._stage}\n")
-        self._stream.flush()
-        self._stage = ""
+REPORT_FORMAT = 2
 
 
 def details(diagnostics: Diagnostics) -> list[str]:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from osm2xodr.model import CubicProfile, FloatArray, RoadMap
+from osm2xodr.curves import lengths as curve_lengths
+from osm2xodr.model import CubicProfile, FloatArray, RoadMap, Stretches
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,16 +25,16 @@ class Statistics:
     # Heights of reference lines, m
     lowest: float
     highest: float
-    dem_coverage: float | None  # Share of the streets whose height is measured; None without an elevation model
+    # Share of the length of all roads, those through junctions among them, on which an elevation model has a height
+    # at the reference line; None without one
+    dem_coverage: float | None
     # Figures of the stages geometry and furniture, by name
     further: Mapping[str, float] = field(default_factory=dict)
 
 
-def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:
+def summarize(road_map: RoadMap) -> Statistics:
     """Count and measure a road network."""
-    plan = road_map.plan_view
-    last = plan.start[1:] - 1
-    lengths: FloatArray = plan.s[last] + plan.length[last]
+    lengths = curve_lengths(road_map.plan_view)
     inside = np.array([road.junction is not None for road in road_map.roads], dtype=np.bool_)
     lowest, highest = profile_range(road_map.elevation, lengths)
     return Statistics(
@@ -44,9 +45,16 @@ def summarize(road_map: RoadMap, dem_coverage: float | None) -> Statistics:
         float(lengths[inside].sum()),
         lowest,
         highest,
-        dem_coverage,
+        coverage(road_map.unmeasured, lengths),
         {**road_map.statistics, **road_map.furniture.statistics},
     )
+
+
+def coverage(unmeasured: Stretches | None, lengths: FloatArray) -> float | None:
+    """Return the share of roads of these lengths, (roads,), m, that is measured; None if none can be."""
+    if unmeasured is None:
+        return None
+    return 1.0 - unmeasured.total(lengths) / float(lengths.sum())
 
 
 def profile_range(profile: CubicProfile, lengths: FloatArray) -> tuple[float, float]:

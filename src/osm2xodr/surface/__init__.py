@@ -14,6 +14,7 @@ from osm2xodr.system import lazy_exports
 
 if TYPE_CHECKING:
     from osm2xodr.surface.comparison import MethodResult as MethodResult
+    from osm2xodr.surface.coverage import judge_coverage as judge_coverage
     from osm2xodr.surface.dem_surface import DemSummary as DemSummary, DemSurface as DemSurface
     from osm2xodr.surface.files import DEM_ENDINGS as DEM_ENDINGS, expand as expand
     from osm2xodr.surface.grids import is_virtual as is_virtual, virtual_sources as virtual_sources
@@ -35,6 +36,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "comparison": ("MethodResult",),
+        "coverage": ("judge_coverage",),
         "dem_surface": ("DemSummary", "DemSurface"),
         "files": ("DEM_ENDINGS", "expand"),
         "grids": ("is_virtual", "virtual_sources"),

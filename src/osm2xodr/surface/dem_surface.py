@@ -41,7 +41,6 @@ class DemSurface:
 
     cell_size: float  # Of the elevation model that most roads lie on, m
     sigma: float  # Standard error of its heights, m
-    coverage: float  # Share of the road points whose height is measured
     dems: tuple[DemSummary, ...]  # What was read, in the order given
     polynomial: PolynomialTrend  # The trend
     layers: LayeredSurface  # The grids of heights

@@ -12,8 +12,9 @@ import numpy as np
 from osm2xodr.curves import ranks
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.errors import CoverageError, InputError
-from osm2xodr.model import BoolArray, FloatArray, LocalFrame, Street
+from osm2xodr.model import FloatArray, LocalFrame, Street
 from osm2xodr.projection import to_geographic
+from osm2xodr.surface.coverage import box_text, names_of
 from osm2xodr.surface.dem_surface import Bounds, DemSummary, DemSurface, qualities_of
 from osm2xodr.surface.grids import DemSource, GridFrame, convert_heights, parse_datum, rasters_in, unstated
 from osm2xodr.surface.mosaic import (
@@ -33,25 +34,15 @@ from osm2xodr.surface.sampling import LayeredSurface
 # cells, with a note.
 _CELLS_MAX: Final = 2**25
 _CELLS_MAX_BICUBIC: Final = 2**23
-# Least share of the roads that elevation models must cover unless the user allows less: guesses should not outweigh
-# measurements. A choice.
-_COVERAGE_MIN: Final = 0.5
-# Spacing of the points along roads at which coverage is checked, m: below the cells of the coarsest elevation models
-# in use (90 m).
-_COVERAGE_STEP: Final = 50.0
+# Spacing of the points along roads that say which cells are needed, m: below the cells of the coarsest elevation
+# models in use (90 m).
+_POINT_STEP: Final = 50.0
 # Cells of height 0 from which a model is reported as level: few may be so by chance, or on a shore. A choice.
 _LEVEL_CELLS: Final = 100
-# Number of files that a message names before "and n more".
-_FILES_NAMED: Final = 3
 
 
-def points_along(
-    streets: Sequence[Street], step: float = _COVERAGE_STEP
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return local x, y (n,) of points along streets (one at least), their ends among them, up to `step` apart, m.
-
-    The third array has the length of street that each point stands for, m.
-    """
+def points_along(streets: Sequence[Street], step: float = _POINT_STEP) -> tuple[FloatArray, FloatArray]:
+    """Return local x, y (n,) of points along streets (one at least), their ends among them, up to `step` apart, m."""
     points = np.concatenate([street.points for street in streets])
     counts = np.array([len(street.points) for street in streets])
     first = np.concatenate([[0], np.cumsum(counts)])
@@ -62,12 +53,8 @@ def points_along(
     start, end = along[first[:-1]], along[first[1:] - 1]
     steps = np.maximum(np.ceil((end - start) / step).astype(np.int64), 1)
     index = ranks(steps + 1)
-    spacing = np.repeat((end - start) / steps, steps + 1)
-    at = np.repeat(start, steps + 1) + index * spacing
-    # A point at an end stands for what is before it or behind it.
-    is_end = (index == 0) | (index == np.repeat(steps, steps + 1))
-    length = np.where(is_end, 0.5, 1.0) * spacing
-    return np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1]), length
+    at = np.repeat(start, steps + 1) + index * np.repeat((end - start) / steps, steps + 1)
+    return np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])
 
 
 def read_surface(
@@ -77,15 +64,13 @@ def read_surface(
     y: FloatArray,
     options: SurfaceOptions,
     diagnostics: Diagnostics,
-    length: FloatArray | None = None,
 ) -> DemSurface:
     """Make the surface of the ground from elevation models: local raster files of any CRS, cells and unit.
 
     Zip archives stand for the rasters in them. Where several overlap, finer cells come first, then the order given;
     their seams are blended. Neither positions nor cells are resampled: heights are found in each raster's own CRS.
-    x, y (n,), m, are points along all roads in a local frame: they decide what is read, and the coverage. `length`
-    (n,), m, is what each of them stands for, by default the same. Diagnostics get what is guessed or repaired, and
-    how much of the roads has no measured height, and where.
+    x, y (n,), m, are points along all roads in a local frame: they decide what is read. Diagnostics get what is
+    guessed or repaired.
 
     Raises
     ------
@@ -93,7 +78,7 @@ def read_surface(
         A file is missing, damaged, no raster, an image, not local, or without CRS; or heights cannot be converted to
         the wanted vertical datum.
     CoverageError
-        The elevation models lie elsewhere, have no heights at the roads, or cover too little of them.
+        The elevation models lie elsewhere, or have no heights at the roads.
     """
     if not paths:
         raise InputError("no elevation model was given; name at least one file")
@@ -115,9 +100,9 @@ def read_surface(
         diagnostics.note("trend-order", "", text)
     layered = LayeredSurface(layers, trend, options.method)
     source = layered.sample(x, y)[1]
-    coverage = _coverage(source >= 0, length)
-    _check_coverage(paths, coverage, options)
-    _report_gap(paths, coverage, source < 0, length, to_geographic(frame, x, y), diagnostics)
+    if not (source >= 0).any():
+        remedy = "give an elevation model that covers the roads"
+        raise CoverageError(f"{names_of(paths)}: no road has a measured height; {remedy}")
     main = int(np.bincount(source[source >= 0]).argmax())
     sigmas = np.array([layer.sigma if options.sigma is None else options.sigma for layer in layers])
     if options.method == "polynomial":
@@ -126,7 +111,6 @@ def read_surface(
     return DemSurface(
         layers[main].cell_size,
         float(sigmas[main]),
-        coverage,
         summaries,
         trend.polynomial,
         layered,
@@ -142,7 +126,7 @@ def _in_datum(windows: list[DemWindow], options: SurfaceOptions, diagnostics: Di
             diagnostics.note(
                 "dem-datums",
                 "",
-                f"{_names([window.source.path for window in windows])}: heights refer to several datums "
+                f"{names_of([window.source.path for window in windows])}: heights refer to several datums "
                 f"({', '.join(names)}) and were taken as they are; --vertical-datum converts them to one.",
             )
         return windows
@@ -173,7 +157,7 @@ def _used(
     """Return the windows with heights, report averaged and unused models; fail if none has heights at the roads."""
     averaged = [window for window in windows if window is not None and window.block > 1]
     if averaged:
-        names, block = _names([window.source.path for window in averaged]), max(window.block for window in averaged)
+        names, block = names_of([window.source.path for window in averaged]), max(window.block for window in averaged)
         why = f"the roads span more cells than are kept; blocks of {block} x {block} cells were averaged."
         diagnostics.note("dem-averaged", "", f"{names}: {why}")
     away = [path for path, window in zip(paths, windows, strict=True) if window is None]
@@ -182,12 +166,12 @@ def _used(
     empty = [window.source.path for window in reached if not np.isfinite(window.z).any()]
     for unused, why in ((away, "it does not reach the roads"), (empty, "it has only nodata around the roads")):
         if unused:
-            diagnostics.note("dem-unused", "", f"{_names(unused)}: not used, {why}.")
+            diagnostics.note("dem-unused", "", f"{names_of(unused)}: not used, {why}.")
     for window in used:
         _report_level(window, diagnostics)
     if used:
         return used
-    names = _names(paths)
+    names = names_of(paths)
     if empty:
         remedy = "give an elevation model with heights there"
         raise CoverageError(f"{names}: all cells around the roads are nodata; {remedy}")
@@ -195,7 +179,7 @@ def _used(
     roads = float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())
     west, south, east, north = zip(*bounds, strict=True)
     covered = min(west), min(south), max(east), max(north)
-    places = f"covers {_box_text(covered)} but the roads lie at {_box_text(roads)}"
+    places = f"covers {box_text(covered)} but the roads lie at {box_text(roads)}"
     raise CoverageError(f"{names}: the elevation model {places}; give one that covers the roads")
 
 
@@ -205,47 +189,6 @@ def _report_level(window: DemWindow, diagnostics: Diagnostics) -> None:
     if len(z) >= _LEVEL_CELLS and not z.any():
         text = f"{window.source.path}: all {len(z):,} cells around the roads have the height 0"
         diagnostics.note("dem-level", "", f"{text}; look whether they are voids or the file is the wrong one.")
-
-
-def _coverage(measured: BoolArray, length: FloatArray | None) -> float:
-    """Return the share of the roads that is measured, by the length that each point stands for."""
-    if length is None or not length.any():
-        return float(np.mean(measured))
-    # Exactly 1 where all is measured, whatever the order of the sum.
-    return 1.0 if measured.all() else float(length[measured].sum() / length.sum())
-
-
-def _check_coverage(paths: Sequence[Path], coverage: float, options: SurfaceOptions) -> None:
-    """Fail if too small a share of the roads is measured."""
-    names = _names(paths)
-    if coverage == 0.0:
-        raise CoverageError(f"{names}: no road has a measured height; give an elevation model that covers the roads")
-    only = f"{names}: only {_percent(coverage)} of the roads have a measured height"
-    if options.coverage_least is not None:
-        if coverage < options.coverage_least:
-            wanted = f"and --fail-below-coverage asks for {100.0 * options.coverage_least:g} %"
-            raise CoverageError(f"{only}, {wanted}; give elevation models that cover the roads")
-    elif coverage < _COVERAGE_MIN and not options.allow_partial:
-        remedy = "give elevation models that cover the roads, or allow the rest to be guessed with --allow-partial"
-        raise CoverageError(f"{only}; {remedy}")
-
-
-def _report_gap(
-    paths: Sequence[Path],
-    coverage: float,
-    gap: BoolArray,
-    length: FloatArray | None,
-    places: tuple[FloatArray, FloatArray],
-    diagnostics: Diagnostics,
-) -> None:
-    """Report how much of the roads has no measured height, and where; `places` are longitudes and latitudes."""
-    if not gap.any():
-        return
-    lon, lat = places[0][gap], places[1][gap]
-    far = "" if length is None else f"{length[gap].sum() / 1e3:,.1f} km, "
-    box = _box_text((float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max())))
-    said = f"{_percent(1.0 - coverage)} of the roads ({far}{box}) have no measured height; it was filled in."
-    diagnostics.guessed("dem-gap", "", f"{_names(paths)}: {said}")
 
 
 def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, bounds: Bounds) -> DemSummary:
@@ -266,21 +209,3 @@ def _summary(described: tuple[DemSource, GridFrame], window: DemWindow | None, b
         0.0 if window is None else window.share,
         0 if window is None else window.outliers,
     )
-
-
-def _names(paths: Sequence[Path]) -> str:
-    """Name files in a sentence, the first few of many."""
-    more = f" and {len(paths) - _FILES_NAMED} more" if len(paths) > _FILES_NAMED else ""
-    return ", ".join(str(path) for path in paths[:_FILES_NAMED]) + more
-
-
-def _box_text(box: Bounds) -> str:
-    """Format a box for a message."""
-    west, south, east, north = box
-    return f"{west:.4f} to {east:.4f} E, {south:.4f} to {north:.4f} N"
-
-
-def _percent(share: float) -> str:
-    """Format a share with enough digits not to be rounded to nothing or everything."""
-    percent = 100.0 * share
-    return f"{percent:{'.2g' if percent < 1.0 else '.0f' if percent <= 99.0 else '.2f'}} %"

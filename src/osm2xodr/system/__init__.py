@@ -29,6 +29,13 @@ if TYPE_CHECKING:
         release_memory as release_memory,
     )
     from osm2xodr.system.parallel import Task as Task, available_jobs as available_jobs, map_parallel as map_parallel
+    from osm2xodr.system.progress import (
+        Progress as Progress,
+        advance as advance,
+        shown as shown,
+        stage as stage,
+        time_left as time_left,
+    )
     from osm2xodr.system.streams import (
         occupy_closed_streams as occupy_closed_streams,
         patient_standard_error as patient_standard_error,
@@ -60,6 +67,7 @@ __getattr__ = lazy_exports(
             "release_memory",
         ),
         "parallel": ("Task", "available_jobs", "map_parallel"),
+        "progress": ("Progress", "advance", "shown", "stage", "time_left"),
         "streams": ("occupy_closed_streams", "patient_standard_error"),
         "threads": ("ONE_THREAD_ENVIRONMENT", "one_thread"),
     },

@@ -27,6 +27,8 @@ from osm2xodr.viewing.scene import Scene
 # pixels per metre; and between stations of a profile a grade is as good as straight. Choices.
 _TOLERANCE: Final = 0.03
 _LONGEST_CHORD: Final = 10.0
+# Borders that are found at once, about: more would take much memory on the way.
+_BLOCK: Final = 1 << 17
 # How road marks are drawn (0 not at all, 1 solid, 2 broken), and in which colour; others are solid and white.
 _MARK_STYLES: Final = {
     "none": 0,
@@ -60,7 +62,7 @@ def make_scene(file: OpenDrive, tolerance: float = _TOLERANCE, step: float = _LO
     (z,) = _both(elevation, file, road, s, is_end)
     (roll,) = _both(superelevation, file, road, s, is_end)
     (slope,) = _both(grade, file, road, s, is_end)
-    border = _borders(file, s, is_end, station_start, lane, lane_start, left_lanes, road)
+    border = _borders(file, s, is_end, station_start, lane_start, lane, left_lanes, road)
     centre_rows = np.flatnonzero(file.lanes.id == 0)
     of_section = np.full(len(file.sections.s), -1)
     of_section[file.lanes.section[centre_rows][::-1]] = centre_rows[::-1]
@@ -137,12 +139,37 @@ def _borders(
     s: FloatArray,
     is_end: BoolArray,
     station_start: IntArray,
-    lane: IntArray,
     lane_start: IntArray,
+    lane: IntArray,
     left_lanes: IntArray,
     road: IntArray,
 ) -> FloatArray:
     """Return t of all borders: strip after strip, station after station, from left to right."""
+    border_start = np.concatenate(([0], np.cumsum(np.diff(station_start) * (np.diff(lane_start) + 1))))
+    out = np.empty(int(border_start[-1]))
+    first = 0
+    while first < len(lane_start) - 1:
+        last = max(first + 1, int(np.searchsorted(border_start, border_start[first] + _BLOCK, "right")) - 1)
+        rows = slice(int(station_start[first]), int(station_start[last]))
+        starts = station_start[first : last + 1] - rows.start, lane_start[first : last + 1]
+        out[border_start[first] : border_start[last]] = _borders_of_strips(
+            file, s[rows], is_end[rows], *starts, lane, left_lanes[first:last], road[rows]
+        )
+        first = last
+    return out
+
+
+def _borders_of_strips(
+    file: OpenDrive,
+    s: FloatArray,
+    is_end: BoolArray,
+    station_start: IntArray,
+    lane_start: IntArray,
+    lane: IntArray,
+    left_lanes: IntArray,
+    road: IntArray,
+) -> FloatArray:
+    """Return t of all borders of some strips, as `_borders` does."""
     stations, lanes = np.diff(station_start), np.diff(lane_start)
     borders = np.repeat(lanes + 1, stations)
     strip = np.repeat(np.arange(len(lanes)), stations)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -140,6 +141,7 @@ class _RoadBlocks:
             cubic_texts(road_map.elevation, lengths, "elevation", first, last),
             _texts_if_not_zero(road_map.superelevation, lengths, "superelevation", first, last),
             _texts_if_not_zero(road_map.lane_offset, lengths, "laneOffset", first, last),
+            _unmeasured_texts(road_map, first, last),
         )
         roads = road_map.roads[first:last]
         texts = [self._writer.road(road, table) for road, table in zip(roads, tables, strict=True)]
@@ -173,6 +175,16 @@ def _texts_if_not_zero(profile: CubicProfile, lengths: FloatArray, element: str,
     """Return the records of profiles, one text per curve, empty where a profile is 0 throughout."""
     texts = cubic_texts(profile, lengths, element, first, last)
     return ["" if zero else text for text, zero in zip(texts, are_zero(profile, lengths, first, last), strict=True)]
+
+
+def _unmeasured_texts(road_map: RoadMap, first: int, last: int) -> list[str]:
+    """Return begin and end of the stretches without a measured height, one text per road, m."""
+    found = road_map.unmeasured
+    if found is None or not len(found.begin):
+        return [""] * (last - first)
+    places = np.stack([found.begin, found.end], axis=1)
+    start = found.start[first : last + 1].tolist()
+    return [" ".join(map(number, places[a:b].ravel().tolist())) for a, b in pairwise(start)]
 
 
 def _note_what_is_lost(road_map: RoadMap, options: WriteOptions, words: Words, diagnostics: Diagnostics) -> None:

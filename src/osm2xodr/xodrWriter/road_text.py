@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from osm2xodr.defaults import UNMEASURED_HEIGHTS
 from osm2xodr.model import Access, Cubic, Junction, Lane, LaneSection, LaneType, Road, RoadLink, RoadMark, RoadType
 from osm2xodr.xodrWriter import formatting
-from osm2xodr.xodrWriter.formatting import attribute, number, position
+from osm2xodr.xodrWriter.formatting import attribute, number, position, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
 from osm2xodr.xodrWriter.words import Words
 
@@ -128,6 +129,7 @@ class RoadTables:
     elevation: str
     superelevation: str
     lane_offset: str
+    unmeasured: str = ""  # Stretches without a measured height; empty without any
 
 
 class RoadWriter:
@@ -159,6 +161,7 @@ class RoadWriter:
             "  </lanes>\n"
             f"{self._furniture.road(road.id, tables.length)}"
             f"{provenance_text(road.osm_way_ids, road.guesses)}"
+            f"{user_data(UNMEASURED_HEIGHTS, tables.unmeasured, '  ')}"
             " </road>\n"
         )
 

@@ -124,3 +124,19 @@ def test_an_unusable_schema_is_refused(path: Path, tmp_path: Path) -> None:
             given.write_text(text)
         with pytest.raises(InputError, match=name):
             check_file(path, CheckOptions(only=ONLY, schema=given))
+
+
+def test_large_files_that_violate_it_are_not_read_as_a_tree(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path.write_text(path.read_text().replace('junction="-1"', 'crossing="-1"', 1))
+    small = check_file(path, CheckOptions(only=ONLY))
+    monkeypatch.setattr(schema, "_LARGEST_TREE", 1000)
+    large = check_file(path, CheckOptions(only=ONLY))
+    assert large.counts == small.counts
+    assert [item.text for item in large.findings] == [item.text for item in small.findings]
+    assert {item.line for item in large.findings} == {0}
+    assert any("have no line" in note for note in large.notes)
+
+
+def test_a_file_that_follows_it_is_never_read_as_a_tree(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(schema, "_tree")
+    assert check_file(path, CheckOptions(only=ONLY)).counts == ()

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from checked import checked
 from t_junction import Tree, one, road, sound_tree
+
+from osm2xodr.checking.checks import lanes, surfaces
 
 
 @pytest.fixture
@@ -42,3 +45,27 @@ def test_an_overlap_is_an_area(tree: Tree, path: Path) -> None:
     assert [(item.road, item.text.split()[-1]) for item in found] == [("1", "4")]
     # 40 m of 7 m of carriageway, less margins at the edges and ends, in whole cells of 0.7 m.
     assert found[0].value == pytest.approx((40 - 2 * 1.5 + 0.7) * (7 - 2 * 0.4 + 0.7), rel=0.05)
+
+
+def test_large_files_are_compared_part_by_part(tree: Tree, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    geometry = one(tree, "road[@id='4']/planView/geometry")
+    geometry.set("x", "-55")
+    geometry.set("y", "0")
+    for number, start in ((10, "10"), (11, "10.3")):
+        one(road(tree, number), "elevationProfile/elevation").set("a", start)
+    only = ("junction-surface", "overlap", "folded-lane", "tight-curve")
+    whole = checked(tree, path, only=only, ignore=()).findings
+    assert "overlap" in {item.rule for item in whole}
+    points = []
+
+    def counted(*args: Any) -> Any:
+        points.append(len(args[1].s))
+        return cells(*args)
+
+    cells = surfaces._shared_cells
+    monkeypatch.setattr(surfaces, "_shared_cells", counted)
+    monkeypatch.setattr(surfaces, "_BLOCK", 20)
+    monkeypatch.setattr(lanes, "_BLOCK", 1)
+    assert checked(tree, path, only=only, ignore=()).findings == whole
+    # In more than one band of the roads, and one of those that overlap.
+    assert len(points) > 2

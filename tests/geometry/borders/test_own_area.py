@@ -371,12 +371,12 @@ def test_the_elevation_report_is_that_of_the_own_roads() -> None:
     places = (RoadPlace(1, 111, 80.0, 6.0, 0.0), RoadPlace(1, 111, 10.0, 5.0, 0.0), RoadPlace(2, 113, 5.0, 4.0, 0.0))
     bridge = StructureRecord("bridge", (113,), (2,), 30.0, 6.0, 4.0, 3, 0.02, 0.1)
     over = LayerCrossing(2, 1, 113, 111, 4.0, 5.2)
-    told = ElevationReport(0.9, 0.1, 0.2, 0.3, places, places[:1], (bridge,), (over,))
+    told = ElevationReport(0.1, 0.2, 0.3, places, places[:1], (bridge,), (over,))
     figures = {
         "road_km": 9.0,
         "connecting_road_km": 9.0,
         "grade_max": 9.0,
-        "height_measured_share": 0.9,
+        "height_above_surface_rms_m": 0.9,
         "layer_crossings": 9.0,
         "structures": 9.0,
         "priorities": 9.0,
@@ -403,7 +403,7 @@ def test_the_elevation_report_is_that_of_the_own_roads() -> None:
             "road_km": cut / 1000,
             "connecting_road_km": 0.0,
             "grade_max": 0.02,
-            "height_measured_share": 0.9,
+            "height_above_surface_rms_m": 0.9,
             "structures": 0.0,
             "priorities": 0.0,
         }
@@ -413,7 +413,7 @@ def test_the_elevation_report_is_that_of_the_own_roads() -> None:
             "road_km": (180.0 - cut + 10.0 * math.pi) / 1000,
             "connecting_road_km": 0.02,
             "grade_max": 0.02,
-            "height_measured_share": 0.9,
+            "height_above_surface_rms_m": 0.9,
             "structures": 1.0,
             "priorities": 1.0,
         }

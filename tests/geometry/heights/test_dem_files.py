@@ -77,10 +77,6 @@ def test_void_is_bridged_by_what_lies_around_it(tmp_path: Path) -> None:
         outside = np.hypot(x - 50.0, y) > 150.0
         assert z[outside] == pytest.approx(valley(x, y)[outside], abs=0.15)
         assert np.abs(np.diff(found.grade(road, s))).max() < 1e-3
-    report = found.solution.report
-    assert report is not None
-    # 240 m of 1200 m, and a chord of 218 m of 800 m.
-    assert report.measured_share == pytest.approx(1.0 - (240.0 + 218.0) / 2000.0, abs=0.02)
 
 
 def grid(size: int) -> tuple[list[RoadSpec], list[tuple[float, float]]]:

@@ -50,7 +50,6 @@ def test_road_without_heights_is_filled_and_reported() -> None:
     notes = [item for item in found.diagnostics if item.code == "no-height"]
     assert [(item.kind, item.osm_id) for item in notes] == [(Kind.GUESSED, "way/101")]
     assert "300 m" in notes[0].message
-    assert found.solution.statistics["height_measured_share"] == pytest.approx(4 / 7, abs=0.02)
 
 
 def test_steep_road_is_reported_and_smooth_roads_are_not() -> None:
@@ -83,7 +82,6 @@ def test_report_names_bridges_and_what_they_cross() -> None:
     assert bridge.grade == pytest.approx(np.abs(found.grade(0, np.linspace(250.0, 350.0, 400))).max(), abs=1e-3)
     assert bridge.grade_limit == 0.15
     assert report.tight == ()
-    assert report.measured_share == 1.0
     assert found.solution.statistics["structures"] == 1.0
 
 
@@ -208,8 +206,8 @@ def test_tables_name_the_worst_place_of_each_road() -> None:
     found = tabulate(network, outcome)
     # 18 samples on the ground are measured: on the first road without the bridge, and on the second.
     off = np.abs(np.r_[6.0, -7.0, np.zeros(16)])
-    figures = (found.measured_share, found.bias, found.rms, found.p95)
-    assert figures == pytest.approx((24 / 30, -1 / 18, np.sqrt(85 / 18), np.percentile(off, 95)))
+    figures = (found.bias, found.rms, found.p95)
+    assert figures == pytest.approx((-1 / 18, np.sqrt(85 / 18), np.percentile(off, 95)))
     assert found == ElevationReport(
         *figures,
         farthest=(RoadPlace(71, 103, 95.0, -7.0, 0.0), RoadPlace(70, 100, 25.0, 6.0, 0.0)),
@@ -230,7 +228,6 @@ def test_tables_name_the_worst_place_of_each_road() -> None:
 def test_figures() -> None:
     network, outcome = by_hand()
     assert statistics(network.elements, outcome, tabulate(network, outcome)) == {
-        "height_measured_share": pytest.approx(24 / 30),
         "height_above_surface_mean_m": pytest.approx(-1.0 / 18.0),
         "height_above_surface_rms_m": pytest.approx(np.sqrt(85.0 / 18.0)),
         "height_above_surface_p95_m": pytest.approx(float(np.percentile(np.r_[6.0, 7.0, np.zeros(16)], 95))),
@@ -249,7 +246,7 @@ def test_figures_where_there_is_nothing_to_measure() -> None:
     none = replace(outcome.reading, measured=np.zeros(30, bool))
     free = replace(outcome, reading=none, planes=np.zeros((0, 3)), clearance=np.array([5.2]))
     found = tabulate(network, free)
-    assert (found.measured_share, found.bias, found.rms, found.p95) == (0.0, 0.0, 0.0, 0.0)
+    assert (found.bias, found.rms, found.p95) == (0.0, 0.0, 0.0)
     assert (found.farthest, found.tight) == ((), ())
     assert [item.above_ground for item in found.structures] == [None, None]
     figures = statistics(network.elements, free, found)

@@ -342,10 +342,7 @@ def test_undeclared_sentinels_are_voids(tmp_path: Path, value: int) -> None:
     z, measured = surface.heights(*scatter())
     assert z == pytest.approx(321.0)
     assert 0.01 < np.mean(~measured) < 0.1
-    assert [(item.kind, item.code) for item in diagnostics] == [
-        (Kind.REPAIRED, "dem-sentinel"),
-        (Kind.GUESSED, "dem-gap"),
-    ]
+    assert [(item.kind, item.code) for item in diagnostics] == [(Kind.REPAIRED, "dem-sentinel")]
     assert next(iter(diagnostics)).message == (
         f"{path}: {4 * rows} cells hold values that are not heights ({value}) and that the file does not declare as "
         "nodata; they were taken for voids."
@@ -392,7 +389,7 @@ def test_mask_band_and_alpha(tmp_path: Path) -> None:
     surface, diagnostics = read(path, BAVARIA, x, y)
     col = (in_crs(BAVARIA, "EPSG:32632", x, y)[0] - transform.c) / 20.0
     assert np.array_equal(surface.heights(x, y)[1], col >= 30.5)
-    assert kinds(diagnostics) == ["dem-gap"]
+    assert kinds(diagnostics) == []
 
 
 def test_first_of_several_bands(tmp_path: Path) -> None:

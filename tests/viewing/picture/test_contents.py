@@ -15,6 +15,7 @@ from PIL import Image
 from viewed_file import HOSTILE, viewed_file
 from xodr_text import document, road
 
+from osm2xodr.defaults import UNMEASURED_HEIGHTS
 from osm2xodr.errors import InputError
 from osm2xodr.model import IntArray
 from osm2xodr.opendrive.space import frame_of
@@ -23,7 +24,7 @@ from osm2xodr.viewing import PictureOptions, write_picture
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.picture.contents import Picture, box_of_degrees, make_picture
 from osm2xodr.viewing.picture.png import draw_png
-from osm2xodr.viewing.picture.shapes import Polygon
+from osm2xodr.viewing.picture.shapes import HATCHING, Line, Polygon
 from osm2xodr.viewing.picture.svg import draw_svg
 
 # 800 pixels for 160 m: five per metre.
@@ -150,3 +151,22 @@ def test_what_cannot_be_drawn_is_reported(file: OpenDrive, tmp_path: Path) -> No
     with pytest.raises(InputError, match="states no speeds"):
         write_picture(tmp_path / "bare" / "map.xodr", tmp_path / "x.svg", replace(OPTIONS, colour="speed"), "svg")
     assert not (tmp_path / "x.svg").exists()
+
+
+def test_roads_without_measured_heights_are_hatched(tmp_path: Path) -> None:
+    """The first road is 100 m long and lies on the axis; its lanes are on both sides."""
+    plain = viewed_file(tmp_path)
+    marked = replace(plain, provenance={**plain.provenance, (0, UNMEASURED_HEIGHTS): "40 60"})
+    picture = make_picture(marked, OPTIONS)
+    strokes = [shape.corners for shape in picture.shapes if isinstance(shape, Line) and shape.colour == HATCHING]
+    middles = sorted(float(corners[:, 0].mean()) / 5.0 for corners in strokes)
+    assert middles == pytest.approx([42.0, 46.0, 50.0, 54.0, 58.0], abs=0.01)
+    # From edge to edge, the left end ahead.
+    assert all(corners[0, 1] < corners[1, 1] and corners[0, 0] > corners[1, 0] for corners in strokes)
+    assert picture.hatched
+    assert "hatched: height not measured" in draw_svg(picture).decode()
+    assert not make_picture(plain, OPTIONS).hatched
+    # What cannot be read marks nothing.
+    for text in ("40", "60 40", "40 nan", "x y", "-5 10", "40 900", ""):
+        odd = replace(plain, provenance={**plain.provenance, (0, UNMEASURED_HEIGHTS): text})
+        assert not make_picture(odd, OPTIONS).hatched, text

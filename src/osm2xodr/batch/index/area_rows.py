@@ -37,7 +37,7 @@ class Figures:
     # Lengths of reference lines, m
     road_length: float | None
     connecting_length: float | None
-    dem_coverage: float | None  # Share of the streets whose height is measured
+    dem_coverage: float | None  # Share of the roads whose height is measured
     # Heights of reference lines, m
     lowest: float | None
     highest: float | None

@@ -42,7 +42,7 @@ _FIGURES: Final[tuple[tuple[str, str, str, Callable[[Figures], float | None], fl
     ("Roads", "length of reference lines outside of junctions", "km", lambda found: found.road_length, 1e-3, 2),
     ("Roads", "number of roads outside of junctions", "", lambda found: found.roads, 1.0, 0),
     ("Junctions", "number of junctions", "", lambda found: found.junctions, 1.0, 0),
-    ("DEM", "share of the streets with a measured height", "%", lambda found: found.dem_coverage, 100.0, 1),
+    ("DEM", "share of the roads with a measured height", "%", lambda found: found.dem_coverage, 100.0, 1),
     ("Lowest", "lowest height of a road", "m", lambda found: found.lowest, 1.0, 1),
     ("Highest", "highest height of a road", "m", lambda found: found.highest, 1.0, 1),
     ("Steepest", "largest grade", "%", lambda found: found.grade, 100.0, 1),

@@ -16,6 +16,7 @@ from osm2xodr.checking.checks.schema import schema_violations
 from osm2xodr.checking.checks.surfaces import check_surfaces
 from osm2xodr.checking.findings import Findings
 from osm2xodr.opendrive import OpenDrive
+from osm2xodr.system import advance
 
 __all__ = ["check_tables", "lane_index", "schema_violations", "transitions"]
 
@@ -29,9 +30,12 @@ def check_tables(drive: OpenDrive, head: str, findings: Findings) -> None:
     check_plan_views(drive, findings)
     check_profiles(drive, lanes, findings)
     check_lanes(drive, lanes, findings)
+    advance(0.2)
     steps = transitions(drive, lanes, findings)
     check_links(drive, lanes, steps, findings)
     check_ways_on(drive, lanes, steps, findings)
+    advance(0.25)
     check_surfaces(drive, lanes, findings)
+    advance(0.75)
     check_clearances(drive, lanes, findings)
     check_phases(drive, lanes, findings)

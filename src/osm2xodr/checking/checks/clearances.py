@@ -17,18 +17,23 @@ def check_clearances(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
     """Check places where carriageways that do not meet lie over each other: one finding for each, at its worst."""
     if not findings.wants("clearance"):
         return
-    ways = carriageways(drive, lanes, np.flatnonzero(has_length(drive)), CLEARANCE_STEP)
-    row = np.arange(len(ways.s))
-    right, left = (np.column_stack(ways.points(row, t)) for t in (ways.low, ways.high))
     limit = RULES["clearance"].limit
     assert limit is not None
-    found = close_places(Stations(ways.road, ways.s, ways.hdg, right, left), _graph(drive), limit.value)
+    found = close_places(_stations(drive, lanes), _graph(drive), limit.value)
     findings.add(
         "clearance",
         value=found.height,
         other=lambda k: f"road {drive.roads.id[int(found.other[k])]}",
         **road_place(drive, found.road, found.s),
     )
+
+
+def _stations(drive: OpenDrive, lanes: LaneIndex) -> Stations:
+    """Return the edges of all carriageways."""
+    ways = carriageways(drive, lanes, np.flatnonzero(has_length(drive)), CLEARANCE_STEP)
+    row = np.arange(len(ways.s))
+    right, left = (np.column_stack(ways.points(row, t)) for t in (ways.low, ways.high))
+    return Stations(ways.road, ways.s, ways.hdg, right, left)
 
 
 def _graph(drive: OpenDrive) -> RoadGraph:

@@ -17,6 +17,8 @@ from osm2xodr.opendrive import ABSENT, End, OpenDrive, Shape, curvature, lane_bo
 
 # Where curves are examined, as shares of their records; at the very ends the neighbouring records hold as well.
 _SHARES: Final = (1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1 - 1e-6)
+# Records of plan views whose lanes are examined at once; more would take much memory.
+_BLOCK: Final = 1 << 13
 # Straighter curves are neither tight nor fold any lane, 1/m: no carriageway reaches 200 m to one side.
 _STRAIGHT: Final = 0.005
 
@@ -92,9 +94,17 @@ def _check_section_gaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) 
 
 def _check_curves(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
     """Check lanes in curves: one finding for each lane, where it is worst."""
+    bent = np.flatnonzero((drive.plan_view.shape != Shape.LINE) & (drive.plan_view.length > 0))
+    owner = owners(drive.plan_view.start)
+    # A lane is judged in one go: blocks end where roads do.
+    begins = np.searchsorted(owner[bent], np.unique(owner[bent[::_BLOCK]]))
+    for block in np.split(bent, begins[1:]):
+        _check_bent(drive, lanes, findings, block, owner)
+
+
+def _check_bent(drive: OpenDrive, lanes: LaneIndex, findings: Findings, bent: IntArray, owner: IntArray) -> None:
+    """Check the lanes in some curves, records of the plan view; `owner` holds the road of each record."""
     plan, table = drive.plan_view, drive.lanes
-    bent = np.flatnonzero((plan.shape != Shape.LINE) & (plan.length > 0))
-    owner = owners(plan.start)
     record = np.repeat(bent, len(_SHARES))
     s = plan.s[record] + plan.length[record] * np.tile(_SHARES, len(bent))
     road = owner[record]

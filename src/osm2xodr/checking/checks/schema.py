@@ -28,6 +28,11 @@ _SCHEMAS: Final = {
 # Larger files are not checked against the schema of 1.8, bytes: xmlschema takes ten seconds and more for each MB.
 _MOST_BYTES: Final = 2_000_000
 
+# Larger files are not read as a tree, bytes: a choice.
+_LARGEST_TREE: Final = 50_000_000
+# How lxml reads files: of any size, and nothing but the file.
+_SAFE: Final[dict[str, Any]] = {"huge_tree": True, "resolve_entities": False, "no_network": True}
+
 # Line of the file and what is wrong there.
 Violation: TypeAlias = tuple[int, str]
 
@@ -73,9 +78,16 @@ def schema_violations(
             )
         return _by_xmlschema(_tree(path), found, str(error))
     with _decimal_points():
+        # Only a tree has the lines of violations, but it takes twenty times the memory of the file.
+        errors = _streamed(path, compiled)
+        if not errors:
+            return (), None
+        if path.stat().st_size > _LARGEST_TREE:
+            note = f"violations of the schema have no line in files of more than {_LARGEST_TREE / 1e6:.0f} MB"
+            return tuple((0, _one_line(error)) for error in errors), note
         compiled.validate(_tree(path))
-    errors: Any = compiled.error_log
-    return tuple((error.line, " ".join(error.message.split())) for error in errors), None
+    log: Any = compiled.error_log
+    return tuple((error.line, _one_line(error)) for error in log), None
 
 
 @contextmanager
@@ -109,15 +121,42 @@ def _module(name: str) -> Any:
         return None
 
 
+def _one_line(error: Any) -> str:
+    return " ".join(error.message.split())
+
+
+def _streamed(path: Path, compiled: Any) -> list[Any]:
+    """Return how a file violates a schema, without a tree of it, so that lines are not known."""
+    from lxml import etree
+
+    with _opened(path) as stream:
+        # What is read is thrown away once one of these elements, which make up the file, ends.
+        parts = etree.iterparse(stream, tag=("{*}road", "{*}junction"), schema=compiled, **_SAFE)
+        try:
+            for _, element in parts:
+                element.clear()
+                while element.getprevious() is not None:
+                    del element.getparent()[0]
+        except etree.XMLSyntaxError:
+            return list(parts.error_log)
+    return []
+
+
 def _tree(path: Path) -> Any:
     """Return a file as a tree of lxml."""
     from lxml import etree
 
+    with _opened(path) as stream:
+        return etree.parse(stream, etree.XMLParser(**_SAFE))
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO]:
+    """Open a file that may be compressed."""
     with path.open("rb") as stream:
         packed = stream.read(2) == b"\x1f\x8b"
-    parser = etree.XMLParser(huge_tree=True, resolve_entities=False, no_network=True)
     with cast("BinaryIO", gzip.open(path) if packed else path.open("rb")) as stream:
-        return etree.parse(stream, parser)
+        yield stream
 
 
 def _by_xmlschema(tree: Any, found: Path, refused: str) -> tuple[tuple[Violation, ...], str | None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -34,6 +35,8 @@ _WIDEST: Final = 1e3
 _FARTHEST: Final = 1e9
 # More than the cells of any file along y.
 _CELLS: Final = 1 << 31
+# Stations whose surfaces are compared at once, about: more would take much memory.
+_BLOCK: Final = 1 << 17
 
 
 @dataclass(frozen=True)
@@ -122,11 +125,35 @@ def has_length(drive: OpenDrive) -> BoolArray:
 
 def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> None:
     """Check connecting roads: one finding for each pair, where it is worst."""
+    parts = [_steps(drive, carriageways(drive, lanes, roads, _STEP)) for roads in _by_junction(drive)]
+    low, high, apart, road, s = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    worst = worst_of(low * len(drive.roads.id) + high, apart)
+    other = high[worst]
+    findings.add(
+        "junction-surface",
+        value=apart[worst],
+        other=lambda k: f"road {drive.roads.id[int(other[k])]}",
+        **road_place(drive, road[worst], s[worst]),
+    )
+
+
+def _by_junction(drive: OpenDrive) -> list[IntArray]:
+    """Return all connecting roads, in parts that have whole junctions."""
     roads = np.flatnonzero(has_length(drive) & (drive.roads.junction >= 0))
-    ways = carriageways(drive, lanes, roads, _STEP)
+    roads = roads[np.argsort(drive.roads.junction[roads], kind="stable")]
+    junction = drive.roads.junction[roads]
+    block = (np.cumsum(drive.roads.length[roads]) / (_BLOCK * _STEP)).astype(np.int64)
+    # A junction belongs to the block of its first road.
+    ends = np.searchsorted(junction, junction[np.flatnonzero(np.diff(block)) + 1])
+    return np.split(roads, np.unique(ends[ends > 0]))
+
+
+def _steps(drive: OpenDrive, ways: Carriageways) -> tuple[IntArray, IntArray, FloatArray, IntArray, FloatArray]:
+    """Return steps between surfaces: both roads, the lower first, the step, m, and road and s of a place of it."""
     n = len(ways.road)
     if n == 0:
-        return
+        none = np.zeros(0, np.int64)
+        return none, none, np.zeros(0), none, np.zeros(0)
     row = np.tile(np.arange(n), len(_SHARES))
     share = np.repeat(_SHARES, n)
     x, y, z = ways.points(row, ways.low[row] + share * (ways.high - ways.low)[row])
@@ -142,16 +169,8 @@ def _check_junctions(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> 
     apart = np.abs(dz - dx * rise_x - dy * rise_y)
     wanted = np.flatnonzero((a != b) & above("junction-surface", apart) & (apart < defaults.LEVEL_HEIGHT))
     low, high = np.minimum(a, b)[wanted], np.maximum(a, b)[wanted]
-    worst = worst_of(low * len(drive.roads.id) + high, apart[wanted])
-    pick = wanted[worst]
-    first = np.where(a[pick] <= b[pick], pairs[pick, 0], pairs[pick, 1])
-    other = high[worst]
-    findings.add(
-        "junction-surface",
-        value=apart[pick],
-        other=lambda k: f"road {drive.roads.id[int(other[k])]}",
-        **road_place(drive, road[first], ways.s[row[first]]),
-    )
+    first = np.where(a[wanted] <= b[wanted], pairs[wanted, 0], pairs[wanted, 1])
+    return low, high, apart[wanted], road[first], ways.s[row[first]]
 
 
 @dataclass(frozen=True)
@@ -167,10 +186,10 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
     """Check roads outside of junctions: one finding for each pair, with the area that belongs to both."""
     length = drive.roads.length
     roads = np.flatnonzero(has_length(drive) & (drive.roads.junction == -1) & (length > _SHORTEST))
-    rough = _shared_cells(drive, carriageways(drive, lanes, roads, _STEP), _CELL)
+    rough = _shared_by_bands(drive, lanes, roads, _STEP, _CELL)
     # At this spacing cells are missed. The few roads that overlap are sampled again, closely.
     roads = np.union1d(rough.low, rough.high)
-    shared = _shared_cells(drive, carriageways(drive, lanes, roads, _CELL / 2), _CELL / 2)
+    shared = _shared_by_bands(drive, lanes, roads, _CELL / 2, _CELL / 2)
     pair, first, cells = np.unique(shared.low * len(length) + shared.high, return_index=True, return_counts=True)
     area = cells * _CELL**2
     bad = np.flatnonzero(above("overlap", area))
@@ -183,16 +202,54 @@ def _check_overlaps(drive: OpenDrive, lanes: LaneIndex, findings: Findings) -> N
     )
 
 
-def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float) -> _Shared:
-    """Return the cells that belong to two roads, from points at a spacing across, m."""
+def _shared_by_bands(drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float, spacing: float) -> _Shared:
+    """Return the cells that belong to two of some roads, from points at a step along and a spacing across, m."""
+    parts = [
+        _shared_cells(drive, carriageways(drive, lanes, some, step), spacing, columns)
+        for some, columns in _bands(drive, lanes, roads, step)
+    ]
+    return _Shared(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("low", "high", "s")))
+
+
+def _bands(
+    drive: OpenDrive, lanes: LaneIndex, roads: IntArray, step: float
+) -> Iterator[tuple[IntArray, tuple[float, float]]]:
+    """Yield roads that reach into a band of columns of cells, and the first column and that behind the last."""
+    stations = drive.roads.length[roads] / step
+    blocks = np.split(roads, np.flatnonzero(np.diff((np.cumsum(stations) / _BLOCK).astype(np.int64))) + 1)
+    if len(blocks) == 1:
+        yield roads, (-np.inf, np.inf)
+        return
+    west, east = np.full(len(drive.roads.id), np.inf), np.full(len(drive.roads.id), -np.inf)
+    for block in blocks:
+        ways = carriageways(drive, lanes, block, step)
+        for t in (ways.low, ways.high):
+            column = np.floor(ways.points(np.arange(len(t)), t)[0] / _CELL)
+            # What lies between both edges may be rounded into the next column.
+            np.minimum.at(west, ways.road, column - 1)
+            np.maximum.at(east, ways.road, column + 1)
+    order = np.argsort(west[roads], kind="stable")
+    block = (np.cumsum(stations[order]) / _BLOCK).astype(np.int64)
+    bounds = np.unique(west[roads][order][np.flatnonzero(np.diff(block)) + 1])
+    bounds = bounds[np.isfinite(bounds)]
+    for first, last in zip([-np.inf, *bounds], [*bounds, np.inf], strict=True):
+        yield roads[(west[roads] < last) & (east[roads] >= first)], (float(first), float(last))
+
+
+def _shared_cells(drive: OpenDrive, ways: Carriageways, spacing: float, columns: tuple[float, float]) -> _Shared:
+    """Return the cells in some columns that belong to two roads, from points at a spacing across, m."""
     inside = np.flatnonzero((ways.s > _END_MARGIN) & (ways.s < drive.roads.length[ways.road] - _END_MARGIN))
     room = (ways.high - ways.low)[inside] - 2 * _EDGE_MARGIN
     count = np.maximum(np.ceil(room / spacing), 0).astype(np.int64)
     row = np.repeat(inside, count)
     k = ranks(count)
     x, y, z = ways.points(row, ways.low[row] + _EDGE_MARGIN + k * spacing)
-    key = np.floor(x / _CELL).astype(np.int64) * _CELLS + np.floor(y / _CELL).astype(np.int64)
-    del x, y, k
+    column = np.floor(x / _CELL)
+    key = column.astype(np.int64) * _CELLS + np.floor(y / _CELL).astype(np.int64)
+    within = (column >= columns[0]) & (column < columns[1])
+    if not within.all():
+        key, z, row = key[within], z[within], row[within]
+    del x, y, k, column, within
     road = ways.road[row]
     # One entry for each cell and road, then in each cell from below.
     order = np.lexsort((road, key))

@@ -234,7 +234,6 @@ def statistics(elements: Elements, outcome: Outcome, tables: ElevationReport) ->
     steep = outcome.grade > outcome.limit
     too_steep = sum(item.grade > tolerated_grade(item.grade_limit) for item in tables.structures)
     return {
-        "height_measured_share": tables.measured_share,
         "height_above_surface_mean_m": tables.bias,
         "height_above_surface_rms_m": tables.rms,
         "height_above_surface_p95_m": tables.p95,
@@ -255,7 +254,6 @@ def tabulate(network: Network, outcome: Outcome) -> ElevationReport:
     off = (outcome.z - reading.surface_z)[held]
     weight = ds[held] / max(float(ds[held].sum()), _SHORTEST)
     return ElevationReport(
-        measured_share=float(ds[reading.measured].sum() / max(float(ds.sum()), _SHORTEST)),
         bias=float(weight @ off),
         rms=float(np.sqrt(weight @ off**2)),
         p95=float(np.percentile(np.abs(off), 95)) if len(off) else 0.0,

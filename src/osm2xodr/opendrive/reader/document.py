@@ -18,6 +18,7 @@ from osm2xodr.opendrive.reader.nodes import Node, TreeReader
 from osm2xodr.opendrive.reader.roads import RoadReader, first_index
 from osm2xodr.opendrive.reader.values import NAN, Values
 from osm2xodr.opendrive.tables import Controller, Furniture, Header, OpenDrive
+from osm2xodr.system import stage
 
 _ROOT: Final = "OpenDRIVE"
 _ROOT_UNREAD: Final = frozenset({"junctionGroup", "station"})
@@ -41,6 +42,7 @@ def read_xodr(path: Path) -> OpenDrive:
     InputError
         If it cannot be read, is not XML, or is not OpenDRIVE.
     """
+    stage(f"reading {path}")
     reader = TreeReader(path)
     document = _Document()
     with _no_collection():

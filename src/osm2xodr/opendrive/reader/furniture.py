@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from sys import intern
 from typing import Final
 
 from osm2xodr.opendrive.reader.nodes import Node
@@ -59,7 +60,7 @@ def _item(values: Values, node: Node) -> Furniture:
     return Furniture(
         kind=node.tag,
         road=values.road,
-        attributes=node.attributes,
+        attributes={name: intern(text) for name, text in node.attributes.items()},
         s=values.number(node, "s"),
         t=NAN if along else values.number(node, "t"),
         z_offset=values.optional(node, "zOffset", NAN),

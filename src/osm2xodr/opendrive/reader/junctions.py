@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import Final
 
 import numpy as np
@@ -29,10 +30,11 @@ class JunctionReader:
         self._start = [0]
         self._priorities: list[tuple[int, str, str]] = []
         self._controllers: list[tuple[int, str]] = []
-        self._texts: list[tuple[str, str, str]] = []
-        self._numbers: list[tuple[int, int, int]] = []
-        self._links: list[tuple[int, int]] = []
-        self._link_start = [0]
+        # Id, incoming and connecting road of each connection.
+        self._texts: tuple[list[str], list[str], list[str]] = ([], [], [])
+        self._numbers = array("q")
+        self._links = array("q")
+        self._link_start = array("q", [0])
 
     def junction(self, node: Node) -> None:
         """Read a junction."""
@@ -50,27 +52,31 @@ class JunctionReader:
                 self._controllers.append((index, values.text(child, "id")))
             else:
                 values.check_known(child, node, _UNREAD)
-        self._start.append(len(self._texts))
+        self._start.append(len(self._texts[0]))
 
     def _connection(self, junction: int, node: Node) -> None:
         """Read a connection."""
         values = self._values
         for child in node.children:
             if child.tag == "laneLink":
-                self._links.append((values.lane_id(child, "from"), values.lane_id(child, "to")))
+                self._links.extend((values.lane_id(child, "from"), values.lane_id(child, "to")))
             else:
                 values.check_known(child, node, _CONNECTION_UNREAD)
-        self._link_start.append(len(self._links))
+        self._link_start.append(len(self._links) // 2)
         linked = "linkedRoad" if "linkedRoad" in node.attributes else "connectingRoad"
         virtual = any(child.tag in _CONNECTION_UNREAD for child in node.children)
         incoming = node.get("incomingRoad") if virtual else values.text(node, "incomingRoad")
-        self._texts.append((values.text(node, "id"), incoming, values.text(node, linked)))
-        self._numbers.append((junction, values.contact(node), node.line))
+        for names, name in zip(
+            self._texts, (values.text(node, "id"), incoming, values.text(node, linked)), strict=True
+        ):
+            names.append(name)
+        self._numbers.extend((junction, values.contact(node), node.line))
 
     def tables(self, roads: dict[str, int]) -> tuple[JunctionTable, ConnectionTable]:
         """Return junctions and connections; `roads` are the indices of roads by id."""
         numbers = np.array(self._numbers, np.int64).reshape(-1, 3)
         links = np.array(self._links, np.int64).reshape(-1, 2)
+        ids, incoming, connecting = self._texts
         junctions = JunctionTable(
             id=tuple(self.ids),
             name=tuple(name for name, _ in self._names),
@@ -82,11 +88,11 @@ class JunctionReader:
         )
         connections = ConnectionTable(
             junction=numbers[:, 0].copy(),
-            id=tuple(item[0] for item in self._texts),
-            incoming_id=tuple(item[1] for item in self._texts),
-            connecting_id=tuple(item[2] for item in self._texts),
-            incoming=np.array([roads.get(item[1], ABSENT) for item in self._texts], np.int64),
-            connecting=np.array([roads.get(item[2], ABSENT) for item in self._texts], np.int64),
+            id=tuple(ids),
+            incoming_id=tuple(incoming),
+            connecting_id=tuple(connecting),
+            incoming=np.array([roads.get(name, ABSENT) for name in incoming], np.int64),
+            connecting=np.array([roads.get(name, ABSENT) for name in connecting], np.int64),
             contact=numbers[:, 1].copy(),
             link_start=np.array(self._link_start, np.int64),
             link_from=links[:, 0].copy(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from itertools import pairwise
 from typing import Final
 
@@ -24,14 +25,15 @@ class LaneReader:
 
     def __init__(self, values: Values) -> None:
         self._values = values
-        self._section_s: list[float] = []
-        self._section_lines: list[int] = []
-        self._section_start = [0]
-        self._lane_start = [0]
-        self._rows: list[int] = []
-        self._speeds: list[float] = []
-        self._heights: list[float] = []
-        self._texts: list[tuple[str, str, str, str]] = []
+        self._section_s = array("d")
+        self._section_lines = array("q")
+        self._section_start = array("q", [0])
+        self._lane_start = array("q", [0])
+        self._rows = array("q")
+        self._speeds = array("d")
+        self._heights = array("d")
+        # Type, road mark, its colour, and direction of each lane.
+        self._texts: tuple[list[str], list[str], list[str], list[str]] = ([], [], [], [])
         self._width = Records("width", 5)
         self._border = Records("border", 5)
 
@@ -71,7 +73,7 @@ class LaneReader:
             lanes.sort(key=lambda item: -item[0])
         for number, lane in lanes:
             self._lane(number, lane)
-        self._lane_start.append(len(self._texts))
+        self._lane_start.append(len(self._speeds))
 
     def _lane_id(self, lane: Node, side: str) -> int:
         """Return the id of a lane, and check that it stands on the side that its id says."""
@@ -111,7 +113,9 @@ class LaneReader:
         self._rows.extend((number, *links, node.line))
         self._heights.extend(height or (0.0, 0.0))
         self._speeds.append(speed)
-        self._texts.append((values.text(node, "type"), mark or "", color, node.get("direction")))
+        texts = (values.text(node, "type"), mark or "", color, node.get("direction"))
+        for words, text in zip(self._texts, texts, strict=True):
+            words.append(text)
 
     def _links(self, node: Node) -> tuple[int, int]:
         """Return a lane's first predecessor and successor."""
@@ -140,7 +144,7 @@ class LaneReader:
         numbers = np.array(self._rows, np.int64).reshape(-1, 4)
         width, width_lines = self._width.profile()
         border, border_lines = self._border.profile()
-        kinds, marks, colors, directions = zip(*self._texts, strict=True) if self._texts else ((), (), (), ())
+        kinds, marks, colors, directions = map(tuple, self._texts)
         lanes = LaneTable(
             start=lane_start,
             section=section,

@@ -10,12 +10,13 @@ import contextlib
 import gzip
 import sys
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO, Final
 from xml.parsers import expat
 
 from osm2xodr.errors import InputError
+from osm2xodr.system import advance
 
 _CHUNK: Final = 1 << 18
 _GZIP: Final = b"\x1f\x8b"
@@ -35,8 +36,8 @@ class Node:
         self.text = ""
 
     def get(self, name: str) -> str:
-        """Return an attribute, empty where there is none."""
-        return self.attributes.get(name, "")
+        """Return an attribute, empty where there is none; texts that are alike, as most are, are one in memory."""
+        return sys.intern(self.attributes.get(name, ""))
 
 
 class _DoctypeError(Exception):
@@ -61,11 +62,12 @@ class TreeReader:
     def trees(self) -> Iterator[Node]:
         """Yield the children of the root, each as a whole; `InputError` if the file cannot be read or is not XML."""
         try:
-            with _opened(self._path) as stream:
+            with _opened(self._path) as (stream, share):
                 more = True
                 while more:
                     chunk = stream.read(_CHUNK)
                     more = bool(chunk)
+                    advance(share())
                     self._parser.Parse(chunk, not more)
                     done, self._done = self._done, []
                     yield from done
@@ -114,17 +116,22 @@ class TreeReader:
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[BinaryIO]:
-    """Open a file that may be compressed."""
+def _opened(path: Path) -> Iterator[tuple[BinaryIO, Callable[[], float]]]:
+    """Open a file that may be compressed; the function tells what share of it was read."""
     if path == _STANDARD_INPUT:
-        yield sys.stdin.buffer
+        yield sys.stdin.buffer, lambda: 0.0
         return
     with path.open("rb") as stream:
         packed = stream.read(len(_GZIP)) == _GZIP if stream.seekable() else False
         if stream.seekable():
             stream.seek(0)
+        size = max(path.stat().st_size, 1)
+
+        def share() -> float:
+            return stream.tell() / size if stream.seekable() else 0.0
+
         if not packed:
-            yield stream
+            yield stream, share
             return
         with gzip.open(stream) as unpacked:
-            yield unpacked  # type: ignore[misc]  # it reads bytes, and nothing else is needed
+            yield unpacked, share  # type: ignore[misc]  # it reads bytes, and nothing else is needed

@@ -1,7 +1,11 @@
-"""Rows of numbers that belong to owners, collected one by one and turned into tables at the end."""
+"""Rows of numbers that belong to owners, collected one by one and turned into tables at the end.
+
+They are kept as plain numbers from the start: as objects of Python they would take four times the memory.
+"""
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterable
 
 import numpy as np
@@ -17,9 +21,11 @@ class Records:
     def __init__(self, element: str, width: int) -> None:
         self.element = element
         self._width = width
-        self._flat: list[float] = []
-        self._lines: list[int] = []
-        self._start = [0]
+        self._flat = array("d")
+        self._lines = array("q")
+        self._start = array("q", [0])
+        # Of each row out of order: owner, line, its s and that of the row before it.
+        self._behind: list[tuple[int, int, float, float]] = []
 
     def add(self, values: Iterable[float], line: int) -> None:
         """Add a row to the current owner."""
@@ -40,38 +46,34 @@ class Records:
         """Index of each owner's first row, (owners + 1,)."""
         return np.array(self._start, np.int64)
 
-    @property
-    def owner(self) -> IntArray:
-        """Index of each row's owner, (rows,)."""
-        return owners(self.start)
+    def table(self) -> tuple[FloatArray, IntArray, IntArray | None]:
+        """Return all rows (rows, width) in ascending s per owner, and their lines.
 
-    def table(self) -> tuple[FloatArray, IntArray, IntArray]:
-        """Return all rows (rows, width) in ascending s per owner, their lines, and their places in the file."""
-        rows, lines = self._rows, np.array(self._lines, np.int64)
-        order = np.lexsort((rows[:, 0], self.owner)) if len(self._unsorted(rows[:, 0])) else np.arange(len(rows))
+        The third array has their places in the file, None where that is their order. Rows are handed over: only once,
+        and `misfits` knows which of them were out of order.
+        """
+        rows = np.frombuffer(self._flat, np.float64).reshape(-1, self._width)
+        lines = np.frombuffer(self._lines, np.int64)
+        self._flat, self._lines = array("d"), array("q")
+        owner = owners(self.start)
+        behind = 1 + np.flatnonzero((np.diff(rows[:, 0]) < 0) & (owner[1:] == owner[:-1]))
+        if not len(behind):
+            return rows, lines, None
+        columns_ = (owner[behind], lines[behind], rows[behind, 0], rows[behind - 1, 0])
+        self._behind = list(zip(*(column.tolist() for column in columns_), strict=True))
+        order = np.lexsort((rows[:, 0], owner))
         return rows[order], lines[order], order
-
-    @property
-    def _rows(self) -> FloatArray:
-        return np.array(self._flat, np.float64).reshape(-1, self._width)
-
-    def _unsorted(self, s: FloatArray) -> IntArray:
-        """Return the rows whose s is less than that of the row before them, of the same owner."""
-        owner = self.owner
-        return 1 + np.flatnonzero((np.diff(s) < 0) & (owner[1:] == owner[:-1]))
 
     def misfits(self, roads: IntArray | None = None) -> list[Misfit]:
         """Report rows out of order; `roads` holds the road of each owner, (owners,), unless owners are roads."""
-        rows = self._rows
-        owner = self.owner if roads is None else roads[self.owner]
         return [
             Misfit(
                 "unsorted-records",
-                self._lines[row],
-                int(owner[row]),
-                f"<{self.element}> at {rows[row, 0]:g} follows one at {rows[row - 1, 0]:g}; they are sorted",
+                line,
+                owner if roads is None else int(roads[owner]),
+                f"<{self.element}> at {s:g} follows one at {before:g}; they are sorted",
             )
-            for row in self._unsorted(rows[:, 0]).tolist()
+            for owner, line, s, before in self._behind
         ]
 
     def profile(self) -> tuple[CubicProfile, IntArray]:

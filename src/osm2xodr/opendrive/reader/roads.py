@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import Final
 
 import numpy as np
@@ -46,15 +47,18 @@ class RoadReader:
         self._names: list[str] = []
         self._junctions: list[str] = []
         self._left_hand: list[bool] = []
-        self._lengths: list[float] = []
-        self._lines: list[int] = []
-        self._links: list[tuple[_Link, _Link]] = []
+        self._lengths = array("d")
+        self._lines = array("q")
+        # Kind, contact and id of predecessor and successor, road after road.
+        self._link_kinds = array("q")
+        self._contacts = array("q")
+        self._link_ids: list[str] = []
         self._types = Records("type", 2)
         self._type_words: list[str] = []
         self._plan = Records("geometry", 7 + _PARAMETERS)
         self._cubics = {element: Records(element, 5) for element, _ in _PROFILES.values()}
         self._records = (self._types, self._plan, *self._cubics.values())
-        self._shapes: list[int] = []
+        self._shapes = array("q")
 
     def begin(self, node: Node) -> None:
         """Read a road's attributes and begin its records."""
@@ -74,7 +78,10 @@ class RoadReader:
         """End a road's records, and read its links."""
         if self._plan.is_empty:
             self._values.report("missing-element", node, "<road> has no <planView> with a <geometry>")
-        self._links.append(self._link(link))
+        for kind, name, contact in self._link(link):
+            self._link_kinds.append(kind)
+            self._link_ids.append(name)
+            self._contacts.append(contact)
         for records in self._records:
             records.close()
 
@@ -170,7 +177,8 @@ class RoadReader:
     def roads(self, junctions: dict[str, int]) -> RoadTable:
         """Return the table of roads; `junctions` are the indices of junctions by id."""
         where: dict[int, dict[str, int]] = {LinkKind.ROAD: first_index(self.ids), LinkKind.JUNCTION: junctions}
-        target = [[where.get(kind, {}).get(name, ABSENT) for kind, name, _ in pair] for pair in self._links]
+        ends = zip(self._link_kinds, self._link_ids, strict=True)
+        target = array("q", [where.get(kind, {}).get(name, ABSENT) for kind, name in ends])
         own = [-1 if name in ("-1", "") else junctions.get(name, ABSENT) for name in self._junctions]
         return RoadTable(
             id=tuple(self.ids),
@@ -179,10 +187,10 @@ class RoadReader:
             junction=np.array(own, np.int64),
             junction_id=tuple(self._junctions),
             left_hand=np.array(self._left_hand, np.bool_),
-            link_kind=_pairs([[kind for kind, _, _ in pair] for pair in self._links]),
+            link_kind=_pairs(self._link_kinds),
             link=_pairs(target),
-            link_id=tuple((before[1], after[1]) for before, after in self._links),
-            contact=_pairs([[contact for _, _, contact in pair] for pair in self._links]),
+            link_id=tuple(zip(self._link_ids[::2], self._link_ids[1::2], strict=True)),
+            contact=_pairs(self._contacts),
             line=np.array(self._lines, np.int64),
         )
 
@@ -190,7 +198,8 @@ class RoadReader:
         """Return the table of types, and their lines."""
         rows, lines, order = self._types.table()
         s, speed = columns(rows)
-        return TypeTable(self._types.start, s, speed, tuple(self._type_words[k] for k in order.tolist())), lines
+        words = tuple(self._type_words if order is None else [self._type_words[k] for k in order.tolist()])
+        return TypeTable(self._types.start, s, speed, words), lines
 
     def plan(self) -> GeometryTable:
         """Return the plan views."""
@@ -230,6 +239,6 @@ def first_index(ids: list[str]) -> dict[str, int]:
     return index
 
 
-def _pairs(rows: list[list[int]]) -> IntArray:
+def _pairs(flat: array[int]) -> IntArray:
     """Return pairs as an array, (n, 2)."""
-    return np.array(rows, np.int64).reshape(-1, 2)
+    return np.array(flat, np.int64).reshape(-1, 2)

@@ -11,6 +11,7 @@ from scipy.special import roots_legendre
 
 from osm2xodr.curves import arc_step, find_record
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive.space.blocks import in_blocks
 from osm2xodr.opendrive.tables import GeometryTable, OpenDrive, Shape
 
 # Spirals by Gauss-Legendre: this many points integrate a panel that turns by 2 rad to the last digit; only damaged
@@ -45,6 +46,7 @@ def curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = 
     return pose_and_curvature(file, road, s, before=before)[3]
 
 
+@in_blocks
 def pose_and_curvature(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> _Quadruple:
     """Return what `pose` and `curvature` do, at the cost of one."""
     plan = file.plan_view

@@ -9,6 +9,7 @@ import numpy as np
 
 from osm2xodr.curves import cubic_value, find_record, runs
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive.space.blocks import in_blocks
 from osm2xodr.opendrive.space.profiles import lane_offset
 from osm2xodr.opendrive.tables import ABSENT, OpenDrive
 
@@ -51,9 +52,17 @@ def lane_borders(
     outwards. A lane without widths has its ``<border>``, which counts from the lane offset, too; one without either
     has no width. Lanes whose id is unreadable give NaN. `before` asks for the limit from the left.
     """
+    return _borders((file, lane_ranks(file)), lanes, s, before=before)
+
+
+@in_blocks
+def _borders(
+    counted: tuple[OpenDrive, LaneRanks], lanes: IntArray, s: FloatArray, *, before: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Return the borders of lanes of a file whose lanes were counted; see `lane_borders`."""
+    file, ranks = counted
     table = file.lanes
     section = table.section[lanes]
-    ranks = lane_ranks(file)
     rank = ranks.rank[lanes]
     is_left = table.id[lanes] > 0
     ds = s - file.sections.s[section]
@@ -85,6 +94,7 @@ def lane_middles(file: OpenDrive, lanes: IntArray, s: FloatArray) -> FloatArray:
     return out
 
 
+@in_blocks
 def section_at(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> IntArray:
     """Return the lane sections at s of roads, (n,): rows of `OpenDrive.sections`; `ABSENT` where a road has none."""
     start = file.sections.start

@@ -6,25 +6,30 @@ import numpy as np
 
 from osm2xodr.curves import cubic_value
 from osm2xodr.model import FloatArray, IntArray
+from osm2xodr.opendrive.space.blocks import in_blocks
 from osm2xodr.opendrive.space.curves import pose
 from osm2xodr.opendrive.tables import OpenDrive
 
 
+@in_blocks
 def elevation(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> FloatArray:
     """Return z of reference lines at s, m; 0 where a road has no elevation, as OpenDRIVE defines it."""
     return cubic_value(file.elevation, road, s, before=before)
 
 
+@in_blocks
 def grade(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> FloatArray:
     """Return the rise of reference lines per metre of s."""
     return cubic_value(file.elevation, road, s, order=1, before=before)
 
 
+@in_blocks
 def superelevation(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> FloatArray:
     """Return the roll of road surfaces about their reference lines at s, rad; positive where the left is higher."""
     return cubic_value(file.superelevation, road, s, before=before)
 
 
+@in_blocks
 def lane_offset(file: OpenDrive, road: IntArray, s: FloatArray, *, before: bool = False) -> FloatArray:
     """Return t of centre lanes at s, m."""
     return cubic_value(file.lane_offset, road, s, before=before)

@@ -24,6 +24,7 @@ from osm2xodr.viewing.page.packing import UNKNOWN, Packed, quantised, rounded
 from osm2xodr.viewing.page.things import Objects, drawing_rules, objects_of, signal_info
 from osm2xodr.viewing.scene import Scene
 from osm2xodr.viewing.strips import border_marks
+from osm2xodr.viewing.unmeasured import unmeasured
 
 # Units of the arrays: m, rad, rise per metre, km/h.
 _CENTIMETRE: Final = 0.01
@@ -182,6 +183,7 @@ def page_info(subject: Subject, modes: list[Mode]) -> dict[str, Any]:
             road: [[kind, rounded(begin), rounded(end), name] for kind, begin, end, name in items]
             for road, items in sorted(subject.structures.items())
         },
+        "unmeasured": _unmeasured(file),
         "user": _user_data(file),
         "ways": _ways(subject),
         "limits": _limits(subject),
@@ -249,6 +251,14 @@ def _road_classes(file: OpenDrive) -> list[str]:
     """Return the types of each road in order, each once."""
     start, names = file.types.start.tolist(), file.types.type
     return [", ".join(dict.fromkeys(names[start[k] : start[k + 1]])) for k in range(len(file.roads.id))]
+
+
+def _unmeasured(file: OpenDrive) -> dict[int, list[list[float]]]:
+    """Return begin and end of the stretches of roads whose heights were not measured, m."""
+    found = unmeasured(file)
+    rows = np.stack([found.begin, found.end], axis=1).tolist()
+    start = found.start.tolist()
+    return {road: rows[start[road] : start[road + 1]] for road in np.flatnonzero(np.diff(found.start)).tolist()}
 
 
 def _user_data(file: OpenDrive) -> dict[int, list[list[str]]]:

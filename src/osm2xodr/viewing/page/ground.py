@@ -77,7 +77,7 @@ def read_ground(
     local = make_frame(float(np.mean(lat[roads])), float(np.mean(lon[roads])))
     east, north = to_local(local, lon, lat)
     # Heights are shown as they are, with trees and roofs if the model has them.
-    options = SurfaceOptions(allow_partial=True, dem_type="dtm", dem_crs=about.dem_crs, dem_unit=about.dem_unit)
+    options = SurfaceOptions(dem_type="dtm", dem_crs=about.dem_crs, dem_unit=about.dem_unit)
     surface = read_surface(about.dem, local, east, north, options, diagnostics)
     z, measured = surface.heights(east, north)
     z = np.where(measured, z, np.nan) - frame.offset[2]

@@ -18,7 +18,7 @@ from osm2xodr.defaults import REPORT_FINDINGS
 from osm2xodr.diagnostics import Diagnostics, counted
 from osm2xodr.errors import InputError
 from osm2xodr.opendrive import OpenDrive, frame_of, read_xodr
-from osm2xodr.system import stream_to
+from osm2xodr.system import advance, release_memory, stage, stream_to
 from osm2xodr.viewing.modes import make_modes
 from osm2xodr.viewing.options import ReportOptions
 from osm2xodr.viewing.page import tables
@@ -28,6 +28,7 @@ from osm2xodr.viewing.page.ground import read_ground
 from osm2xodr.viewing.page.packing import pack_arrays
 from osm2xodr.viewing.shell import filled, package_text, page_html
 from osm2xodr.viewing.strips import make_scene
+from osm2xodr.viewing.unmeasured import unmeasured_share
 
 if TYPE_CHECKING:
     from osm2xodr.checking import CheckResult
@@ -98,12 +99,15 @@ def make_report(
 ) -> bytes:
     """Return the report as HTML, UTF-8, for `write_report`; the same input gives the same bytes."""
     file = read_xodr(source) if isinstance(source, Path) else source
-    subject = _subject(file, options, diagnostics)
     if result is None and options.check:
-        # Not every report needs the checks.
+        # Not every report needs the checks. What they take of memory is free again before the rest takes its own.
         from osm2xodr.checking import CheckOptions, check_drive
 
         result = check_drive(file, CheckOptions(most=REPORT_FINDINGS))
+        release_memory()
+    stage("making the page")
+    subject = _subject(file, options, diagnostics)
+    advance(0.5)
     modes = make_modes(file, subject.scene, has_findings=result is not None)
     contents, arrays = pack_arrays(page_arrays(subject))
     rows, sentence = tables.findings(subject, result)
@@ -165,6 +169,9 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
         ["km through junctions", f"{length[~outside].sum() / 1000.0:,.2f}"],
         ["lanes drawn", f"{len(scene.lane):,}"],
     ]
+    gap, share = unmeasured_share(file)
+    if gap > 0.0:
+        figures.append(["km without a measured height", f"{gap / 1000.0:,.2f}"])
     known = scene.z[np.isfinite(scene.z)]
     if len(known):
         figures += [["lowest", f"{known.min():,.1f} m"], ["highest", f"{known.max():,.1f} m"]]
@@ -185,6 +192,9 @@ def _headline(subject: Subject, options: ReportOptions, diagnostics: Diagnostics
     if file.misfits:
         places = counted(len(file.misfits), "place")
         notes.append(f"The reader could not read {places} of the file; osm2xodr check lists them.")
+    if gap > 0.0:
+        said = "no elevation model measured the height: hatched in the map, shaded in profiles"
+        notes.append(f"On {gap / 1000.0:,.1f} km of roads ({max(100.0 * share, 0.1):.1f} %) {said}.")
     notes += [item.message for item in diagnostics]
     return {
         "title": options.title or name or file.path.name,

@@ -13,15 +13,18 @@ import numpy as np
 from osm2xodr.errors import InputError
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive import Frame, OpenDrive, frame_of
+from osm2xodr.system import advance, stage
 from osm2xodr.viewing.colours import Ramp, nice_step
 from osm2xodr.viewing.credits import credits_of
 from osm2xodr.viewing.forms import FURNITURE_FROM, MARKS_FROM
 from osm2xodr.viewing.modes import Categories, Mode, lane_speeds, lane_types, make_modes
 from osm2xodr.viewing.options import PictureOptions
 from osm2xodr.viewing.picture.details import furniture_shapes, mark_lines
+from osm2xodr.viewing.picture.hatching import hatch_lines
 from osm2xodr.viewing.picture.shapes import Line, Polygon, Shape
 from osm2xodr.viewing.scene import Scene
 from osm2xodr.viewing.strips import border_marks, make_scene
+from osm2xodr.viewing.unmeasured import unmeasured
 
 # Height of the legend's band below the map as a share of the width, and its least height, pixels.
 _BAND: Final = 0.045
@@ -66,6 +69,7 @@ class Picture:
     bar: float  # Length of the scale bar, m
     title: str  # Name of the file
     credits: list[str]  # Lines that say whose data it is made of
+    hatched: bool = False  # Whether roads are hatched because their heights were not measured
 
     @property
     def outline(self) -> float:
@@ -81,6 +85,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
     InputError
         Nothing of the file can be drawn or lies in the box, or it has no speeds to show.
     """
+    stage("drawing roads")
     scene = make_scene(file)
     if not len(scene.s):
         raise InputError(f"{file.path} has no road that can be drawn: none has both a plan view and lanes")
@@ -121,6 +126,7 @@ def make_picture(file: OpenDrive, options: PictureOptions) -> Picture:
         nice_step(_BAR_SHARE * options.width / scale),
         file.header.attributes.get("name", "") or file.path.name,
         lines,
+        bool(np.any(np.diff(unmeasured(file).start)[scene.strip_road] > 0)),
     )
 
 
@@ -169,10 +175,12 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
     """
     lane_colour, station_colour = _colours(file, scene, mode)
     kinds, kind_of = border_marks(file, scene) if scale >= MARKS_FROM else ([], np.zeros(0, np.int64))
+    gaps = unmeasured(file)
     layers: list[list[Shape]] = []
     lowest: dict[int, list[Shape]] = {}
     begin = scene.border_start
     for strip in range(len(scene.strip_road)):
+        advance(0.15 + 0.55 * strip / len(scene.strip_road))
         grid = places[begin[strip] : begin[strip + 1]].reshape(int(scene.strip_stations[strip]), -1, 2)
         first, lane = int(scene.station_start[strip]), int(scene.lane_start[strip])
         rows = _rows(scene.s[first : first + len(grid)], 1.0 / scale)
@@ -198,6 +206,9 @@ def _layers(file: OpenDrive, scene: Scene, mode: Mode, places: FloatArray, scale
         if kinds:
             borders = lane + strip
             shapes += mark_lines(grid, [kinds[k] for k in kind_of[borders : borders + grid.shape[1]]], scale)
+        rows_of_road = slice(*gaps.start[scene.strip_road[strip] :][:2].tolist())
+        if stretches := list(zip(gaps.begin[rows_of_road].tolist(), gaps.end[rows_of_road].tolist(), strict=True)):
+            shapes += hatch_lines(grid, scene.s[first + np.array(rows)], stretches, scale)
     return layers
 
 

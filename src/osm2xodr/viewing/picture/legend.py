@@ -10,10 +10,12 @@ import numpy as np
 from osm2xodr.viewing.colours import Ramp
 from osm2xodr.viewing.modes import Categories
 from osm2xodr.viewing.picture.contents import CREDIT_LINE, CREDIT_SIZE, Picture
-from osm2xodr.viewing.picture.shapes import INK, PAPER, SOFT, Polygon
+from osm2xodr.viewing.picture.shapes import HATCHING, INK, PAPER, SOFT, Polygon
 
 # Width of a letter as a share of its size: rather too wide, so that texts do not overlap.
 _LETTER: Final = 0.6
+# What red strokes across roads mean.
+_HATCHED: Final = "hatched: height not measured"
 # Boxes that a ramp is drawn with.
 _STEPS: Final = 64
 
@@ -59,6 +61,9 @@ def legend(picture: Picture) -> list[Text | Polygon]:
     title = Text(picture.mode.title, edge, top + 0.6 * band, size, bold=True)
     items.append(title)
     begin = edge + _LETTER * size * (len(title.text) + 2)
+    if picture.hatched:
+        room -= _LETTER * size * (len(_HATCHED) + 2)
+        items.append(Text(_HATCHED, room + size, top + 0.6 * band, size, colour=HATCHING))
     scale = picture.mode.scale
     if isinstance(scale, Ramp):
         return items + _ramp(scale, picture.mode.digits, begin, min(room - begin, 22 * size), top, band, size)

@@ -11,6 +11,8 @@ PAPER: Final = "#f6f7f5"
 INK: Final = "#1d2630"
 SOFT: Final = "#5a6672"
 EDGE: Final = "#3d4853"
+# Strokes across roads whose heights were not measured: they stand out from every colour of roads.
+HATCHING: Final = "#f0323c"
 
 
 @dataclass(frozen=True, eq=False)

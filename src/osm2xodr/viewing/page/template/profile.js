@@ -1,5 +1,7 @@
 // The profile of a road or of a route: height, ground, grade and structures along s. uPlot draws it.
 
+const BANDS = { "height not measured": "rgba(193,39,45,0.14)", tunnel: "rgba(90,90,110,0.25)", bridge: "rgba(60,140,200,0.18)" };
+
 class Profile {
   constructor(data, actions) {
     this.data = data;
@@ -64,19 +66,20 @@ class Profile {
     }, columns, $("plot"));
   }
 
-  /** Bridges, tunnels and findings. */
+  /** Stretches without a measured height, bridges, tunnels and findings. */
   bands(u, ink) {
     const context = u.ctx, ratio = devicePixelRatio;
     context.save();
     this.pieces.forEach(({ road, from, to }, k) => {
       const low = Math.min(from, to), high = Math.max(from, to);
       const place = (s) => u.valToPos(this.path.begins[k] + Math.abs(s - from), "x", true);
-      for (const [kind, begin, end] of this.data.info.structures[road] || []) {
+      const gaps = (this.data.info.unmeasured[road] || []).map(([begin, end]) => ["height not measured", begin, end]);
+      for (const [kind, begin, end] of [...gaps, ...(this.data.info.structures[road] || [])]) {
         if (Math.min(end, high) <= Math.max(begin, low)) continue;
         const [a, b] = [place(Math.max(begin, low)), place(Math.min(end, high))].sort((one, other) => one - other);
         const x0 = Math.max(u.bbox.left, a), x1 = Math.min(u.bbox.left + u.bbox.width, b);
         if (x1 <= x0) continue;
-        context.fillStyle = kind === "tunnel" ? "rgba(90,90,110,0.25)" : "rgba(60,140,200,0.18)";
+        context.fillStyle = BANDS[kind] || BANDS.bridge;
         context.fillRect(x0, u.bbox.top, x1 - x0, u.bbox.height);
         context.fillStyle = ink; context.font = `${11 * ratio}px system-ui`;
         if (x1 - x0 > 40 * ratio) context.fillText(kind, x0 + 4 * ratio, u.bbox.top + 13 * ratio);

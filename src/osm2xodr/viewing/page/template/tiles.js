@@ -16,8 +16,12 @@ function drawTile(context, data, view, look) {
   const strips = stripsIn(data, ...box);
   const pixel = view.ratio / view.scale; // m of one CSS pixel
   const furniture = furnitureIn(data, box, strips, look, pixel);
-  if (pixel > 3) { if (layers.roads) drawLines(context, data, strips, look, pixel); }
-  else {
+  if (pixel > 3) {
+    if (layers.roads) {
+      drawLines(context, data, strips, look, pixel);
+      for (const strip of strips) drawUnmeasured(context, data, strip, pixel);
+    }
+  } else {
     for (const strip of strips) {
       for (const draw of furniture.get(strip) || []) draw(context);
       if (layers.roads || layers.marks) drawStrip(context, data, strip, look, pixel);
@@ -101,6 +105,30 @@ function drawStrip(context, data, strip, look, pixel) {
   }
   if (look.layers.roads && pixel < EDGES_TO && data.roadJunction[data.stripRoad[strip]] < 0) drawEdges(context, data, strip, rows, lanes, look, pixel);
   if (look.layers.marks && pixel * data.info.drawing.marks_from <= 1) drawMarks(context, data, strip, rows, pixel);
+  if (look.layers.roads) drawUnmeasured(context, data, strip, pixel);
+}
+
+/** Strokes across the road where no elevation model measured its height. */
+function drawUnmeasured(context, data, strip, pixel) {
+  const stretches = data.info.unmeasured[data.stripRoad[strip]];
+  if (!stretches) return;
+  const borders = data.laneStart[strip + 1] - data.laneStart[strip] + 1, base = data.borderStart[strip] - data.stationStart[strip] * borders;
+  const last = data.stationStart[strip + 1] - 1, apart = Math.max(4, 9 * pixel);
+  let i = data.stationStart[strip];
+  context.beginPath();
+  for (let s = apart * (Math.floor(data.s[i] / apart) + 0.5); s <= data.s[last]; s += apart) {
+    if (s < data.s[i] || !stretches.some(([from, to]) => s >= from && s <= to)) continue;
+    while (i < last - 1 && data.s[i + 1] < s) i++;
+    const share = (s - data.s[i]) / ((data.s[i + 1] - data.s[i]) || 1);
+    const at = (values, border) => values[base + i * borders + border] * (1 - share) + values[base + (i + 1) * borders + border] * share;
+    const x = (at(data.bx, 0) + at(data.bx, borders - 1)) / 2, y = (at(data.by, 0) + at(data.by, borders - 1)) / 2;
+    let dx = (at(data.bx, 0) - at(data.bx, borders - 1)) / 2, dy = (at(data.by, 0) - at(data.by, borders - 1)) / 2;
+    const size = Math.hypot(dx, dy) || 1e-9, wide = Math.max(1, (4 * pixel) / size);
+    dx *= wide; dy *= wide;
+    context.moveTo(x + dx + 0.7 * dy, y + dy - 0.7 * dx);
+    context.lineTo(x - dx - 0.7 * dy, y - dy + 0.7 * dx);
+  }
+  context.setLineDash([]); context.lineWidth = 1.5 * pixel; context.strokeStyle = "#f0323c"; context.stroke();
 }
 
 /** Return the stations of a strip that are corners at this scale. */
