@@ -73,6 +73,10 @@ class Target:
         return self.command.format(path=path, net=net, side=self.left_hand_option if left_hand else "")
 
 
+# What reference lines consist of, by default lines and arcs: with spirals curvature is continuous.
+SPIRALS: Final = "spirals"
+PLANS: Final = ("arcs", SPIRALS)
+
 # The default suits CARLA, esmini and SUMO alike.
 DEFAULT_TARGET: Final = "generic"
 TARGETS: Final[Mapping[str, Target]] = MappingProxyType(
