@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, strategies as st
 
 from osm2xodr.curves.plan_views import (
-    arc_step,
     find_record,
     lengths,
     pose,
@@ -17,6 +16,7 @@ from osm2xodr.curves.plan_views import (
     smallest_radius,
     stack_plan_views,
 )
+from osm2xodr.curves.spirals import arc_step
 from osm2xodr.model import PlanView
 
 

@@ -80,8 +80,8 @@ def test_reports_say_what_was_asked_for() -> None:
         "default_speeds", "guessed_sidewalks", "surface",
         "polynomial_order", "dem_type", "dem_sigma", "vertical_datum", "dem_vertical_datum", "dem_crs", "dem_unit",
         "allow_partial", "fail_below_coverage",
-        "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "u_turns", "target", "objects",
-        "furniture", "frame",
+        "smoothing", "max_grade", "structures", "superelevation", "turnarounds", "u_turns", "plan", "target",
+        "objects", "furniture", "frame",
     ]  # fmt: skip
     assert (inputs["name"], inputs["structures"], inputs["furniture"]) == ("town", False, False)
     assert inputs["default_speeds"] is True

@@ -6,6 +6,7 @@ import cmath
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from clothoids import clothoid
 from junction_cases import CASES
 from street_cases import Case
 
@@ -70,10 +71,9 @@ def point(road_map: RoadMap, road: int, s: float, t: float) -> complex:
     k = next(k for k, item in enumerate(road_map.roads) if item.id == road)
     plan = road_map.plan_view
     row = next(r for r in reversed(range(plan.start[k], plan.start[k + 1])) if plan.s[r] <= s or r == plan.start[k])
-    ds, bend = s - float(plan.s[row]), float(plan.curvature[row])
-    along = ds if bend == 0 else (cmath.exp(1j * bend * ds) - 1) / (1j * bend)
+    along, turn = clothoid(float(plan.curvature[row]), float(plan.rate[row]), s - float(plan.s[row]))
     return complex(plan.x[row], plan.y[row]) + cmath.exp(1j * float(plan.hdg[row])) * (
-        along + 1j * t * cmath.exp(1j * bend * ds)
+        along + 1j * t * cmath.exp(1j * turn)
     )
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+
+from clothoids import clothoid
 
 from osm2xodr.model import Cubic, CubicProfile, Lane, LaneSection, LaneType, PlanView, Road, RoadLink, RoadMap, Rule
 
@@ -27,8 +30,12 @@ class Pose:
         """Return the pose t to the left."""
         return Pose(self.x - t * math.sin(self.hdg), self.y + t * math.cos(self.hdg), self.hdg)
 
-    def moved(self, ds: float, curvature: float) -> Pose:
-        """Return the pose after ds along a line or an arc."""
+    def moved(self, ds: float, curvature: float, rate: float = 0.0) -> Pose:
+        """Return the pose after ds along a line, an arc or a spiral, whose curvature grows by rate."""
+        if rate != 0.0:
+            place, turn = clothoid(curvature, rate, ds)
+            place *= cmath.exp(1j * self.hdg)
+            return Pose(self.x + place.real, self.y + place.imag, self.hdg + turn)
         if curvature == 0.0:
             return Pose(self.x + ds * math.cos(self.hdg), self.y + ds * math.sin(self.hdg), self.hdg)
         end = self.hdg + ds * curvature
@@ -59,6 +66,11 @@ def records(plan: PlanView, curve: int) -> list[tuple[float, Pose, float, float]
     return [(s, Pose(x, y, hdg), length, curvature) for s, x, y, hdg, length, curvature in rows]
 
 
+def rates(plan: PlanView, curve: int) -> list[float]:
+    """Return how the curvature of a curve's records grows, 1/m²."""
+    return list(plan.rate[plan.start[curve] : plan.start[curve + 1]].tolist())
+
+
 def curve_length(plan: PlanView, curve: int) -> float:
     """Return a curve's length, m."""
     return sum(length for _, _, length, _ in records(plan, curve))
@@ -68,17 +80,18 @@ def pose_at(plan: PlanView, curve: int, s: float) -> Pose:
     """Return the pose at s of a curve."""
     found = [item for item in records(plan, curve) if item[0] <= s + 1e-9]
     begin, pose, _, curvature = found[-1]
-    return pose.moved(s - begin, curvature)
+    return pose.moved(s - begin, curvature, rates(plan, curve)[len(found) - 1])
 
 
 def assert_smooth(plan: PlanView, curve: int, close: float = 1e-9, turn: float = 1e-9) -> None:
     """Check that a curve's records follow on each other in s, place and heading."""
     rows = records(plan, curve)
     assert abs(rows[0][0]) < 1e-9, f"starts at s = {rows[0][0]}"
-    for (s, pose, length, curvature), (next_s, next_pose, _, _) in pairwise(rows):
+    follow = zip(pairwise(rows), rates(plan, curve), strict=False)
+    for ((s, pose, length, curvature), (next_s, next_pose, _, _)), rate in follow:
         assert length > 0
         assert abs(s + length - next_s) < 1e-6, f"s = {next_s} after {s} and {length}"
-        end = pose.moved(length, curvature)
+        end = pose.moved(length, curvature, rate)
         assert end.gap(next_pose) < close, f"gap of {end.gap(next_pose)} m at s = {next_s}"
         assert end.turn(next_pose) < turn, f"kink of {end.turn(next_pose)} rad at s = {next_s}"
     assert rows[-1][2] > 0
@@ -86,7 +99,9 @@ def assert_smooth(plan: PlanView, curve: int, close: float = 1e-9, turn: float =
 
 def smallest_radius_of(plan: PlanView, curve: int) -> float:
     """Return a curve's smallest radius, m."""
-    return min((1 / abs(k) for _, _, _, k in records(plan, curve) if k), default=math.inf)
+    rows = zip(records(plan, curve), rates(plan, curve), strict=True)
+    bends = [abs(k) for (_, _, length, first), rate in rows for k in (first, first + rate * length)]
+    return min((1 / k for k in bends if k), default=math.inf)
 
 
 def _value(cubics: Iterable[tuple[float, float, float, float, float]], s: float) -> float:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
+from clothoids import clothoid
+
 Element = ElementTree.Element
 Row = tuple[float, float, float, float, float]
 
@@ -45,12 +47,16 @@ def turn(angle: float) -> float:
 
 def pose(geometry: Element, ds: float) -> tuple[float, float, float]:
     """Return x, y and heading at ds of a record; of paramPoly3 only at its ends."""
-    shape = next(child for child in geometry if child.tag in ("line", "arc", "paramPoly3"))
+    shape = next(child for child in geometry if child.tag in ("line", "arc", "spiral", "paramPoly3"))
     length = number(geometry, "length")
     if shape.tag == "paramPoly3":
         p = ds / length if shape.get("pRange", "normalized") == "normalized" else ds
         u, v, du, dv = parametric(shape, p)
         bend = math.atan2(dv, du)
+    elif shape.tag == "spiral":
+        first, last = number(shape, "curvStart"), number(shape, "curvEnd")
+        place, bend = clothoid(first, (last - first) / length, ds)
+        u, v = place.real, place.imag
     else:
         k = number(shape, "curvature") if shape.tag == "arc" else 0.0
         bend = k * ds

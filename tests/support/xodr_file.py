@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from clothoids import clothoid
 from lxml import etree
 
 FloatArray = npt.NDArray[np.float64]
@@ -48,7 +49,7 @@ class Cubics:
 
 @dataclass(frozen=True)
 class Geometry:
-    """One line (curvature 0) or arc of a reference line."""
+    """One line (curvature 0), arc or spiral of a reference line."""
 
     s: float
     x: float
@@ -56,10 +57,20 @@ class Geometry:
     hdg: float
     length: float
     curvature: float
+    rate: float = 0.0  # Of a spiral: change of curvature per m
+
+    @property
+    def turn(self) -> float:
+        """The angle from its start to its end, rad."""
+        return self.length * (self.curvature + self.rate * self.length / 2)
 
     def pose(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return x, y and heading at stations of the road (chord of an arc: 2 sin(k ds / 2) / k)."""
         ds = s - self.s
+        if self.rate:
+            steps = [clothoid(self.curvature, self.rate, float(at)) for at in ds]
+            place = np.array([at for at, _ in steps]) * np.exp(1j * self.hdg)
+            return self.x + place.real, self.y + place.imag, self.hdg + np.array([turn for _, turn in steps])
         half = 0.5 * self.curvature * ds
         chord = ds * np.sinc(half / math.pi)
         return (
@@ -240,11 +251,14 @@ def _cubics(elements: list[etree._Element], s: str = "s") -> Cubics:
 
 def _geometry(element: etree._Element) -> Geometry:
     shapes = [child for child in element if child.tag != "userData"]
-    if len(shapes) != 1 or shapes[0].tag not in ("line", "arc"):
+    if len(shapes) != 1 or shapes[0].tag not in ("line", "arc", "spiral"):
         raise ValueError(f"a <geometry> holds {[child.tag for child in shapes]}")
     curvature = _number(shapes[0], "curvature") if shapes[0].tag == "arc" else 0.0
     s, x, y, hdg, length = (_number(element, name) for name in ("s", "x", "y", "hdg", "length"))
-    return Geometry(s, x, y, hdg, length, curvature)
+    if shapes[0].tag != "spiral":
+        return Geometry(s, x, y, hdg, length, curvature)
+    first, last = (_number(shapes[0], name) for name in ("curvStart", "curvEnd"))
+    return Geometry(s, x, y, hdg, length, first, (last - first) / length)
 
 
 def _link(element: etree._Element, tag: str) -> Link | None:

@@ -46,7 +46,7 @@ def record_gaps(network: XodrFile) -> list[Figure]:
 def record_kinks(network: XodrFile) -> list[Figure]:
     """Angle between the end of a plan-view record and the start of the next, rad."""
     return [
-        Figure(turn(a.hdg + a.curvature * a.length, b.hdg), f"road {road.id} at s={b.s:.2f}")
+        Figure(turn(a.hdg + a.turn, b.hdg), f"road {road.id} at s={b.s:.2f}")
         for road in network.roads.values()
         for a, b in pairwise(road.geometries)
     ]

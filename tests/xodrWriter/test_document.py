@@ -15,6 +15,7 @@ from sample_road_maps import FRAME, crossing, furnished_crossing, plan_view, pro
 
 from osm2xodr import __version__
 from osm2xodr.conventions import TARGETS
+from osm2xodr.curves import pose
 from osm2xodr.diagnostics import Diagnostics, Kind
 from osm2xodr.errors import OutputError
 from osm2xodr.model import Access, Cubic, Furniture, RoadMap, RoadType, Rule, Signal, Stretches
@@ -403,3 +404,13 @@ def test_stretches_without_measured_heights_are_marked() -> None:
     found = [road.find("userData[@code='unmeasured_heights']") for road in roads]
     assert [None if item is None else item.get("value") for item in found] == ["0 10 50.25 70", None, None, "0 10"]
     assert [item.tag for item in roads[0]][-1] == "userData"
+
+
+@given(st.floats(-10.0, 10.0), st.floats(-0.05, 0.05), st.floats(-0.05, 0.05))
+def test_bounds_of_spirals_against_many_points_on_them(hdg: float, first: float, last: float) -> None:
+    """One of 60 m from one curvature to another."""
+    plan = plan_view([[(0.0, 10.0, -20.0, hdg, 60.0, first)]])
+    plan = replace(plan, rate=np.array([(last - first) / 60.0]))
+    s = np.linspace(0.0, 60.0, 20001)
+    x, y, _ = pose(plan, np.zeros(len(s), np.int64), s)
+    assert plan_view_bounds(plan) == pytest.approx((x.min(), y.min(), x.max(), y.max()), abs=1e-6)

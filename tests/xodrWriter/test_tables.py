@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -118,3 +119,12 @@ def test_profiles_that_are_zero_throughout() -> None:
     table = profile([[], [zero], [zero, late], [dust], [(0.0, 3.0, 0.0, 0.0, 0.0)]])
     assert are_zero(table, lengths, 0, 5) == [True, True, False, True, False]
     assert are_zero(table, lengths, 2, 4) == [False, True]
+
+
+def test_spirals_have_the_curvature_at_either_end() -> None:
+    plan = plan_view([[(0.0, 1.0, 2.0, 0.5, 40.0, 0.01)]])
+    plan = replace(plan, rate=np.array([-0.001]))
+    text = plan_view_texts(plan, 0, 1)[0]
+    assert text == (
+        '   <geometry s="0" x="1" y="2" hdg="0.5" length="40"><spiral curvStart="0.01" curvEnd="-0.03"/></geometry>\n'
+    )

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     )
     from osm2xodr.conventions.targets import (
         DEFAULT_TARGET as DEFAULT_TARGET,
+        PLANS as PLANS,
+        SPIRALS as SPIRALS,
         TARGETS as TARGETS,
         Crosswalks as Crosswalks,
         Target as Target,
@@ -46,6 +48,6 @@ __getattr__ = lazy_exports(
         "countries": ("Country", "GENERIC", "KMH", "MPH", "MarkStyle", "SPEED_UNITS", "U_TURNS", "find_country"),
         "sign_codes": ("NO_SUBTYPE", "SignCode", "is_supplementary", "sign_code", "sign_meaning", "sign_meanings"),
         "street_signs": ("Signs", "meant_ends", "places_on_streets", "priority_rank", "read_signs"),
-        "targets": ("Crosswalks", "DEFAULT_TARGET", "TARGETS", "Target", "programmes_file"),
+        "targets": ("Crosswalks", "DEFAULT_TARGET", "PLANS", "SPIRALS", "TARGETS", "Target", "programmes_file"),
     },
 )

@@ -94,6 +94,10 @@ def programmes_file(path: Path) -> Path:
     return path.with_name(path.name.removesuffix(".xodr") + _PROGRAMMES)
 
 
+# What reference lines consist of, by default lines and arcs: with spirals curvature is continuous.
+SPIRALS: Final = "spirals"
+PLANS: Final = ("arcs", SPIRALS)
+
 # The default suits CARLA, esmini and SUMO alike.
 DEFAULT_TARGET: Final = "generic"
 TARGETS: Final[Mapping[str, Target]] = MappingProxyType(

@@ -1,8 +1,8 @@
-"""Curves of a network as flat arrays: lines, arcs and cubics, evaluated, cut and compared all at once.
+"""Curves of a network as flat arrays: lines, arcs, spirals and cubics, evaluated, cut and compared all at once.
 
-`plan_views` lines and arcs · `cubics` piecewise cubics · `dubins` shortest curves between poses · `nearest` places
-nearest to points · `crossings` curves that cross · `overlaps` pieces of roads over each other · `clearances` room
-between them · `polygons` points in areas · `ragged` groups in flat arrays
+`plan_views` tables of curves · `spirals` their shapes · `cubics` piecewise cubics · `dubins` shortest curves between
+poses · `nearest` places nearest to points · `crossings` curves that cross · `overlaps` roads over each other ·
+`clearances` room between them · `polygons` points in areas · `ragged` groups in flat arrays
 """
 
 from __future__ import annotations
@@ -22,18 +22,20 @@ from osm2xodr.curves.nearest import SAMPLE_SPACING, CurveFinder, project, sample
 from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
 from osm2xodr.curves.plan_views import (
     advance,
-    arc_step,
     chain_curves,
     curvature_at,
     curves_of,
     cut_curves,
+    end_curvature,
     find_record,
     heading_change,
     lengths,
     places_along,
     pose,
+    record_turns,
     replace_curves,
     reverse_curves,
+    sharpest_curvature,
     smallest_radius,
     snap_cuts,
     stack_plan_views,
@@ -41,6 +43,7 @@ from osm2xodr.curves.plan_views import (
 )
 from osm2xodr.curves.polygons import area_at, area_bounds, distance_to_outline, inside_outline, outline_bounds
 from osm2xodr.curves.ragged import owners, ranks, runs, starts
+from osm2xodr.curves.spirals import arc_step, spiral_step, spirals_between
 
 __all__ = [
     "CLEARANCE_STEP",
@@ -64,6 +67,7 @@ __all__ = [
     "distance_to_outline",
     "dubins_curves",
     "dubins_without_slivers",
+    "end_curvature",
     "find_record",
     "heading_change",
     "inside_outline",
@@ -79,13 +83,17 @@ __all__ = [
     "profile_of",
     "project",
     "ranks",
+    "record_turns",
     "replace_curves",
     "reverse_curves",
     "runs",
     "sample_curves",
     "segments_cross",
+    "sharpest_curvature",
     "smallest_radius",
     "snap_cuts",
+    "spiral_step",
+    "spirals_between",
     "stack_plan_views",
     "stack_profiles",
     "starts",

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.curves.plan_views import advance, places_along, pose
 from osm2xodr.curves.ragged import runs
+from osm2xodr.curves.spirals import nearest_on_spirals
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
 # Spacing of the points by which curves near a place are looked up, m: a choice of speed. The nearest place itself is
@@ -28,7 +29,8 @@ def project(
     record = runs(plan.start[curve], count)
     along = _nearest_on_records(plan, record, x[owner], y[owner])
     s = plan.s[record] + along
-    px, py, hdg = advance(plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record], along)
+    start = plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record]
+    px, py, hdg = advance(*start, along, plan.rate[record])
     distance = np.hypot(x[owner] - px, y[owner] - py)
     # The nearest, of several the first; the rows of a point stand together.
     least = np.minimum.reduceat(distance, np.cumsum(count) - count) if len(owner) else distance
@@ -39,18 +41,28 @@ def project(
 
 
 def _nearest_on_records(plan: PlanView, record: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return how far along its record, a line or an arc, the place nearest to each point lies, m."""
+    """Return how far along its record the place nearest to each point lies, m.
+
+    That on the arc of mean curvature is a guess for spirals.
+    """
     dx, dy = x - plan.x[record], y - plan.y[record]
     cos, sin = np.cos(plan.hdg[record]), np.sin(plan.hdg[record])
     u, v = cos * dx + sin * dy, cos * dy - sin * dx
-    k, length = plan.curvature[record], plan.length[record]
+    k, rate, length = plan.curvature[record], plan.rate[record], plan.length[record]
+    spiral = np.flatnonzero(rate)
+    first = k[spiral]
+    k = k + 0.5 * rate * length
     bent = k != 0
     safe = np.where(bent, k, 1.0)
     # Angle about the arc's centre (0, 1/k), counted along it, wrapped about the arc's middle.
     angle = np.arctan2(np.sign(safe) * u, np.sign(safe) * (1.0 / safe - v))
     middle = 0.5 * length * safe
     turn = middle + (angle - middle + np.pi) % (2 * np.pi) - np.pi
-    return np.clip(np.where(bent, turn / safe, u), 0.0, length)
+    along = np.clip(np.where(bent, turn / safe, u), 0.0, length)
+    if len(spiral):
+        rows = rate[spiral], length[spiral], u[spiral], v[spiral], along[spiral]
+        along[spiral] = nearest_on_spirals(first, *rows)
+    return along
 
 
 def sample_curves(plan: PlanView, curves: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""Curves of lines and arcs: evaluated, made, stacked, chained, reversed and cut, whole networks at once."""
+"""Curves of lines, arcs and spirals: evaluated, made, stacked, chained, reversed and cut, whole networks at once."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from osm2xodr.curves.ragged import owners, ranks, runs, starts
+from osm2xodr.curves.spirals import arc_step
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # Pieces of curves that are not longer than this are left out, m: rounding errors.
@@ -22,7 +23,7 @@ _LEFT_LIMIT: Final = 1e-9
 # From this number of queries on a search over arrays is faster than one query after another.
 _VECTORISE_FROM: Final = 17
 
-_COLUMNS: Final = ("s", "x", "y", "hdg", "length", "curvature")
+_COLUMNS: Final = ("s", "x", "y", "hdg", "length", "curvature", "rate")
 _Pose = tuple[FloatArray, FloatArray, FloatArray]
 
 
@@ -31,21 +32,16 @@ def wrapped(angle: FloatArray) -> FloatArray:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-def arc_step(curvature: FloatArray, ds: FloatArray) -> _Pose:
-    """Return u, v and the turn of a curve of constant curvature after ds, in the frame of its start tangent.
-
-    The chord is written with sinc, so that lines need no case of their own:
-    u + iv = ds · sinc(k·ds/2) · exp(i·k·ds/2).
-    """
-    turn = curvature * ds
-    half = 0.5 * turn
-    chord = ds * np.sinc(half / np.pi)
-    return chord * np.cos(half), chord * np.sin(half), turn
-
-
-def advance(x: FloatArray, y: FloatArray, hdg: FloatArray, curvature: FloatArray, ds: FloatArray) -> _Pose:
-    """Return x, y and heading ds farther on curves of constant curvature, all (n,), m and rad."""
-    u, v, turn = arc_step(curvature, ds)
+def advance(
+    x: FloatArray,
+    y: FloatArray,
+    hdg: FloatArray,
+    curvature: FloatArray,
+    ds: FloatArray,
+    rate: FloatArray | None = None,
+) -> _Pose:
+    """Return x, y and heading ds farther on, (n,), m and rad, where the curvature is curvature + rate · s."""
+    u, v, turn = arc_step(curvature, ds, rate)
     cos, sin = np.cos(hdg), np.sin(hdg)
     return x + cos * u - sin * v, y + sin * u + cos * v, hdg + turn
 
@@ -60,10 +56,26 @@ def lengths(plan: PlanView) -> FloatArray:
 def smallest_radius(plan: PlanView) -> FloatArray:
     """Return the smallest radius of each curve, (curves,), m; infinity for lines."""
     out = np.full(len(plan.start) - 1, np.inf)
-    owner = owners(plan.start)
-    bent = plan.curvature != 0
-    np.minimum.at(out, owner[bent], 1 / np.abs(plan.curvature[bent]))
+    owner, sharpest = owners(plan.start), np.abs(sharpest_curvature(plan))
+    bent = sharpest != 0
+    np.minimum.at(out, owner[bent], 1 / sharpest[bent])
     return out
+
+
+def sharpest_curvature(plan: PlanView) -> FloatArray:
+    """Return the curvature of each record at its end where it is larger, (records,), 1/m."""
+    end = end_curvature(plan)
+    return np.where(np.abs(end) > np.abs(plan.curvature), end, plan.curvature)
+
+
+def end_curvature(plan: PlanView) -> FloatArray:
+    """Return the curvature at the end of each record, (records,), 1/m."""
+    return np.asarray(plan.curvature + plan.rate * plan.length)
+
+
+def record_turns(plan: PlanView) -> FloatArray:
+    """Return by how much each record turns, (records,), rad."""
+    return np.asarray((plan.curvature + 0.5 * plan.rate * plan.length) * plan.length)
 
 
 def find_record(
@@ -97,7 +109,7 @@ def find_record(
 def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
     """Return x, y and heading at s of curves, all (n,), m and rad. The heading is not wrapped."""
     k = find_record(plan.start, plan.s, curve, s)
-    return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k])
+    return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k], plan.rate[k])
 
 
 def heading_change(plan: PlanView, curve: IntArray) -> FloatArray:
@@ -107,7 +119,8 @@ def heading_change(plan: PlanView, curve: IntArray) -> FloatArray:
 
 def curvature_at(plan: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
     """Return the curvature at s of curves, (n,), 1/m."""
-    return plan.curvature[find_record(plan.start, plan.s, curve, s)]
+    k = find_record(plan.start, plan.s, curve, s)
+    return np.asarray(plan.curvature[k] + plan.rate[k] * (s - plan.s[k]))
 
 
 def places_along(plan: PlanView, spacing: float, curves: IntArray | None = None) -> tuple[IntArray, FloatArray]:
@@ -156,7 +169,8 @@ def chain_curves(plan: PlanView, first: IntArray) -> PlanView:
     curve = owners(plan.start)
     owner = group[curve]
     turn = np.abs(wrapped(np.diff(plan.hdg)))
-    lines = (plan.curvature[1:] == 0) & (plan.curvature[:-1] == 0)
+    straight = (plan.curvature == 0) & (plan.rate == 0)
+    lines = straight[1:] & straight[:-1]
     goes_on = (owner[1:] == owner[:-1]) & lines & (turn < _SAME_HEADING)
     kept = np.flatnonzero(np.concatenate([[True], ~goes_on])[: len(owner)])
     return PlanView(
@@ -167,6 +181,7 @@ def chain_curves(plan: PlanView, first: IntArray) -> PlanView:
         plan.hdg[kept],
         np.add.reduceat(plan.length, kept) if len(kept) else plan.length,
         plan.curvature[kept],
+        plan.rate[kept],
     )
 
 
@@ -176,9 +191,9 @@ def reverse_curves(plan: PlanView, which: BoolArray, *, wrap: bool = True) -> Pl
     back = which[owner]
     every = np.arange(len(owner))
     source = np.where(back, (plan.start[:-1] + plan.start[1:] - 1)[owner] - every, every)
-    x, y, hdg = advance(plan.x, plan.y, plan.hdg, plan.curvature, plan.length)
+    x, y, hdg = advance(plan.x, plan.y, plan.hdg, plan.curvature, plan.length, plan.rate)
     s = lengths(plan)[owner] - (plan.s + plan.length)
-    backwards = s, x, y, wrapped(hdg + np.pi) if wrap else hdg + np.pi, plan.length, -plan.curvature
+    backwards = s, x, y, wrapped(hdg + np.pi) if wrap else hdg + np.pi, plan.length, -end_curvature(plan), plan.rate
     columns = [(getattr(plan, name), after) for name, after in zip(_COLUMNS, backwards, strict=True)]
     return PlanView(plan.start, *(np.where(back, after[source], before) for before, after in columns))
 
@@ -196,15 +211,17 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
     end = np.minimum(plan.s[k] + plan.length[k], hi[part])
     used = end - begin > _SHORTEST_CUT
     k, part, begin, end = k[used], part[used], begin[used], end[used]
-    x, y, hdg = plan.x[k], plan.y[k], plan.hdg[k]
+    x, y, hdg, curvature = plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k]
     # Few parts begin within a record.
     cut = np.flatnonzero(begin > plan.s[k])
     within = k[cut]
-    x[cut], y[cut], hdg[cut] = advance(x[cut], y[cut], hdg[cut], plan.curvature[within], begin[cut] - plan.s[within])
+    ds, rate = begin[cut] - plan.s[within], plan.rate[within]
+    x[cut], y[cut], hdg[cut] = advance(x[cut], y[cut], hdg[cut], curvature[cut], ds, rate)
+    curvature[cut] += rate * ds
     start = starts(np.bincount(part, minlength=len(which)))
     # A piece that was left out must not leave the first record with an s above 0.
     s = np.where(np.diff(part, prepend=-1) > 0, 0.0, begin - lo[part])
-    return PlanView(start, s, x, y, hdg, end - begin, plan.curvature[k].copy())
+    return PlanView(start, s, x, y, hdg, end - begin, curvature, plan.rate[k])
 
 
 def replace_curves(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from osm2xodr.conventions import SPIRALS
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.connections import (
     ConnectingRoads,
@@ -53,6 +54,7 @@ from osm2xodr.geometry.plan_view import (
     fit_streets,
     narrow_parallel_streets,
     outer_lanes,
+    smooth_streets,
     street_ends,
     trims_clear_of_bends,
 )
@@ -80,7 +82,10 @@ class RoadPlan(CutStreets):
 
 def plan_roads(network: StreetNetwork, options: RoadOptions, diagnostics: Diagnostics) -> RoadPlan:
     """Lay out the roads of a network in plan."""
-    fitted = narrow_parallel_streets(network, fit_streets(network, diagnostics), diagnostics)
+    fitted = fit_streets(network, diagnostics)
+    if options.plan == SPIRALS:
+        fitted = smooth_streets(network, fitted)
+    fitted = narrow_parallel_streets(network, fitted, diagnostics)
     ends = _street_ends(network, fitted)
     layout, movements = _lay_out_junctions(network, fitted, ends, options, diagnostics)
     cut = CutStreets(fitted, ends, layout, cut_roads(network, fitted, layout))

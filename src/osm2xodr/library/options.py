@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from osm2xodr import __version__
-from osm2xodr.conventions import DEFAULT_TARGET, TARGETS, U_TURNS
+from osm2xodr.conventions import DEFAULT_TARGET, PLANS, TARGETS, U_TURNS
 from osm2xodr.defaults import POLYNOMIAL_ORDER, SURFACE_METHOD
 from osm2xodr.errors import InputError, OptionError
 from osm2xodr.furniture import EXTRA_OBJECTS
@@ -182,6 +182,11 @@ class ConvertOptions:
         " that it maps, or none.",
         default=U_TURNS[0],
         choices=U_TURNS,
+    )
+    plan: str = _option(
+        "Reference lines of lines and arcs, or with spirals between them, of continuous curvature on plain roads.",
+        default=PLANS[0],
+        choices=PLANS,
     )
     target: str = _option(
         "Reader to write for where readers contradict each other; generic suits CARLA, esmini and SUMO.",

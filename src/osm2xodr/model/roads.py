@@ -13,16 +13,24 @@ from osm2xodr.model.shared import Access, BoolArray, FloatArray, IntArray, LaneT
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanView(ReadOnlyArrays):
-    """Lines and arcs of many curves (reference lines) as flat arrays."""
+    """Lines, arcs and spirals of many curves (reference lines) as flat arrays."""
 
     start: IntArray  # (curves + 1,) Index of each curve's first record; the last entry is the number of records
-    # (records,) As OpenDRIVE's ``<geometry>``; curvature 0 is a line. s restarts at 0 with each curve.
+    # (records,) As OpenDRIVE's ``<geometry>``, curvature where the record starts; a line has 0. s restarts at 0 with
+    # each curve.
     s: FloatArray
     x: FloatArray
     y: FloatArray
     hdg: FloatArray
     length: FloatArray
     curvature: FloatArray
+    # (records,) Change of curvature with s, 1/m²: that of a spiral (clothoid). Lines and arcs only if left out.
+    rate: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if len(self.rate) != len(self.s):
+            object.__setattr__(self, "rate", np.zeros(len(self.s)))
+        ReadOnlyArrays.__post_init__(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
 from osm2xodr.conventions import Target
+from osm2xodr.curves import advance
 from osm2xodr.defaults import NEGATED_LANES
 from osm2xodr.diagnostics import Diagnostics
-from osm2xodr.model import BoolArray, CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
+from osm2xodr.model import CubicProfile, FloatArray, IntArray, PlanView, RoadMap, Rule
 from osm2xodr.system import ByteSink, map_parallel
 from osm2xodr.xodrWriter.check import check_road_map
 from osm2xodr.xodrWriter.formatting import attribute, number, user_data
@@ -95,30 +97,38 @@ def plan_view_bounds(plan: PlanView) -> tuple[float, float, float, float]:
     """
     x, y = _points_on(plan, slice(None), plan.length)
     xs, ys = [plan.x, x], [plan.y, y]
-    arcs = np.flatnonzero(plan.curvature)
-    turn = plan.curvature[arcs] * plan.length[arcs]
+    bent = np.flatnonzero((plan.curvature != 0.0) | (plan.rate != 0.0))
     for heading in _CARDINAL:
-        ahead, inside = _turn_to(heading, plan.hdg[arcs], turn)
-        records = arcs[inside]
-        x, y = _points_on(plan, records, ahead[inside] / plan.curvature[records])
-        xs.append(x)
-        ys.append(y)
+        for records, ds in _turns_to(plan, bent, heading):
+            x, y = _points_on(plan, records, ds)
+            xs.append(x)
+            ys.append(y)
     all_x, all_y = np.concatenate(xs), np.concatenate(ys)
     return float(all_x.min()), float(all_y.min()), float(all_x.max()), float(all_y.max())
 
 
 def _points_on(plan: PlanView, records: IntArray | slice, ds: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return local x, y at ds (n,) from the start of n records, by the chord, which is stable for any curvature."""
-    hdg = plan.hdg[records]
-    half = 0.5 * plan.curvature[records] * ds
-    chord = ds * np.sinc(half / np.pi)
-    return plan.x[records] + chord * np.cos(hdg + half), plan.y[records] + chord * np.sin(hdg + half)
+    """Return local x, y at ds (n,) from the start of n records."""
+    start = plan.x[records], plan.y[records], plan.hdg[records], plan.curvature[records]
+    return advance(*start, ds, plan.rate[records])[:2]
 
 
-def _turn_to(heading: float, hdg: FloatArray, turn: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Return the angle from each start heading to `heading` in the sense of the turn, and if the arc gets there."""
-    ahead = np.mod(np.where(turn >= 0.0, heading - hdg, hdg - heading), 2.0 * np.pi)
-    return np.copysign(ahead, turn), ahead <= np.abs(turn)
+def _turns_to(plan: PlanView, records: IntArray, heading: float) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Yield records that somewhere have a heading, and how far along each that is, (n,), m.
+
+    Of the two roots of ahead = curvature · ds + rate / 2 · ds², spirals that turn back have both.
+    """
+    first, rate, length = plan.curvature[records], plan.rate[records], plan.length[records]
+    for sense in (1.0, -1.0):
+        ahead = sense * np.mod(sense * (heading - plan.hdg[records]), 2.0 * np.pi)
+        square = first * first + 2.0 * rate * ahead
+        root = np.where(rate == 0.0, np.abs(first), np.sqrt(np.maximum(square, 0.0)))
+        for sign in (1.0, -1.0):
+            # The form that does not cancel, and holds for arcs.
+            below = 0.5 * (first + sign * root)
+            on = (square >= 0.0) & (ahead * np.sign(below) >= 0.0) & (np.abs(ahead) <= np.abs(below) * length)
+            on &= below != 0.0
+            yield records[on], ahead[on] / below[on]
 
 
 class _RoadBlocks:

@@ -9,11 +9,13 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import end_curvature
 from osm2xodr.model import CubicProfile, FloatArray, PlanView
 from osm2xodr.xodrWriter.formatting import CURVATURE, NUMBER, POSITION_DECIMALS, rounded
 
 _GEOMETRY: Final = f'   <geometry s="{NUMBER}" x="{NUMBER}" y="{NUMBER}" hdg="{NUMBER}" length="{NUMBER}">'
 _ARC: Final = f'{_GEOMETRY}<arc curvature="{CURVATURE}"/></geometry>\n'
+_SPIRAL: Final = f'{_GEOMETRY}<spiral curvStart="{CURVATURE}" curvEnd="{CURVATURE}"/></geometry>\n'
 _LINE: Final = f"{_GEOMETRY}<line/></geometry>\n"
 _CUBIC: Final = f'   <%s s="{NUMBER}" a="{NUMBER}" b="{NUMBER}" c="{NUMBER}" d="{NUMBER}"/>\n'
 # Separates the texts of curves while they are made together; not allowed in XML, so in none of them.
@@ -32,14 +34,15 @@ def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
     """
     start = plan.start[first : last + 1]
     records = slice(int(start[0]), int(start[-1]))
-    curvature = plan.curvature[records]
+    curvature, end, bends = plan.curvature[records], end_curvature(plan)[records], plan.rate[records] != 0.0
     s, x, y, length = (rounded(item[records], POSITION_DECIMALS) for item in (plan.s, plan.x, plan.y, plan.length))
-    patterns = [_ARC if bends else _LINE for bends in (curvature != 0.0).tolist()]
+    shape = np.where(bends, 2, curvature != 0.0).astype(np.int64)
+    patterns = [(_LINE, _ARC, _SPIRAL)[k] for k in shape.tolist()]
     for record in (start[1:-1] - start[0]).tolist():
         patterns[record] = _BETWEEN + patterns[record]
-    table = np.column_stack([s, x, y, rounded(plan.hdg[records], _HEADING_DECIMALS), length, curvature])
+    table = np.column_stack([s, x, y, rounded(plan.hdg[records], _HEADING_DECIMALS), length, curvature, end])
     written = np.ones(table.shape, np.bool_)
-    written[:, -1] = curvature != 0.0
+    written[:, -2], written[:, -1] = shape > 0, bends
     return _per_curve("".join(patterns) % tuple(table[written].tolist()), last - first)
 
 

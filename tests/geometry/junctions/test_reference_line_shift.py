@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from street_cases import Case, Stages
 
-from osm2xodr.curves.plan_views import lengths, pose
+from osm2xodr.curves import lengths, pose, project
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.reference_line_shift import offset_curves, shift_lines_out_of_bends
@@ -72,6 +72,20 @@ def test_curves_that_do_not_move_stay_as_they_are_to_the_last_bit() -> None:
     moved = offset_curves(straight, np.array([2.0, 0.0]))
     assert moved.y.tolist() == [2.0, 2.0, 0.0, 0.0, 0.0]
     assert moved.s[2:].tolist() == straight.s[2:].tolist()
+
+
+def test_curves_run_beside_spirals() -> None:
+    """From a line of 20 m over 30 m to a circle of 25 m radius: 3 m to its right, and in one heading."""
+    rate = np.array([0.0, 0.04 / 30.0])
+    zero, length = np.zeros(2), np.array([20.0, 30.0])
+    plan = PlanView(np.array([0, 2]), np.array([0.0, 20.0]), np.array([0.0, 20.0]), zero, zero, length, zero, rate)
+    outside = offset_curves(plan, np.array([-3.0]))
+    s = np.linspace(0.0, lengths(outside)[0], 200)
+    x, y, hdg = pose(outside, np.zeros(200, np.int64), s)
+    _, t, _ = project(plan, np.zeros(200, np.int64), x, y)
+    assert t == pytest.approx(-3.0, abs=0.05)
+    assert hdg[-1] == pytest.approx(0.6, abs=1e-9)
+    assert lengths(outside)[0] == pytest.approx(50.0 + 3.0 * 0.6, abs=0.02)
 
 
 @EITHER

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from street_cases import Case, Stages
 
+from osm2xodr.geometry.defaults import HALF_NARROW_LANE
 from osm2xodr.geometry.plan_view import defaults
 from osm2xodr.geometry.plan_view.cuts_outside_bends import trims_clear_of_bends
+from osm2xodr.model import PlanView
 
 # A T whose stem turns off squarely 20 m from the node.
 BENT = Case(
@@ -73,3 +75,22 @@ def test_an_end_where_a_bend_is_over_stays(off: float) -> None:
     """Whichever side of the bend's end rounding puts it on, even though there would be room before the bend."""
     over = ended(0.0, 0.0)[2]
     assert ended(over + off, 0.0)[0] == pytest.approx(over, abs=1e-9)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_end_in_a_spiral_moves_to_where_it_is_gentle_enough(side: float) -> None:
+    """From a circle of 25 m radius 30 m lead to a line: lanes 3 m off want 37.5 m, 20 m before its end."""
+    stages = BENT.stages()
+    end = stages.end(3, 1)
+    rate = np.array([0.0, -side * 0.04 / 30.0, 0.0])
+    bend, length = np.array([side * 0.04, side * 0.04, 0.0]), np.array([10.0, 30.0, 60.0])
+    zero, s = np.zeros(3), np.array([0.0, 10.0, 40.0])
+    streets = len(stages.ends.length) // 2
+    start = np.where(np.arange(streets + 1) > end // 2, 3, 0)
+    plan = PlanView(start, s, zero, zero, zero, length, bend, rate)
+    edge = np.full(2 * streets, 3.0 + HALF_NARROW_LANE)
+    ends = replace(stages.ends, plan_view=plan, left=edge, right=-edge, length=np.full(2 * streets, 100.0))
+    junction = np.where(np.arange(2 * streets) == end, 0, -1)
+    trim = np.where(junction == 0, 13.0, 0.0)
+    found = trims_clear_of_bends(ends, junction, trim, trim, np.full(2 * streets, 80.0))
+    assert found[end] == pytest.approx(20.0)

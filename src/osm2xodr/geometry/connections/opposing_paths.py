@@ -16,6 +16,7 @@ from osm2xodr.curves import (
     owners,
     pose,
     ranks,
+    record_turns,
     replace_curves,
     reverse_curves,
     smallest_radius,
@@ -124,12 +125,14 @@ def _half_apart(plan: PlanView, pairs: _Pairs) -> FloatArray:
 
 def _in_quarters(plan: PlanView) -> PlanView:
     """Return curves whose arcs turn by a quarter at most: what runs beside them is drawn piece by piece."""
-    count = np.maximum(np.ceil(np.abs(plan.curvature * plan.length) / (np.pi / 2) - 1e-9), 1).astype(np.int64)
+    count = np.maximum(np.ceil(np.abs(record_turns(plan)) / (np.pi / 2) - 1e-9), 1).astype(np.int64)
     record = np.repeat(np.arange(len(count)), count)
     step = (plan.length / count)[record]
     s = plan.s[record] + ranks(count) * step
     x, y, hdg = pose(plan, owners(plan.start)[record], s)
-    return PlanView(starts(count)[plan.start], s, x, y, hdg, step, plan.curvature[record])
+    rate = plan.rate[record]
+    curvature = plan.curvature[record] + rate * (s - plan.s[record])
+    return PlanView(starts(count)[plan.start], s, x, y, hdg, step, curvature, rate)
 
 
 def _redrawn(

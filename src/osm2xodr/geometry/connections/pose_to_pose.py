@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import arc_step, dubins_curves, lengths, owners, pose, replace_curves, wrapped
+from osm2xodr.curves import arc_step, dubins_curves, lengths, owners, pose, record_turns, replace_curves, wrapped
 from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK
 from osm2xodr.model import BoolArray, FloatArray, PlanView
 
@@ -118,7 +118,7 @@ def detours(plan: PlanView) -> BoolArray:
 def has_kinks(plan: PlanView) -> BoolArray:
     """Say which curves change their heading at once between two of their records, (curves,)."""
     owner = owners(plan.start)
-    jump = np.abs(wrapped(plan.hdg[1:] - (plan.hdg + plan.curvature * plan.length)[:-1]))
+    jump = np.abs(wrapped(plan.hdg[1:] - (plan.hdg + record_turns(plan))[:-1]))
     out = np.zeros(len(plan.start) - 1, bool)
     out[owner[1:][(owner[1:] == owner[:-1]) & (jump > _MISSED)]] = True
     return out
@@ -140,7 +140,7 @@ def swings_out(plan: PlanView) -> BoolArray:
 def _turns(plan: PlanView) -> tuple[FloatArray, FloatArray]:
     """Return by how much curves change their heading, and by how much they turn in all, (curves,), rad."""
     n, owner = len(plan.start) - 1, owners(plan.start)
-    turn = plan.curvature * plan.length
+    turn = record_turns(plan)
     return np.abs(np.bincount(owner, turn, n)), np.bincount(owner, np.abs(turn), n).astype(np.float64)
 
 

@@ -20,6 +20,7 @@ from osm2xodr.curves import (
     lengths,
     owners,
     pose,
+    record_turns,
     replace_curves,
     smallest_radius,
     wrapped,
@@ -49,7 +50,7 @@ def turns_back(plan: PlanView) -> BoolArray:
 
 def swings_back(plan: PlanView) -> BoolArray:
     """Say which curves turn back and swing out for it, (curves,): their lanes are close."""
-    turn, owner, n = plan.curvature * plan.length, owners(plan.start), len(plan.start) - 1
+    turn, owner, n = record_turns(plan), owners(plan.start), len(plan.start) - 1
     forth_and_back = np.bincount(owner, np.abs(turn), n) - np.abs(np.bincount(owner, turn, n))
     return np.asarray(turns_back(plan) & (forth_and_back > _SWING))
 

@@ -12,7 +12,16 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import find_record, lengths, owners
+from osm2xodr.curves import (
+    advance,
+    curvature_at,
+    end_curvature,
+    find_record,
+    lengths,
+    owners,
+    spirals_between,
+    wrapped,
+)
 from osm2xodr.geometry import defaults
 from osm2xodr.geometry.junctions.clusters import JunctionLayout
 from osm2xodr.geometry.junctions.road_parts import RoadParts
@@ -50,7 +59,8 @@ def shift_lines_out_of_bends(
     moved = np.flatnonzero(aside)
     pieces = list(fitted.pieces)
     for street in moved.tolist():
-        s = _station(old, plan, np.full(len(pieces[street]), street), np.array([p[0] for p in pieces[street]]))
+        at = np.array([p[0] for p in pieces[street]])
+        s = _station(old, plan, np.full(len(at), street), at, aside)
         d = float(aside[street])
         pieces[street] = tuple(
             (
@@ -62,37 +72,55 @@ def shift_lines_out_of_bends(
         )
     before, after = lengths(old)[moved], lengths(plan)[moved]
     trim = layout.trim.copy()
-    trim[2 * moved] = _station(old, plan, moved, trim[2 * moved])
-    trim[2 * moved + 1] = after - _station(old, plan, moved, before - trim[2 * moved + 1])
+    trim[2 * moved] = _station(old, plan, moved, trim[2 * moved], aside)
+    trim[2 * moved + 1] = after - _station(old, plan, moved, before - trim[2 * moved + 1], aside)
     return FittedStreets(plan, tuple(pieces), aside), replace(layout, trim=trim)
 
 
 def offset_curves(plan: PlanView, aside: FloatArray) -> PlanView:
-    """Return curves that run beside others, `aside` to the left of each, (curves,), m."""
+    """Return curves that run beside others, `aside` to the left of each, (curves,), m.
+
+    What runs beside a line or an arc is one; beside a spiral it is all but the spiral between the same poses.
+    """
     owner = owners(plan.start)
     d = aside[owner]
     share = 1.0 - plan.curvature * d
-    length = plan.length * share
+    length, curvature, rate = plan.length * share, plan.curvature / share, np.zeros(len(d))
+    x, y, hdg = plan.x - d * np.sin(plan.hdg), plan.y + d * np.cos(plan.hdg), plan.hdg
+    k = np.flatnonzero(plan.rate)
+    if len(k):
+        x1, y1, hdg1 = advance(plan.x[k], plan.y[k], hdg[k], plan.curvature[k], plan.length[k], plan.rate[k])
+        dx, dy = x1 - d[k] * np.sin(hdg1) - x[k], y1 + d[k] * np.cos(hdg1) - y[k]
+        chord = np.arctan2(dy, dx)
+        before = wrapped(hdg[k] - chord)
+        turn = hdg1 - hdg[k]
+        shape, longer = spirals_between(before, before + turn)
+        length[k] = np.hypot(dx, dy) * longer
+        curvature[k] = (turn - shape) / length[k]
+        rate[k] = 2.0 * shape / length[k] ** 2
+    same = np.flatnonzero(aside == 0.0)
+    kept = np.isin(owner, same)
+    length, curvature, rate = (
+        np.where(kept, old, new)
+        for old, new in ((plan.length, length), (plan.curvature, curvature), (plan.rate, rate))
+    )
     end = np.cumsum(length)
     s = end - length
     base = s[np.minimum(plan.start[:-1], max(len(s) - 1, 0))]
-    return PlanView(
-        plan.start.copy(),
-        # Not by sums over other curves where nothing moves.
-        np.where(d != 0.0, s - base[owner], plan.s),
-        plan.x - d * np.sin(plan.hdg),
-        plan.y + d * np.cos(plan.hdg),
-        plan.hdg.copy(),
-        length,
-        plan.curvature / share,
-    )
+    # Not by sums over other curves where nothing moves.
+    at = np.where(d != 0.0, s - base[owner], plan.s)
+    return PlanView(plan.start.copy(), at, x, y, hdg.copy(), length, curvature, rate)
 
 
-def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray) -> FloatArray:
+def _station(old: PlanView, new: PlanView, curve: IntArray, s: FloatArray, aside: FloatArray) -> FloatArray:
     """Return s on moved curves of the places at s on the old ones, (n,), m."""
     k = find_record(old.start, old.s, curve, s)
-    share = new.length[k] / np.maximum(old.length[k], 1e-12)
-    return np.asarray(new.s[k] + (s - old.s[k]) * share)
+
+    def beside(ds: FloatArray) -> FloatArray:
+        return np.asarray(ds * (1.0 - aside[curve] * (old.curvature[k] + 0.5 * old.rate[k] * ds)))
+
+    share = new.length[k] / np.maximum(beside(old.length[k]), 1e-12)
+    return np.asarray(new.s[k] + beside(s - old.s[k]) * share)
 
 
 def _places(parts: RoadParts, rule: Rule) -> tuple[IntArray, FloatArray]:
@@ -128,7 +156,7 @@ def _aside(fitted: FittedStreets, parts: RoadParts, rule: Rule) -> FloatArray:
     street, s = _places(parts, rule)
     near = tight[street]
     street, s = street[near], s[near]
-    curvature = plan.curvature[find_record(plan.start, plan.s, street, s)]
+    curvature = curvature_at(plan, street, s)
 
     def lengthened(aside: FloatArray) -> FloatArray:
         """Return by what factor outer lanes are longer than lines that are moved, at worst, (streets,)."""
@@ -142,11 +170,12 @@ def _aside(fitted: FittedStreets, parts: RoadParts, rule: Rule) -> FloatArray:
     candidates = best > 1.0 + defaults.TIGHT_BEND
     if not candidates.any():
         return out
-    owner = owners(plan.start)
+    owner, last = owners(plan.start), end_curvature(plan)
 
     def moved_by(aside: FloatArray) -> FloatArray:
         shrunk = np.ones(len(out))
         np.minimum.at(shrunk, owner, 1.0 - plan.curvature * aside[owner])
+        np.minimum.at(shrunk, owner, 1.0 - last * aside[owner])
         return np.where(shrunk > _SMALLEST_SCALE, lengthened(aside), _TOO_LONG)
 
     for share in _SHIFT_SHARES:

@@ -14,6 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from osm2xodr.conventions import PLANS
 from osm2xodr.curves import curves_of, ranks, replace_curves
 from osm2xodr.defaults import CONNECTING_RADIUS
 from osm2xodr.diagnostics import Diagnostics
@@ -41,6 +42,7 @@ class RoadOptions:
     # Whether every dead end of a two-way street gets a loop, not only those at turning circles
     turnarounds: bool = False
     u_turns: str = "law"  # Which U-turns between carriageways are kept, one of `conventions.U_TURNS`
+    plan: str = PLANS[0]  # What reference lines consist of, one of `conventions.PLANS`
 
 
 class _PlacedLoop(NamedTuple):

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import end_curvature
 from osm2xodr.geometry.connections import ConnectingRoads, InnerLane
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.margins import defaults
@@ -81,7 +82,8 @@ def _lies_badly(
     owner = np.repeat(np.arange(len(own)), np.diff(plan.start))
     reach = np.maximum(start, end) + defaults.CORNER_EDGE_RADIUS
     bad = np.zeros(len(own), bool)
-    bad[owner[plan.curvature * inwards * reach[owner] > 1.0]] = True
+    for curvature in (plan.curvature, end_curvature(plan)):
+        bad[owner[curvature * inwards * reach[owner] > 1.0]] = True
     bad &= own
     far = np.flatnonzero(own | (rows.length > defaults.CORNER_FAR))
     last = [lanes[-1] for lanes in rows.inner]

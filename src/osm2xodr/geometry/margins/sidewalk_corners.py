@@ -11,9 +11,11 @@ import numpy as np
 from osm2xodr.curves import (
     cut_curves,
     dubins_without_slivers,
+    end_curvature,
     lengths,
     owners,
     pose,
+    record_turns,
     replace_curves,
     reverse_curves,
     smallest_radius,
@@ -205,7 +207,8 @@ def _leaves_room(item: _Beside, cars: ConnectingRoads, half_first: float, half_l
         return False
     reach = max(abs(item.start) + half_first, abs(item.end) + half_last)
     plan = cars.plan_view
-    bends = plan.curvature[plan.start[row] : plan.start[row + 1]] * np.sign(item.start)
+    records = slice(int(plan.start[row]), int(plan.start[row + 1]))
+    bends = np.maximum(*(k[records] * np.sign(item.start) for k in (plan.curvature, end_curvature(plan))))
     return float(bends.max()) * (reach + defaults.CORNER_EDGE_RADIUS) <= 1.0
 
 
@@ -294,7 +297,7 @@ def _passable(rows: ConnectingRoads, own: BoolArray, cars: ConnectingRoads, part
     good = rows.length <= defaults.CORNER_DETOUR * np.hypot(x1 - x0, y1 - y0) + defaults.CORNER_DETOUR_MORE
     good &= smallest_radius(plan) >= half + defaults.CORNER_EDGE_RADIUS
     # Turns back and forth, beyond the turn that the curve makes.
-    owner, turn = owners(plan.start), plan.curvature * plan.length
+    owner, turn = owners(plan.start), record_turns(plan)
     whole, net = (np.bincount(owner, item, len(every)).astype(np.float64) for item in (np.abs(turn), turn))
     good &= whole - np.abs(wrapped(net)) <= defaults.CORNER_SWING
     good |= ~own

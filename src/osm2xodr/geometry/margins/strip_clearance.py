@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from osm2xodr.curves import find_record, owners, pose, ranks, starts
+from osm2xodr.curves import find_record, owners, pose, ranks, sharpest_curvature, starts
 from osm2xodr.diagnostics import Diagnostics
 from osm2xodr.geometry.defaults import PARALLEL_GAP, PARALLEL_SPACING, SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
@@ -91,13 +91,14 @@ def _bends(parts: RoadParts, edges: _Edges, with_any: BoolArray) -> list[tuple[i
     """Return the bends inside which strips would fold over themselves, with their roads."""
     plan = parts.plan_view
     owner = owners(plan.start)
-    bent = np.flatnonzero((np.abs(plan.curvature) > 1.0 / _GENTLE_RADIUS) & with_any[owner])
-    inside = np.sign(plan.curvature[bent])
+    sharpest = sharpest_curvature(plan)
+    bent = np.flatnonzero((np.abs(sharpest) > 1.0 / _GENTLE_RADIUS) & with_any[owner])
+    inside = np.sign(sharpest[bent])
     # Lanes of neighbouring stretches reach into a bend with their tapers.
     every = [edges.first[owner[bent]], edges.first[owner[bent] + 1]]
     left, right = _widest(edges.left, *every), _widest(-edges.right, *every)
     edge = np.where(inside > 0, left, right)
-    room = 1.0 / np.abs(plan.curvature[bent]) - defaults.CORNER_EDGE_RADIUS - edge
+    room = 1.0 / np.abs(sharpest[bent]) - defaults.CORNER_EDGE_RADIUS - edge
     end = plan.s[bent] + plan.length[bent]
     columns = (owner[bent], plan.s[bent], end, inside.astype(np.int64), room)
     return [(row[0], _Obstacle(*row[1:])) for row in zip(*(column.tolist() for column in columns), strict=True)]

@@ -88,8 +88,9 @@ class CrossSections:
         road, s = places_along(roads.plan_view, spacing, rows)
         plan = roads.plan_view
         record = find_record(plan.start, plan.s, road, s)
-        curvature = plan.curvature[record]
-        x, y, hdg = advance(plan.x[record], plan.y[record], plan.hdg[record], curvature, s - plan.s[record])
+        ds, rate = s - plan.s[record], plan.rate[record]
+        x, y, hdg = advance(plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record], ds, rate)
+        curvature = plan.curvature[record] + rate * ds
         nx, ny = -np.sin(hdg), np.cos(hdg)
         count = np.bincount(road, minlength=len(edges.length))
         apart = (edges.length / (count - 1))[road]

@@ -1,7 +1,7 @@
-"""Reference lines: streets as lines and arcs; docs/method/plan_view.md is their theory.
+"""Reference lines: streets as lines, arcs and spirals; docs/method/plan_view.md is their theory.
 
-`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, `wide_bends`. Then come
-`parallel_carriageways`, `ends` and `cuts_outside_bends`.
+`streets` tells the story: `roundabouts` (with `arc_splines`), `polyline_fit`, `wide_bends`. Then come `smooth_curves`
+(with `fine_points` and `smooth_offsets`), `parallel_carriageways`, `ends` and `cuts_outside_bends`.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from osm2xodr.geometry.plan_view.cuts_outside_bends import (
 from osm2xodr.geometry.plan_view.ends import StreetEnds, outward_pose, street_ends
 from osm2xodr.geometry.plan_view.parallel_carriageways import narrow_parallel_streets
 from osm2xodr.geometry.plan_view.polyline_fit import fit_polylines
+from osm2xodr.geometry.plan_view.smooth_curves import smooth_streets
 from osm2xodr.geometry.plan_view.streets import FittedStreets, fit_streets, outer_lanes
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "outermost_lanes",
     "outward_pose",
     "places_clear_of_bends",
+    "smooth_streets",
     "street_ends",
     "trims_clear_of_bends",
 ]

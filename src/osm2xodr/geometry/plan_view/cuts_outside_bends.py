@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import find_record, owners
+from osm2xodr.curves import curvature_at, end_curvature, find_record, owners
 from osm2xodr.geometry.defaults import ARM_SETBACK_STEP, HALF_NARROW_LANE, TIGHT_BEND
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.plan_view import defaults
@@ -69,13 +69,35 @@ def _first_bend(ends: StreetEnds, end: IntArray, trim: FloatArray) -> tuple[Bool
         u = np.minimum(trim + probe, ends.length[end])
         s = np.where(at_end, ends.length[end] - u, u)
         k = find_record(plan.start, plan.s, end // 2, s)
-        tight = _outer_excess(plan.curvature[k], right, left) > TIGHT_BEND
-        over = np.where(at_end, ends.length[end] - plan.s[k], plan.s[k] + plan.length[k])
-        under = np.where(at_end, ends.length[end] - plan.s[k] - plan.length[k], plan.s[k])
+        curvature = plan.curvature[k] + plan.rate[k] * (s - plan.s[k])
+        tight = _outer_excess(curvature, right, left) > TIGHT_BEND
+        first, last = _tight_part(plan, k, right, left)
+        over = np.where(at_end, ends.length[end] - first, last)
+        under = np.where(at_end, ends.length[end] - last, first)
         before = np.where(tight, np.minimum(before, under - _PROBES[-1] - _SLIVER), before)
         beyond = np.where(tight, np.maximum(beyond, over), beyond)
         bent |= tight
     return bent, before, beyond
+
+
+def _tight_part(plan: PlanView, k: IntArray, right: FloatArray, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return from where to where records k bend too much for lanes at right and left, (n,), m along their curves.
+
+    Where they nowhere do, the part is the whole record.
+    """
+    first, rate, length = plan.curvature[k], plan.rate[k], plan.length[k]
+    begin, end = np.full(len(k), np.inf), np.full(len(k), -np.inf)
+    for t in (right, left):
+        # -t (first + rate ds) > TIGHT_BEND, a half-line of ds.
+        slope, rest = -t * rate, TIGHT_BEND + t * first
+        cross = rest / np.where(slope == 0.0, np.inf, slope)
+        always = (slope == 0.0) & (rest < 0.0)
+        lo = np.where(slope > 0.0, np.clip(cross, 0.0, length), 0.0)
+        hi = np.where(slope < 0.0, np.clip(cross, 0.0, length), length)
+        some = always | ((slope != 0.0) & (hi > lo))
+        begin, end = np.where(some, np.minimum(begin, lo), begin), np.where(some, np.maximum(end, hi), end)
+    none = end < begin
+    return plan.s[k] + np.where(none, 0.0, begin), plan.s[k] + np.where(none, length, end)
 
 
 def _outer_excess(curvature: FloatArray, right: FloatArray, left: FloatArray) -> FloatArray:
@@ -94,8 +116,9 @@ def has_tight_bend(plan: PlanView, curve: IntArray, right: FloatArray, left: Flo
     """Say which curves are somewhere too tight for lanes at t = right and left, m, all (n,)."""
     owner = owners(plan.start)
     least, most = np.zeros(len(plan.start) - 1), np.zeros(len(plan.start) - 1)
-    np.minimum.at(least, owner, plan.curvature)
-    np.maximum.at(most, owner, plan.curvature)
+    for curvature in (plan.curvature, end_curvature(plan)):
+        np.minimum.at(least, owner, curvature)
+        np.maximum.at(most, owner, curvature)
     excess = np.maximum(_outer_excess(least[curve], right, left), _outer_excess(most[curve], right, left))
     return np.asarray(excess > TIGHT_BEND)
 
@@ -118,8 +141,8 @@ def places_clear_of_bends(
         at = s[todo] + inwards[todo] * shift
         clear = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])
         for probe in (*-_PROBES[:0:-1], *_PROBES):
-            k = find_record(plan.start, plan.s, curve[todo], at + probe)
-            clear &= _outer_excess(plan.curvature[k], right[todo], left[todo]) <= TIGHT_BEND
+            bend = curvature_at(plan, curve[todo], at + probe)
+            clear &= _outer_excess(bend, right[todo], left[todo]) <= TIGHT_BEND
         moved[todo[clear]] = at[clear]
         todo = todo[~clear]
         if not len(todo):

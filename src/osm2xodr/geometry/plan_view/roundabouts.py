@@ -7,7 +7,7 @@ and then cut into the curves of its streets; the ends of other streets that join
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
@@ -185,7 +185,7 @@ def _fitted(points: FloatArray, closed: bool) -> tuple[PlanView, FloatArray] | N
     s = np.append(s, plan.length.sum()) if closed else s
     if (np.diff(s) <= 0).any():
         return None
-    plan = PlanView(plan.start, plan.s, plan.x + middle[0], plan.y + middle[1], plan.hdg, plan.length, plan.curvature)
+    plan = replace(plan, x=plan.x + middle[0], y=plan.y + middle[1])
     return plan, s
 
 

@@ -20,6 +20,7 @@ from osm2xodr.curves import (
     owners,
     pose,
     replace_curves,
+    sharpest_curvature,
     snap_cuts,
     stack_plan_views,
 )
@@ -83,13 +84,14 @@ def widen_bends(plan: PlanView, pieces: _Pieces, fixed: BoolArray) -> tuple[Plan
 def _tight_bends(plan: PlanView, pieces: _Pieces, reach: FloatArray, fixed: BoolArray) -> _Bends:
     """Return the bends that are too tight; `reach` is how far the carriageway of each street reaches at most, m."""
     owner = owners(plan.start)
-    bent = np.flatnonzero(np.abs(plan.curvature) * (reach[owner] + INNER_EDGE_RADIUS) > 1.0 + _ROUNDING)
+    sharpest = sharpest_curvature(plan)
+    bent = np.flatnonzero(np.abs(sharpest) * (reach[owner] + INNER_EDGE_RADIUS) > 1.0 + _ROUNDING)
     found: list[list[float]] = []
     for k in bent[~fixed[owner[bent]]].tolist():
         street, begin, end = int(owner[k]), float(plan.s[k]), float(plan.s[k] + plan.length[k])
         left, right = _edges(pieces[street], begin, end)
-        inner = left if plan.curvature[k] > 0 else right
-        if abs(plan.curvature[k]) * (inner + INNER_EDGE_RADIUS) <= 1.0 + _ROUNDING:
+        inner = left if sharpest[k] > 0 else right
+        if abs(sharpest[k]) * (inner + INNER_EDGE_RADIUS) <= 1.0 + _ROUNDING:
             continue
         radius = max(left, right) + INNER_EDGE_RADIUS
         if found and found[-1][0] == street and begin - found[-1][2] < _TOGETHER * radius:

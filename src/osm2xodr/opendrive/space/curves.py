@@ -9,16 +9,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from scipy.special import roots_legendre
 
-from osm2xodr.curves import arc_step, find_record
+from osm2xodr.curves import arc_step, find_record, spiral_step
 from osm2xodr.model import FloatArray, IntArray
 from osm2xodr.opendrive.space.blocks import in_blocks
 from osm2xodr.opendrive.tables import GeometryTable, OpenDrive, Shape
 
-# Spirals by Gauss-Legendre: this many points integrate a panel that turns by 2 rad to the last digit; only damaged
-# files have spirals that need more than so many panels.
-_SPIRAL_POINTS: Final = 12
-_SPIRAL_PANEL_TURN: Final = 2.0
-_MOST_SPIRAL_PANELS: Final = 256
 # Arc lengths of polynomials: panels per record, points per panel, and rounds of Newton's method inside one.
 _PANELS: Final = 8
 _PANEL_POINTS: Final = 6
@@ -28,7 +23,6 @@ _ARC_TOLERANCE: Final = 1e-6
 # Least speed of a polynomial curve that steps are divided by, m per unit of its parameter.
 _LEAST_SPEED: Final = 1e-12
 
-_SPIRAL_NODES, _SPIRAL_WEIGHTS = roots_legendre(_SPIRAL_POINTS)
 _PANEL_NODES, _PANEL_WEIGHTS = roots_legendre(_PANEL_POINTS)
 
 _Triple = tuple[FloatArray, FloatArray, FloatArray]
@@ -97,25 +91,6 @@ def _local_pose(plan: GeometryTable, k: IntArray, ds: FloatArray) -> _Quadruple:
     unknown = shape == Shape.UNKNOWN
     u[unknown] = v[unknown] = turn[unknown] = bend[unknown] = np.nan
     return u, v, turn, bend
-
-
-def spiral_step(first: FloatArray, rate: FloatArray, ds: FloatArray) -> _Triple:
-    """Return u, v and the turn after ds of clothoids, (n,), in the frames of their starts.
-
-    The curvature is first + rate · s. Gauss-Legendre quadrature integrates cos and sin of the turn in as many panels
-    as the turn needs.
-    """
-    bend = np.fmax(np.abs(first), np.abs(first + rate * ds)) * np.abs(ds)
-    most = np.nan_to_num(np.fmax.reduce(bend, initial=0.0), posinf=np.inf)
-    panels = int(min(max(np.ceil(most / _SPIRAL_PANEL_TURN), 1), _MOST_SPIRAL_PANELS))
-    u, v = np.zeros(len(ds)), np.zeros(len(ds))
-    half = ds / (2 * panels)
-    for panel in range(panels):
-        at = (2 * panel + 1) * half[:, None] + half[:, None] * _SPIRAL_NODES
-        turn = at * (first[:, None] + 0.5 * rate[:, None] * at)
-        u += half * (np.cos(turn) @ _SPIRAL_WEIGHTS)
-        v += half * (np.sin(turn) @ _SPIRAL_WEIGHTS)
-    return u, v, ds * (first + 0.5 * rate * ds)
 
 
 @dataclass(frozen=True, eq=False)

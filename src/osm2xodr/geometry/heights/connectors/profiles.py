@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import lengths, pose, profile_of
+from osm2xodr.curves import end_curvature, lengths, pose, profile_of
 from osm2xodr.geometry.defaults import CONNECTOR_STEEP
 from osm2xodr.geometry.heights import defaults
 from osm2xodr.geometry.heights.connectors.spline_fit import fit_records
@@ -156,7 +156,8 @@ def _grade_along_lane(problem: ProfileProblem, end: IntArray, t: FloatArray, gra
     what is changed as a kink, which stays below `LANE_GRADE_STEP_MAX`.
     """
     plan = problem.plan_view
-    curvature = np.column_stack([plan.curvature[plan.start[:-1]], plan.curvature[plan.start[1:] - 1]]).ravel()[end]
+    both = np.column_stack([plan.curvature[plan.start[:-1]], end_curvature(plan)[plan.start[1:] - 1]])
+    curvature = both.ravel()[end]
     along = grade / np.maximum(1.0 - curvature * t, _LEAST_LENGTH_SHARE)
     step = defaults.LANE_GRADE_STEP_MAX
     return np.asarray(np.clip(along, grade - step, grade + step))

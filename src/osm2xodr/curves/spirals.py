@@ -1,0 +1,114 @@
+"""Spirals (clothoids): curves whose curvature grows evenly along them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from scipy.special import roots_legendre
+
+from osm2xodr.model import FloatArray
+
+# Gauss-Legendre quadrature: this many points integrate a panel that turns by so much, rad, to the last digit; only
+# damaged files have spirals that need more than so many panels.
+_POINTS: Final = 7
+_PANEL_TURN: Final = 0.8
+_MOST_PANELS: Final = 512
+# Newton's method ends where it moves a place by less, m; the least slope that steps are divided by.
+_NEWTON_ROUNDS: Final = 12
+_NEWTON_TOLERANCE: Final = 1e-9
+_LEAST_SLOPE: Final = 0.2
+# The same for the shape of a clothoid between two headings, rad; -1/6 is its slope where it is straight.
+_SHAPE_TOLERANCE: Final = 1e-13
+_LEAST_SHAPE_SLOPE: Final = 1e-2
+_NODES, _WEIGHTS = roots_legendre(_POINTS)
+# The same for whole spirals between two headings, which turn by 2.4 rad at most.
+_BETWEEN_NODES, _BETWEEN_WEIGHTS = roots_legendre(12)
+
+_Step = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def arc_step(curvature: FloatArray, ds: FloatArray, rate: FloatArray | None = None) -> _Step:
+    """Return u, v and the turn of a curve after ds, in the frame of its start tangent.
+
+    The curvature is constant, or curvature + rate · s. The chord of an arc is written with sinc, so that lines need
+    no case of their own: u + iv = ds · sinc(k·ds/2) · exp(i·k·ds/2).
+    """
+    turn = curvature * ds
+    half = 0.5 * turn
+    chord = ds * np.sinc(half / np.pi)
+    u, v = chord * np.cos(half), chord * np.sin(half)
+    if rate is not None:
+        spiral = np.flatnonzero(rate)
+        if len(spiral):
+            u[spiral], v[spiral], turn[spiral] = spiral_step(curvature[spiral], rate[spiral], ds[spiral])
+    return u, v, turn
+
+
+def spiral_step(curvature: FloatArray, rate: FloatArray, ds: FloatArray) -> _Step:
+    """Return u, v and the turn after ds of clothoids, (n,), in the frames of their starts.
+
+    The curvature is curvature + rate · s. Gauss-Legendre quadrature integrates cos and sin of the turn, in as many
+    panels as each turn needs.
+    """
+    whole = np.fmax(np.abs(curvature), np.abs(curvature + rate * ds)) * np.abs(ds)
+    panels = np.clip(np.ceil(np.nan_to_num(whole, posinf=np.inf) / _PANEL_TURN), 1, _MOST_PANELS).astype(np.int64)
+    u, v = np.zeros(len(ds)), np.zeros(len(ds))
+    for count in np.unique(panels).tolist():
+        row = np.flatnonzero(panels == count)
+        first, half = curvature[row], ds[row] / (2 * count)
+        bend = 0.5 * rate[row]
+        for panel in range(count):
+            for node, weight in zip(_NODES.tolist(), _WEIGHTS.tolist(), strict=True):
+                at = half * (2 * panel + 1 + node)
+                turn = at * (first + bend * at)
+                u[row] += weight * half * np.cos(turn)
+                v[row] += weight * half * np.sin(turn)
+    return u, v, ds * (curvature + 0.5 * rate * ds)
+
+
+def spirals_between(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return shape and length of clothoids over a chord of length 1 from heading a to b, relative to it, (n,).
+
+    The turn after the share q of such a clothoid is (b - a - A) q + A q², with A its shape: its curvature times its
+    length is b - a - A at its start and b - a + A at its end (Bertolazzi and Frego 2015, doi:10.1002/mma.3114).
+    Newton's method finds the A that ends on the chord.
+    """
+    turn = b - a
+    shape = 3.0 * (a + b)
+    for _ in range(_NEWTON_ROUNDS):
+        off, slope, ahead = np.zeros(len(a)), np.zeros(len(a)), np.zeros(len(a))
+        for node, weight in zip(_BETWEEN_NODES.tolist(), _BETWEEN_WEIGHTS.tolist(), strict=True):
+            q = 0.5 * (1.0 + node)
+            heading = a + q * (turn - shape + shape * q)
+            cos = np.cos(heading)
+            off += 0.5 * weight * np.sin(heading)
+            slope += 0.5 * weight * (q * q - q) * cos
+            ahead += 0.5 * weight * cos
+        step = off / np.where(slope < -_LEAST_SHAPE_SLOPE, slope, -1.0 / 6.0)
+        if float(np.abs(step).max(initial=0.0)) < _SHAPE_TOLERANCE:
+            break
+        shape = shape - step
+    return shape, 1.0 / np.maximum(ahead, _LEAST_SLOPE)
+
+
+def nearest_on_spirals(
+    curvature: FloatArray, rate: FloatArray, length: FloatArray, u: FloatArray, v: FloatArray, guess: FloatArray
+) -> FloatArray:
+    """Return how far along spirals the places nearest to points u, v (in the frames of their starts) lie, (n,), m.
+
+    Newton's method on the distance along the tangent, from a guess; steps are short near the centre of the bend.
+    """
+    s = np.clip(guess, 0.0, length)
+    for _ in range(_NEWTON_ROUNDS):
+        x, y, hdg = spiral_step(curvature, rate, s)
+        dx, dy = u - x, v - y
+        cos, sin = np.cos(hdg), np.sin(hdg)
+        ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
+        slope = np.maximum(1.0 - (curvature + rate * s) * aside, _LEAST_SLOPE)
+        after = np.clip(s + ahead / slope, 0.0, length)
+        moved = float(np.abs(after - s).max(initial=0.0))
+        s = after
+        if moved < _NEWTON_TOLERANCE:
+            break
+    return s

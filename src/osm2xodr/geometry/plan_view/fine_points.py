@@ -1,0 +1,92 @@
+"""Curves as rows of points a few metres apart, which least squares move aside (docs/method/plan_view.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+
+from osm2xodr.curves import lengths, owners, pose, ranks, runs, starts, wrapped
+from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.model import FloatArray, IntArray, PlanView
+
+# A curve has this many intervals at least: differences of the fourth order need them.
+_FEWEST_INTERVALS: Final = 6
+# Least distance of two points, m: keeps quotients finite.
+_LEAST_CHORD: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FinePoints:
+    """Points along curves, from end to end, curve after curve."""
+
+    start: IntArray  # (curves + 1,) Index of each curve's first point; the last entry is the number of points
+    # (points,) All of a point
+    s: FloatArray  # Along the curve, m
+    spacing: FloatArray  # Distance from its neighbours, m
+    x: FloatArray  # m
+    y: FloatArray
+    hdg: FloatArray  # rad, continuous along each curve
+    curvature: FloatArray  # Mean over half the way to both neighbours, 1/m
+
+    @classmethod
+    def along(cls, plan: PlanView, rows: IntArray) -> FinePoints:
+        """Return points evenly along some curves, at most `SMOOTH_STEP` apart."""
+        length = lengths(plan)[rows]
+        count = np.maximum(np.ceil(length / defaults.SMOOTH_STEP).astype(np.int64), _FEWEST_INTERVALS) + 1
+        owner = np.repeat(np.arange(len(rows)), count)
+        spacing = (length / (count - 1))[owner]
+        s = spacing * ranks(count)
+        begin, end = np.maximum(s - spacing / 2, 0.0), np.minimum(s + spacing / 2, length[owner])
+        x, y, hdg = pose(plan, rows[owner], s)
+        turn = wrapped(pose(plan, rows[owner], end)[2] - pose(plan, rows[owner], begin)[2])
+        start = starts(count)
+        return cls(start, s, spacing, x, y, continuous(hdg, start), turn / (end - begin))
+
+    def moved(self, aside: FloatArray) -> FinePoints:
+        """Return the points moved to the left, (points,), m, with headings and curvatures that they have there."""
+        x, y = self.x - np.sin(self.hdg) * aside, self.y + np.cos(self.hdg) * aside
+        first, last = self.start[:-1], self.start[1:] - 1
+        dx, dy = np.diff(x, append=0.0), np.diff(y, append=0.0)
+        dx[last], dy[last] = dx[last - 1], dy[last - 1]
+        after = np.maximum(np.hypot(dx, dy), _LEAST_CHORD)
+        ahead = continuous(np.arctan2(dy, dx), self.start)
+        before, behind = np.roll(after, 1), np.roll(ahead, 1)
+        before[first], behind[first] = after[first], ahead[first]
+        spacing = 0.5 * (before + after)
+        curvature = 2.0 * np.sin(0.5 * (ahead - behind)) / spacing
+        curvature[first], curvature[last] = curvature[first + 1], curvature[last - 1]
+        hdg = 0.5 * (ahead + behind)
+        hdg[first] = ahead[first] - 0.5 * curvature[first] * after[first]
+        hdg[last] = ahead[last] + 0.5 * curvature[last] * after[last]
+        # An arc over its chord.
+        step = after * (1.0 + (curvature * after) ** 2 / 24.0)
+        return FinePoints(self.start, sum_before(step, self.start), spacing, x, y, hdg, curvature)
+
+    def bent(self, aside: FloatArray) -> FloatArray:
+        """Return the curvature that the points have if they move to the left by a little, (points,), 1/m."""
+        out = self.curvature.copy()
+        second = (aside[2:] - 2 * aside[1:-1] + aside[:-2]) / self.spacing[1:-1] ** 2
+        out[1:-1] += second + out[1:-1] ** 2 * aside[1:-1]
+        first, last = self.start[:-1], self.start[1:] - 1
+        out[first], out[last] = out[first + 1], out[last - 1]
+        return out
+
+    def chosen(self, curves: IntArray) -> tuple[FinePoints, IntArray]:
+        """Return the points of some curves, and their indices."""
+        count = np.diff(self.start)[curves]
+        row = runs(self.start[curves], count)
+        return FinePoints(starts(count), *(getattr(self, item.name)[row] for item in fields(self)[1:])), row
+
+
+def continuous(hdg: FloatArray, start: IntArray) -> FloatArray:
+    """Return headings, (n,), rad, that nowhere step by more than half a turn within their curves."""
+    step = wrapped(np.diff(hdg, prepend=0.0))
+    return np.asarray(hdg[start[:-1]][owners(start)] + sum_before(np.append(step[1:], 0.0), start))
+
+
+def sum_before(values: FloatArray, start: IntArray) -> FloatArray:
+    """Return for each row the sum of the values before it in its group, (n,)."""
+    total = np.cumsum(values) - values
+    return np.asarray(total - total[start[:-1]][owners(start)])

@@ -1,0 +1,178 @@
+"""Curves of lines and arcs become curves of continuous curvature: lines, arcs and spirals (docs/method/plan_view.md).
+
+The curve of lines and arcs is the observation, some decimetres off. Points along it move aside until its curvature
+changes as little as that allows (`smooth_offsets`); where it then changes evenly, one spiral is enough; spirals
+through the points between them have one curvature where they meet.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from osm2xodr.curves import lengths, owners, replace_curves, smallest_radius, spirals_between, wrapped
+from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.fine_points import FinePoints, sum_before
+from osm2xodr.geometry.plan_view.smooth_offsets import even_offsets, room_share, smoothest_offsets
+from osm2xodr.geometry.plan_view.streets import FittedStreets
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork
+
+# Shorter streets stay lines and arcs, m. A choice.
+_SHORTEST_STREET: Final = 8.0
+# A knot that is off the curvature between its neighbours, w apart, by k moves the curve by k w² over this: between a
+# bump whose ends turn with it and one whose ends stay.
+_BUMP: Final = 16.0
+# A knot that is off by this share of the largest curvature of its street stays: corners keep their radius.
+_RADIUS_CHANGE: Final = 0.06
+# A spiral turns by no more, rad.
+_MOST_TURN: Final = 1.5
+# Rounds in which the points move to where curvature is even between knots, and in which headings settle.
+_EVEN_ROUNDS: Final = 3
+_HEADING_ROUNDS: Final = 30
+# Headings have settled where no curvature steps by more, 1/m; in a round none turns by more than this, rad.
+_SETTLED: Final = 1e-11
+_TURN_AT_ONCE: Final = 0.3
+# A curve that steps by more than this, 1/m, or moves by more than so many times `SMOOTH_SHIFT_MOST`, or whose radius
+# shrinks to less than this share, is no better: it stays lines and arcs. Numerics and choices.
+_STEP_OF_CURVATURE: Final = 1e-8
+_SHIFT_TOO_MUCH: Final = 1.5
+_RADIUS_SHARE: Final = 0.9
+# Spirals that differ from an arc, and arcs that differ from a line, by less at either end are one, rad: readers that
+# take spirals for part of a standard one lose their place on long thin parts.
+_SAME_HEADING: Final = 1e-6
+
+
+def smooth_streets(network: StreetNetwork, fitted: FittedStreets) -> FittedStreets:
+    """Return the streets with curves of continuous curvature; straight ones and rings of roundabouts stay."""
+    plan = fitted.plan_view
+    ring = np.array([all(item.roundabout for _, item, _ in pieces) for pieces in fitted.pieces], bool)
+    closed = np.array([street.start < 0 for street in network.streets], bool)
+    radius = smallest_radius(plan)
+    rows = np.flatnonzero(~ring & np.isfinite(radius) & (lengths(plan) > _SHORTEST_STREET))
+    if not len(rows):
+        return fitted
+    new, places = smooth_curves(plan, rows, closed[rows])
+    pieces = list(fitted.pieces)
+    for row, before, after in places:
+        at = np.interp([piece[0] for piece in pieces[row]], before, after).tolist()
+        pieces[row] = tuple((s, *piece[1:]) for s, piece in zip(at, pieces[row], strict=True))
+    return FittedStreets(new, tuple(pieces), fitted.aside)
+
+
+def smooth_curves(
+    plan: PlanView, rows: IntArray, held: BoolArray
+) -> tuple[PlanView, list[tuple[int, FloatArray, FloatArray]]]:
+    """Return a table in which some curves have become smooth, and these with places on the old and the new curve, m.
+
+    Ends stay where they are; the curves that are `held`, (rows,), also keep their headings there.
+    """
+    points = before = FinePoints.along(plan, rows)
+    radius = smallest_radius(plan)[rows]
+    aside = smoothest_offsets(points, radius, held)
+    knot = _knots(points, points.bent(aside), radius)
+    for _ in range(_EVEN_ROUNDS):
+        points = points.moved(aside)
+        aside = even_offsets(points, knot, held)
+    points = points.moved(aside)
+    ends = np.column_stack([before.start[:-1], before.start[1:] - 1])[held]
+    points.hdg[ends] = before.hdg[ends]
+    first = np.searchsorted(knot, points.start)
+    curves, step = _through(points, knot, first)
+    shift = np.maximum.reduceat(np.hypot(points.x - before.x, points.y - before.y), points.start[:-1])
+    good = (step < _STEP_OF_CURVATURE) & (shift < _SHIFT_TOO_MUCH * defaults.SMOOTH_SHIFT_MOST)
+    good &= smallest_radius(curves) > _RADIUS_SHARE * radius
+    chosen = np.flatnonzero(good)
+    new = replace_curves(plan, rows[chosen], curves, chosen)
+    whole = lengths(curves)
+    places = [
+        (
+            int(rows[k]),
+            before.s[knot[first[k] : first[k + 1]]],
+            np.append(curves.s[curves.start[k] : curves.start[k + 1]], whole[k]),
+        )
+        for k in chosen.tolist()
+    ]
+    return new, places
+
+
+def _knots(points: FinePoints, curvature: FloatArray, radius: FloatArray) -> IntArray:
+    """Return the points between which curvature changes evenly, within `SMOOTH_KNOT`, (knots,), ends included.
+
+    Where curves are as sharp as their smallest `radius`, (curves,), m, they also stay so. Passes over all curves
+    leave out the least important point of every neighbourhood, as for polylines.
+    """
+    end = np.zeros(len(curvature), bool)
+    end[points.start[:-1]] = end[points.start[1:] - 1] = True
+    room = defaults.SMOOTH_KNOT * room_share(points)
+    sharp = radius[owners(points.start)] * defaults.SMOOTH_KNOT / _RADIUS_CHANGE
+    knot, so_far = np.arange(len(end)), np.zeros(len(end))
+    while True:
+        a, b, c = knot[:-2], knot[1:-1], knot[2:]
+        before, after = points.s[b] - points.s[a], points.s[c] - points.s[b]
+        whole = np.where(end[b], 1.0, before + after)
+        off = np.abs(curvature[b] - (curvature[a] * after + curvature[c] * before) / whole)
+        off *= np.maximum(whole**2 / _BUMP, sharp[b])
+        error = off + np.maximum(so_far[a], so_far[b])
+        apart = end[b] | (np.abs(points.hdg[c] - points.hdg[a]) > _MOST_TURN)
+        cost = np.where(~apart & (error < room[b]), error, np.inf)
+        left, right = np.append(np.inf, cost[:-1]), np.append(cost[1:], np.inf)
+        drop = np.isfinite(cost) & (cost < left) & (cost <= right)
+        if not drop.any():
+            return knot
+        so_far[a[drop]] = np.maximum(so_far[a[drop]], error[drop])
+        knot = np.delete(knot, 1 + np.flatnonzero(drop))
+
+
+def _through(points: FinePoints, knot: IntArray, first: IntArray) -> tuple[PlanView, FloatArray]:
+    """Return spirals through knots, and the largest step of curvature of each curve, (curves,), 1/m.
+
+    Unknown are the headings at inner knots: Newton's method with the matrix of a cubic spline, which is that of
+    spirals that turn little. `first` holds each curve's first knot, (curves + 1,).
+    """
+    x, y, hdg = points.x[knot], points.y[knot], points.hdg[knot]
+    inner = np.ones(len(knot), bool)
+    inner[first[:-1]] = inner[first[1:] - 1] = False
+    begin = np.ones(len(knot), bool)
+    begin[first[1:] - 1] = False
+    piece = np.flatnonzero(begin)
+    dx, dy = x[piece + 1] - x[piece], y[piece + 1] - y[piece]
+    chord, towards = np.hypot(dx, dy), np.arctan2(dy, dx)
+    for number in range(_HEADING_ROUNDS):
+        before = wrapped(hdg[piece] - towards)
+        turn = hdg[piece + 1] - hdg[piece]
+        shape, longer = spirals_between(before, before + turn)
+        length = chord * longer
+        start, end = (turn - shape) / length, (turn + shape) / length
+        step = np.zeros(len(knot))
+        step[piece + 1] = end
+        step[piece] -= start
+        step[~inner] = 0.0
+        if np.abs(step).max() < _SETTLED or number == _HEADING_ROUNDS - 1:
+            break
+        stiff = np.zeros(len(knot))
+        stiff[piece] = 1.0 / length
+        matrix = np.ones((2, len(knot)))
+        matrix[0, inner] = 4.0 * (stiff + np.roll(stiff, 1))[inner]
+        matrix[1] = np.where(inner & np.append(inner[1:], False), 2.0 * stiff, 0.0)
+        change = solveh_banded(matrix, -step, overwrite_ab=True, lower=True, check_finite=False)
+        hdg = hdg + np.clip(change, -_TURN_AT_ONCE, _TURN_AT_ONCE)
+    own = first - np.arange(len(first))
+    worst = np.maximum.reduceat(np.abs(step), first[:-1])
+    rate = 2.0 * shape / length**2
+    s = sum_before(length, own)
+    plan = PlanView(own, s, x[piece], y[piece], hdg[piece], length, start, rate)
+    return _plain(plan, chord, towards, turn), worst
+
+
+def _plain(plan: PlanView, chord: FloatArray, towards: FloatArray, turn: FloatArray) -> PlanView:
+    """Return the curves with arcs and lines for the spirals that are no different from these."""
+    arc = np.abs(plan.rate) * plan.length**2 / 12.0 < _SAME_HEADING
+    line = arc & (np.abs(turn) / 2.0 < _SAME_HEADING)
+    half = np.where(line, 0.0, turn / 2.0)
+    length = np.where(arc, chord / np.sinc(half / np.pi), plan.length)
+    hdg = np.where(arc, towards - half, plan.hdg)
+    curvature = np.where(arc, 2.0 * half / length, plan.curvature)
+    rate = np.where(arc, 0.0, plan.rate)
+    return PlanView(plan.start, sum_before(length, plan.start), plan.x, plan.y, hdg, length, curvature, rate)

@@ -1,0 +1,126 @@
+"""How far points of curves move aside for their curvature to change as little as they allow: banded least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from osm2xodr.curves import owners
+from osm2xodr.geometry.plan_view import defaults
+from osm2xodr.geometry.plan_view.fine_points import FinePoints
+from osm2xodr.model import BoolArray, FloatArray, IntArray
+
+# Weights of points that stay where they are, and of a curvature that is even between knots, against that of a metre.
+_HELD: Final = 1e9
+_EVEN: Final = 1e6
+# The length over which curves are smoothed, m: at most, at least, and by how much it grows along a curve, m per m.
+_LONGEST: Final = 40.0
+_SHORTEST: Final = 1.0
+_GROWTH: Final = 0.12
+# Rounds in which it shrinks where points move too far, by these factors at least and at most; where a curve is
+# sharper than it was by more than this share it shrinks, too. Choices.
+_ROUNDS: Final = 14
+_SHRINK: Final = (0.4, 0.9)
+_SHARPER: Final = 1.02
+# Smoothing where the curvature is to be even between knots, m: it only settles what these leave open.
+_SETTLE: Final = 0.3
+
+
+def smoothest_offsets(points: FinePoints, radius: FloatArray, held: BoolArray) -> FloatArray:
+    """Return how far to the left points move, (points,), m: as smooth as `SMOOTH_SHIFT` allows.
+
+    Minimises the sum of d² + λ⁶ κ'², where λ is the length over which a curve is smoothed: as long as, in the mean
+    over λ, no point moves too far, none moves by more than `SMOOTH_SHIFT_MOST`, and no bend becomes sharper than the
+    smallest `radius` of its curve, (curves,), m. Ends stay; those of `held` curves, (curves,), keep their heading.
+    """
+    scale, aside = np.full(len(points.s), _LONGEST), np.zeros(len(points.s))
+    share, curves = room_share(points), np.arange(len(radius))
+    for _ in range(_ROUNDS):
+        part, row = points.chosen(curves)
+        owner = owners(part.start)
+        aside[row] = found = _solved(part, scale[row], held[curves])
+        mean = np.abs(_averaged(part, found, scale[row])) / defaults.SMOOTH_SHIFT
+        excess = (np.maximum(mean, np.abs(found) / defaults.SMOOTH_SHIFT_MOST) / share[row]) ** (1 / 3)
+        sharper = (np.abs(part.bent(found)) * radius[curves][owner] / _SHARPER) ** 4
+        factor = np.clip(1.0 / np.maximum(np.maximum(excess, sharper), 1e-3), *_SHRINK)
+        bad = (excess > 1.0) | (sharper > 1.0)
+        if not bad.any():
+            break
+        shrunk = np.where(bad, np.maximum(scale[row] * factor, _SHORTEST), scale[row])
+        scale[row] = _graded(part, shrunk)
+        curves = curves[np.unique(owner[bad])]
+    return aside
+
+
+def room_share(points: FinePoints) -> FloatArray:
+    """Return which share of `SMOOTH_SHIFT` points may move, (points,): less in corners, which are cut already."""
+    bend = np.abs(points.curvature)
+    bend = np.maximum(bend, np.maximum(np.roll(bend, 1), np.roll(bend, -1)))
+    radius = 1.0 / np.maximum(bend, 1e-6)
+    return np.asarray(np.clip(radius / defaults.SMOOTH_RADIUS, defaults.SMOOTH_SHARE_LEAST, 1.0))
+
+
+def even_offsets(points: FinePoints, knot: IntArray, held: BoolArray) -> FloatArray:
+    """Return how far to the left points move, (points,), m, for curvature to be even between knots, (knots,)."""
+    free = np.zeros(len(points.s), bool)
+    free[knot] = True
+    return _solved(points, np.full(len(points.s), _SETTLE), held, free)
+
+
+def _solved(points: FinePoints, scale: FloatArray, held: BoolArray, free: BoolArray | None = None) -> FloatArray:
+    """Return the offsets with the least squares, (points,), m; all but `free` points bend as their neighbours do."""
+    owner, h, k = owners(points.start), points.spacing, points.curvature
+    matrix = np.zeros((4 if free is None else 5, len(owner)))
+    matrix[0] = 1.0
+    first, last = points.start[:-1], points.start[1:] - 1
+    for row in (first, last, first[held] + 1, last[held] - 1):
+        matrix[0, row] = _HELD
+    right = np.zeros(len(owner))
+    # The change of curvature from each point to the next, by the offsets of four.
+    cube = np.where(owner[3:] == owner[:-3], np.minimum(scale[1:-2], scale[2:-1]) ** 3, 0.0)
+    step = h[1:-2]
+    third, bend = cube / step**3, cube / step
+    change = [-third, 3 * third - bend * k[1:-2] ** 2, -3 * third + bend * k[2:-1] ** 2, third]
+    _add(matrix, right, change, bend * (k[2:-1] - k[1:-2]))
+    if free is not None:
+        # The change of that change, by the offsets of five.
+        weight = np.where((owner[4:] == owner[:-4]) & ~free[2:-2], np.sqrt(_EVEN), 0.0)
+        square = h[2:-2] ** 2
+        a, b, c = (square * part**2 for part in (k[1:-3], k[2:-2], k[3:-1]))
+        terms = [weight, weight * (a - 4), weight * (6 - 2 * b), weight * (c - 4), weight]
+        _add(matrix, right, terms, weight * square * (k[1:-3] - 2 * k[2:-2] + k[3:-1]))
+    return np.asarray(solveh_banded(matrix, right, overwrite_ab=True, lower=True, check_finite=False))
+
+
+def _add(matrix: FloatArray, right: FloatArray, terms: Sequence[FloatArray], value: FloatArray) -> None:
+    """Add to a banded system the squares of rows, each of which is terms times unknowns in a row, plus a value."""
+    n = len(value)
+    for a, one in enumerate(terms):
+        right[a : n + a] -= one * value
+        for b, other in enumerate(terms[a:]):
+            matrix[b, a : n + a] += one * other
+
+
+def _averaged(points: FinePoints, aside: FloatArray, scale: FloatArray) -> FloatArray:
+    """Return the mean offsets over λ about each point, or as much of it as its curve has on both sides, (points,), m.
+
+    Errors of nodes cancel out in it; a bend that is cut does not.
+    """
+    number, owner = np.arange(len(aside)), owners(points.start)
+    half = (0.5 * scale / points.spacing).astype(np.int64)
+    half = np.minimum(half, np.minimum(number - points.start[owner], points.start[owner + 1] - 1 - number))
+    total = np.append(0.0, np.cumsum(aside))
+    return np.asarray((total[number + half + 1] - total[number - half]) / (2 * half + 1))
+
+
+def _graded(points: FinePoints, scale: FloatArray) -> FloatArray:
+    """Return lengths of smoothing, (points,), m, that grow along the curves by `_GROWTH` at most."""
+    new = np.diff(owners(points.start), prepend=-1) > 0
+    # Curves lie so far from each other that none counts for another.
+    at = np.cumsum(np.where(new, _LONGEST, _GROWTH * points.spacing))
+    forth = np.minimum.accumulate(scale - at) + at
+    back = np.minimum.accumulate((scale + at)[::-1])[::-1] - at
+    return np.asarray(np.minimum(forth, back))
