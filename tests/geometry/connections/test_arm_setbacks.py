@@ -102,13 +102,13 @@ def test_a_short_street_between_junctions_gives_what_most_cars_need(rule: Rule) 
 @pytest.mark.parametrize("rule", list(Rule))
 def test_arms_of_acute_forks_end_where_cars_turn_from_one_to_the_other(rule: Rule) -> None:
     """At 15 degrees, lanes 1.5 m inside of the lines are 8.3 m apart 43 m from the node."""
-    nodes = {"w": (-90.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0)}
-    nodes["x"] = (-90.0 * math.cos(math.radians(15.0)), 90.0 * math.sin(math.radians(15.0)))
+    nodes = {"w": (-180.0, 0.0), "o": (0.0, 0.0), "e": (90.0, 0.0)}
+    nodes["x"] = (-180.0 * math.cos(math.radians(15.0)), 180.0 * math.sin(math.radians(15.0)))
     tags = "highway=residential lanes=2 width=6"
     roads = built(Case(nodes, {1: ("w o", tags), 2: ("o e", tags), 3: ("o x", tags)}), rule)
     left = left_of(roads)
     across = 8.33 / math.cos(math.radians(7.5)) + 3.0
-    expected = 90.0 - across / (2 * math.tan(math.radians(7.5)))
+    expected = 180.0 - across / (2 * math.tan(math.radians(7.5)))
     assert (left[1], left[3]) == pytest.approx((expected, expected), abs=1.5)
     assert min(turn(roads, 1, 3), turn(roads, 3, 1)) >= 4.0 - 1e-6
     # None swings out: each turns to one side only.

@@ -155,6 +155,7 @@ def _part_forks(ends: StreetEnds, trim: FloatArray, most: FloatArray, turns: _Tu
     The arms of a fork end where their lanes are as far apart as a car's turning circle, if both streets have room.
     """
     out = trim.copy()
+    most = np.minimum(most, defaults.FORK_SHARE_MAX * ends.length)
     (_, _, h0), (_, _, h1) = turns.poses(ends, trim)
     turns = turns.chosen(np.abs(wrapped(h1 - h0)) >= LEAST_TURN_BACK)
     for setback in np.arange(0.0, defaults.FORK_SETBACK_MAX, ARM_SETBACK_STEP):

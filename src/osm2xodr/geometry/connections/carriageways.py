@@ -48,6 +48,8 @@ _NEAR: Final = 2.0
 _FEW_SHARES: Final = np.array([0.3, 0.5, 0.7])
 # Corners are rounded by taking the mean of places this far before and behind, m; places are this far apart, m.
 _ROUNDINGS: Final = ((6.0, 8.0), (4.0, 6.0), (8.0, 16.0))
+# Curves as long as so many times their way are no longer than it.
+_AS_LONG: Final = 1.1
 # A curve is replaced if another one leaves the carriageways by so much less, m.
 _LESS: Final = 0.5
 
@@ -61,10 +63,16 @@ class Carriageways:
     arms: IntArray  # (n,) The same number for all connecting roads between the same two arms, there and back
 
     def beyond(self, plan: PlanView, curve: IntArray, row: IntArray) -> FloatArray:
-        """Return how far curves of a plan, drawn for some connecting roads, leave all carriageways, (curves,), m."""
+        """Return how far curves of a plan, drawn for some connecting roads, leave all carriageways, (curves,), m.
+
+        A curve that is longer than its way over the streets runs on carriageways that are not its own: it counts as
+        off by what it is longer.
+        """
         x, y = _places(plan, curve)
         nearest = np.reshape(self._places.query(np.column_stack([x.ravel(), y.ravel()]))[0], x.shape)
-        return np.asarray(nearest.max(axis=1) - self.half[row])
+        back = np.abs(heading_change(plan, curve)) >= LEAST_TURN_BACK
+        longer = lengths(plan)[curve] - _AS_LONG * self.lanes.length[row]
+        return np.asarray(np.maximum(nearest.max(axis=1) - self.half[row], np.where(back, -np.inf, longer)))
 
     @cached_property
     def _places(self) -> cKDTree:
