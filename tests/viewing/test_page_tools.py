@@ -437,3 +437,38 @@ def test_files_without_anything_open_and_switch(page: Page, tmp_path: Path) -> N
         in_3d(page)
         page.run("document.getElementById('fit').click()")
         assert troubles(page) == []
+
+
+@pytest.mark.parametrize(("route", "begin"), [("-60,-1.7,80,-1.7", 10.0), ("80,1.7,-60,1.7", 120.0)])
+def test_profiles_shade_what_is_not_measured_along_and_against_s(
+    route: str, begin: float, page: Page, tmp_path: Path
+) -> None:
+    """Ten metres of road 1, from s = 10 m on."""
+    mark = '<userData code="unmeasured_heights" value="10 20"/></road>'
+    out = tmp_path / "gap.html"
+    write_report(read_text(tmp_path, text().replace("</road>", mark, 1)), out, ReportOptions(), Diagnostics())
+    page.open(out, f"#route={route}")
+    page.wait("window.osm2xodr.profile.ready")
+    shaded = page.run(
+        "const { plot } = window.osm2xodr.profile, { top, height } = plot.bbox;"
+        " return arguments[0].map((d) => { const x = Math.round(plot.valToPos(d, 'x', true));"
+        " const { data } = plot.ctx.getImageData(x, Math.round(top + 0.03 * height), 1, 1);"
+        " return data[3] > 20 && data[0] > 150 && data[1] < 80; })",
+        [begin + away for away in (-2.0, 1.5, 8.5, 12.0)],
+    )
+    assert shaded == [False, True, True, False]
+
+
+@pytest.mark.parametrize("zoom", [1, -5])
+def test_the_map_hatches_what_is_not_measured(zoom: int, page: Page, tmp_path: Path) -> None:
+    found = []
+    for mark in ("", '<userData code="unmeasured_heights" value="0 50"/>'):
+        out = tmp_path / "gap.html"
+        marked = text().replace("</road>", mark + "</road>", 1)
+        write_report(read_text(tmp_path, marked), out, ReportOptions(), Diagnostics())
+        page.open(out, "#mode=type")
+        look(page, -35.0, -2.0, zoom)
+        show(page, "roads")
+        red = shot(page) - (0xF0, 0x32, 0x3C)
+        found.append(int((np.abs(red).max(axis=2) < 40).sum()))
+    assert found[0] == 0 < 5 < found[1]

@@ -16,6 +16,7 @@ from lxml import html
 from osm2xodr.batch.index.summary import COLUMNS, write_summary
 from osm2xodr.batch.model import Result, Status
 from osm2xodr.errors import OutputError
+from osm2xodr.reporting import REPORT_FORMAT
 
 
 def written(out_dir: Path, results: list[Result]) -> tuple[list[dict[str, str]], Any]:
@@ -89,7 +90,7 @@ def test_the_same_results_give_the_same_bytes_in_any_order(tmp_path: Path) -> No
         b"\xff\xfe",
         b"[" * 100_000,
         report()[:-30],
-        json.dumps({"format": 2}).encode(),
+        json.dumps({"format": REPORT_FORMAT + 1}).encode(),
     ],
 )
 def test_a_report_that_cannot_be_read_is_reported_and_stops_nothing(tmp_path: Path, content: bytes | None) -> None:
