@@ -70,7 +70,7 @@ def forty(tmp_path_factory: pytest.TempPathFactory) -> Forty:
         listening = batch.listening()
         before = len(made(folder / "out"))
         workers[0].kill()
-        batch.wait_for(lambda: len(made(folder / "out")) >= 30)
+        batch.wait_for(lambda: len({item.pid for item in batch.workers()} - {workers[0].pid}) == 2)
         afterwards = len(batch.workers())
         status, said = batch.end()
         assert batch.orphans() == []

@@ -25,6 +25,8 @@ from osm2xodr.system import ONE_THREAD_ENVIRONMENT
 # How the lines begin that the command line says errors and wrong usage in.
 _ERROR: Final = "osm2xodr: error: "
 _USAGE: Final = "Error: "
+# How long what a killed process leaves behind may take to end, s.
+_STOP_GRACE: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +90,22 @@ class _Server:
         status = self._process.wait()
         assert self._process.stdout is not None
         self._process.stdout.close()
+        if status:
+            self._end_forks()
         return status == 0
+
+    def _end_forks(self) -> None:
+        """End what a killed server has left behind, which would go on to write files."""
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            end = time.monotonic() + _STOP_GRACE
+            # They are of its session; there is no such group when all have ended.
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, number)
+                while time.monotonic() < end:
+                    os.killpg(self._process.pid, 0)
+                    time.sleep(0.02)
+                continue
+            return
 
 
 _lock = threading.Lock()

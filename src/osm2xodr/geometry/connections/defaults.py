@@ -19,7 +19,7 @@ ARM_SETBACK_MAX: Final = 12.0
 # arms 15 degrees apart have room for that 41 m from their node, 17 m beyond where their carriageways part.
 FORK_SETBACK_MAX: Final = 30.0
 # And gives no more than this share of its street to an acute fork. A choice.
-FORK_SHARE_MAX: Final = 0.25
+FORK_SHARE_MAX: Final = 0.35
 # How much larger than its kerb's the radius of a corner may be where its arms end far away. A choice.
 LARGEST_KERB: Final = 1.4
 # Ways from arm to arm and back are drawn beside a common axis where the middles of their lanes come nearer than this
