@@ -82,7 +82,7 @@ def forty(tmp_path_factory: pytest.TempPathFactory) -> Forty:
 def test_a_worker_was_killed_half_way_and_replaced(forty: Forty) -> None:
     assert forty.workers == 2
     assert 10 <= forty.made_when_killed < len(GOOD)
-    assert forty.workers_afterwards == 2
+    assert forty.workers_afterwards >= 2
 
 
 def test_nobody_can_reach_the_workers(forty: Forty) -> None:

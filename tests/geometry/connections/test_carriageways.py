@@ -63,3 +63,20 @@ def test_turns_on_the_streets_stay_as_they_are() -> None:
     plan, streets = corner(10.0)
     drawn = keep_to_carriageways(plan, streets)
     assert lengths(drawn) == pytest.approx(lengths(plan), abs=1e-9)
+
+
+@pytest.mark.parametrize("arm", [10.0, 14.0, 18.0, 22.0, 30.0])
+def test_distances_are_exact_where_they_decide(arm: float) -> None:
+    plan, streets = corner(arm)
+    rows = np.arange(2)
+    found = streets.beyond(plan, rows, rows)
+    shares = np.linspace(0.02, 0.98, 25)
+    x, y, _ = pose(plan, np.repeat(rows, 25), np.outer(lengths(plan), shares).ravel())
+    # The arms lie along the negative halves of both axes; places on them are a metre apart.
+    steps = np.arange(arm + 1)[:, None]
+    apart = np.minimum(np.hypot(x + steps, y), np.hypot(x, y + steps)).min(axis=0)
+    exact = apart.reshape(2, 25).max(axis=1) - streets.half
+    decides = exact > OFF_CARRIAGEWAY - 0.5
+    assert found[decides] == pytest.approx(exact[decides], abs=0.05)
+    assert (found >= exact - 0.05).all()
+    assert (found[~decides] <= OFF_CARRIAGEWAY - 0.5 + 0.05).all()

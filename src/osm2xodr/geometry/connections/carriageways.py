@@ -43,6 +43,8 @@ _LEAST_HALF: Final = 2.75
 # Curves and streets are compared at places on both, m apart on streets and as shares of the curves.
 _STREET_SPACING: Final = 1.0
 _SHARES: Final = np.linspace(0.02, 0.98, 25)
+# Every so manieth of these shares is compared first: for most curves that shows that they leave no carriageway.
+_EVERY: Final = (6, 2, 1)
 # What lies no farther from its way over the streets than this, m, at these shares of it, leaves no carriageway.
 _NEAR: Final = 2.0
 _FEW_SHARES: Final = np.array([0.3, 0.5, 0.7])
@@ -52,6 +54,8 @@ _ROUNDINGS: Final = ((6.0, 8.0), (4.0, 6.0), (8.0, 16.0))
 _AS_LONG: Final = 1.1
 # A curve is replaced if another one leaves the carriageways by so much less, m.
 _LESS: Final = 0.5
+# How much less than this a curve leaves the carriageways decides nothing, m.
+_NO_MATTER: Final = OFF_CARRIAGEWAY - _LESS
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +70,32 @@ class Carriageways:
         """Return how far curves of a plan, drawn for some connecting roads, leave all carriageways, (curves,), m.
 
         A curve that is longer than its way over the streets runs on carriageways that are not its own: it counts as
-        off by what it is longer.
+        off by what it is longer. Of those that leave them by `_NO_MATTER` at most it is only an upper bound, which is no larger than that.
         """
-        x, y = _places(plan, curve)
-        nearest = np.reshape(self._places.query(np.column_stack([x.ravel(), y.ravel()]))[0], x.shape)
+        length, half = lengths(plan)[curve], self.half[row]
+        distance = np.full((len(curve), len(_SHARES)), np.inf)
+        out = np.full(len(curve), np.inf)
+        todo, known = np.arange(len(curve)), np.zeros(len(_SHARES), bool)
+        for every in _EVERY:
+            compared = np.arange(0, len(_SHARES), every)
+            new = compared[~known[compared]]
+            known[new] = True
+            distance[np.ix_(todo, new)] = self._distances(plan, curve[todo], _SHARES[new])
+            found = distance[np.ix_(todo, compared)]
+            # Between two places, it is nowhere larger than if it grew by a metre per metre from both.
+            between = np.diff(_SHARES[compared]) * length[todo, None]
+            most = found if every == 1 else (found[:, :-1] + found[:, 1:] + between) / 2
+            out[todo] = most.max(axis=1) - half[todo]
+            todo = todo[out[todo] > _NO_MATTER]
         back = np.abs(heading_change(plan, curve)) >= LEAST_TURN_BACK
-        longer = lengths(plan)[curve] - _AS_LONG * self.lanes.length[row]
-        return np.asarray(np.maximum(nearest.max(axis=1) - self.half[row], np.where(back, -np.inf, longer)))
+        longer = length - _AS_LONG * self.lanes.length[row]
+        return np.maximum(out, np.where(back, -np.inf, longer))
+
+    def _distances(self, plan: PlanView, curve: IntArray, shares: FloatArray) -> FloatArray:
+        """Return the distances from the streets at shares of curves, (curves, shares), m."""
+        each = np.repeat(curve, len(shares))
+        x, y, _ = pose(plan, each, np.tile(shares, len(curve)) * lengths(plan)[each])
+        return np.reshape(self._places.query(np.column_stack([x, y]))[0], (len(curve), len(shares)))
 
     @cached_property
     def _places(self) -> cKDTree:
@@ -135,14 +158,6 @@ def _part(plan: PlanView, row: IntArray) -> PlanView:
 def _of_same_arms(which: BoolArray, arms: IntArray) -> BoolArray:
     """Say which rows join the same two arms as one of the marked rows, (n,)."""
     return np.isin(arms, arms[which])
-
-
-def _places(plan: PlanView, curve: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return places along curves, (curves, places)."""
-    shape = len(curve), len(_SHARES)
-    each = np.repeat(curve, len(_SHARES))
-    x, y, _ = pose(plan, each, np.tile(_SHARES, len(curve)) * lengths(plan)[each])
-    return x.reshape(shape), y.reshape(shape)
 
 
 def _far_from_their_way(plan: PlanView, streets: Carriageways) -> IntArray:

@@ -137,14 +137,17 @@ def places_clear_of_bends(
     todo = np.flatnonzero(~clear)
     # Towards the middle of the curve first, whichever way that is drawn.
     inwards = np.where(s < length[curve] / 2, 1.0, -1.0)
+    probes = np.concatenate([-_PROBES[:0:-1], _PROBES])
     for shift in _SHIFTS:
         at = s[todo] + inwards[todo] * shift
-        clear = (at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1])
-        for probe in (*-_PROBES[:0:-1], *_PROBES):
-            bend = curvature_at(plan, curve[todo], at + probe)
-            clear &= _outer_excess(bend, right[todo], left[todo]) <= TIGHT_BEND
-        moved[todo[clear]] = at[clear]
-        todo = todo[~clear]
+        inside = np.flatnonzero((at > _PROBES[-1]) & (at < length[curve[todo]] - _PROBES[-1]))
+        row = todo[inside]
+        probed = (at[inside, None] + probes).ravel()
+        bend = curvature_at(plan, np.repeat(curve[row], len(probes)), probed).reshape(-1, len(probes))
+        excess = _outer_excess(bend, right[row, None], left[row, None])
+        free = inside[(excess <= TIGHT_BEND).all(axis=1)]
+        moved[todo[free]] = at[free]
+        todo = np.delete(todo, free)
         if not len(todo):
             break
     return moved

@@ -14,7 +14,7 @@ from osm2xodr.curves import lengths, pose
 from osm2xodr.geometry.defaults import ARM_REACH, ARM_REACH_MOTORWAY, FAST_HIGHWAYS
 from osm2xodr.geometry.lanes import CrossSection
 from osm2xodr.geometry.plan_view import defaults
-from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView, StreetNetwork, Structure
+from osm2xodr.model import BoolArray, Direction, FloatArray, IntArray, PlanView, StreetNetwork, Structure
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,8 +58,9 @@ def street_ends(
     attributes = [piece[1] for street in streets for piece in (street.pieces[0], street.pieces[-1])]
     left_edge = np.array([section.left_edge for pair in sections for section in pair])
     right_edge = np.array([section.right_edge for pair in sections for section in pair])
-    forward = np.array([1 in item.car_directions() for item in attributes], bool)
-    backward = np.array([-1 in item.car_directions() for item in attributes], bool)
+    directions = [item.car_directions() for item in attributes]
+    forward = np.array([Direction.FORWARD in item for item in directions], bool)
+    backward = np.array([Direction.BACKWARD in item for item in directions], bool)
     highway = [item.highway for item in attributes]
     return StreetEnds(
         plan_view=plan,
