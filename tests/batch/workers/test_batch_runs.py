@@ -71,7 +71,12 @@ def forty(tmp_path_factory: pytest.TempPathFactory) -> Forty:
         before = len(made(folder / "out"))
         workers[0].kill()
         seen: set[int] = set()
-        batch.wait_for(lambda: seen.update(item.pid for item in batch.workers()) or len(seen - {workers[0].pid}) > 1)
+
+        def replaced() -> bool:
+            seen.update(item.pid for item in batch.workers())
+            return len(seen - {workers[0].pid}) > 1
+
+        batch.wait_for(replaced)
         afterwards = len(seen - {workers[0].pid})
         status, said = batch.end()
         assert batch.orphans() == []

@@ -70,7 +70,8 @@ class Carriageways:
         """Return how far curves of a plan, drawn for some connecting roads, leave all carriageways, (curves,), m.
 
         A curve that is longer than its way over the streets runs on carriageways that are not its own: it counts as
-        off by what it is longer. Of those that leave them by `_NO_MATTER` at most it is only an upper bound, which is no larger than that.
+        off by what it is longer. Of those that leave them by `_NO_MATTER` at most it is only an upper bound, which is
+        no larger than that.
         """
         length, half = lengths(plan)[curve], self.half[row]
         distance = np.full((len(curve), len(_SHARES)), np.inf)
