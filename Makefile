@@ -10,6 +10,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 
 SAMPLE := data/samples/andorra_ordino
 RESULT := build/andorra_ordino.xodr
+PAGE := $(RESULT:.xodr=.html)
 
 AREAS :=
 
@@ -20,7 +21,7 @@ AREAS :=
 BROWSER_PACKAGES := chromium chromium-driver
 
 help:
-	@echo 'make run        convert the sample in $(SAMPLE) to $(RESULT)'
+	@echo 'make run        convert the sample in $(SAMPLE) to $(RESULT), and show it in $(PAGE)'
 	@echo 'make test       everything that must hold: linters, types, tests, real readers of OpenDRIVE'
 	@echo 'make test-oldest  the tests, but for browser and readers, with the oldest libraries (Python 3.10, 3.11)'
 	@echo 'make audit      look for known vulnerabilities in the libraries of $(VENV); asks a public database'
@@ -33,9 +34,12 @@ help:
 run: $(VENV)/.run
 	@mkdir -p $(dir $(RESULT))
 	$(BIN)/osm2xodr convert $(SAMPLE)/area.osm --dem $(SAMPLE)/dem.tif --name 'Ordino, Andorra' \
-		--overwrite -o $(RESULT)
+		--report-json $(RESULT:.xodr=.json) --overwrite -o $(RESULT)
+	$(BIN)/osm2xodr report $(RESULT) --osm $(SAMPLE)/area.osm --dem $(SAMPLE)/dem.tif \
+		--report-json $(RESULT:.xodr=.json) --overwrite -o $(PAGE)
 	@echo
 	@echo 'The road network is in $(RESULT). To look at it:'
+	@echo '  now          open $(PAGE) in a browser: map, 3D, profiles, findings'
 	@echo '  esmini       odrviewer --odr $(RESULT)'
 	@echo '  browser      drop the file onto odrviewer.io'
 	@echo '  CARLA        PythonAPI/util/config.py --xodr-path $(abspath $(RESULT))'
