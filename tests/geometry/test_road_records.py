@@ -29,8 +29,8 @@ def the_road(case: Case, rule: Rule) -> RoadMap:
     [
         # Alike but for what no lane shows.
         ((TAGGED, f"{TAGGED} ref=B1", f"{TAGGED} name=Main", TAGGED), 1),
-        # A stretch too short for a lane section of its own: the one before it takes it over.
-        ((TAGGED, "highway=secondary lanes=3 width=9", TAGGED, TAGGED), 2),
+        # A stretch too short for a lane section of its own: the one before it takes it over. Widths begin none.
+        ((TAGGED, "highway=secondary lanes=3 width=9", TAGGED, TAGGED), 1),
         # Where lanes open and end about the borders of ways that differ in more, there are sections between.
         ((TAGGED, TAGGED, "highway=secondary lanes=4 width=12", TAGGED), 5),
     ],

@@ -135,7 +135,7 @@ def test_a_section_that_ends_past_its_road_is_found(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("<line/>", "<spiral/>", "spiral"),
+        ("<line/>", "<poly3/>", "poly3"),
         ('<lane id="1"', '<lane id="2"', "have a hole"),
         ('<lane id="-1"', '<lane id="1"', "wrong side"),
         ('<elevation s="0"', '<elevation s="1"', "start at 0"),

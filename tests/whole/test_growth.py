@@ -6,6 +6,7 @@ import time
 from io import BytesIO
 from pathlib import Path
 
+import pytest
 from replicate import Area, replicate
 
 from osm2xodr.diagnostics import Diagnostics
@@ -32,5 +33,6 @@ def test_a_network_of_eight_times_the_size_takes_no_more_time_per_road(tmp_path:
     seconds_and_roads(one)  # the first run also loads what is loaded once
     small, small_roads = min(seconds_and_roads(one) for _ in range(2))
     large, large_roads = min(seconds_and_roads(eight) for _ in range(2))
-    assert large_roads == TIMES * small_roads
+    # The cells in which dwellings are counted lie otherwise in each copy, and with them the edge of a town.
+    assert large_roads == pytest.approx(TIMES * small_roads, rel=0.005)
     assert large / large_roads <= 1.5 * small / small_roads

@@ -41,7 +41,10 @@ def advance(
     rate: FloatArray | None = None,
 ) -> _Pose:
     """Return x, y and heading ds farther on, (n,), m and rad, where the curvature is curvature + rate · s."""
-    u, v, turn = arc_step(curvature, ds, rate)
+    # A good third of all records are lines, which need none of this.
+    bent = np.flatnonzero(curvature if rate is None else (curvature != 0.0) | (rate != 0.0))
+    u, v, turn = ds.copy(), np.zeros(len(ds)), np.zeros(len(ds))
+    u[bent], v[bent], turn[bent] = arc_step(curvature[bent], ds[bent], None if rate is None else rate[bent])
     cos, sin = np.cos(hdg), np.sin(hdg)
     return x + cos * u - sin * v, y + sin * u + cos * v, hdg + turn
 
