@@ -83,9 +83,15 @@ def cast_rays(grids: Grids, sections: CrossSections, junction: IntArray) -> Rays
 
 
 def room_inside(sections: CrossSections, side: int, k: IntArray) -> FloatArray:
-    """Return how wide a strip may be on a side of the k-th cross sections, (n,), m: up to near a bend's centre."""
+    """Return how wide a strip may be on a side of the k-th cross sections, (n,), m: up to near a bend's centre.
+
+    A bend may begin between two cross sections, and widths are linear there.
+    """
     edge = sections.edge(np.array(side), k)
-    bend = np.maximum(side * sections.curvature[k], 1e-9)
+    bend = np.full(len(k), 1e-9)
+    for other in (k, np.maximum(k - 1, 0), np.minimum(k + 1, len(sections.road) - 1)):
+        same = sections.road[other] == sections.road[k]
+        bend = np.where(same, np.maximum(bend, side * sections.curvature[other]), bend)
     return np.asarray((1.0 - _LEAST_SHARE) / bend - side * edge)
 
 

@@ -167,6 +167,8 @@ class _Document:
         if self._header is None:
             self.values.report("missing-element", root, "the file has no <header>")
         road_index, junction_index = first_index(self._roads.ids), first_index(self._junctions.ids)
+        # Records out of order are known when the tables are made.
+        plan_view = self._roads.plan()
         types, type_lines = self._roads.types()
         profiles, lines = zip(*self._roads.profiles(), strict=True)
         road_lines = dict(zip(("elevation", "superelevation", "lane_offset"), lines, strict=True))
@@ -178,7 +180,7 @@ class _Document:
             header=self._header or _NO_HEADER,
             roads=self._roads.roads(junction_index),
             types=types,
-            plan_view=self._roads.plan(),
+            plan_view=plan_view,
             elevation=profiles[0],
             superelevation=profiles[1],
             crossfall_shape=self._roads.shapes(),
