@@ -133,7 +133,9 @@ def _connected(grids: Grids, owner: IntArray, first: IntArray, last: IntArray) -
     begin = np.searchsorted(last, below[0], side="right")
     count = np.searchsorted(first, np.minimum(below[1], grids.start[owner + 1])) - begin
     one, other = np.repeat(np.arange(len(first)), count), runs(begin, count)
-    graph = sp.coo_array((np.ones(len(one), np.int8), (one, other)), shape=(len(first), len(first)))
+    # Older versions of SciPy want these integers.
+    ends = one.astype(np.int32), other.astype(np.int32)
+    graph = sp.coo_array((np.ones(len(one), np.int8), ends), shape=(len(first), len(first)))
     label = connected_components(graph, directed=False)[1]
     begins = np.unique(label, return_index=True)[1]
     rank = np.empty(len(begins), np.int64)
