@@ -11,7 +11,6 @@ import numpy as np
 from osm2xodr.curves import (
     cut_curves,
     dubins_without_slivers,
-    end_curvature,
     lengths,
     owners,
     pose,
@@ -206,10 +205,12 @@ def _leaves_room(item: _Beside, cars: ConnectingRoads, half_first: float, half_l
     if inner < -defaults.CORNER_ONTO_LANE:
         return False
     reach = max(abs(item.start) + half_first, abs(item.end) + half_last)
-    plan = cars.plan_view
+    plan, side = cars.plan_view, 1.0 if item.start > 0.0 else -1.0
     records = slice(int(plan.start[row]), int(plan.start[row + 1]))
-    bends = np.maximum(*(k[records] * np.sign(item.start) for k in (plan.curvature, end_curvature(plan))))
-    return float(bends.max()) * (reach + defaults.CORNER_EDGE_RADIUS) <= 1.0
+    first = plan.curvature[records]
+    last = first + plan.rate[records] * plan.length[records]
+    sharpest = max(float((side * first).max()), float((side * last).max()))
+    return sharpest * (reach + defaults.CORNER_EDGE_RADIUS) <= 1.0
 
 
 def _paths(
