@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
 from real_readers import ALL_READERS
 from scene_files import Conversions
+
+if TYPE_CHECKING:
+    from browser import Page
 
 # The same examples in every run, and no failures because a machine is slow.
 settings.register_profile("gate", deadline=None, derandomize=True, print_blob=True)
@@ -46,3 +51,13 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
 def conversions(tmp_path_factory: pytest.TempPathFactory) -> Conversions:
     """Scenes as the command line converts them, each only once."""
     return Conversions(tmp_path_factory.mktemp("conversions"))
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """A page in a real browser, which the tests of a module share."""
+    # Most tests need none.
+    from browser import browser
+
+    with browser(tmp_path_factory.mktemp("profile")) as found:
+        yield found

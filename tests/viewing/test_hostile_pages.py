@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import pytest
-from browser import Page, browser, troubles
+from browser import Page, troubles
 from lxml import etree
 from page_cases import write_plane
 from viewed_file import HOSTILE, hostile, viewed_file, viewed_text
@@ -31,12 +30,6 @@ TEXTS: Final = {
     "type": ("type", "country"),
     "userData": ("code", "value"),
 }
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with browser(tmp_path_factory.mktemp("profile")) as found:
-        yield found
 
 
 def all_hostile(text: str) -> bytes:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browser import Page, browser, troubles
+from browser import Page, troubles
 from page_cases import write_ground
 from PIL import Image
 from t_junction import ARC, sound_map
@@ -53,12 +52,6 @@ def text() -> str:
 def rough(x: FloatArray, y: FloatArray) -> FloatArray:
     """Return heights 3 m and more above all roads."""
     return np.asarray(15.0 + 1.5 * np.sin(x / 4.0) * np.cos(y / 3.0))
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with browser(tmp_path_factory.mktemp("profile")) as found:
-        yield found
 
 
 @pytest.fixture(scope="module")

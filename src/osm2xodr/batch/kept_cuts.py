@@ -47,9 +47,9 @@ class KeptCuts:
         self._kept = kept  # OSM ids of ways that become streets in any case
         self._context = context
 
-    def clear(self, names: Sequence[str] | None = None) -> None:
-        """Remove all cuts that are not of areas of these names; without names, all."""
-        kept = set(names or ())
+    def clear(self, names: Sequence[str]) -> None:
+        """Remove all cuts that are not of areas of these names."""
+        kept = set(names)
         for path in (*self._out.cuts.glob("*.osm.pbf"), *self._out.cuts.glob("*.json")):
             if path.name.removesuffix(".osm.pbf").removesuffix(".json") not in kept:
                 remove(path)

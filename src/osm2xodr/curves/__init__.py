@@ -23,6 +23,7 @@ from osm2xodr.curves.overlaps import overlap_depths, overlapping_pairs
 from osm2xodr.curves.plan_views import (
     advance,
     chain_curves,
+    chosen_curves,
     curvature_at,
     curves_of,
     cut_curves,
@@ -57,6 +58,7 @@ __all__ = [
     "area_at",
     "area_bounds",
     "chain_curves",
+    "chosen_curves",
     "close_places",
     "cubic_slope",
     "cubic_value",

@@ -71,9 +71,9 @@ def sharpest_curvature(plan: PlanView) -> FloatArray:
     return np.where(np.abs(end) > np.abs(plan.curvature), end, plan.curvature)
 
 
-def end_curvature(plan: PlanView) -> FloatArray:
-    """Return the curvature at the end of each record, (records,), 1/m."""
-    return np.asarray(plan.curvature + plan.rate * plan.length)
+def end_curvature(plan: PlanView, records: slice | IntArray = slice(None)) -> FloatArray:
+    """Return the curvature at the end of records, of all if none are named, (records,), 1/m."""
+    return np.asarray(plan.curvature[records] + plan.rate[records] * plan.length[records])
 
 
 def record_turns(plan: PlanView) -> FloatArray:
@@ -227,13 +227,17 @@ def cut_curves(plan: PlanView, lo: FloatArray, hi: FloatArray, curve: Sequence[i
     return PlanView(start, s, x, y, hdg, end - begin, curvature, plan.rate[k])
 
 
+def chosen_curves(plan: PlanView, rows: IntArray) -> PlanView:
+    """Return the curves of some rows, in their order; the same one may come several times."""
+    return cut_curves(plan, np.zeros(len(rows)), lengths(plan)[rows], rows)
+
+
 def replace_curves(plan: PlanView, rows: IntArray, other: PlanView, other_rows: IntArray) -> PlanView:
     """Return the table with its curves `rows` replaced by the curves `other_rows` of another table."""
     curves = len(plan.start) - 1
     source = np.arange(curves)
     source[rows] = curves + other_rows
-    both = stack_plan_views(plan, other)
-    return cut_curves(both, np.zeros(curves), lengths(both)[source], source)
+    return chosen_curves(stack_plan_views(plan, other), source)
 
 
 def snap_cuts(plan: PlanView, curve: IntArray, s: FloatArray, within: float = 0.01) -> FloatArray:

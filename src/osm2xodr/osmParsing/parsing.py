@@ -126,7 +126,7 @@ def _parse(path: Path, options: ParseOptions, diagnostics: Diagnostics) -> Stree
         streets = with_default_speeds(streets, tags, dense, country, diagnostics)
     if options.furniture and options.guessed_sidewalks:
         # Last, as a sidewalk is evidence of a built-up area where it is tagged.
-        streets = with_guessed_sidewalks(streets, footways, tags, dense, diagnostics)
+        streets = with_guessed_sidewalks(streets, samples.lines, footways, tags, dense, diagnostics)
     return StreetNetwork(
         frame=frame,
         rule=rule,

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from osm2xodr.curves import end_curvature
 from osm2xodr.model import CubicProfile, FloatArray, PlanView
 from osm2xodr.xodrWriter.formatting import CURVATURE, NUMBER, POSITION_DECIMALS, rounded
 
@@ -33,8 +34,7 @@ def plan_view_texts(plan: PlanView, first: int, last: int) -> list[str]:
     """
     start = plan.start[first : last + 1]
     records = slice(int(start[0]), int(start[-1]))
-    curvature, rate = plan.curvature[records], plan.rate[records]
-    end, bends = curvature + rate * plan.length[records], rate != 0.0
+    curvature, end, bends = plan.curvature[records], end_curvature(plan, records), plan.rate[records] != 0.0
     s, x, y, length = (rounded(item[records], POSITION_DECIMALS) for item in (plan.s, plan.x, plan.y, plan.length))
     shape = np.where(bends, 2, curvature != 0.0).astype(np.int64)
     patterns = [(_LINE, _ARC, _SPIRAL)[k] for k in shape.tolist()]

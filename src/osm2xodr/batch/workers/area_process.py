@@ -96,16 +96,14 @@ class _Server:
 
     def _end_forks(self) -> None:
         """End what a killed server has left behind, which would go on to write files."""
-        for number in (signal.SIGTERM, signal.SIGKILL):
-            end = time.monotonic() + _STOP_GRACE
-            # They are of its session; there is no such group when all have ended.
-            with contextlib.suppress(ProcessLookupError):
+        # They are of its session; there is no such group when all have ended.
+        with contextlib.suppress(ProcessLookupError):
+            for number in (signal.SIGTERM, signal.SIGKILL):
                 os.killpg(self._process.pid, number)
+                end = time.monotonic() + _STOP_GRACE
                 while time.monotonic() < end:
                     os.killpg(self._process.pid, 0)
                     time.sleep(0.02)
-                continue
-            return
 
 
 _lock = threading.Lock()
@@ -179,8 +177,6 @@ def _give_back(batch: str, server: _Server, *, usable: bool) -> None:
             _idle.setdefault(batch, []).append(server)
     if not kept:
         server.end()
-        if usable:
-            server.wait()
         server.wait()
 
 

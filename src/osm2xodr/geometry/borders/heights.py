@@ -14,11 +14,10 @@ from typing import Any, Final, TypeAlias, TypeVar
 import numpy as np
 
 from osm2xodr.curves import (
+    chosen_curves,
     cubic_slope,
     cubic_value,
-    cut_curves,
     distance_to_outline,
-    lengths,
     places_along,
     pose,
     runs,
@@ -160,7 +159,7 @@ def chosen_roads(problem: ProfileProblem, chosen: IntArray) -> ProfileProblem:
     columns: dict[str, Any] = {name: _rows(getattr(problem, name), span) for name in _SPAN_COLUMNS}
     return replace(
         problem,
-        plan_view=cut_curves(plan_view, np.zeros(len(chosen)), lengths(plan_view)[chosen], chosen),
+        plan_view=chosen_curves(plan_view, chosen),
         end_junction=of_junction[problem.end_junction[chosen]],
         end_link=np.where(linked >= 0, 2 * linked + link % 2, -1),
         junction_xy=problem.junction_xy[junctions],

@@ -16,14 +16,13 @@ from scipy.spatial import cKDTree
 
 from osm2xodr.curves import (
     chain_curves,
-    cut_curves,
+    chosen_curves,
     heading_change,
     lengths,
     pose,
     ranks,
     replace_curves,
     smallest_radius,
-    starts,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections.corner_paths import follow_corners
@@ -33,7 +32,7 @@ from osm2xodr.geometry.connections.defaults import (
     OFF_CARRIAGEWAY,
     TURNING_RADIUS,
 )
-from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
+from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import LanePaths, Poses, follow_streets
 from osm2xodr.geometry.plan_view import StreetEnds
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
@@ -139,7 +138,7 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
     for redraw in _REDRAWINGS:
         if not len(rows):
             break
-        drawn = redraw(_part(plan, rows), lanes.chosen(rows))
+        drawn = redraw(chosen_curves(plan, rows), lanes.chosen(rows))
         beyond = streets.beyond(drawn, np.arange(len(rows)), rows)
         bad = beyond > np.where(off > OFF_CARRIAGEWAY, off - _LESS, OFF_CARRIAGEWAY)
         bad |= (smallest_radius(drawn) < least) | (lengths(drawn) > longest) | has_kinks(drawn) | detours(drawn)
@@ -149,11 +148,6 @@ def keep_to_carriageways(direct: PlanView, streets: Carriageways) -> PlanView:
         still = _of_same_arms(off > OFF_CARRIAGEWAY, streets.arms[rows])
         rows, off, least, longest = rows[still], off[still], least[still], longest[still]
     return plan
-
-
-def _part(plan: PlanView, row: IntArray) -> PlanView:
-    """Return some of the curves."""
-    return cut_curves(plan, np.zeros(len(row)), lengths(plan)[row], row)
 
 
 def _of_same_arms(which: BoolArray, arms: IntArray) -> BoolArray:
@@ -194,17 +188,8 @@ def _along_the_way(plan: PlanView, lanes: LanePaths, rounding: tuple[float, floa
     chainage = (ranks(count) + 0.5) * (lanes.length / count)[of]
     passed = _rounded(lanes, of, chainage, reach)
     begin, end = _ends(plan)
-    first = starts(count + 2)
-    inside = np.ones(first[-1], bool)
-    inside[first[:-1]] = inside[first[1:] - 1] = False
-    columns = []
-    for one, middle, other in zip(begin, passed, end, strict=True):
-        column = np.zeros(first[-1])
-        column[first[:-1]], column[inside], column[first[1:] - 1] = one, middle, other
-        columns.append(column)
-    leave = np.delete(np.arange(first[-1]), first[1:] - 1)
-    pieces = connect(*(column[leave] for column in columns), *(column[leave + 1] for column in columns))
-    return chain_curves(pieces, first - np.arange(n + 1))
+    here, there, first = legs_through(begin, passed, end, count)
+    return chain_curves(connect(*here, *there), first)
 
 
 def _rounded(lanes: LanePaths, row: IntArray, chainage: FloatArray, rounding: float) -> Poses:

@@ -18,7 +18,6 @@ from osm2xodr.curves import (
     pose,
     replace_curves,
     smallest_radius,
-    starts,
     wrapped,
 )
 from osm2xodr.defaults import LEAST_TURN_BACK
@@ -28,7 +27,7 @@ from osm2xodr.geometry.connections.defaults import (
     SMOOTH_CORNER,
     TURNING_RADIUS,
 )
-from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks
+from osm2xodr.geometry.connections.pose_to_pose import connect, detours, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import LanePaths, StreetPaths, poses_on
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -216,22 +215,12 @@ def _turned_at_corners(
     passed = lanes.at_chainage(np.repeat(np.arange(len(row)), count), np.concatenate(chainages))
     begin = pose(plan, row, np.zeros(len(row)))
     end = pose(plan, row, lengths(plan)[row])
-    # Per curve: its start, the places, its end; then one piece from each to the next.
-    start = starts(count + 2)
-    inside = np.ones(start[-1], bool)
-    inside[start[:-1]] = inside[start[1:] - 1] = False
-    columns = []
-    for one, middle, other in zip(begin, passed, end, strict=True):
-        column = np.zeros(start[-1])
-        column[start[:-1]], column[inside], column[start[1:] - 1] = one, middle, other
-        columns.append(column)
-    leave = np.delete(np.arange(start[-1]), start[1:] - 1)
-    poses = [column[leave] for column in columns] + [column[leave + 1] for column in columns]
-    pieces = connect(*poses, radius=TURNING_RADIUS)
+    here, there, first = legs_through(begin, passed, end, count)
+    pieces = connect(*here, *there, radius=TURNING_RADIUS)
     sharp = np.flatnonzero(smallest_radius(pieces) < LEAST_REDRAWN_RADIUS)
     if len(sharp):
         radius = np.full(len(sharp), TURNING_RADIUS)
-        wide = dubins_without_slivers(*(column[sharp] for column in poses), radius=radius)
+        wide = dubins_without_slivers(*(column[sharp] for column in (*here, *there)), radius=radius)
         found = np.flatnonzero(lengths(wide) > 0)
         pieces = replace_curves(pieces, sharp[found], wide, found)
-    return chain_curves(pieces, start - np.arange(len(start)))
+    return chain_curves(pieces, first)

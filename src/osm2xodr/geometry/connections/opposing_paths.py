@@ -10,7 +10,7 @@ import numpy as np
 
 from osm2xodr.curves import (
     chain_curves,
-    cut_curves,
+    chosen_curves,
     heading_change,
     lengths,
     owners,
@@ -25,7 +25,7 @@ from osm2xodr.curves import (
 from osm2xodr.defaults import LEAST_TURN_BACK
 from osm2xodr.geometry.connections import defaults
 from osm2xodr.geometry.connections.carriageways import Carriageways
-from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks
+from osm2xodr.geometry.connections.pose_to_pose import connect, has_kinks, legs_through
 from osm2xodr.geometry.connections.street_paths import Poses
 from osm2xodr.geometry.connections.turn_backs import turned_back
 from osm2xodr.geometry.defaults import U_TURN_RADIUS
@@ -92,7 +92,7 @@ def draw_turn_backs_side_by_side(
     drawn = np.flatnonzero(lengths(axis) > 0)
     if not len(drawn):
         return plan
-    axis = cut_curves(axis, np.zeros(len(drawn)), lengths(axis)[drawn], drawn)
+    axis = chosen_curves(axis, drawn)
     return _redrawn(
         plan, pairs.chosen(drawn), apart[drawn], _in_quarters(axis), _NEAR_ENOUGH * U_TURN_RADIUS, _LONGEST_TURN_BACK
     )
@@ -176,13 +176,12 @@ def _middles(plan: PlanView, pairs: _Pairs) -> PlanView:
 
 def _ways_there(plan: PlanView, pairs: _Pairs) -> PlanView:
     """Return the ways there."""
-    return cut_curves(plan, np.zeros(len(pairs.there)), lengths(plan)[pairs.there], pairs.there)
+    return chosen_curves(plan, pairs.there)
 
 
 def _ways_back(plan: PlanView, pairs: _Pairs) -> PlanView:
     """Return the ways back, the other way round."""
-    ways = cut_curves(plan, np.zeros(len(pairs.back)), lengths(plan)[pairs.back], pairs.back)
-    return reverse_curves(ways, np.ones(len(pairs.back), bool))
+    return reverse_curves(chosen_curves(plan, pairs.back), np.ones(len(pairs.back), bool))
 
 
 def _pairs(entry: IntArray, exit_: IntArray, shared: BoolArray) -> _Pairs:
@@ -258,20 +257,10 @@ def _beside(plan: PlanView, row: IntArray, axis: PlanView, *, back: bool) -> Pla
     slope = (t1 - t0)[owner] * 6 * share * (1 - share) / total[owner]
     hdg = axis.hdg[inner]
     middle = axis.x[inner] - t * np.sin(hdg), axis.y[inner] + t * np.cos(hdg), hdg + np.arctan(slope)
-    first = starts(count + 2)
-    between = np.ones(first[-1], bool)
-    between[first[:-1]] = between[first[1:] - 1] = False
-    columns = []
-    for one, passed, other in zip((x0, y0, h0), middle, (x1, y1, h1), strict=True):
-        column = np.zeros(first[-1])
-        column[first[:-1]], column[between], column[first[1:] - 1] = one, passed, other
-        columns.append(column)
-    leave = np.delete(np.arange(first[-1]), first[1:] - 1)
-    here, there = [column[leave] for column in columns], [column[leave + 1] for column in columns]
+    here, there, first = legs_through((x0, y0, h0), middle, (x1, y1, h1), count)
     pieces = connect(*here, *there)
-    first = first - np.arange(len(first))
     if back:
         pieces = reverse_curves(pieces, np.ones(len(here[0]), bool))
         order = np.concatenate([np.arange(hi - 1, lo - 1, -1) for lo, hi in pairwise(first.tolist())])
-        pieces = cut_curves(pieces, np.zeros(len(order)), lengths(pieces)[order], order)
+        pieces = chosen_curves(pieces, order)
     return chain_curves(pieces, first)

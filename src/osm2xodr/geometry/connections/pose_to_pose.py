@@ -6,9 +6,20 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves import arc_step, dubins_curves, lengths, owners, pose, record_turns, replace_curves, wrapped
+from osm2xodr.curves import (
+    arc_step,
+    dubins_curves,
+    lengths,
+    owners,
+    pose,
+    record_turns,
+    replace_curves,
+    starts,
+    wrapped,
+)
 from osm2xodr.defaults import CONNECTING_RADIUS, LEAST_TURN_BACK
-from osm2xodr.model import BoolArray, FloatArray, PlanView
+from osm2xodr.geometry.connections.street_paths import Poses
+from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
 # A line and an arc are used where both tangents are longer than this, m, and the turn is larger than this, rad, but
 # no turn back, and where the line is either no shorter than this, m, or absent, that is shorter than this, m.
@@ -104,6 +115,25 @@ def _starts(
     x = x0[:, None] + np.concatenate([zero, np.cumsum(dx, axis=1)[:, :-1]], axis=1)
     y = y0[:, None] + np.concatenate([zero, np.cumsum(dy, axis=1)[:, :-1]], axis=1)
     return x, y, hdg, dx, dy
+
+
+def legs_through(begin: Poses, passed: Poses, end: Poses, count: IntArray) -> tuple[Poses, Poses, IntArray]:
+    """Return the poses that the legs of curves lead from and to, (legs,), and the first leg of each, (n + 1,).
+
+    `begin` and `end` are those of the curves, (n,), and `passed` those that they pass on their way, curve after
+    curve, of which each has `count`, (n,).
+    """
+    start = starts(count + 2)
+    inside = np.ones(start[-1], bool)
+    inside[start[:-1]] = inside[start[1:] - 1] = False
+    leave = np.delete(np.arange(start[-1]), start[1:] - 1)
+    both = []
+    for one, middle, other in zip(begin, passed, end, strict=True):
+        column = np.zeros(start[-1])
+        column[start[:-1]], column[inside], column[start[1:] - 1] = one, middle, other
+        both.append((column[leave], column[leave + 1]))
+    (x0, x1), (y0, y1), (hdg0, hdg1) = both
+    return (x0, y0, hdg0), (x1, y1, hdg1), start - np.arange(len(start))
 
 
 def detours(plan: PlanView) -> BoolArray:

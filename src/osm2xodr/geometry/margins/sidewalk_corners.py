@@ -11,6 +11,7 @@ import numpy as np
 from osm2xodr.curves import (
     cut_curves,
     dubins_without_slivers,
+    end_curvature,
     lengths,
     owners,
     pose,
@@ -207,9 +208,7 @@ def _leaves_room(item: _Beside, cars: ConnectingRoads, half_first: float, half_l
     reach = max(abs(item.start) + half_first, abs(item.end) + half_last)
     plan, side = cars.plan_view, 1.0 if item.start > 0.0 else -1.0
     records = slice(int(plan.start[row]), int(plan.start[row + 1]))
-    first = plan.curvature[records]
-    last = first + plan.rate[records] * plan.length[records]
-    sharpest = max(float((side * first).max()), float((side * last).max()))
+    sharpest = max(float((side * k).max()) for k in (plan.curvature[records], end_curvature(plan, records)))
     return sharpest * (reach + defaults.CORNER_EDGE_RADIUS) <= 1.0
 
 

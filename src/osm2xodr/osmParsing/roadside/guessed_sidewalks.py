@@ -28,7 +28,7 @@ from osm2xodr.model import (
 from osm2xodr.osmParsing.defaults import BESIDE_SPACING, ROADSIDE_REACH, SIDEWALK_CLASSES, SIDEWALK_WIDTH
 from osm2xodr.osmParsing.roadside.footway_cuts import join_like_pieces
 from osm2xodr.osmParsing.roadside.footway_matches import LEFT, RIGHT
-from osm2xodr.osmParsing.roadside.reach import StreetSamples, sample_lines, sample_streets
+from osm2xodr.osmParsing.roadside.reach import LineSamples, StreetSamples, sample_lines, with_pieces
 from osm2xodr.osmParsing.tags import is_town_street, kerb_height, tells_of_sidewalks
 
 # Lines whose headings differ by at most this run beside each other, degrees; a choice.
@@ -55,6 +55,7 @@ class _Lines:
 
 def with_guessed_sidewalks(
     streets: tuple[Street, ...],
+    points: LineSamples,
     footways: Sequence[Footway],
     tags: Mapping[int, Mapping[str, str]],
     dense: Set[int],
@@ -62,8 +63,8 @@ def with_guessed_sidewalks(
 ) -> tuple[Street, ...]:
     """Give streets in towns the sidewalks that their tags do not mention.
 
-    `tags` are those of ways by id; `dense` are the ids of the ways among residential streets. The diagnostics get
-    each way that is given one.
+    `points` lie along the streets, whatever their pieces; `tags` are those of ways by id; `dense` are the ids of the
+    ways among residential streets. The diagnostics get each way that is given one.
     """
     pieces = [piece for street in streets for _, piece in street.pieces]
     chosen = {way for way, item in tags.items() if _may_have_untagged(item, way in dense)}
@@ -72,7 +73,7 @@ def with_guessed_sidewalks(
     open_sides = np.array([_open_sides(piece, piece.osm_way_id in chosen) for piece in pieces], np.bool_)
     if not open_sides.any():
         return streets
-    samples = sample_streets(streets)
+    samples = with_pieces(points, streets)
     lengths = samples.piece_lengths()
     lines = _lines(streets, samples, [footway for footway in footways if not footway.crossing])
     tree = cKDTree(lines.points, balanced_tree=False, compact_nodes=False)

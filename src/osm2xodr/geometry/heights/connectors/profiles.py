@@ -156,7 +156,7 @@ def _grade_along_lane(problem: ProfileProblem, end: IntArray, t: FloatArray, gra
     what is changed as a kink, which stays below `LANE_GRADE_STEP_MAX`.
     """
     plan = problem.plan_view
-    both = np.column_stack([plan.curvature[plan.start[:-1]], end_curvature(plan)[plan.start[1:] - 1]])
+    both = np.column_stack([plan.curvature[plan.start[:-1]], end_curvature(plan, plan.start[1:] - 1)])
     curvature = both.ravel()[end]
     along = grade / np.maximum(1.0 - curvature * t, _LEAST_LENGTH_SHARE)
     step = defaults.LANE_GRADE_STEP_MAX
