@@ -15,6 +15,8 @@ from osm2xodr.model import FloatArray, IntArray, PlanView
 # Spacing of the points by which curves near a place are looked up, m: a choice of speed. The nearest place itself is
 # exact.
 SAMPLE_SPACING: Final = 4.0
+# Rounding of distances, m: records that are nearer by less than this count as near.
+_ROUNDING: Final = 1e-6
 
 
 def project(
@@ -24,20 +26,33 @@ def project(
 
     Points before the start or beyond the end of a curve get its start or end; their distance is then more than |t|.
     """
-    count = (plan.start[curve + 1] - plan.start[curve]).astype(np.int64)
-    owner = np.repeat(np.arange(len(curve)), count)
-    record = runs(plan.start[curve], count)
+    owner, record = _records_near(plan, curve, x, y)
     along = _nearest_on_records(plan, record, x[owner], y[owner])
     s = plan.s[record] + along
     start = plan.x[record], plan.y[record], plan.hdg[record], plan.curvature[record]
     px, py, hdg = advance(*start, along, plan.rate[record])
     distance = np.hypot(x[owner] - px, y[owner] - py)
     # The nearest, of several the first; the rows of a point stand together.
-    least = np.minimum.reduceat(distance, np.cumsum(count) - count) if len(owner) else distance
+    first = np.searchsorted(owner, np.arange(len(curve)))
+    least = np.minimum.reduceat(distance, first) if len(owner) else distance
     rows = np.flatnonzero(distance == least[owner])
     best = rows[np.searchsorted(owner[rows], np.arange(len(curve)))]
     t = (y - py[best]) * np.cos(hdg[best]) - (x - px[best]) * np.sin(hdg[best])
     return s[best], t, distance[best]
+
+
+def _records_near(plan: PlanView, curve: IntArray, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the records of each point's curve that may be nearest to it: indices of points and records."""
+    count = (plan.start[curve + 1] - plan.start[curve]).astype(np.int64)
+    owner = np.repeat(np.arange(len(curve)), count)
+    record = runs(plan.start[curve], count)
+    if len(owner) == len(curve):
+        return owner, record
+    # No record is farther away than its start, nor nearer than that less its length.
+    start = np.hypot(x[owner] - plan.x[record], y[owner] - plan.y[record])
+    nearest = np.minimum.reduceat(start, np.cumsum(count) - count)
+    near = np.flatnonzero(start - plan.length[record] <= nearest[owner] + _ROUNDING)
+    return owner[near], record[near]
 
 
 def _nearest_on_records(plan: PlanView, record: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
