@@ -18,6 +18,7 @@ from osm2xodr.curves import (
     record_turns,
     replace_curves,
     reverse_curves,
+    runs,
     smallest_radius,
     wrapped,
 )
@@ -38,19 +39,36 @@ _STEP_SLOPE: Final = 1.5
 _RADIUS_MARGIN: Final = 1.001
 
 
-@dataclass(frozen=True, slots=True)
-class _Corner:
-    """Two neighbouring arms whose sidewalks face each other, in the direction of the road that connects them.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Walks:
+    """Sidewalks at road ends, as columns: see `Sidewalk`."""
 
-    By their lane ids, the first sidewalk leads into the junction, the second one out of it.
+    walks: tuple[Sidewalk, ...]
+    lane: IntArray
+    t: FloatArray
+    width: FloatArray
+    height: FloatArray
+
+    @classmethod
+    def of(cls, walks: Sequence[Sidewalk]) -> _Walks:
+        """Return the columns of sidewalks, (n,)."""
+        t, width, height = np.array([(walk.t, walk.width, walk.height) for walk in walks]).T
+        return cls(tuple(walks), np.array([walk.lane for walk in walks], np.int64), t, width, height)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Corners:
+    """Neighbouring arms whose sidewalks face each other, in the direction of the roads that connect them, (n,).
+
+    By their lane ids, the first sidewalks lead into the junctions, the second ones out of them.
     """
 
-    junction: int
-    # Road ends of the first and the second arm
-    entry: int
-    exit: int
-    first: Sidewalk
-    second: Sidewalk
+    junction: IntArray
+    # Road ends of the first and the second arms
+    entry: IntArray
+    exit: IntArray
+    first: _Walks
+    second: _Walks
 
 
 def sidewalk_corners(
@@ -63,13 +81,16 @@ def sidewalk_corners(
     OpenDRIVE 1.8, 12.4: lanes are linked only in that direction), if necessary against cars. Arms that no connecting
     road for `cars` touches are no part of the junction.
     """
-    corners = list(_corners(parts, margins, cars, rule, junctions))
-    if not corners:
+    found = list(_pairs(parts, margins, cars, rule, junctions))
+    if not found:
         none = cars.chosen(np.zeros(len(cars.length), bool))
         return none, none
-    beside = [_turn_beside(corner, cars, turns) for corner, turns in zip(corners, _turns(corners, cars), strict=True)]
-    plan, own = _paths(corners, beside, parts, cars)
-    rows = _as_rows(corners, beside, plan, own, cars)
+    *ends, first, second = zip(*found, strict=True)
+    junction, entry, exit_ = (np.array(column, np.int64) for column in ends)
+    corners = _Corners(junction, entry, exit_, _Walks.of(first), _Walks.of(second))
+    beside = _turns_beside(corners, cars)
+    rows = _as_rows(corners, beside, _paths(corners, beside, parts, cars), cars)
+    own = beside.row < 0
     good = _passable(rows, own, cars, parts)
     return with_inner_lanes(rows.chosen(good), own[good], cars, parts, rule), rows.chosen(~good)
 
@@ -87,10 +108,10 @@ def _sidewalk(parts: RoadParts, margins: Margins, end: int, side: int) -> Sidewa
     return None
 
 
-def _corners(
+def _pairs(
     parts: RoadParts, margins: Sequence[Margins], cars: ConnectingRoads, rule: Rule, junctions: IntArray | None
-) -> Iterator[_Corner]:
-    """Find the pairs of neighbouring arms whose facing sides both have a sidewalk, by junction."""
+) -> Iterator[tuple[int, int, int, Sidewalk, Sidewalk]]:
+    """Find the pairs of neighbouring arms whose facing sides both have a sidewalk: the values of `_Corners`."""
     end_junction = parts.end_junction.ravel()
     touched = np.union1d(cars.entry, cars.exit)
     if junctions is not None:
@@ -117,7 +138,7 @@ def _corners(
             first = walks.get((end, incoming if end % 2 == 0 else -incoming))
             second = walks.get((following, -incoming if following % 2 == 0 else incoming))
             if first is not None and second is not None:
-                yield _Corner(junction, end, following, first, second)
+                yield junction, end, following, first, second
 
 
 def _arms_in_order(
@@ -146,95 +167,90 @@ def _arms_in_order(
         yield int(junction[rows[0]]), listed[start:] + listed[:start]
 
 
-def _turns(corners: Sequence[_Corner], cars: ConnectingRoads) -> Iterator[tuple[list[int], list[int]]]:
-    """Yield the connecting roads for cars between the arms of each corner: from the first to the second, and back."""
-    wanted = {pair for corner in corners for pair in ((corner.entry, corner.exit), (corner.exit, corner.entry))}
-    between: dict[tuple[int, int], list[int]] = {}
-    for k, pair in enumerate(zip(cars.entry.tolist(), cars.exit.tolist(), strict=True)):
-        if pair in wanted:
-            between.setdefault(pair, []).append(k)
-    for corner in corners:
-        yield between.get((corner.entry, corner.exit), []), between.get((corner.exit, corner.entry), [])
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Beside:
-    """How a sidewalk runs beside a connecting road for cars."""
+    """How sidewalks run beside connecting roads for cars, (n,)."""
 
-    row: int  # Index of the connecting road
-    back: bool  # Whether the sidewalk's direction is against it
+    row: IntArray  # Index of the connecting road; -1 for sidewalks with a curve of their own
+    back: BoolArray  # Whether the sidewalk's direction is against it
     # How far left of the connecting road's direction the sidewalk lies at that road's start and end, m
-    start: float
-    end: float
+    start: FloatArray
+    end: FloatArray
 
-    def asides(self) -> tuple[float, float]:
-        """Return how far left of the reference line, in its own direction, the sidewalk starts and ends, m."""
-        return (-self.end, -self.start) if self.back else (self.start, self.end)
-
-
-def _turn_beside(corner: _Corner, cars: ConnectingRoads, turns: tuple[list[int], list[int]]) -> _Beside | None:
-    """Return the turn that a corner's sidewalk can run beside: the nearest that leaves it room."""
-    found: list[tuple[float, int, _Beside]] = []
-    for back, rows in enumerate(turns):
-        first, last = (corner.second, corner.first) if back else (corner.first, corner.second)
-        for row in rows:
-            start = _left_of_travel(int(cars.entry[row]) % 2 == 1, first.t - float(cars.entry_t[row]))
-            end = _left_of_travel(int(cars.exit[row]) % 2 == 0, last.t - float(cars.exit_t[row]))
-            item = _Beside(row, bool(back), start, end)
-            if _leaves_room(item, cars, first.width / 2, last.width / 2):
-                found.append((abs(start) + abs(end), row, item))
-    return min(found, key=lambda entry: entry[:2])[2] if found else None
+    def rows(self, rows: IntArray | BoolArray) -> _Beside:
+        """Return some of them."""
+        return _Beside(self.row[rows], self.back[rows], self.start[rows], self.end[rows])
 
 
-def _against_cars(beside: Sequence[_Beside | None]) -> BoolArray:
-    return np.array([item is not None and item.back for item in beside], bool)
-
-
-def _left_of_travel(along: bool, t: float) -> float:
-    return t if along else -t
-
-
-def _leaves_room(item: _Beside, cars: ConnectingRoads, half_first: float, half_last: float) -> bool:
-    """Say whether a sidewalk beside a turn neither folds, nor lies on its lane, nor leaves its direction too much."""
-    row, length = item.row, float(cars.length[item.row])
-    if item.start * item.end <= 0.0 or _STEP_SLOPE * abs(item.end - item.start) > _STEEPEST * length:
-        return False
-    inner = min(
-        abs(item.start) - half_first - float(cars.entry_width[row]) / 2,
-        abs(item.end) - half_last - float(cars.exit_width[row]) / 2,
+def _turns_beside(corners: _Corners, cars: ConnectingRoads) -> _Beside:
+    """Return the turns that the corners' sidewalks can run beside: the nearest that leave them room."""
+    many = int(max(cars.entry.max(initial=0), cars.exit.max(initial=0), corners.entry.max(), corners.exit.max())) + 1
+    arms = cars.entry * many + cars.exit
+    order = np.argsort(arms, kind="stable")
+    found: list[tuple[IntArray, _Beside]] = []
+    for back in (False, True):
+        one, other = (corners.exit, corners.entry) if back else (corners.entry, corners.exit)
+        first, last = (corners.second, corners.first) if back else (corners.first, corners.second)
+        begin, end = (np.searchsorted(arms[order], one * many + other, side) for side in ("left", "right"))
+        corner, row = np.repeat(np.arange(len(one)), end - begin), order[runs(begin, end - begin)]
+        item = _Beside(
+            row,
+            np.full(len(row), back),
+            np.where(cars.entry[row] % 2 == 1, 1.0, -1.0) * (first.t[corner] - cars.entry_t[row]),
+            np.where(cars.exit[row] % 2 == 0, 1.0, -1.0) * (last.t[corner] - cars.exit_t[row]),
+        )
+        good = _leave_room(item, cars, first.width[corner] / 2, last.width[corner] / 2)
+        found.append((corner[good], item.rows(good)))
+    corner = np.concatenate([rows for rows, _ in found])
+    row, against, start, finish = (
+        np.concatenate([getattr(item, name) for _, item in found]) for name in _Beside.__slots__
     )
-    if inner < -defaults.CORNER_ONTO_LANE:
-        return False
-    reach = max(abs(item.start) + half_first, abs(item.end) + half_last)
-    plan, side = cars.plan_view, 1.0 if item.start > 0.0 else -1.0
-    records = slice(int(plan.start[row]), int(plan.start[row + 1]))
-    sharpest = max(float((side * k).max()) for k in (plan.curvature[records], end_curvature(plan, records)))
-    return sharpest * (reach + defaults.CORNER_EDGE_RADIUS) <= 1.0
+    best = np.lexsort((row, np.abs(start) + np.abs(finish), corner))
+    best = best[np.unique(corner[best], return_index=True)[1]]
+    count = len(corners.junction)
+    out = _Beside(np.full(count, -1, np.int64), np.zeros(count, bool), np.zeros(count), np.zeros(count))
+    at = corner[best]
+    out.row[at], out.back[at], out.start[at], out.end[at] = row[best], against[best], start[best], finish[best]
+    return out
 
 
-def _paths(
-    corners: Sequence[_Corner], beside: Sequence[_Beside | None], parts: RoadParts, cars: ConnectingRoads
-) -> tuple[PlanView, BoolArray]:
-    """Return the reference line of each corner, and which of them have a curve of their own, in their middle."""
-    own = np.array([item is None for item in beside], bool)
-    source = np.array([0 if item is None else item.row for item in beside], np.int64)
+def _leave_room(items: _Beside, cars: ConnectingRoads, half_first: FloatArray, half_last: FloatArray) -> BoolArray:
+    """Say which sidewalks beside turns neither fold, nor lie on their lanes, nor leave their direction too much.
+
+    `half_first` and `half_last` are half of the sidewalks' widths where the turns start and end, all (n,), m.
+    """
+    row, start, end = items.row, np.abs(items.start), np.abs(items.end)
+    good = (items.start * items.end > 0.0) & (
+        _STEP_SLOPE * np.abs(items.end - items.start) <= _STEEPEST * cars.length[row]
+    )
+    for off, half, width in ((start, half_first, cars.entry_width), (end, half_last, cars.exit_width)):
+        good &= off - half - width[row] / 2 >= -defaults.CORNER_ONTO_LANE
+    plan = cars.plan_view
+    count = np.diff(plan.start)[row]
+    owner, record = np.repeat(np.arange(len(row)), count), runs(plan.start[row], count)
+    side = np.sign(items.start)[owner]
+    sharpest = np.full(len(row), -np.inf)
+    np.maximum.at(sharpest, owner, np.maximum(side * plan.curvature[record], side * end_curvature(plan, record)))
+    reach = np.maximum(start + half_first, end + half_last)
+    return np.asarray(good & (sharpest * (reach + defaults.CORNER_EDGE_RADIUS) <= 1.0))
+
+
+def _paths(corners: _Corners, beside: _Beside, parts: RoadParts, cars: ConnectingRoads) -> PlanView:
+    """Return the reference line of each corner: that of its turn, or a curve of its own, in its middle."""
     poses = []
-    for ends, walks, inwards in (
-        ([item.entry for item in corners], [item.first for item in corners], 1),
-        ([item.exit for item in corners], [item.second for item in corners], 0),
-    ):
-        end = np.array(ends, np.int64)
-        t = np.array([walk.t for walk in walks])
+    for end, walks, inwards in ((corners.entry, corners.first, 1), (corners.exit, corners.second, 0)):
         x, y, hdg = pose(parts.plan_view, end // 2, np.where(end % 2 == 1, parts.length[end // 2], 0.0))
-        poses += [x - t * np.sin(hdg), y + t * np.cos(hdg), hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
-    plan = cut_curves(cars.plan_view, np.zeros(len(corners)), cars.length[source], source)
-    plan = reverse_curves(plan, _against_cars(beside))
-    alone = np.flatnonzero(own)
+        x, y = x - walks.t * np.sin(hdg), y + walks.t * np.cos(hdg)
+        poses += [x, y, hdg + np.where(end % 2 == inwards, 0.0, np.pi)]
+    source = np.maximum(beside.row, 0)
+    plan = cut_curves(cars.plan_view, np.zeros(len(source)), cars.length[source], source)
+    plan = reverse_curves(plan, beside.back)
+    alone = np.flatnonzero(beside.row < 0)
     if len(alone):
-        half = np.array([max(item.first.width, item.second.width) / 2 for item in corners])[alone]
+        half = np.maximum(corners.first.width, corners.second.width)[alone] / 2
         curves = _unfolded([column[alone] for column in poses], half)
         plan = replace_curves(plan, alone, curves, np.arange(len(alone)))
-    return plan, own
+    return plan
 
 
 def _unfolded(poses: Sequence[FloatArray], half: FloatArray) -> PlanView:
@@ -249,42 +265,32 @@ def _unfolded(poses: Sequence[FloatArray], half: FloatArray) -> PlanView:
     return replace_curves(plan, tight[found], wide, found)
 
 
-def _as_rows(
-    corners: Sequence[_Corner],
-    beside: Sequence[_Beside | None],
-    plan: PlanView,
-    own: BoolArray,
-    cars: ConnectingRoads,
-) -> ConnectingRoads:
+def _as_rows(corners: _Corners, beside: _Beside, plan: PlanView, cars: ConnectingRoads) -> ConnectingRoads:
     """Return the corners as connecting roads whose lane is the sidewalk."""
-    back = _against_cars(beside)
-    first, last = [item.first for item in corners], [item.second for item in corners]
-    source = np.array([0 if item is None else item.row for item in beside], np.int64)
+    first, last, back, own = corners.first, corners.second, beside.back, beside.row < 0
+    source, count = np.maximum(beside.row, 0), len(corners.junction)
     cars_first = np.where(back, cars.exit_t[source], cars.entry_t[source])
     cars_last = np.where(back, cars.entry_t[source], cars.exit_t[source])
-
-    def of_walks(name: str, walks: list[Sidewalk]) -> FloatArray:
-        return np.array([getattr(walk, name) for walk in walks])
-
     return ConnectingRoads(
         plan_view=plan,
         length=lengths(plan),
-        junction=np.array([corner.junction for corner in corners], np.int64),
-        entry=np.array([item.entry for item in corners], np.int64),
-        exit=np.array([item.exit for item in corners], np.int64),
-        entry_lane=np.array([walk.lane for walk in first], np.int64),
-        exit_lane=np.array([walk.lane for walk in last], np.int64),
-        entry_t=np.where(own, of_walks("t", first), cars_first),
-        exit_t=np.where(own, of_walks("t", last), cars_last),
-        entry_width=of_walks("width", first),
-        exit_width=of_walks("width", last),
-        against=np.zeros(len(corners), bool),
-        entry_aside=np.array([0.0 if item is None else item.asides()[0] for item in beside]),
-        exit_aside=np.array([0.0 if item is None else item.asides()[1] for item in beside]),
-        height=of_walks("height", first),
-        lane_type=(LaneType.SIDEWALK,) * len(corners),
-        access=(Access.ALL,) * len(corners),
-        inner=tuple(between(*walks) for walks in zip(first, last, strict=True)),
+        junction=corners.junction,
+        entry=corners.entry,
+        exit=corners.exit,
+        entry_lane=first.lane,
+        exit_lane=last.lane,
+        entry_t=np.where(own, first.t, cars_first),
+        exit_t=np.where(own, last.t, cars_last),
+        entry_width=first.width,
+        exit_width=last.width,
+        against=np.zeros(count, bool),
+        # Left of the reference line, in the sidewalk's own direction.
+        entry_aside=np.where(back, -beside.end, beside.start),
+        exit_aside=np.where(back, -beside.start, beside.end),
+        height=first.height,
+        lane_type=(LaneType.SIDEWALK,) * count,
+        access=(Access.ALL,) * count,
+        inner=tuple(between(*walks) for walks in zip(first.walks, last.walks, strict=True)),
     )
 
 
