@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from osm2xodr.model.record_classes import record
 
-@dataclass(frozen=True, slots=True)
+
+@record(frozen=True, slots=True)
 class Signal:
     """A traffic light or sign."""
 
@@ -95,7 +97,7 @@ class SignalProgramme:
     phases: tuple[SignalPhase, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class ObjectRepeat:
     """Copies of an object from s over a length, or one continuous object where distance is 0; all in m."""
 
@@ -109,7 +111,7 @@ class ObjectRepeat:
     z_offset: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class RoadObject:
     """A thing on or beside a road."""
 

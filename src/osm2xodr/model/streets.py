@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from osm2xodr.model.corrections import Corrections
+from osm2xodr.model.record_classes import record
 from osm2xodr.model.shared import (
     Access,
     Direction,
@@ -21,7 +22,7 @@ from osm2xodr.model.shared import (
 from osm2xodr.model.street_nodes import NodeFacts, ThingFacts
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class LaneSpec:
     """One lane as OSM's tags describe it."""
 
@@ -36,7 +37,7 @@ class LaneSpec:
     access: Access = Access.ALL  # Which cars may drive on a lane for cars
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class MarginSpec:
     """A strip beside the carriageway as OSM's tags describe it."""
 
@@ -59,7 +60,7 @@ class StructureTags:
     name: str = ""  # Its own, not the street's; empty where OSM gives none
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class StreetAttributes:
     """What the tags of one way say, in the direction of its street."""
 

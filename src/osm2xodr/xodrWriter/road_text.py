@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from osm2xodr.defaults import UNMEASURED_HEIGHTS
-from osm2xodr.model import Access, Cubic, Junction, Lane, LaneSection, LaneType, Road, RoadLink, RoadMark, RoadType
+from osm2xodr.model import (
+    Access,
+    Cubic,
+    Junction,
+    Lane,
+    LaneSection,
+    LaneType,
+    Road,
+    RoadLink,
+    RoadMark,
+    RoadType,
+    record,
+)
 from osm2xodr.xodrWriter import formatting
 from osm2xodr.xodrWriter.formatting import attribute, number, position, user_data
 from osm2xodr.xodrWriter.furniture_text import FurnitureWriter, provenance_text
@@ -119,7 +130,7 @@ def _side(lane_id: int) -> int:
     return (lane_id > 0) - (lane_id < 0)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class RoadTables:
     """The records of one road in the tables of a road map, as text."""
 

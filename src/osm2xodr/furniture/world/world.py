@@ -25,6 +25,7 @@ from osm2xodr.model import (
     StreetAttributes,
     StreetNetwork,
     StreetPlaces,
+    record,
 )
 
 # Shorter remainders of a piece of a street at a road's end are dropped, m.
@@ -94,7 +95,7 @@ class Crossing:
         return (self.road, self.s) if self.arm is None else self.arm
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Movement:
     """One way through a junction."""
 
@@ -106,7 +107,7 @@ class Movement:
     turn: float  # Change of heading, rad, left positive
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Approach:
     """A road end at which cars come to a junction."""
 

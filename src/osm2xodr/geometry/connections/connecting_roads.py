@@ -28,10 +28,11 @@ from osm2xodr.model import (
     LaneType,
     PlanView,
     Rule,
+    record,
 )
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class InnerLane:
     """A lane of a corner, between its sidewalk and the carriageway."""
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes
+from osm2xodr.model import Direction, LaneSpec, Rule, StreetAttributes, record
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class CrossSection:
     """All lanes of a street at one place."""
 
@@ -24,7 +22,7 @@ Piece = tuple[float, StreetAttributes, CrossSection]
 """(s on a street's curve from which it holds, attributes, cross-section)."""
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class EndLane:
     """One lane of a cross-section, usually where its street ends."""
 

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from osm2xodr.geometry.defaults import SHORTEST_LANE_SECTION
 from osm2xodr.geometry.junctions import RoadParts
 from osm2xodr.geometry.lanes import Piece
 from osm2xodr.geometry.margins import defaults
-from osm2xodr.model import MarginSpec
+from osm2xodr.model import MarginSpec, record
 
 Strips = tuple[MarginSpec, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class MarginStretch:
     """Part of a road beside which nothing changes."""
 
