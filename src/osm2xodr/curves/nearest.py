@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from osm2xodr.curves.plan_views import advance, places_along, pose
-from osm2xodr.curves.ragged import runs
+from osm2xodr.curves.ragged import blocks, runs
 from osm2xodr.curves.spirals import nearest_on_spirals
 from osm2xodr.model import FloatArray, IntArray, PlanView
 
@@ -26,6 +26,16 @@ def project(
 
     Points before the start or beyond the end of a curve get its start or end; their distance is then more than |t|.
     """
+    s, t, distance = np.empty((3, len(curve)))
+    for rows in blocks(len(curve)):
+        s[rows], t[rows], distance[rows] = _project(plan, curve[rows], x[rows], y[rows])
+    return s, t, distance
+
+
+def _project(
+    plan: PlanView, curve: IntArray, x: FloatArray, y: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what `project` does, for not too many points."""
     owner, record = _records_near(plan, curve, x, y)
     along = _nearest_on_records(plan, record, x[owner], y[owner])
     s = plan.s[record] + along

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from osm2xodr.curves.ragged import owners, ranks, runs, starts
+from osm2xodr.curves.ragged import blocks, owners, ranks, runs, starts
 from osm2xodr.curves.spirals import arc_step
 from osm2xodr.model import BoolArray, FloatArray, IntArray, PlanView
 
@@ -93,26 +93,27 @@ def find_record(
     if len(curve) < _VECTORISE_FROM:
         pairs = zip(start[curve].tolist(), start[curve + 1].tolist(), s.tolist(), strict=True)
         return np.array([max(bisect_right(record_s, at, lo, hi) - 1, lo) for lo, hi, at in pairs], np.int64)
-    out = start[curve].astype(np.int64)
-    hi = start[curve + 1].astype(np.int64) - 1
-    # A bisection over all queries at once, each for as long as more than one record is left of its curve.
-    todo = np.flatnonzero(out < hi)
-    lo, hi, at = out[todo], hi[todo], s[todo]
-    while len(todo):
-        mid = (lo + hi + 1) >> 1
-        right = record_s[mid] <= at
-        lo = np.where(right, mid, lo)
-        hi = np.where(right, hi, mid - 1)
-        out[todo] = lo
-        more = np.flatnonzero(lo < hi)
-        todo, lo, hi, at = todo[more], lo[more], hi[more], at[more]
+    out = np.empty(len(curve), np.int64)
+    for rows in blocks(len(curve)):
+        first, at = start[curve[rows]].astype(np.int64), s[rows]
+        left = start[curve[rows] + 1] - first
+        # A bisection over all queries at once: until one record is left of the curve of most records.
+        for _ in range((int(left.max()) - 1).bit_length()):
+            half = left >> 1
+            first += half * (record_s[first + half] <= at)
+            left -= half
+        out[rows] = first
     return out
 
 
 def pose(plan: PlanView, curve: IntArray, s: FloatArray) -> _Pose:
     """Return x, y and heading at s of curves, all (n,), m and rad. The heading is not wrapped."""
-    k = find_record(plan.start, plan.s, curve, s)
-    return advance(plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s - plan.s[k], plan.rate[k])
+    x, y, hdg = np.empty((3, len(curve)))
+    for rows in blocks(len(curve)):
+        k = find_record(plan.start, plan.s, curve[rows], s[rows])
+        place = plan.x[k], plan.y[k], plan.hdg[k], plan.curvature[k], s[rows] - plan.s[k], plan.rate[k]
+        x[rows], y[rows], hdg[rows] = advance(*place)
+    return x, y, hdg
 
 
 def heading_change(plan: PlanView, curve: IntArray) -> FloatArray:

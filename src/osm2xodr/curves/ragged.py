@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Final
 
 import numpy as np
 
 from osm2xodr.model import IntArray
+
+# Rows that are worked on at a time: as many as a processor's cache holds with all columns that come of them.
+_ROWS_AT_ONCE: Final = 16384
+
+
+def blocks(count: int) -> Iterator[slice]:
+    """Return the rows of a long table in blocks, one after the other; each is worked on in a processor's cache."""
+    return (slice(first, first + _ROWS_AT_ONCE) for first in range(0, count, _ROWS_AT_ONCE))
 
 
 def starts(count: IntArray | Sequence[int]) -> IntArray:
