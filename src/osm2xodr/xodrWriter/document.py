@@ -41,10 +41,10 @@ def write_document(
     """Write an OpenDRIVE document to a binary stream; see `osm2xodr.xodrWriter.write_xodr`."""
     lengths = check_road_map(road_map)
     target, words = options.target, words_for(road_map, options)
-    rule = road_map.rule.value if options.dialect.has_rule else None
     as_met = target.priority_signs
     furniture = FurnitureWriter(road_map, options.dialect, words, target.crosswalks, as_met=as_met)
-    writer = RoadWriter(rule, words, furniture)
+    left_hand = options.dialect.has_rule and road_map.rule is Rule.LEFT_HAND
+    writer = RoadWriter(words, furniture, left_hand=left_hand, marks_in_junctions=target.marks_in_junctions)
     stream.write(_header(road_map, options).encode())
     _write_blocks(road_map, stream, _RoadBlocks(road_map, lengths, writer), words, jobs)
     stream.write(b"</OpenDRIVE>\n")
@@ -148,7 +148,7 @@ class _RoadBlocks:
             RoadTables,
             lengths[first:last].tolist(),
             plan_view_texts(road_map.plan_view, first, last),
-            cubic_texts(road_map.elevation, lengths, "elevation", first, last),
+            _texts_if_not_zero(road_map.elevation, lengths, "elevation", first, last),
             _texts_if_not_zero(road_map.superelevation, lengths, "superelevation", first, last),
             _texts_if_not_zero(road_map.lane_offset, lengths, "laneOffset", first, last),
             _unmeasured_texts(road_map, first, last),
